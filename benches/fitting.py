@@ -1,4 +1,4 @@
-"""What an iteration of a fit costs, over a run alone, beside differences of runs.
+"""Measure the cost of an iteration of a fit relative to a run, with exact derivatives and by differences of runs.
 
     python benches/fitting.py [hours] [rounds]
 
@@ -25,7 +25,7 @@ SYSTEM, STATE = fullbody.systems.kw4(units=True, epoch="2001-05-25 TDB")
 
 
 def setup(**values):
-    """Return the ready-made 1999 KW4 with other masses, semi-axes and attitudes, each as a factor or an angle."""
+    """Return the ready-made 1999 KW4 with other masses, semi-axes and attitudes, given as factors and angles."""
     bodies = []
     for body in SYSTEM:
         axes = [getattr(body.shape, axis) * values.get(f"{axis}_{body.name}", 1.0) for axis in "abc"]
@@ -50,7 +50,7 @@ def main():
     for count in (1, 2, 4, 7, 10):
         problem = Problem(setup, Parameters(dict(list(every.items())[:count])), data, None)
         point = problem.point(problem.parameters.start)
-        # The first derivatives look for the steps of differences.
+        # The first call chooses the step sizes of the differences.
         problem.jacobian(point)
         parts = {"run": [], "iteration": []}
         for _ in range(ROUNDS):

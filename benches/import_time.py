@@ -1,4 +1,4 @@
-"""How long ``import fullbody`` takes in a fresh interpreter, beside numpy alone.
+"""Measure ``import fullbody`` and ``import numpy``, each in a fresh interpreter.
 
 python benches/import_time.py
 """
@@ -12,7 +12,7 @@ CODE = "import time; start = time.perf_counter(); import {}; print(time.perf_cou
 
 
 def best(module: str, repeats: int = 10) -> float:
-    """Return the shortest time, seconds."""
+    """Return the shortest time in seconds."""
     command = [sys.executable, "-c", CODE.format(module)]
     return min(float(subprocess.run(command, capture_output=True, check=True).stdout) for _ in range(repeats))
 

@@ -1,4 +1,4 @@
-"""Instructions per interaction, counted by valgrind's callgrind: they do not depend on the machine's load.
+"""Count the instructions per interaction with valgrind's callgrind, which do not depend on the machine's load.
 
     python benches/instructions.py
 

@@ -1,4 +1,4 @@
-"""Speed of polyhedra: an interaction with an ellipsoid at the distance of 1999 KW4, on one core."""
+"""Measure the interaction of polyhedra with an ellipsoid at the distance of 1999 KW4, on one core."""
 
 import os
 
@@ -33,7 +33,7 @@ def globe(rings, meridians, axes):
 
 
 def best(work, repeat=5):
-    """Return the shortest of some times, s."""
+    """Return the shortest of several times in seconds."""
     times = []
     for _ in range(repeat):
         start = time.perf_counter()
@@ -49,7 +49,7 @@ def interaction():
         vertices, faces = globe(rings, meridians, (0.766, 0.7475, 0.6735))
         body = fullbody.Body(fullbody.Polyhedron(vertices, faces), mass=alpha.mass, name="Alpha")
         pair = fullbody.System([body, beta], G=system.G)
-        # The moments are made once.
+        # The moments are computed once.
         pair.interactions(state)
         run = pair.integrate(state, 20.0)
         taken = best(lambda pair=pair: pair.integrate(state, 20.0), 3)

@@ -14,7 +14,7 @@ import typing as _typing
 from . import ensembles, errors, events, forces, frames, observables, particles, systems
 from ._core import vector_paths
 from .base.version import version
-from .ensembles.many import integrate_many
+from .ensembles.members import integrate_many
 from .errors import FullbodyError
 from .loading import load, load_flight
 from .model.bodies import Body

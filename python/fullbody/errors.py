@@ -141,7 +141,7 @@ class PrecisionWarning(UserWarning):
 
 
 #: The kinds of warnings that were given since the outermost of :func:`once` began.
-_given: ContextVar[set[tuple[type[Warning], str]] | None] = ContextVar("given", default=None)
+_warned: ContextVar[set[tuple[type[Warning], str]] | None] = ContextVar("warned", default=None)
 
 
 @contextmanager
@@ -150,21 +150,21 @@ def once() -> Iterator[None]:
 
     A fit or a map calls a setup many times, which would warn each time.
     """
-    token = _given.set(set()) if _given.get() is None else None
+    token = _warned.set(set()) if _warned.get() is None else None
     try:
         yield
     finally:
         if token is not None:
-            _given.reset(token)
+            _warned.reset(token)
 
 
 def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
     """Issue a warning that refers to the line outside of this package from which it follows; see :func:`once`."""
-    if (given := _given.get()) is not None:
+    if (warned := _warned.get()) is not None:
         kind = (category, re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "0", message))
-        if kind in given:
+        if kind in warned:
             return
-        given.add(kind)
+        warned.add(kind)
     package = __name__.partition(".")[0]
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:

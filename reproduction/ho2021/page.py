@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fullbody import __version__
-from fullbody.base.atomic import check_place, replacing
+from fullbody.base.atomic import check_target, replacing
 from fullbody.errors import InvalidInput
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
@@ -60,7 +60,7 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     # Written last, so that whoever finds the numbers finds the rest.
     numbers, page = folder / "numbers.json", folder / "report.html"
     numbers.unlink(missing_ok=True)
-    check_place(page)
+    check_target(page)
     results = compute(draft=draft, progress=progress)
     verdicts, found = judge(results), findings(results)
     drawn = {

@@ -52,7 +52,7 @@ class Rotation:
         return np.array([0.0, 0.0, self.rate])
 
     @property
-    def turning(self) -> Floats:
+    def frame_spins(self) -> Floats:
         """The angular velocity Omega in both body frames (2, 3)."""
         return np.einsum("kji,j->ki", self.pose.rotation, self.omega)
 
@@ -66,7 +66,7 @@ class Rotation:
     @property
     def spins(self) -> Floats:
         """Return the angular velocities (2, 3) of the bodies in their frames."""
-        return self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
+        return self.frame_spins + np.array([self.spin[k] * self.axis(k) for k in range(2)])
 
     @property
     def momenta(self) -> Floats:
@@ -81,8 +81,8 @@ class Rotation:
     @property
     def angular_momentum(self) -> Floats:
         """The total angular momentum (3,)."""
-        turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
-        return self.pair.mass * cross(self.pose.r) @ self.velocity + turned
+        spin_momentum = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
+        return self.pair.mass * cross(self.pose.r) @ self.velocity + spin_momentum
 
     @property
     def energy(self) -> float:
@@ -97,8 +97,8 @@ class Rotation:
         d, m = self.pose.distance, self.pair.mass
         n = np.sqrt(self.pair.strength / (m * d**3))
         largest = self.pair.inertia.max(axis=1)
-        turns = np.sqrt(m * d * d / np.where(largest > 0.0, largest, m * d * d))
-        return np.repeat([d, *turns, m * d * n, *(m * d * d * n / turns)], 3)
+        rotation_sizes = np.sqrt(m * d * d / np.where(largest > 0.0, largest, m * d * d))
+        return np.repeat([d, *rotation_sizes, m * d * n, *(m * d * d * n / rotation_sizes)], 3)
 
     def symmetries(self) -> Floats:
         """Return changes (9, S) of the pose that leave the system as it is: a turn of the whole, and turns about
@@ -106,13 +106,13 @@ class Rotation:
         """
         columns = [np.concatenate([_UP @ self.pose.r, *(R[2] for R in self.pose.rotation)])]
         for body in range(2):
-            for way in self._free_turns(body):
+            for way in self._free_rotations(body):
                 column = np.zeros(9)
                 column[3 + 3 * body : 6 + 3 * body] = way
                 columns.append(column)
         return np.array(columns).T
 
-    def _free_turns(self, body: int) -> Floats:
+    def _free_rotations(self, body: int) -> Floats:
         """Return rotation vectors (S, 3) of a body that leave its gravity as it is."""
         axis = self.axes[body]
         return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
@@ -129,9 +129,9 @@ class Rotation:
             A[p, :9] = jacobian[3 + 3 * k : 6 + 3 * k]
             if pair.is_point(k):
                 continue
-            inverse, turning = np.diag(1.0 / pair.inertia[k]), cross(self.turning[k])
-            A[v, v], A[v, p] = -turning, inverse
-            A[p, p] = cross(self.momenta[k]) @ inverse - turning
+            inverse, frame_spin = np.diag(1.0 / pair.inertia[k]), cross(self.frame_spins[k])
+            A[v, v], A[v, p] = -frame_spin, inverse
+            A[p, p] = cross(self.momenta[k]) @ inverse - frame_spin
         return A
 
     def energy_form(self) -> Floats:
@@ -148,12 +148,12 @@ class Rotation:
             v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
             if pair.is_point(k):
                 continue
-            turning, momentum = self.turning[k], self.momenta[k]
+            frame_spin, momentum = self.frame_spins[k], self.momenta[k]
             # These are -Omega_k . (v x dpi) and -Omega_k . (v x (v x pi)) / 2.
             Q[p, p] = np.diag(1.0 / pair.inertia[k])
-            Q[v, p], Q[p, v] = cross(turning), -cross(turning)
-            both = np.outer(turning, momentum)
-            Q[v, v] += (turning @ momentum) * np.eye(3) - (both + both.T) / 2
+            Q[v, p], Q[p, v] = cross(frame_spin), -cross(frame_spin)
+            both = np.outer(frame_spin, momentum)
+            Q[v, v] += (frame_spin @ momentum) * np.eye(3) - (both + both.T) / 2
         return Q
 
     def momentum_rows(self) -> Floats:
@@ -164,21 +164,21 @@ class Rotation:
         more = []
         for k, R in enumerate(self.pose.rotation):
             v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
-            own = np.zeros((3, 18))
-            own[:, v], own[:, p] = -cross(self.momenta[k]), np.eye(3)
-            rows += R @ own
-            more.append(self._free_turns(k) @ own)
+            by_momenta = np.zeros((3, 18))
+            by_momenta[:, v], by_momenta[:, p] = -cross(self.momenta[k]), np.eye(3)
+            rows += R @ by_momenta
+            more.append(self._free_rotations(k) @ by_momenta)
         return np.concatenate([rows, *more])
 
     def generators(self) -> Floats:
         """Return tangent vectors (18, S) of the turns in :meth:`symmetries`, which leave all rates as they are."""
-        found = np.zeros((18, self.symmetries().shape[1]))
-        found[:9] = self.symmetries()
-        found[9:12, 0] = self.pair.mass * _UP @ self.velocity
+        matrix = np.zeros((18, self.symmetries().shape[1]))
+        matrix[:9] = self.symmetries()
+        matrix[9:12, 0] = self.pair.mass * _UP @ self.velocity
         for k in range(2):
             # When a body turns, its angular momentum keeps its inertial direction and so turns back in the body frame.
-            found[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ found[3 + 3 * k : 6 + 3 * k, 1:]
-        return found
+            matrix[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ matrix[3 + 3 * k : 6 + 3 * k, 1:]
+        return matrix
 
     def reduced(self) -> tuple[Floats, Floats, Floats]:
         """Reduce the motion to tangent vectors that change no conserved momentum and are no symmetry. Return a basis

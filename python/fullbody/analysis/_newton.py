@@ -13,7 +13,7 @@ from ..typing import Floats
 from ._linear import Rotation
 from ._pair import Pair, Pose, cross
 
-__all__ = ["Condition", "Kind", "Problem", "converged", "corrected"]
+__all__ = ["Condition", "EquilibriumProblem", "Kind", "converged", "corrected"]
 
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 
@@ -35,7 +35,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Problem:
+class EquilibriumProblem:
     """The equations of uniform rotation, with the choice of locked bodies and the spins of the free ones.
 
     ``axes`` are those of :class:`Rotation`, and ``spin`` has the total spin about its axis of each body that is not
@@ -50,8 +50,8 @@ class Problem:
         """Return the uniform rotation at a rate in a pose."""
         free = (0 in self.spin, 1 in self.spin)
         bare = Rotation(self.pair, pose, rate, self.axes, np.zeros(2), free)
-        own = [self.spin[k] - bare.turning[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
-        return Rotation(self.pair, pose, rate, self.axes, np.array(own), free)
+        spins = [self.spin[k] - bare.frame_spins[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
+        return Rotation(self.pair, pose, rate, self.axes, np.array(spins), free)
 
     def residual(self, rotation: Rotation) -> Floats:
         """Return the residual (9,) of uniform rotation: unbalanced force on the second body and torques."""
@@ -59,37 +59,39 @@ class Problem:
         missing, _ = pair.loads(rotation.pose)
         missing[:3] -= pair.mass * cross(omega) @ rotation.velocity
         for k in range(2):
-            missing[3 + 3 * k : 6 + 3 * k] -= cross(rotation.turning[k]) @ rotation.momenta[k]
+            missing[3 + 3 * k : 6 + 3 * k] -= cross(rotation.frame_spins[k]) @ rotation.momenta[k]
         return missing
 
     def jacobian(self, rotation: Rotation) -> Floats:
         """Return the Jacobian (9, 10) of the residual with respect to the pose and the rate."""
         pair, pose = self.pair, rotation.pose
-        found = np.zeros((9, 10))
-        found[:, :9] = pair.derivatives(pose)
+        derivatives = np.zeros((9, 10))
+        derivatives[:, :9] = pair.derivatives(pose)
         spin = cross(rotation.omega)
-        found[:3, :3] -= pair.mass * spin @ spin
-        found[:3, 9] = 2 * pair.mass * rotation.rate * pose.r * [1.0, 1.0, 0.0]
+        derivatives[:3, :3] -= pair.mass * spin @ spin
+        derivatives[:3, 9] = 2 * pair.mass * rotation.rate * pose.r * [1.0, 1.0, 0.0]
         for k in range(2):
             if self.axes[k] == 3:
                 continue
             rows = slice(3 + 3 * k, 6 + 3 * k)
-            turning, momentum = rotation.turning[k], rotation.momenta[k]
-            turned, spun = self._turning(rotation, k)
-            found[rows] += cross(momentum) @ turned - cross(turning) @ (pair.inertia[k][:, np.newaxis] * spun)
-        return found
+            frame_spin, momentum = rotation.frame_spins[k], rotation.momenta[k]
+            frame_spin_by, spun = self._spin_derivatives(rotation, k)
+            derivatives[rows] += cross(momentum) @ frame_spin_by - cross(frame_spin) @ (
+                pair.inertia[k][:, np.newaxis] * spun
+            )
+        return derivatives
 
-    def _turning(self, rotation: Rotation, body: int) -> tuple[Floats, Floats]:
+    def _spin_derivatives(self, rotation: Rotation, body: int) -> tuple[Floats, Floats]:
         """Return the derivatives (3, 10) of Omega and of the spin in a body's frame with respect to the pose and the
         rate.
         """
-        turned = np.zeros((3, 10))
-        turned[:, 3 + 3 * body : 6 + 3 * body] = cross(rotation.turning[body])
-        turned[:, 9] = rotation.pose.rotation[body][2]
+        frame_spin_by = np.zeros((3, 10))
+        frame_spin_by[:, 3 + 3 * body : 6 + 3 * body] = cross(rotation.frame_spins[body])
+        frame_spin_by[:, 9] = rotation.pose.rotation[body][2]
         if body not in self.spin:
-            return turned, turned
+            return frame_spin_by, frame_spin_by
         axis = rotation.axis(body)
-        return turned, turned - np.outer(axis, axis @ turned)
+        return frame_spin_by, frame_spin_by - np.outer(axis, axis @ frame_spin_by)
 
     def quantity(self, kind: Kind, rotation: Rotation) -> float:
         """Return the value of a quantity that selects a rotation."""
@@ -99,22 +101,22 @@ class Problem:
 
     def quantity_gradient(self, kind: Kind, rotation: Rotation) -> Floats:
         """Return the gradient (10,) of a quantity with respect to the pose and the rate."""
-        found = np.zeros(10)
+        derivatives = np.zeros(10)
         pose = rotation.pose
         if kind == "separation":
-            found[:3] = pose.r / pose.distance
+            derivatives[:3] = pose.r / pose.distance
         elif kind == "rate":
-            found[9] = 1.0
+            derivatives[9] = 1.0
         else:
             across = pose.r * [1.0, 1.0, 0.0]
-            found[:3] = 2 * self.pair.mass * rotation.rate * across
-            found[9] = self.pair.mass * across @ across
+            derivatives[:3] = 2 * self.pair.mass * rotation.rate * across
+            derivatives[9] = self.pair.mass * across @ across
             for k in range(2):
                 pole = pose.rotation[k][2]
-                spun = self._turning(rotation, k)[1]
-                found += (pole * self.pair.inertia[k]) @ spun
-                found[3 + 3 * k : 6 + 3 * k] += rotation.momenta[k] @ cross(pole)
-        return found
+                spun = self._spin_derivatives(rotation, k)[1]
+                derivatives += (pole * self.pair.inertia[k]) @ spun
+                derivatives[3 + 3 * k : 6 + 3 * k] += rotation.momenta[k] @ cross(pole)
+        return derivatives
 
     def scales(self, rotation: Rotation) -> tuple[Floats, Floats]:
         """Return the units of the residual (9,) and of the pose and the rate (10,)."""
@@ -142,7 +144,7 @@ class Problem:
         return np.concatenate([jacobian, gauge]), missing
 
 
-def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotation:
+def converged(problem: EquilibriumProblem, guess: Rotation, condition: Condition) -> Rotation:
     """Find by Newton's method the uniform rotation near a guess at which a quantity has a given value.
 
     Raises
@@ -161,8 +163,8 @@ def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotati
     return _solved(problem, guess, row, f"{quantity} {condition.value:.9g}", quantity)
 
 
-def corrected(problem: Problem, rotation: Rotation, tangent: Floats, length: float) -> Rotation:
-    """Find the uniform rotation in the plane across a step (10,), which is in units of :meth:`Problem.scales`.
+def corrected(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, length: float) -> Rotation:
+    """Find the uniform rotation in the plane across a step (10,), which is in units of `scales`.
 
     Raises
     ------
@@ -177,7 +179,7 @@ def corrected(problem: Problem, rotation: Rotation, tangent: Floats, length: flo
 
 
 def _solved(
-    problem: Problem,
+    problem: EquilibriumProblem,
     rotation: Rotation,
     row: Callable[[Rotation, Floats], tuple[Floats, float]],
     wanted: str,
@@ -191,8 +193,8 @@ def _solved(
         last, lack = row(rotation, columns)
         matrix, missing = problem.equations(rotation)
         matrix, missing = np.concatenate([matrix, [last]]), np.append(missing, lack)
-        before, size = size, float(np.abs(missing).max())
-        if size <= _ROUNDING or (size <= _SOLVED and size >= 0.5 * before):
+        previous, size = size, float(np.abs(missing).max())
+        if size <= _ROUNDING or (size <= _SOLVED and size >= 0.5 * previous):
             return rotation
         left, values, right = np.linalg.svd(matrix, full_matrices=False)
         if values[-1] <= _SINGULAR * values[0]:
@@ -211,7 +213,7 @@ def _solved(
     )
 
 
-def _moved(problem: Problem, rotation: Rotation, step: Floats) -> Rotation:
+def _moved(problem: EquilibriumProblem, rotation: Rotation, step: Floats) -> Rotation:
     """Return the rotation after a step, which is shortened where the bodies would overlap."""
     for _ in range(8):
         pose = rotation.pose.moved(step[:9])

@@ -25,7 +25,7 @@ __all__ = ["Pair", "Pose", "cross"]
 #: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is zero.
 _EQUAL = 1e-10
 #: Test angles in radians, not fractions of a full turn, by which a body is turned to test its symmetry about an axis.
-_TURNS = (0.3, 0.7, 1.1, 1.9, 2.6)
+_TEST_ANGLES = (0.3, 0.7, 1.1, 1.9, 2.6)
 #: The tilt of the axis in this test in radians, and the least distance in radii, at which no turn makes contact.
 _TILT, _CLEAR = 0.5, 1.05
 
@@ -83,9 +83,10 @@ class Pair:
     @staticmethod
     def _radius(core: _core.Body) -> float:
         """Return an upper bound of the distance of a body's points from its centre."""
+        solids = (_core.Polyhedron, _core.StokesCoefficients)
         sizes = [
-            np.linalg.norm(place) + (max(shape) if isinstance(shape, tuple) else shape.circumradius)
-            for shape, _, place, _ in core.parts
+            np.linalg.norm(position) + (shape.circumradius if isinstance(shape, solids) else max(shape))
+            for shape, _, position, _ in core.parts
             if shape is not None
         ]
         return float(max(sizes, default=0.0))
@@ -124,20 +125,20 @@ class Pair:
         An axis of symmetry has equal moments of inertia across it, and turns about it leave no torque about it.
         """
         if isinstance(self.system.bodies[body].shape, Composite | Polyhedron | StokesCoefficients):
-            found = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]
+            axes = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]
         else:
             lengths = self.context.bodies[body].semi_axes
-            found = [k for k in range(3) if lengths[k - 1] == lengths[k - 2]]
-        return 3 if len(found) == 3 else found[0] if found else None
+            axes = [k for k in range(3) if lengths[k - 1] == lengths[k - 2]]
+        return 3 if len(axes) == 3 else axes[0] if axes else None
 
     def _is_symmetric(self, body: int, axis: int, pose: Pose) -> bool:
-        one, other = self.inertia[body][[axis - 1, axis - 2]]
-        if abs(one - other) > _EQUAL * max(one, other):
+        moment, other = self.inertia[body][[axis - 1, axis - 2]]
+        if abs(moment - other) > _EQUAL * max(moment, other):
             return False
         # The axis is inclined to the line of the centres, about which a sphere causes no torque on any body.
         apart = max(1.0, _CLEAR * sum(self.reach) / pose.distance)
-        first, place = 3 + 3 * body, 3 + 3 * body + axis
+        first, column = 3 + 3 * body, 3 + 3 * body + axis
         tilt = _TILT * (np.eye(9)[first + (axis + 1) % 3] + 0.7 * np.eye(9)[first + (axis + 2) % 3])
         inclined = Pose(apart * pose.r, pose.attitude).moved(tilt)
-        torque = max(abs(self.loads(inclined.moved(angle * np.eye(9)[place]))[0][place]) for angle in _TURNS)
+        torque = max(abs(self.loads(inclined.moved(angle * np.eye(9)[column]))[0][column]) for angle in _TEST_ANGLES)
         return bool(torque <= _EQUAL * self.strength / inclined.distance)

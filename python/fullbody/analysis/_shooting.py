@@ -13,7 +13,7 @@ from ..base.tables import number
 from ..errors import BodiesOverlap, NotConverged
 from ..motion.system import System
 from ..typing import Floats
-from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows
+from ._flow import ROTATIONS, SPINS, PairPoint, flow, generators, momentum_rows
 from ._linear import even
 from ._pair import Pair
 
@@ -24,9 +24,9 @@ _STEPS, _LOST = 40, 6
 #: The longest step in the units of :meth:`Shooting.units`, and the relative singular value that counts as zero.
 _LONGEST, _UNKNOWN = 0.2, 1e-12
 #: The quaternions of no rotation and of half turns about x, y and z.
-_HALF_TURNS = np.eye(4)
+_HALF_ROTATIONS = np.eye(4)
 #: The ends of the segments and their transition matrices (18, 18).
-Ends: TypeAlias = list[tuple[Point, Floats]]
+Ends: TypeAlias = list[tuple[PairPoint, Floats]]
 
 
 @dataclass
@@ -35,14 +35,14 @@ class Shooting:
 
     system: System
     pair: Pair
-    points: list[Point]
+    points: list[PairPoint]
     period: float
     angle: float
     axes: tuple[int | None, int | None]
     #: The index of the half turn of each body: 0 for none, or 1 to 3 for x, y and z.
     half: list[int]
     #: Turns of bodies about their axes of symmetry, in radians.
-    own: Floats
+    body_angles: Floats
 
     def units(self) -> Floats:
         """Units (18,) of tangent vectors: the separation, its rate, and radians."""
@@ -50,40 +50,40 @@ class Shooting:
         n = np.sqrt(self.pair.strength / (self.pair.mass * d**3))
         return np.concatenate([np.repeat([d, d * n], 3), np.repeat([1.0, n, 1.0, n], 3)])
 
-    def own_turns(self) -> Floats:
+    def body_rotations(self) -> Floats:
         """Quaternions (2, 4) by which bodies turn in their frames in addition to the turn of the whole."""
-        found = np.array([_HALF_TURNS[half] for half in self.half])
+        quaternions = np.array([_HALF_ROTATIONS[half] for half in self.half])
         for k, axis in enumerate(self.axes):
             if axis is not None and axis < 3:
-                found[k] = rotations.turn(axis, float(self.own[k]))
-        return found
+                quaternions[k] = rotations.about_axis(axis, float(self.body_angles[k]))
+        return quaternions
 
-    def target(self) -> Point:
+    def target(self) -> PairPoint:
         """The state in which the orbit has to end: its start, turned."""
-        return self.points[0].turned(self.angle, self.own_turns())
+        return self.points[0].rotated(self.angle, self.body_rotations())
 
     def target_derivatives(self) -> tuple[Floats, Floats]:
         """Return derivatives of the target with respect to the start (18, 18), and to the angle and the own turns (18,
         3).
         """
         target = self.target()
-        whole = rotations.matrices(rotations.turn(2, self.angle))
-        start, turns = np.zeros((18, 18)), np.zeros((18, 3))
+        whole = rotations.matrices(rotations.about_axis(2, self.angle))
+        start, by_angles = np.zeros((18, 18)), np.zeros((18, 3))
         start[:3, :3] = start[3:6, 3:6] = whole
-        turns[:, 0] = generators(target, (None, None))[:, 0]
-        for k, own in enumerate(rotations.matrices(self.own_turns())):
-            start[TURNS[k], TURNS[k]] = start[SPINS[k], SPINS[k]] = own.T
+        by_angles[:, 0] = generators(target, (None, None))[:, 0]
+        for k, body_angles in enumerate(rotations.matrices(self.body_rotations())):
+            start[ROTATIONS[k], ROTATIONS[k]] = start[SPINS[k], SPINS[k]] = body_angles.T
             axis = self.axes[k]
             if axis is not None and axis < 3:
                 way = np.eye(3)[axis]
-                turns[TURNS[k], 1 + k], turns[SPINS[k], 1 + k] = way, -np.cross(way, target.spin[k])
-        return start, turns
+                by_angles[ROTATIONS[k], 1 + k], by_angles[SPINS[k], 1 + k] = way, -np.cross(way, target.spin[k])
+        return start, by_angles
 
 
-def begun(system: System, pair: Pair, point: Point, time: float, count: int) -> tuple[Shooting, Ends]:
+def begun(system: System, pair: Pair, point: PairPoint, time: float, count: int) -> tuple[Shooting, Ends]:
     """Divide a motion into segments, in axes with z along the angular momentum, and choose the nearest target."""
     axes = (pair.axis(0, point.pose), pair.axis(1, point.pose))
-    points: list[Point] = [point]
+    points: list[PairPoint] = [point]
     ends: Ends = []
     for _ in range(count):
         ends.append(flow(pair, points[-1], time / count))
@@ -91,18 +91,18 @@ def begun(system: System, pair: Pair, point: Point, time: float, count: int) -> 
     end = points.pop()
     angle = float(np.arctan2(end.pose.r[1], end.pose.r[0]) - np.arctan2(point.pose.r[1], point.pose.r[0]))
     shooting = Shooting(system, pair, points, time, angle, axes, [0, 0], np.zeros(2))
-    whole = point.turned(angle, np.array([_HALF_TURNS[0]] * 2))
+    whole = point.rotated(angle, np.array([_HALF_ROTATIONS[0]] * 2))
     for k in range(2):
         axis, back = axes[k], whole.pose.attitude[k]
         if axis is None:
             misses = [
                 float(np.linalg.norm(rotations.between(rotations.product(back, half), end.pose.attitude[k])))
-                for half in _HALF_TURNS
+                for half in _HALF_ROTATIONS
             ]
             shooting.half[k] = int(np.argmin(misses))
         elif axis is not None and axis < 3:
             w, *q = rotations.product(rotations.inverse(back), end.pose.attitude[k])
-            shooting.own[k] = 2 * np.arctan2(q[axis], w)
+            shooting.body_angles[k] = 2 * np.arctan2(q[axis], w)
     return shooting, ends
 
 
@@ -154,7 +154,7 @@ def _equations(
     pair, count, units = shooting.pair, len(ends), shooting.units()
     matrix = np.zeros((18 * count + len(held), 18 * count + 4))
     missing = np.zeros(len(matrix))
-    start, turns = shooting.target_derivatives()
+    start, by_angles = shooting.target_derivatives()
     for k, (end, transition) in enumerate(ends):
         rows = slice(18 * k, 18 * k + 18)
         last = k == count - 1
@@ -165,14 +165,14 @@ def _equations(
         matrix[rows, following] -= (start if last else np.eye(18)) * units / units[:, np.newaxis]
         matrix[rows, 18 * count] = end.rates(pair) * shooting.period / count / units
         if last:
-            matrix[rows, 18 * count + 1 :] = -turns / units[:, np.newaxis]
+            matrix[rows, 18 * count + 1 :] = -by_angles / units[:, np.newaxis]
     for k, axis in enumerate(shooting.axes):
         if axis == 3:
             for part in range(count):
-                for rows in (TURNS[k], SPINS[k]):
-                    place = slice(18 * part + rows.start, 18 * part + rows.stop)
-                    matrix[place], missing[place] = 0.0, 0.0
-                    matrix[:, place] = 0.0
+                for rows in (ROTATIONS[k], SPINS[k]):
+                    rows_of_part = slice(18 * part + rows.start, 18 * part + rows.stop)
+                    matrix[rows_of_part], missing[rows_of_part] = 0.0, 0.0
+                    matrix[:, rows_of_part] = 0.0
     point = shooting.points[0]
     for row, name in enumerate(held, start=18 * count):
         if name == "period":
@@ -198,8 +198,8 @@ def _stepped(shooting: Shooting, step: Floats, count: int) -> tuple[Shooting, En
         points = [p.moved(step[18 * k : 18 * k + 18] * units) for k, p in enumerate(shooting.points)]
         period = shooting.period * float(np.exp(step[18 * count]))
         angle = shooting.angle + float(step[18 * count + 1])
-        own = shooting.own + step[18 * count + 2 :]
-        new = replace(shooting, points=points, period=period, angle=angle, own=own)
+        body_angles = shooting.body_angles + step[18 * count + 2 :]
+        new = replace(shooting, points=points, period=period, angle=angle, body_angles=body_angles)
         try:
             return new, [flow(shooting.pair, point, period / count) for point in points]
         except BodiesOverlap as error:

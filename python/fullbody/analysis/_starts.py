@@ -14,7 +14,7 @@ from ..base import rotations
 from ..errors import BodiesOverlap
 from ..typing import Floats
 from ._linear import Rotation
-from ._newton import Problem
+from ._newton import EquilibriumProblem
 from ._pair import Pair, Pose
 
 __all__ = ["Axes", "aligned", "alignments", "contact", "long_axes", "rotation_at", "scan"]
@@ -65,7 +65,7 @@ def alignments(pair: Pair) -> Iterator[Axes]:
     yield from product(*choices)
 
 
-def rotation_at(problem: Problem, pose: Pose) -> Rotation | None:
+def rotation_at(problem: EquilibriumProblem, pose: Pose) -> Rotation | None:
     """Return the rotation whose rate balances the force along the line, or ``None`` where that force repels."""
     loads, _ = problem.pair.loads(pose)
     inward = -float(loads[:3] @ pose.r) / (problem.pair.mass * float(pose.r[:2] @ pose.r[:2]))
@@ -103,12 +103,12 @@ class Scan:
     def crossings(self, value: float) -> Floats:
         """Return separations near which the angular momentum has a value, the nearest first."""
         above = self.angular_momentum >= value
-        places = np.flatnonzero(above[1:] != above[:-1])
+        indices = np.flatnonzero(above[1:] != above[:-1])
         d, j = self.separation, self.angular_momentum
-        return d[places] + (value - j[places]) / (j[places + 1] - j[places]) * (d[places + 1] - d[places])
+        return d[indices] + (value - j[indices]) / (j[indices + 1] - j[indices]) * (d[indices + 1] - d[indices])
 
 
-def scan(problem: Problem, axes: Axes, touching: float, until: float) -> Scan:
+def scan(problem: EquilibriumProblem, axes: Axes, touching: float, until: float) -> Scan:
     """Scan separations from contact outwards until the angular momentum exceeds a value and grows."""
     pair = problem.pair
     distance = max(touching, 1e-3 * sum(pair.reach))
@@ -116,20 +116,20 @@ def scan(problem: Problem, axes: Axes, touching: float, until: float) -> Scan:
         # For points J^2 = m^2 G M d.
         distance = 1e-2 * until**2 / (pair.mass * pair.strength)
     farthest = _FARTHEST * max(distance, until**2 / (pair.mass * pair.strength))
-    found: list[tuple[float, float]] = []
+    samples: list[tuple[float, float]] = []
 
-    def look(distance: float) -> None:
+    def evaluate(distance: float) -> None:
         rotation = rotation_at(problem, aligned(axes, distance))
         if rotation is not None:
-            found.append((distance, float(rotation.angular_momentum[2])))
+            samples.append((distance, float(rotation.angular_momentum[2])))
 
-    while distance <= farthest and not (len(found) > 1 and found[-1][1] > max(until, found[-2][1])):
-        look(distance)
-        distance *= _RATIO if found else 1.01
-    for (a, j), (b, k), (c, m) in zip(found, found[1:], found[2:], strict=False):
+    while distance <= farthest and not (len(samples) > 1 and samples[-1][1] > max(until, samples[-2][1])):
+        evaluate(distance)
+        distance *= _RATIO if samples else 1.01
+    for (a, j), (b, k), (c, m) in zip(samples, samples[1:], samples[2:], strict=False):
         # Near its minimum a parabola tells whether the angular momentum falls below the value between two separations.
         if k < min(j, m):
             slopes = (k - j) / (b - a), (m - k) / (c - b)
-            look((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))
-    table = np.array(sorted(found)).reshape(-1, 2)
+            evaluate((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))
+    table = np.array(sorted(samples)).reshape(-1, 2)
     return Scan(axes, table[:, 0], table[:, 1])

@@ -19,12 +19,13 @@ from ..errors import BodiesOverlap, NotConverged
 from ..typing import Array, Floats
 from . import pictures
 from ._linear import Rotation
-from ._newton import Condition, Problem, converged, corrected
+from ._newton import Condition, EquilibriumProblem, converged, corrected
 from .equilibrium import RelativeEquilibrium
 
 __all__ = ["Branch", "Fold", "branch"]
 
-#: Step lengths along the branch in the units of :meth:`Problem.scales`: the first, the longest and the shortest.
+#: Step lengths along the branch in the units of :meth:`EquilibriumProblem.scales`: the first, the longest and the
+#: shortest.
 _FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
 #: Quantities that may fold, which means that they have an extreme along a branch.
 _FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
@@ -202,17 +203,17 @@ def branch(
     return Branch(found, folds, end)
 
 
-def _tangent(problem: Problem, rotation: Rotation) -> Floats:
-    """Return the unit vector (10,) along which the equilibria continue, in the units of :meth:`Problem.scales`."""
+def _tangent(problem: EquilibriumProblem, rotation: Rotation) -> Floats:
+    """Return the unit vector (10,) along which the equilibria continue, in the units of the problem's scales."""
     return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
 
 
-def _slope(problem: Problem, rotation: Rotation, tangent: Floats, quantity: Any) -> float:
+def _slope(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
     return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
 
 
-def _fold(problem: Problem, rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
+def _fold(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
     """Find the extreme of a quantity within a step."""
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq

@@ -20,7 +20,7 @@ from ..model.state import State, strip
 from ..motion.system import System
 from ..typing import Floats, Scalar
 from ._linear import Rotation
-from ._newton import Condition, Kind, Problem, converged
+from ._newton import Condition, EquilibriumProblem, Kind, converged
 from ._pair import Pair, Pose
 from ._starts import Axes, aligned, contact, long_axes, rotation_at, scan
 from .modes import Modes, displaced, modes_of
@@ -44,11 +44,11 @@ class RelativeEquilibrium(Tabled):
         half plane of the positive x-axis as seen from the first.
     """
 
-    def __init__(self, problem: Problem, rotation: Rotation) -> None:
+    def __init__(self, problem: EquilibriumProblem, rotation: Rotation) -> None:
         # The frame's x-axis runs through the projection of the separation.
         angle = -np.arctan2(rotation.pose.r[1], rotation.pose.r[0])
-        turn = rotations.turn(2, angle)
-        attitude = np.array([rotations.product(turn, q) for q in rotation.pose.attitude])
+        to_frame = rotations.about_axis(2, angle)
+        attitude = np.array([rotations.product(to_frame, q) for q in rotation.pose.attitude])
         r = np.array([np.hypot(*rotation.pose.r[:2]), 0.0, rotation.pose.r[2]])
         self.problem = problem
         self.rotation = problem.rotation(Pose(r, attitude), rotation.rate)
@@ -202,15 +202,15 @@ def relative_equilibrium(
     condition = _condition(system, separation, angular_momentum, rate)
     if start is not None and axes is not None:
         raise InvalidInput("axes and start are both given; expected one of the two")
-    given = _axes(pair, axes)
+    body_axes = _axes(pair, axes)
     if start is not None:
         pose = pose_of(pair, start, "start")[0]
     else:
         # This separation is a placeholder; the first guess for it is computed below.
-        pose = aligned(given, 2.0 * max(contact(pair, given), 1e-3))
+        pose = aligned(body_axes, 2.0 * max(contact(pair, body_axes), 1e-3))
     problem = _problem(pair, pose, spin)
     if start is None:
-        pose = aligned(given, _distance(problem, given, condition))
+        pose = aligned(body_axes, _distance(problem, body_axes, condition))
     # Kepler's rate is the first guess where gravity repels along the line.
     kepler = np.sqrt(pair.strength / (pair.mass * pose.distance**3))
     guess = rotation_at(problem, pose) or problem.rotation(pose, kepler)
@@ -219,31 +219,31 @@ def relative_equilibrium(
 
 def _condition(system: System, separation: Any, angular_momentum: Any, rate: Any) -> Condition:
     values = {"separation": separation, "angular_momentum": angular_momentum, "rate": rate}
-    given = {name: value for name, value in values.items() if value is not None}
-    if len(given) != 1:
-        names = ", ".join(given) or "none"
+    body_axes = {name: value for name, value in values.items() if value is not None}
+    if len(body_axes) != 1:
+        names = ", ".join(body_axes) or "none"
         raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
-    [(name, value)] = given.items()
+    [(name, value)] = body_axes.items()
     dimension = {"separation": "length", "angular_momentum": "angular momentum", "rate": "spin"}[name]
-    plain = system.context.units.number(value, dimension, name, POSITIVE)
+    number = system.context.units.number(value, dimension, name, POSITIVE)
     kind: Kind = name  # type: ignore[assignment]
-    return Condition(kind, plain)
+    return Condition(kind, number)
 
 
 def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
     """Parse the axes along the line and the pole from words such as "xz"."""
-    found = list(long_axes(pair))
+    scanned = list(long_axes(pair))
     for name, word in (axes or {}).items():
         body = pair.context.index(name, "a body of axes")
         letters = list(word) if isinstance(word, str | tuple | list) else []
         if len(letters) != 2 or not set(letters) <= set("xyz") or letters[0] == letters[1]:
             raise InvalidInput(f"axes of {name} is {word!r}; expected two of x, y and z, such as 'xz'")
-        found[body] = ("xyz".index(letters[0]), "xyz".index(letters[1]))
-    first, second = found
+        scanned[body] = ("xyz".index(letters[0]), "xyz".index(letters[1]))
+    first, second = scanned
     return first, second
 
 
-def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Problem:
+def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> EquilibriumProblem:
     """Return the equations of a pair with the given spins of the bodies that are not locked."""
     axes = (pair.axis(0, pose), pair.axis(1, pose))
     if spin is not None:
@@ -258,28 +258,28 @@ def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Problem:
                 f"(fullbody.analysis.averaged(system, {called!r}) is the mean over its turns, of copies= enough)"
             )
         spins[body] = pair.context.units.number(value, "spin", f"spin of {called}")
-    return Problem(pair, axes, spins)
+    return EquilibriumProblem(pair, axes, spins)
 
 
-def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
+def _distance(problem: EquilibriumProblem, axes: Axes, condition: Condition) -> float:
     """Return the first guess for the separation."""
     pair = problem.pair
     if condition.kind == "separation":
         return condition.value
     if condition.kind == "rate":
         return max(contact(pair, axes), float(np.cbrt(pair.strength / (pair.mass * condition.value**2))))
-    found = scan(problem, axes, contact(pair, axes), condition.value)
-    places = found.crossings(condition.value)
-    if len(places) == 0:
-        least = int(found.angular_momentum.argmin())
+    scanned = scan(problem, axes, contact(pair, axes), condition.value)
+    crossings = scanned.crossings(condition.value)
+    if len(crossings) == 0:
+        least = int(scanned.angular_momentum.argmin())
         attach = pair.context.units.attach
         raise NotConverged(
             f"no relative equilibrium of these axes has the angular momentum "
             f"{number(attach(np.float64(condition.value), 'angular momentum'))}; with the bodies apart the least is "
-            f"about {number(attach(found.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
-            f"{number(attach(found.separation[least], 'length'), 5)}"
+            f"about {number(attach(scanned.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
+            f"{number(attach(scanned.separation[least], 'length'), 5)}"
         )
-    return float(places[-1])
+    return float(crossings[-1])
 
 
 def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Floats]:
@@ -298,9 +298,9 @@ def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Floats]:
     if np.linalg.norm(x) <= 1e-12 * np.linalg.norm(r):
         raise InvalidInput(f"{what} has its bodies along its angular momentum; expected them beside it")
     x /= np.linalg.norm(x)
-    turn = np.array([x, np.cross(z, x), z])
-    q = rotations.quaternion(turn)
-    return Pose(turn @ r, np.array([rotations.product(q, own) for own in core.attitude])), turn
+    rotation = np.array([x, np.cross(z, x), z])
+    q = rotations.quaternion(rotation)
+    return Pose(rotation @ r, np.array([rotations.product(q, attitude) for attitude in core.attitude])), rotation
 
 
 def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
@@ -336,5 +336,7 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     shape = instance(old.shape, system.names[index], Ellipsoid | Sphere, "an Ellipsoid")
     if isinstance(shape, Sphere) or shape.a == shape.b:
         return system
-    parts = [Part(shape, mass=old.mass / count, attitude=rotations.turn(2, np.pi * k / count)) for k in range(count)]
+    parts = [
+        Part(shape, mass=old.mass / count, attitude=rotations.about_axis(2, np.pi * k / count)) for k in range(count)
+    ]
     return system.with_body(index, Composite(parts))

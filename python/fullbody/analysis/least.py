@@ -14,7 +14,7 @@ from ..errors import BodiesOverlap, NotConverged
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Scalar
-from ._newton import Condition, Problem, converged
+from ._newton import Condition, EquilibriumProblem, converged
 from ._pair import Pair
 from ._starts import Axes, aligned, alignments, contact, rotation_at, scan
 from .equilibrium import RelativeEquilibrium
@@ -39,7 +39,7 @@ class Touching(Tabled):
         poles = [axes[k][1] for k in range(2)]
         inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
         rate = angular_momentum / inertia
-        self.rotation = rotation = Problem(pair, (None, None), {}).rotation(pose, rate)
+        self.rotation = rotation = EquilibriumProblem(pair, (None, None), {}).rotation(pose, rate)
         self.system: System = pair.system
         self.state: State = wrap(pair.state(pose, rotation.velocity, rotation.spins), pair.context)
         self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
@@ -96,13 +96,19 @@ class Equilibria(Tabled):
         both: list[RelativeEquilibrium | Touching] = [*self.apart, *self.touching]
         units = [getattr(getattr(both[0], name), "unit", "") for name in ("separation", "energy")] if both else ["", ""]
         rows = []
-        for one in sorted(both, key=_energy):
-            plain = [float(getattr(value, "value", value)) for value in (one.separation, one.energy)]
-            if isinstance(one, Touching):
+        for candidate in sorted(both, key=_energy):
+            numbers = [float(getattr(value, "value", value)) for value in (candidate.separation, candidate.energy)]
+            if isinstance(candidate, Touching):
                 kind = "touching"
             else:
-                kind = "minimum" if one.energetically_stable else "stable" if one.linearly_stable else "unstable"
-            rows.append((*(number(value) for value in plain), kind))
+                kind = (
+                    "minimum"
+                    if candidate.energetically_stable
+                    else "stable"
+                    if candidate.linearly_stable
+                    else "unstable"
+                )
+            rows.append((*(number(value) for value in numbers), kind))
         header = (head("separation", units[0]), head("energy", units[1]), "kind")
         return (Table(f"Equilibria of angular momentum {number(self.angular_momentum)}", header, list(rows)),)
 
@@ -113,8 +119,8 @@ class Equilibria(Tabled):
         )
 
 
-def _energy(one: RelativeEquilibrium | Touching) -> float:
-    energy = one.energy
+def _energy(candidate: RelativeEquilibrium | Touching) -> float:
+    energy = candidate.energy
     return float(getattr(energy, "value", energy))
 
 
@@ -155,29 +161,32 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     missed: list[str] = []
     for axes in alignments(pair):
         distance = contact(pair, axes)
-        where = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
-        problem = Problem(pair, (pair.axis(0, where), pair.axis(1, where)), {})
-        for near in scan(problem, axes, distance, value).crossings(value):
-            guess = rotation_at(problem, aligned(axes, float(near)))
+        start = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
+        problem = EquilibriumProblem(pair, (pair.axis(0, start), pair.axis(1, start)), {})
+        for separation in scan(problem, axes, distance, value).crossings(value):
+            guess = rotation_at(problem, aligned(axes, float(separation)))
             if guess is None:
                 continue
             try:
-                one = RelativeEquilibrium(problem, converged(problem, guess, Condition("angular_momentum", value)))
+                candidate = RelativeEquilibrium(
+                    problem, converged(problem, guess, Condition("angular_momentum", value))
+                )
             except (NotConverged, BodiesOverlap) as error:
                 missed.append(str(error))
                 continue
-            if not any(_same(one, other) for other in apart):
-                apart.append(one)
+            if not any(_same(candidate, other) for other in apart):
+                apart.append(candidate)
         if distance > 0.0:
-            rest = Touching(pair, axes, distance, value)
-            if rest.rests:
-                touching.append(rest)
+            touching_case = Touching(pair, axes, distance, value)
+            if touching_case.rests:
+                touching.append(touching_case)
     return Equilibria(system.context.units.attach(np.float64(value), "angular momentum"), apart, touching, missed)
 
 
-def _same(one: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
+def _same(candidate: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
     """Return whether two equilibria are the same."""
     first, second = (
-        np.array([float(getattr(value, "value", value)) for value in (e.separation, e.energy)]) for e in (one, other)
+        np.array([float(getattr(value, "value", value)) for value in (e.separation, e.energy)])
+        for e in (candidate, other)
     )
     return bool(np.all(np.abs(first - second) <= _SAME * np.abs(first)))

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..model.state import State, wrap
 from ..motion.system import System
@@ -68,8 +68,8 @@ class Modes(Tabled):
     def period(self) -> Array:
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
-            plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
-        return self.system.context.units.attach(plain, "time")
+            numbers = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
+        return self.system.context.units.attach(numbers, "time")
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
         """Return the state of the equilibrium with one mode added, to first order.
@@ -97,11 +97,11 @@ class Modes(Tabled):
         >>> equilibrium.modes.excited(0, 1e-3).position.shape
         (2, 3)
         """
-        place = integer(mode)
-        if place is None or not -len(self) <= place < len(self):
+        index = integer(mode)
+        if index is None or not -len(self) <= index < len(self):
             raise InvalidInput(f"mode is {mode!r}; expected 0 to {len(self) - 1}, one of the {len(self)} modes")
-        size, turn = PLAIN.number(amplitude, "number", "amplitude"), PLAIN.number(phase, "number", "phase")
-        return displaced(self._rotation, np.real(size * np.exp(1j * turn) * self._deviations[:, place]))
+        size, angle = UNITLESS.number(amplitude, "number", "amplitude"), UNITLESS.number(phase, "number", "phase")
+        return displaced(self._rotation, np.real(size * np.exp(1j * angle) * self._deviations[:, index]))
 
     plot = pictures.modes
 
@@ -155,19 +155,22 @@ def modes_of(rotation: Rotation) -> Modes:
     values = np.where(np.abs(values) <= steady, 0.0, values)
     kept = _of_pairs(values)
     whole = (basis @ vectors)[:, kept]
-    # The mode is turned as a whole so that the line of the bodies keeps its longitude.
-    turn = rotation.generators()[:, :1]
-    whole = whole - turn * (whole[1] / turn[1])
+    # A rotation about the pole is subtracted, so that the line of the bodies keeps its longitude.
+    about_pole = rotation.generators()[:, :1]
+    whole = whole - about_pole * (whole[1] / about_pole[1])
     parts = whole[:9] / np.repeat([rotation.pose.distance, 1.0], [3, 6])[:, np.newaxis]
     scale = np.array([column[np.abs(column).argmax()] for column in parts.T])
     whole, parts = whole / scale, parts / scale
     signs = []
-    for place, k in enumerate(kept):
-        amount = np.real(vectors[:, k].conj() @ energy @ vectors[:, k]) / abs(scale[place]) ** 2
+    for index, k in enumerate(kept):
+        amount = np.real(vectors[:, k].conj() @ energy @ vectors[:, k]) / abs(scale[index]) ** 2
         signs.append(0 if values[k].real != 0.0 or values[k] == 0.0 else int(np.sign(amount)))
-    about = [np.einsum("kij,kj->ki", rotation.pose.rotation, column[3:].reshape(2, 3)) for column in parts.T]
+    inertial_rotations = [
+        np.einsum("kij,kj->ki", rotation.pose.rotation, column[3:].reshape(2, 3)) for column in parts.T
+    ]
     flat = [
-        max(abs(column[2]), np.abs(turns[:, :2]).max()) < 1e-6 for column, turns in zip(parts.T, about, strict=True)
+        max(abs(column[2]), np.abs(vectors[:, :2]).max()) < 1e-6
+        for column, vectors in zip(parts.T, inertial_rotations, strict=True)
     ]
     attach = rotation.pair.context.units.attach
     return Modes(

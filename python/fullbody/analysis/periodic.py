@@ -13,12 +13,12 @@ from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import NONZERO, POSITIVE
 from ..base.tables import Table, Tabled, number
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State, strip, wrap
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._flow import SPINS, TURNS, Point, generators, momentum_rows
+from ._flow import ROTATIONS, SPINS, PairPoint, generators, momentum_rows
 from ._linear import complement, even, kernel
 from ._pair import Pair, Pose, cross
 from ._shooting import Ends, Shooting, begun, solved
@@ -68,11 +68,11 @@ class PeriodicOrbit(Tabled):
     @property
     def half_turns(self) -> dict[str, str]:
         """Axes about which bodies have made a half turn after a period, which an ellipsoid does not show."""
-        turned = {}
-        for name, own in zip(self.system.names, self._shooting.half, strict=True):
-            if own > 0:
-                turned[name] = "xyz"[own - 1]
-        return turned
+        half_rotations = {}
+        for name, axis in zip(self.system.names, self._shooting.half, strict=True):
+            if axis > 0:
+                half_rotations[name] = "xyz"[axis - 1]
+        return half_rotations
 
     @cached_property
     def energy(self) -> Scalar:
@@ -115,7 +115,7 @@ class PeriodicOrbit(Tabled):
                 row[SPINS[k]] = way
                 if axis == 3:
                     # The spin of a sphere is counted in the inertial frame.
-                    row[TURNS[k]] = -way @ cross(point.spin[k])
+                    row[ROTATIONS[k]] = -way @ cross(point.spin[k])
                 rows.append(row)
         moves = np.column_stack([point.rates(pair), generators(point, shooting.axes)])
         still = kernel(even(np.array(rows) * units))
@@ -210,12 +210,12 @@ def periodic_orbit(
     """
     pair = Pair(system)
     time = system.context.units.number(period, "time", "period", POSITIVE)
-    within = PLAIN.number(tolerance, "number", "tolerance", POSITIVE)
+    within = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
     held = _held(hold)
-    pose, turn = pose_of(pair, state, "state")
+    pose, rotation = pose_of(pair, state, "state")
     count = _segments(pair, pose, time, segments)
-    start = Point.of(strip(state, system.context))
-    shooting, ends = begun(system, pair, Point(pose, turn @ start.velocity, start.spin), time, count)
+    start = PairPoint.of(strip(state, system.context))
+    shooting, ends = begun(system, pair, PairPoint(pose, rotation @ start.velocity, start.spin), time, count)
     first = shooting.points[0]
     kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
     return PeriodicOrbit(*solved(shooting, ends, held, kept, within))
@@ -262,33 +262,33 @@ def periodic_family(
     True
     """
     instance(equilibrium, "equilibrium", RelativeEquilibrium)
-    sizes = PLAIN.numbers(amplitudes, "number", "amplitudes", ("A",), NONZERO)
+    sizes = UNITLESS.numbers(amplitudes, "number", "amplitudes", ("A",), NONZERO)
     if not len(sizes):
         raise InvalidInput("amplitudes is empty; expected one or more")
     pair = equilibrium.problem.pair
     system = pair.system
-    centre = Point.of(strip(equilibrium.state, system.context))
+    centre = PairPoint.of(strip(equilibrium.state, system.context))
     modes = equilibrium.modes
-    deviation = Point.of(strip(modes.excited(mode, sizes[0]), system.context)).less(centre)
+    deviation = PairPoint.of(strip(modes.excited(mode, sizes[0]), system.context)).less(centre)
     time = float(getattr(modes.period[mode], "value", modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
     momentum = float(equilibrium.rotation.angular_momentum[2])
-    found: list[PeriodicOrbit] = []
-    for before, size in zip((sizes[0], *sizes), sizes, strict=False):
-        start = centre.moved(deviation * (size / before))
+    orbits: list[PeriodicOrbit] = []
+    for previous, size in zip((sizes[0], *sizes), sizes, strict=False):
+        start = centre.moved(deviation * (size / previous))
         count = _segments(pair, start.pose, time, segments)
         try:
             shooting, ends = begun(system, pair, start, time, count)
             kept = {"angular_momentum": momentum}
             orbit = PeriodicOrbit(*solved(shooting, ends, tuple(kept), kept, _CLOSED, deviation))
         except FullbodyError as error:
-            error.orbits = tuple(found)  # type: ignore[attr-defined]
+            error.orbits = tuple(orbits)  # type: ignore[attr-defined]
             raise
-        found.append(orbit)
+        orbits.append(orbit)
         deviation = orbit._shooting.points[0].less(centre)
         time = orbit._shooting.period
-    return tuple(found)
+    return tuple(orbits)
 
 
 def _held(hold: str | Sequence[str]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..base.kinds import choice
 from ..base.tables import number
 from ..model.state import State
-from ..plots._style import LINES, grid, legend, line, matplotlib, panels, plain, single, wishes
+from ..plots._style import LINES, escaped, grid, legend, line, matplotlib, panels, single, wishes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.
@@ -19,7 +19,7 @@ _SEEN = 1e-3
 
 
 def _bare(values: Any) -> tuple[Any, str]:
-    """Return plain numbers, and their unit in brackets for a label."""
+    """Return escaped numbers, and their unit in brackets for a label."""
     unit = getattr(values, "unit", None)
     text = f" [{unit.to_string('unicode')}]" if unit is not None else " [system units]"
     return np.asarray(getattr(values, "value", values)), text
@@ -102,7 +102,12 @@ def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     names = modes.system.names
-    labels = ["distance", "longitude", "latitude", *(f"{plain(name)} about {axis}" for name in names for axis in "xyz")]
+    labels = [
+        "distance",
+        "longitude",
+        "latitude",
+        *(f"{escaped(name)} about {axis}" for name in names for axis in "xyz"),
+    ]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
 from ..base.values import ArrayFields, block
-from ..ensembles.many import integrate_many
+from ..ensembles.members import integrate_many
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event, Occurrence
 from ..model.state import State
@@ -40,7 +40,7 @@ class Section(Tabled):
         self, system: System, crossings: Sequence[Sequence[State]], errors: Sequence[FullbodyError | None]
     ) -> None:
         self.system = system
-        self.crossings = tuple(tuple(one) for one in crossings)
+        self.crossings = tuple(tuple(crossing) for crossing in crossings)
         self.errors = tuple(errors)
 
     def values(self, coordinate: Callable[[State], Any]) -> tuple[Any, ...]:
@@ -56,13 +56,13 @@ class Section(Tabled):
         tuple of ndarray or Quantity
         """
         function(coordinate, "coordinate", "a function of a State")
-        found = []
+        columns = []
         for states in self.crossings:
             values = [coordinate(state) for state in states]
             unit = getattr(values[0], "unit", None) if values else None
-            plain = np.array([float(value if unit is None else value.to_value(unit)) for value in values])
-            found.append(plain if unit is None else plain << unit)
-        return tuple(found)
+            numbers = np.array([float(value if unit is None else value.to_value(unit)) for value in values])
+            columns.append(numbers if unit is None else numbers << unit)
+        return tuple(columns)
 
     plot = pictures.section
 
@@ -130,7 +130,7 @@ def section(
             raise answer
         run = answer.run if isinstance(answer, FullbodyError) else answer
         happened: list[Occurrence] = [] if run is None else run.events
-        crossings.append([one.state for one in happened])
+        crossings.append([item.state for item in happened])
         errors.append(answer if isinstance(answer, FullbodyError) else None)
     return Section(system, crossings, errors)
 
@@ -185,14 +185,16 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     """
     values = quantity(run) if callable(quantity) else quantity
     unit = getattr(values, "unit", None)
-    plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
+    numbers = np.asarray(getattr(values, "value", values), dtype=np.float64)
     time: Floats = run.arrays["time"]
-    if plain.shape != time.shape or not np.isfinite(plain).all():
-        raise InvalidInput(f"quantity has shape {plain.shape}; expected {time.shape}, finite numbers, one for a sample")
+    if numbers.shape != time.shape or not np.isfinite(numbers).all():
+        raise InvalidInput(
+            f"quantity has shape {numbers.shape}; expected {time.shape}, finite numbers, one for a sample"
+        )
     if len(time) < 8:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
-    found, amplitude = lines(time, plain, whole(n, "n"))
+    columns, amplitude = lines(time, numbers, whole(n, "n"))
     order = np.argsort(-amplitude)
     attach = run.context.units.attach
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
-    return Frequencies(attach(found[order], "spin"), sizes)
+    return Frequencies(attach(columns[order], "spin"), sizes)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InvalidInput, caution
 from ..typing import Floats
-from .units import PLAIN, close_to, gathered, is_quantity, numbers
+from .units import UNITLESS, close_to, gathered, is_quantity, numbers
 
 _T = TypeVar("_T")
 
@@ -145,10 +145,10 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
     return bool(united)
 
 
-def directions(value: Any, what: str, one: bool = False) -> Floats:
+def directions(value: Any, what: str, single: bool = False) -> Floats:
     """Return vectors (..., 3), or one (3,), of any length above zero and in any unit as numbers."""
     value = gathered(value, what)
-    plain = PLAIN.numbers(getattr(value, "value", value), "number", what, (3,) if one else ("...", 3))
+    plain = UNITLESS.numbers(getattr(value, "value", value), "number", what, (3,) if single else ("...", 3))
     if not plain.any(axis=-1).all():
         raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
     return plain
@@ -180,8 +180,8 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
         longitude, latitude = value
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{what} is {value!r}; {expected}") from error
-    lon = PLAIN.number(longitude, "angle", f"longitude of {what}")
-    lat = PLAIN.number(latitude, "angle", f"latitude of {what}")
+    lon = UNITLESS.number(longitude, "angle", f"longitude of {what}")
+    lat = UNITLESS.number(latitude, "angle", f"latitude of {what}")
     if not -np.pi / 2 <= lat <= np.pi / 2:
         raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
     warn_if_degrees(longitude, f"longitude of {what}")

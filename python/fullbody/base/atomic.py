@@ -13,7 +13,7 @@ from typing import Any
 
 from ..errors import InvalidInput
 
-__all__ = ["as_path", "check_place", "check_suffix", "content", "other_reader", "replacing"]
+__all__ = ["as_path", "check_suffix", "check_target", "content", "other_reader", "replacing"]
 
 #: The errors by which a system says that it cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
@@ -54,7 +54,7 @@ def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
         raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(suffixes)}")
 
 
-def check_place(path: Any) -> None:
+def check_target(path: Any) -> None:
     """Raise the :class:`OSError` that :func:`replacing` would raise for a path, so that no work is done in vain."""
     with suppress(_Untouched), replacing(path):
         raise _Untouched
@@ -114,25 +114,25 @@ def replacing(path: Any) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
         if not isinstance(error, OSError):
             raise
-        plain = _about(error, path, mark)
-        if plain is error:
+        readable = _about(error, path, mark)
+        if readable is error:
             raise
-        raise plain from None
+        raise readable from None
 
 
 def _present(path: Path) -> os.stat_result | None:
     """Return the status of the file to be replaced, if there is one, or raise an error if it must not be replaced."""
     try:
-        found = path.stat()
+        status = path.stat()
     except FileNotFoundError:
         return None
-    if stat.S_ISDIR(found.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if not stat.S_ISREG(found.st_mode) or _is_open_file(path):
+    if not stat.S_ISREG(status.st_mode) or _is_open_file(path):
         raise OSError(errno.EINVAL, "Not a regular file, which alone can be replaced", str(path))
     if not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-    return found
+    return status
 
 
 def _is_open_file(path: Path) -> bool:
@@ -157,11 +157,11 @@ def _take_over(temporary: Path, old: os.stat_result) -> None:
 def _flush(path: Path) -> None:
     """Have the system write a file or folder to the disk."""
     try:
-        place = os.open(path, os.O_RDONLY)
+        descriptor = os.open(path, os.O_RDONLY)
         try:
-            os.fsync(place)
+            os.fsync(descriptor)
         finally:
-            os.close(place)
+            os.close(descriptor)
     except OSError as error:
         if error.errno not in _NO_FLUSH:
             raise

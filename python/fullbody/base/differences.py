@@ -58,10 +58,10 @@ def difference(function: Callable[[float], Floats], step: float) -> Floats:
     The difference is one-sided if the function refuses the argument ``-step``, as at the end of a range.
     """
     try:
-        before = function(-step)
+        below = function(-step)
     except REFUSALS:
         return np.asarray((4.0 * function(step) - function(2.0 * step)) / (2.0 * step))
-    return np.asarray((function(step) - before) / (2.0 * step))
+    return np.asarray((function(step) - below) / (2.0 * step))
 
 
 class Differences:
@@ -123,7 +123,7 @@ class Differences:
                 if _signal(apart, noise) > 0.01 * _PRECISE:
                     return np.asarray(apart / (2.0 * step))
         self.length = self._size = 0.0
-        found: _Trial | None = None
+        trial_in_use: _Trial | None = None
         longer: _Trial | None = None
         refused: Exception | None = None
         for share in _SHARES:
@@ -135,25 +135,25 @@ class Differences:
             if longer is not None and (longer.changed > trial.changed or not trial.follows(longer)):
                 return None
             if trial.smooth:
-                found = trial
+                trial_in_use = trial
                 break
             longer = trial
-        if found is None:
+        if trial_in_use is None:
             if refused is not None and longer is None:
                 raise InvalidInput(f"no value near it is accepted: {refused}") from refused
             return None
-        while found.signal < _PRECISE and found.length < longest:
-            length = min(longest, found.length * 10.0 * _PRECISE / max(found.signal, 1.0))
+        while trial_in_use.signal < _PRECISE and trial_in_use.length < longest:
+            length = min(longest, trial_in_use.length * 10.0 * _PRECISE / max(trial_in_use.signal, 1.0))
             with suppress(*REFUSALS):
                 trial = _Trial(function, length, noise, groups)
                 if trial.smooth:
-                    found = trial
+                    trial_in_use = trial
                     continue
             break
-        if found.signal < _CHANGED:
+        if trial_in_use.signal < _CHANGED:
             return np.zeros(len(noise))
-        self.length, self._size = found.length, size
-        return found.derivative
+        self.length, self._size = trial_in_use.length, size
+        return trial_in_use.derivative
 
 
 class _Trial:

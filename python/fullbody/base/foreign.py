@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 
-__all__ = ["are_dates", "plain_or_quantity", "shown"]
+__all__ = ["are_dates", "array_or_quantity", "shown"]
 
 #: The number of values of a column that a message shows.
 _SHOWN = 3
@@ -27,14 +27,14 @@ def shown(value: Any) -> str:
         value = value.to_numpy()
     if hasattr(value, "ravel") and np.size(value) > _SHOWN:
         value = value.ravel()
-    many = isinstance(value, list | tuple) or (hasattr(value, "ravel") and np.ndim(value) == 1)
-    more = len(value) - _SHOWN if many else 0
+    is_list = isinstance(value, list | tuple) or (hasattr(value, "ravel") and np.ndim(value) == 1)
+    omitted = len(value) - _SHOWN if is_list else 0
     # A whole number may have hundreds of digits.
     text = str if are_dates(value) else reprlib.repr if isinstance(value, int) else repr
-    return f"{text(value[:_SHOWN])} and {more} more" if more > 0 else text(value)
+    return f"{text(value[:_SHOWN])} and {omitted} more" if omitted > 0 else text(value)
 
 
-def plain_or_quantity(value: Any, what: str) -> Any:
+def array_or_quantity(value: Any, what: str) -> Any:
     """Return a value of another library as an array or a Quantity, whose unit numpy would drop, and others unchanged.
 
     These are times between dates, columns of astropy, arrays of xarray with ``attrs["units"]`` and Quantities of pint.
@@ -51,7 +51,7 @@ def plain_or_quantity(value: Any, what: str) -> Any:
         value = value.quantity
     elif hasattr(value, "attrs") and hasattr(value, "dims"):
         unit = value.attrs.get("units")
-        return plain_or_quantity(value.data, what) if unit is None else _with_unit(value.to_numpy(), unit, what)
+        return array_or_quantity(value.data, what) if unit is None else _with_unit(value.to_numpy(), unit, what)
     elif hasattr(value, "magnitude") and hasattr(value, "units"):
         return _with_unit(value.magnitude, str(value.units), what)
     return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)

@@ -62,7 +62,7 @@ def united(value: Any, dimension: str, units: Units) -> Any:
 
 def direction(value: Any, what: str) -> tuple[float, ...]:
     """Return a vector (3,) of any length above zero and in any unit, as a tuple, which can be compared and hashed."""
-    return tuple(map(float, directions(value, what, one=True)))
+    return tuple(map(float, directions(value, what, single=True)))
 
 
 def sense(value: object, what: str) -> int:
@@ -92,7 +92,7 @@ class Number:
         ANY.numbers(value, self.dimension, what, self.shape, self.limits)
         return gathered(value, what, self.dimension)
 
-    def plain(self, value: Any, what: str, units: Units) -> Any:
+    def unitless(self, value: Any, what: str, units: Units) -> Any:
         """Return a value as numbers in a system's units: a float, or lists of floats."""
         return units.numbers(value, self.dimension, what, self.shape, self.limits).tolist()
 
@@ -104,7 +104,7 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BodyIndex:
     """The kind of a body of a system, given by its index or name."""
 
     def __call__(self, value: Any, what: str) -> Any:
@@ -147,7 +147,7 @@ class Declared(ScalarFields):
         given = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
         return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
 
-    def _plain(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
+    def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
         """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, by their names.
 
         A field that is not given is ``None``.
@@ -156,7 +156,7 @@ class Declared(ScalarFields):
         for name, kind in kinds_of(type(self)).items():
             value = getattr(self, name)
             if isinstance(kind, Number):
-                found[name] = None if value is None else kind.plain(value, self._what(name, of), units)
-            elif isinstance(kind, Place) and index is not None:
+                found[name] = None if value is None else kind.unitless(value, self._what(name, of), units)
+            elif isinstance(kind, BodyIndex) and index is not None:
                 found[name] = None if value is None else index(value, self._what(name))
         return found

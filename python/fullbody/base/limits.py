@@ -28,10 +28,10 @@ class Limits:
 
     def hold(self, values: Any) -> Any:
         """Return for each of the values whether it is finite and within the limits."""
-        found = (values >= self.least) & (values <= self.most)
+        holds = (values >= self.least) & (values <= self.most)
         if not self.infinite:
-            found &= (abs(values) < inf) & (values > self.above) & (values < self.below)
-        return found & (values != 0.0) if self.nonzero else found
+            holds &= (abs(values) < inf) & (values > self.above) & (values < self.below)
+        return holds & (values != 0.0) if self.nonzero else holds
 
     def expected(self, many: bool = False) -> str:
         """Return what is expected in words, for one number or for many."""

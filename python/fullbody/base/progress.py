@@ -1,4 +1,4 @@
-"""Progress of long computations, shown by a bar or told to a function of the caller."""
+"""Progress of long computations, shown by a bar or reported to a function of the caller."""
 
 from __future__ import annotations
 

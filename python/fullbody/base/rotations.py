@@ -11,7 +11,7 @@ from .. import _core
 from ..typing import Floats
 
 
-def turn(axis: int, angle: float) -> Floats:
+def about_axis(axis: int, angle: float) -> Floats:
     """Return the quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
     angles = [0.0, 0.0, 0.0]
     angles[axis] = angle
@@ -58,8 +58,8 @@ def of_vectors(vectors: Any) -> Floats:
 
 def between(first: Floats, second: Floats) -> Floats:
     """Return the shortest rotation vectors (..., 3), in the frame of the first, from attitudes (..., 4) to others."""
-    turn = products(inverse(first), second)
-    scalar, vector = turn[..., :1], np.where(turn[..., :1] < 0.0, -turn[..., 1:], turn[..., 1:])
+    rotation = products(inverse(first), second)
+    scalar, vector = rotation[..., :1], np.where(rotation[..., :1] < 0.0, -rotation[..., 1:], rotation[..., 1:])
     sine = np.linalg.norm(vector, axis=-1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, np.abs(scalar))
     return np.asarray(vector * np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0.0))

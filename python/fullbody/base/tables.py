@@ -45,7 +45,7 @@ class Shown(Protocol):
 
 def tables_of(*shown: Table | Shown) -> list[Table]:
     """Return tables, and those of objects that Jupyter shows as tables."""
-    return [table for one in shown for table in ((one,) if isinstance(one, Table) else one._tables())]
+    return [table for item in shown for table in ((item,) if isinstance(item, Table) else item._tables())]
 
 
 def to_text(*shown: Table | Shown) -> str:

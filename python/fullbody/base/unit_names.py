@@ -69,7 +69,7 @@ _MEANT = {"cc": "cm3", "ccm": "cm3", "gm": "g", "gms": "g", "gr": "g", "mtr": "m
 
 
 @contextmanager
-def _plain_words() -> Iterator[None]:
+def _english_words() -> Iterator[None]:
     """Context manager in which astropy also reads units that are spelt as in plain English."""
     from astropy import units as u
 
@@ -83,7 +83,7 @@ def read(kind: Any, text: str) -> Any:
     try:
         return kind(text)
     except (TypeError, ValueError):
-        with _plain_words():
+        with _english_words():
             return kind(text)
 
 
@@ -111,24 +111,24 @@ def derived(length: Any, time: Any, mass: Any, dimension: str) -> Any:
 
 
 @lru_cache(maxsize=1024)
-def factor(given: Any, wanted: Any) -> float:
+def factor(unit: Any, target: Any) -> float:
     """Return the factor from one unit to another one, which astropy takes long to find."""
     from astropy import units as u
 
-    factor = float(given.to(wanted, 1.0, equivalencies=u.dimensionless_angles()))
+    factor = float(unit.to(target, 1.0, equivalencies=u.dimensionless_angles()))
     if not 0.0 < abs(factor) < np.inf:
         raise OverflowError(f"the factor between the units is {factor}")
     return factor
 
 
-def usable_unit(given: Any) -> Any:
+def usable_unit(value: Any) -> Any:
     """Return a unit from anything that astropy takes for one.
 
     It is an error if it is not a unit, or one so small or so large that numbers in it overflow when they are converted.
     """
     from astropy import units as u
 
-    unit = read(u.Unit, given) if isinstance(given, str) else u.Unit(given)
+    unit = read(u.Unit, value) if isinstance(value, str) else u.Unit(value)
     if isinstance(unit, u.StructuredUnit):
         raise ValueError("it is a structure of several units")
     try:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..typing import Floats, Scalar
-from .foreign import plain_or_quantity, shown
+from .foreign import array_or_quantity, shown
 from .limits import FINITE, Limits
 from .unit_names import derived, error_of, factor, meant, usable_unit, with_error
 
@@ -104,7 +104,7 @@ def gathered(value: Any, what: str, dimension: str = "any", expected: str = "num
         return from_text(value, what, dimension, expected)
     refuse_masked(value, what)
     if not isinstance(value, list | tuple):
-        return plain_or_quantity(value, what)
+        return array_or_quantity(value, what)
     parts = [gathered(part, what, dimension, expected) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
@@ -135,8 +135,8 @@ def refuse_masked(value: Any, what: str) -> None:
     else:
         return
     if masked:
-        many = "is masked" if size == 1 else f"has {masked} masked value{'s' if masked > 1 else ''} of {size}"
-        raise InvalidInput(f"{what} {many}; expected numbers throughout")
+        masked_text = "is masked" if size == 1 else f"has {masked} masked value{'s' if masked > 1 else ''} of {size}"
+        raise InvalidInput(f"{what} {masked_text}; expected numbers throughout")
 
 
 def from_text(text: str, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
@@ -207,7 +207,7 @@ class Units:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
         parts = zip((length, time, mass), _KNOWN, strict=True)
-        base = tuple(_unit(name, known, names) for name, known in parts)
+        base = tuple(_unit(name, known_names, names) for name, known_names in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
                 raise InvalidInput(
@@ -216,7 +216,7 @@ class Units:
         self._base = base
 
     @property
-    def known(self) -> bool:
+    def defined(self) -> bool:
         """Return whether results are Quantities."""
         return self._base is not None
 
@@ -280,16 +280,16 @@ class Units:
         """
         expected = limits.expected(shape != ())
         refuse_booleans(value, what, expected)
-        found = self.strip(value, dimension, what, expected)
-        if shape is not None and not fits(found, shape):
+        array = self.strip(value, dimension, what, expected)
+        if shape is not None and not fits(array, shape):
             if shape and not limits.text:
-                raise InvalidInput(f"{what} has shape {found.shape}; expected {shape_text(shape)}, {expected}")
-            raise InvalidInput(f"{what} is {value!r}, of shape {found.shape}; expected {expected}")
-        if not np.all(good := limits.hold(found)):
-            plain = type(value) is np.ndarray and not found.ndim
-            bad = found[~good][0] if found.size >= 10 else float(found) if plain else value
-            raise InvalidInput(f"{what} {'is' if found.size < 10 else 'has'} {bad!r}; expected {expected}")
-        return found
+                raise InvalidInput(f"{what} has shape {array.shape}; expected {shape_text(shape)}, {expected}")
+            raise InvalidInput(f"{what} is {value!r}, of shape {array.shape}; expected {expected}")
+        if not np.all(good := limits.hold(array)):
+            is_scalar_array = type(value) is np.ndarray and not array.ndim
+            bad = array[~good][0] if array.size >= 10 else float(array) if is_scalar_array else value
+            raise InvalidInput(f"{what} {'is' if array.size < 10 else 'has'} {bad!r}; expected {expected}")
+        return array
 
     def attach(self, value: Any, dimension: str) -> Any:
         """Return the value as a Quantity, or unchanged if the system has no units."""
@@ -300,10 +300,10 @@ class Units:
     def attach_mu(self, value: float) -> Scalar:
         """Return G times masses of a system as a Quantity that knows the system's units until it is computed with."""
         mu: Any = self.attach(value, "mu")
-        if self.known:
+        if self.defined:
             mu._units_of_system = self
-        found: Scalar = mu
-        return found
+        scalar_mu: Scalar = mu
+        return scalar_mu
 
     @cached_property
     def gravitational_constant(self) -> float:
@@ -334,7 +334,7 @@ def _si() -> Units:
 
 
 #: Units for pure numbers and angles, and for numbers of a system that is not yet known.
-PLAIN, ANY = Units(), AnyUnits()
+UNITLESS, ANY = Units(), AnyUnits()
 
 
 def units_of(mu: Any) -> Units | None:
@@ -342,20 +342,20 @@ def units_of(mu: Any) -> Units | None:
     return getattr(mu, "_units_of_system", None)
 
 
-def close_to(name: str, known: Sequence[str]) -> list[str]:
+def close_to(name: str, known_names: Sequence[str]) -> list[str]:
     """Return a list with the known name that resembles this one most, or an empty list."""
     # The import is made here, since most sessions contain no wrong name.
     import difflib
 
-    return difflib.get_close_matches(name, known, 1)
+    return difflib.get_close_matches(name, known_names, 1)
 
 
-def _unit(name: object, known: tuple[str, ...], names: object) -> Any:
+def _unit(name: object, usual: tuple[str, ...], names: object) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
         return usable_unit(name)
     except (TypeError, ValueError, OverflowError) as error:
-        close = close_to(str(name), known)
+        close = close_to(str(name), usual)
         meant = f"did you mean {close[0]!r}? " if close else ""
         raise InvalidInput(
             f"units has {name!r}, which is not a unit; {meant}expected (length, time, mass), such as {USUAL}"
@@ -400,8 +400,8 @@ def strip_to(value: Any, unit: Any, what: str) -> Floats:
 def fits(array: Any, wanted: tuple[int | str, ...]) -> bool:
     """Return whether an array has a shape, in which a letter is any length, and ``"..."`` in front any axes."""
     last = wanted[1:] if wanted[:1] == ("...",) else wanted
-    found = array.shape[len(array.shape) - len(last) :] if last is not wanted else array.shape
-    return len(found) == len(last) and all(n in (own, str(n)) for own, n in zip(found, last, strict=True))
+    present = array.shape[len(array.shape) - len(last) :] if last is not wanted else array.shape
+    return len(present) == len(last) and all(n in (length, str(n)) for length, n in zip(present, last, strict=True))
 
 
 def shape_text(shape: tuple[int | str, ...]) -> str:

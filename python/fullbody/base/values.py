@@ -32,8 +32,8 @@ def brief(value: Any) -> str:
         return f"{value}"
     if value.size == 0:
         return f"<{value.shape}>"
-    plain, unit = np.asarray(getattr(value, "value", value)), getattr(value, "unit", "")
-    return f"<{value.shape}, {plain.min():.6g} to {plain.max():.6g} {unit}".rstrip() + ">"
+    array, unit = np.asarray(getattr(value, "value", value)), getattr(value, "unit", "")
+    return f"<{value.shape}, {array.min():.6g} to {array.max():.6g} {unit}".rstrip() + ">"
 
 
 def block(head: str, **parts: Any) -> str:
@@ -48,14 +48,14 @@ def _rounded(value: Any) -> Any:
     """Return vectors rounded to the digits that are shown, since round-off would be printed with all its zeros."""
     if not np.ndim(value):
         return value
-    plain = np.asarray(getattr(value, "value", value))
-    largest = np.abs(plain).max(axis=-1, keepdims=True)
+    array = np.asarray(getattr(value, "value", value))
+    largest = np.abs(array).max(axis=-1, keepdims=True)
     with np.errstate(divide="ignore"):
         scale = 10.0 ** np.floor(np.log10(largest))
     # The scale is one if the largest component is zero, or so small that its power of ten is not a double.
     scale = np.where(scale > 0.0, scale, 1.0)
     # The addition of zero turns -0 into 0.
-    rounded = np.round(plain / scale, 6) * scale + 0.0
+    rounded = np.round(array / scale, 6) * scale + 0.0
     return rounded << value.unit if is_quantity(value) else rounded
 
 

@@ -70,16 +70,16 @@ def of_netcdf(path: Path) -> str:
     return of_run(path)
 
 
-def of_map(found: xarray.Dataset) -> str:
+def of_map(dataset: xarray.Dataset) -> str:
     """Describe the content of a sweep's map."""
-    dimensions = [tables.Table("Map", (), [(name, f"{size} values") for name, size in found.error.sizes.items()])]
+    dimensions = [tables.Table("Map", (), [(name, f"{size} values") for name, size in dataset.error.sizes.items()])]
     rows: list[Sequence[str]] = [
-        (str(name), ", ".join(map(str, one.dims)), str(one.attrs.get("units", "")))
-        for group in (found.coords, found.data_vars)
-        for name, one in group.items()
+        (str(name), ", ".join(map(str, item.dims)), str(item.attrs.get("units", "")))
+        for group in (dataset.coords, dataset.data_vars)
+        for name, item in group.items()
         if name not in FAILURE
     ]
-    kinds, counts = np.unique(found.error.values, return_counts=True)
+    kinds, counts = np.unique(dataset.error.values, return_counts=True)
     errors: list[Sequence[str]] = [
         (kind or "none", str(count)) for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True)
     ]

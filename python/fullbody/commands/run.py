@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..base.atomic import check_place, check_suffix, replacing
+from ..base.atomic import check_suffix, check_target, replacing
 from ..base.units import from_text
 from ..errors import FullbodyError, Interrupted
 from ..files.netcdf import SUFFIXES
@@ -43,13 +43,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     configuration = read_toml(arguments.file)
     out = configuration.file if arguments.out is None else arguments.out
-    rest = out.with_suffix(f".partial{out.suffix}")
+    unfinished = out.with_suffix(f".partial{out.suffix}")
     # Everything that could prevent the result from being written is checked before the work.
-    for path, suffixes in ((out, SUFFIXES), (rest, SUFFIXES), (arguments.page, _PAGES)):
+    for path, suffixes in ((out, SUFFIXES), (unfinished, SUFFIXES), (arguments.page, _PAGES)):
         if path is None:
             continue
         check_suffix(path, suffixes)
-        check_place(path)
+        check_target(path)
     netcdf()
     if arguments.page is not None:
         matplotlib("figure")
@@ -58,8 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
         result = configuration.run(_time(arguments.until), progress=progress)
     except (FullbodyError, Interrupted) as error:
         if error.run is not None and len(error.run):
-            error.run.save(rest)
-            print(f"fullbody: stopped early; what was recorded until then is in {rest}", file=sys.stderr)
+            error.run.save(unfinished)
+            print(f"fullbody: stopped early; what was recorded until then is in {unfinished}", file=sys.stderr)
         raise
     result.save(out)
     if arguments.page is not None:

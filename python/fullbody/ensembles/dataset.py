@@ -9,8 +9,8 @@ import numpy as np
 
 from ..base.units import need
 from ..errors import InvalidInput
-from .parameters import Column, Table
-from .work import Failure, Measured, Outcome, ordered
+from .parameters import ParameterColumn, ParameterTable
+from .work import Failure, MeasuredValue, Outcome, ordered
 
 if TYPE_CHECKING:
     import xarray
@@ -26,28 +26,32 @@ FAILURE = {
 _UNDONE = Failure("NotComputed", "the sweep ended before this row", "setup")
 
 
-def dataset(table: Table, outcomes: Iterable[Outcome], attributes: Mapping[str, Any]) -> xarray.Dataset:
+def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapping[str, Any]) -> xarray.Dataset:
     """Make a dataset of the outcomes so far; missing rows have an error that says so."""
     with need("data", "a sweep"):
         import xarray as xr
 
-    found = ordered(outcomes)
+    results = ordered(outcomes)
     failures = [_UNDONE] * len(table)
     #: The owner of each name of a parameter, variable or dimension.
-    taken = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "")
+    names_in_use = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "")
     variables: dict[str, _Variable] = {}
-    models = _models(found)
-    for outcome in found:
+    models = _models(results)
+    for outcome in results:
         failure = outcome.failure
         for name, measured in outcome.values.items():
             try:
                 if name not in variables:
                     variable = _Variable(name, *models[name], len(table))
-                    for own in (name, *variable.inner):
-                        if own in taken:
-                            of = f"a dimension of {taken[own]}" if taken[own] else "a parameter or kept for errors"
-                            raise InvalidInput(f"measure gives {name}, but {own} is the name of {of}")
-                    taken |= dict.fromkeys((name, *variable.inner), name)
+                    for variable_name in (name, *variable.inner):
+                        if variable_name in names_in_use:
+                            owner = (
+                                f"a dimension of {names_in_use[variable_name]}"
+                                if names_in_use[variable_name]
+                                else "a parameter or kept for errors"
+                            )
+                            raise InvalidInput(f"measure gives {name}, but {variable_name} is the name of {owner}")
+                    names_in_use |= dict.fromkeys((name, *variable.inner), name)
                     variables[name] = variable
                 variables[name].put(outcome.row, measured)
             except InvalidInput as error:
@@ -68,33 +72,37 @@ def dataset(table: Table, outcomes: Iterable[Outcome], attributes: Mapping[str, 
     return xr.Dataset(fields, coordinates, dict(attributes))
 
 
-def table_of(found: xarray.Dataset) -> Table:
+def table_of(dataset: xarray.Dataset) -> ParameterTable:
     """Return the rows of the sweep that a map was made of, with all coordinates as columns."""
     columns = {
-        str(name): Column(one.values, tuple(map(str, one.dims)), one.attrs.get("units"))
-        for name, one in found.coords.items()
+        str(name): ParameterColumn(item.values, tuple(map(str, item.dims)), item.attrs.get("units"))
+        for name, item in dataset.coords.items()
     }
-    return Table({str(name): size for name, size in found.error.sizes.items()}, columns)
+    return ParameterTable({str(name): size for name, size in dataset.error.sizes.items()}, columns)
 
 
-def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[Measured, int]]:
+def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[MeasuredValue, int]]:
     """Return for each variable the value, and its row, that determines kind, shape and unit: the first with a unit.
 
     If no row has a unit, it is the first value that is not missing.
     """
-    found: dict[str, tuple[Measured, int]] = {}
+    results: dict[str, tuple[MeasuredValue, int]] = {}
     for outcome in outcomes:
         for name, measured in outcome.values.items():
-            model = found.get(name, (measured,))[0]
-            if name not in found or (model.missing and not measured.missing) or (model.unit is None and measured.unit):
-                found[name] = (measured, outcome.row)
-    return found
+            model = results.get(name, (measured,))[0]
+            if (
+                name not in results
+                or (model.missing and not measured.missing)
+                or (model.unit is None and measured.unit)
+            ):
+                results[name] = (measured, outcome.row)
+    return results
 
 
 class _Variable:
     """One measured quantity of all rows, with the kind, shape and unit of a model, which is the value in some row."""
 
-    def __init__(self, name: str, first: Measured, row: int, rows: int) -> None:
+    def __init__(self, name: str, first: MeasuredValue, row: int, rows: int) -> None:
         self._name, self._first, self._row = name, first, row
         if isinstance(first.value, str):
             self.values: Any = np.full(rows, "", dtype=object)
@@ -104,7 +112,7 @@ class _Variable:
         self.inner = tuple(f"{name}_{axis}" for axis in range(self.values.ndim - 1))
         self.attributes = {} if first.unit is None else {"units": first.unit}
 
-    def put(self, row: int, measured: Measured) -> None:
+    def put(self, row: int, measured: MeasuredValue) -> None:
         """Store the values of a row, or raise an error if they do not match those of the model."""
         value, first = measured.value, self._first.value
         if measured.missing:
@@ -119,7 +127,7 @@ class _Variable:
             raise InvalidInput(f"{text}; expected one shape throughout, filled up with nan")
         self.values[row] = self._converted(measured) if measured.unit != self._first.unit else value
 
-    def _converted(self, measured: Measured) -> Any:
+    def _converted(self, measured: MeasuredValue) -> Any:
         from astropy import units as u
 
         if measured.unit is None or self._first.unit is None:

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import argument_names
-from ..base.foreign import plain_or_quantity
+from ..base.foreign import array_or_quantity
 from ..base.kinds import whole
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
-__all__ = ["RNG", "Column", "Draws", "Paired", "Table", "draws", "paired", "tabulated"]
+__all__ = ["RNG", "Draws", "Paired", "ParameterColumn", "ParameterTable", "draws", "paired", "tabulated"]
 
 #: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
 _MOST_ROWS = 10**8
@@ -105,7 +105,7 @@ def draws(n: int, **distributions: Any) -> Draws:
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class ParameterColumn:
     """The values of a parameter along some dimensions of the map, none for a fixed value."""
 
     values: Any
@@ -120,7 +120,7 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ParameterTable:
     """The rows of a sweep.
 
     It has the lengths of the ``dimensions`` by name, of which the last one varies fastest, the parameters and the
@@ -128,8 +128,8 @@ class Table:
     """
 
     dimensions: dict[str, int] = field(default_factory=dict)
-    columns: dict[str, Column] = field(default_factory=dict)
-    labels: dict[str, Column] = field(default_factory=dict)
+    columns: dict[str, ParameterColumn] = field(default_factory=dict)
+    labels: dict[str, ParameterColumn] = field(default_factory=dict)
     random: bool = False
 
     def __len__(self) -> int:
@@ -141,25 +141,25 @@ class Table:
         return tuple(self.dimensions.values())
 
     @property
-    def coordinates(self) -> dict[str, Column]:
+    def coordinates(self) -> dict[str, ParameterColumn]:
         """The parameters and the labels by name."""
         return self.columns | self.labels
 
     def row(self, number: int) -> dict[str, Any]:
         """Return the parameters of a row as Python's own types or as Quantities."""
         index = dict(zip(self.dimensions, np.unravel_index(number, self.shape), strict=True)) if self.dimensions else {}
-        found = {}
+        texts = {}
         for name, column in self.columns.items():
             value = column.values[tuple(index[dimension] for dimension in column.dimensions)]
-            found[name] = value.item() if column.unit is None else value << column.unit
-        return found
+            texts[name] = value.item() if column.unit is None else value << column.unit
+        return texts
 
     def texts(self) -> dict[str, str]:
         """Return texts of the dimensions and of each coordinate, by readable names, for comparison with others."""
-        found = {"dimensions": "\n".join(f"{name}: {size}" for name, size in self.dimensions.items())}
+        by_name = {"dimensions": "\n".join(f"{name}: {size}" for name, size in self.dimensions.items())}
         for name, column in self.coordinates.items():
-            found[f"parameter {name}"] = "\n".join(["along " + ", ".join(column.dimensions), *column.texts().ravel()])
-        return found
+            by_name[f"parameter {name}"] = "\n".join(["along " + ", ".join(column.dimensions), *column.texts().ravel()])
+        return by_name
 
     def identities(self, numbered: bool) -> list[str]:
         """Return a text for each row that is equal for rows of equal parameters, and of equal numbers if these count.
@@ -173,12 +173,12 @@ class Table:
             values = np.broadcast_to(column.texts().reshape(inner), self.shape)
             texts.append([f"{name} = {text}" for text in values.ravel()])
         seen: dict[str, int] = {}
-        found = []
+        names = []
         for parts in zip(*texts, strict=True) if texts else [()] * len(self):
             row = "; ".join(parts)
             seen[row] = seen.get(row, 0) + 1
-            found.append(row if seen[row] == 1 else f"{row} ({seen[row]})")
-        return found
+            names.append(row if seen[row] == 1 else f"{row} ({seen[row]})")
+        return names
 
     def add_dimension(self, name: str, size: int) -> None:
         """Add a dimension."""
@@ -188,7 +188,7 @@ class Table:
             raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
         self.dimensions[name] = size
 
-    def add(self, name: Any, column: Column) -> None:
+    def add(self, name: Any, column: ParameterColumn) -> None:
         """Add a parameter."""
         if not isinstance(name, str) or not name.isidentifier():
             raise InvalidInput(
@@ -220,14 +220,14 @@ def stream(seed: int, row: int, kind: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row, kind)))
 
 
-def tabulated(parameters: Any, seed: int | None) -> Table:
+def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
     """Return the rows of what :func:`fullbody.sweep` takes as parameters."""
     parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
     if not parts:
         raise InvalidInput(
             "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of these"
         )
-    table = Table()
+    table = ParameterTable()
     random: dict[str, Any] = {}
     for part in parts:
         match _kind(part):
@@ -235,7 +235,7 @@ def tabulated(parameters: Any, seed: int | None) -> Table:
                 table.add_dimension("draw", drawn.n)
                 random |= argument_names(drawn.distributions)
                 for name in argument_names(drawn.distributions):
-                    table.add(name, Column(None, ()))
+                    table.add(name, ParameterColumn(None, ()))
             case Paired() as pairs:
                 _add_pairs(table, pairs)
             case grid:
@@ -254,14 +254,14 @@ def tabulated(parameters: Any, seed: int | None) -> Table:
     return _drawn(table, random, seed) if random else table
 
 
-def _add_pairs(table: Table, pairs: Paired) -> None:
+def _add_pairs(table: ParameterTable, pairs: Paired) -> None:
     given = argument_names(pairs.columns)
     columns = {name: _column(values, name, (pairs.dimension,)) for name, values in given.items()}
     sizes = {name: len(column.values) if column.dimensions else None for name, column in columns.items()}
     lengths = set(sizes.values()) - {None}
     if len(lengths) != 1:
-        found = ", ".join(f"{name} has {size}" for name, size in sizes.items()) or "there are none"
-        raise InvalidInput(f"parameters has columns that do not pair: {found}; expected one length for all")
+        texts = ", ".join(f"{name} has {size}" for name, size in sizes.items()) or "there are none"
+        raise InvalidInput(f"parameters has columns that do not pair: {texts}; expected one length for all")
     table.add_dimension(pairs.dimension, lengths.pop() or 0)
     for name, column in columns.items():
         table.add(name, column)
@@ -292,55 +292,61 @@ def _kind(part: Any) -> Any:
     )
 
 
-def _column(given: Any, name: str, dimensions: tuple[str, ...]) -> Column:
+def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterColumn:
     """Return the values of a parameter, which lie along the dimensions unless there is a single one."""
     expected = "expected numbers, Quantities or texts, one or a list of them"
-    if callable(given) or hasattr(given, "rvs"):
-        raise InvalidInput(f"{name} is {given!r}; expected values, or fullbody.ensembles.draws(..., {name}=...)")
-    refuse_masked(given, name)
-    if isinstance(given, Iterable) and not isinstance(given, str) and not hasattr(given, "__array__"):
-        given = list(given)
-    kind = getattr(getattr(given, "dtype", None), "kind", "")
-    items = given if isinstance(given, list) else np.ravel(given).tolist() if kind in "OTU" and kind else [given]
+    if callable(argument) or hasattr(argument, "rvs"):
+        raise InvalidInput(f"{name} is {argument!r}; expected values, or fullbody.ensembles.draws(..., {name}=...)")
+    refuse_masked(argument, name)
+    if isinstance(argument, Iterable) and not isinstance(argument, str) and not hasattr(argument, "__array__"):
+        argument = list(argument)
+    kind = getattr(getattr(argument, "dtype", None), "kind", "")
+    items = (
+        argument
+        if isinstance(argument, list)
+        else np.ravel(argument).tolist()
+        if kind in "OTU" and kind
+        else [argument]
+    )
     texts = sum(isinstance(item, str) for item in items)
     if 0 < texts < len(items):
-        raise InvalidInput(f"{name} is {given!r}, texts and others; {expected}")
-    given = given if texts else gathered(given, name)
+        raise InvalidInput(f"{name} is {argument!r}, texts and others; {expected}")
+    argument = argument if texts else gathered(argument, name)
     try:
-        values = np.asarray(getattr(given, "value", given))
+        values = np.asarray(getattr(argument, "value", argument))
     except (TypeError, ValueError) as error:
-        raise InvalidInput(f"{name} is {given!r}; {expected}") from error
+        raise InvalidInput(f"{name} is {argument!r}; {expected}") from error
     if texts:
         values = values.astype(str)
-    elif isinstance(given, list):
-        values = _exact(given, name)
+    elif isinstance(argument, list):
+        values = _exact(argument, name)
     if values.ndim > 1 or not values.size:
         raise InvalidInput(f"{name} has shape {values.shape}; {expected}")
     if values.dtype.kind not in "biufU" or (values.dtype.kind == "U" and not all(map(storable, values.ravel()))):
-        raise InvalidInput(f"{name} is {given!r}; {expected}")
-    return Column(values, dimensions[: values.ndim], given.unit if is_quantity(given) else None)
+        raise InvalidInput(f"{name} is {argument!r}; {expected}")
+    return ParameterColumn(values, dimensions[: values.ndim], argument.unit if is_quantity(argument) else None)
 
 
-def _exact(given: list[Any], name: str) -> Any:
+def _exact(items: list[Any], name: str) -> Any:
     """Return values as an array that represents each integer exactly.
 
     Numpy converts integers to floats beside floats, and beside negative integers if they are near 2**64.
     """
-    if any(type(value) is bool or not isinstance(value, int | float | np.integer) for value in given):
-        return np.asarray(given)
-    kinds = (np.float64,) if any(isinstance(value, float) for value in given) else (np.int64, np.uint64)
+    if any(type(value) is bool or not isinstance(value, int | float | np.integer) for value in items):
+        return np.asarray(items)
+    kinds = (np.float64,) if any(isinstance(value, float) for value in items) else (np.int64, np.uint64)
     for kind in kinds:
         with suppress(OverflowError):
-            values = np.array(given, kind)
-            if all(value != value or kept == value for kept, value in zip(values.tolist(), given, strict=True)):
+            values = np.array(items, kind)
+            if all(value != value or kept == value for kept, value in zip(values.tolist(), items, strict=True)):
                 return values
     raise InvalidInput(
-        f"{name} is {given!r}, whole numbers that one column cannot hold exactly; expected all of them from -2**63 to "
+        f"{name} is {items!r}, whole numbers that one column cannot hold exactly; expected all of them from -2**63 to "
         "2**63 - 1, or from 0 to 2**64 - 1, and beside floats up to 2**53"
     )
 
 
-def _drawn(table: Table, random: Mapping[str, Any], seed: int | None) -> Table:
+def _drawn(table: ParameterTable, random: Mapping[str, Any], seed: int | None) -> ParameterTable:
     """Return the table with the values of the drawn parameters."""
     if seed is None:
         raise InvalidInput(f"rng is None, but {next(iter(random))} is drawn; expected a whole number or a generator")
@@ -349,7 +355,7 @@ def _drawn(table: Table, random: Mapping[str, Any], seed: int | None) -> Table:
         rng = stream(seed, row, 0)
         for name, distribution in random.items():
             draw = distribution.rvs(random_state=rng) if hasattr(distribution, "rvs") else distribution(rng)
-            draw = draw if isinstance(draw, str) else plain_or_quantity(draw, f"a draw of {name}")
+            draw = draw if isinstance(draw, str) else array_or_quantity(draw, f"a draw of {name}")
             if not isinstance(draw, str) and np.ndim(draw):
                 raise InvalidInput(
                     f"a draw of {name} has shape {np.shape(draw)}; expected one number, Quantity or text (arrays are "
@@ -358,5 +364,5 @@ def _drawn(table: Table, random: Mapping[str, Any], seed: int | None) -> Table:
             values[name].append(draw if isinstance(draw, str) or is_quantity(draw) else np.asarray(draw).item())
     for name in random:
         column = _column(values[name], name, ("draw",))
-        table.columns[name] = Column(column.values.reshape(table.shape), tuple(table.dimensions), column.unit)
-    return Table(table.dimensions, table.columns, table.labels, random=True)
+        table.columns[name] = ParameterColumn(column.values.reshape(table.shape), tuple(table.dimensions), column.unit)
+    return ParameterTable(table.dimensions, table.columns, table.labels, random=True)

@@ -29,12 +29,12 @@ def described(things: Mapping[str, Any]) -> dict[str, str]:
     The sources of the user's own functions and classes that these name are added. Comments and the layout of a source
     do not count.
     """
-    found = {name: _text(thing) for name, thing in things.items()}
+    texts = {name: _text(thing) for name, thing in things.items()}
     seen: set[int] = set()
     for name, thing in things.items():
         for part in _parts(thing):
-            _add(name, _definition(part), found, seen)
-    return found
+            _add(name, _definition(part), texts, seen)
+    return texts
 
 
 def _text(value: Any) -> str:
@@ -90,7 +90,7 @@ def _definition(thing: Any) -> Any:
     return thing if isinstance(thing, types.FunctionType | type) else type(thing)
 
 
-def _add(name: str, thing: Any, found: dict[str, str], seen: set[int]) -> None:
+def _add(name: str, thing: Any, texts: dict[str, str], seen: set[int]) -> None:
     """Add the source of a function or class of the user, and of those that it names."""
     if id(thing) in seen or not _is_users(thing.__module__):
         return
@@ -107,7 +107,7 @@ def _add(name: str, thing: Any, found: dict[str, str], seen: set[int]) -> None:
                 scope[variable] = value = cell.cell_contents
                 if isinstance(value, str | int | float | np.ndarray | np.generic) or is_quantity(value):
                     source += f"\n{variable} = {_text(value)}"
-    found[name] = f"{found[name]}\n{source}" if name in found else source
+    texts[name] = f"{texts[name]}\n{source}" if name in texts else source
     words = sorted(set(re.findall(r"\w+", source)))
     modules = [scope[word] for word in words if isinstance(scope.get(word), types.ModuleType)]
     for module in re.findall(r"^\s+(?:from|import) +([\w.]+)", source, re.MULTILINE):
@@ -117,7 +117,7 @@ def _add(name: str, thing: Any, found: dict[str, str], seen: set[int]) -> None:
         if _is_users(module.__name__):
             scope |= {word: getattr(module, word) for word in words if hasattr(module, word)}
     for word in words:
-        _add(f"source of {word}", _definition(scope.get(word)), found, seen)
+        _add(f"source of {word}", _definition(scope.get(word)), texts, seen)
 
 
 def _source(thing: Any) -> str:

@@ -23,8 +23,8 @@ from ..files import checksum
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import netcdf
 from .dataset import FAILURE, table_of
-from .parameters import Table
-from .work import Failure, Measured, Outcome
+from .parameters import ParameterTable
+from .work import Failure, MeasuredValue, Outcome
 
 if TYPE_CHECKING:
     import xarray
@@ -41,13 +41,13 @@ _LEFT = re.compile(r"\..*\.[0-9a-f]{32}\.part\.(npz|json)")
 
 
 @contextmanager
-def opened(path: Any, manifest: Manifest, table: Table) -> Iterator[Store]:
+def opened(path: Any, manifest: Manifest, table: ParameterTable) -> Iterator[Store]:
     """Open the store at a path, locked against other processes.
 
     Another process that has it open is an error, and so is something else that lies there, or a sweep that differs.
     """
     store = Store(as_path(path, "store"), manifest, table)
-    store.look()
+    store.refresh()
     if store.map is not None:
         yield store
         return
@@ -57,7 +57,7 @@ def opened(path: Any, manifest: Manifest, table: Table) -> Iterator[Store]:
         raise InvalidInput(f"{store.folder} is a file; expected a folder, or a name that ends in .nc")
     with _locked(store):
         # Another process may have finished between the look at the map and now.
-        store.look()
+        store.refresh()
         if store.map is None:
             store.begin()
         yield store
@@ -114,7 +114,7 @@ class Store:
 
     map: xarray.Dataset | None = None
 
-    def __init__(self, path: Path, manifest: Manifest, table: Table) -> None:
+    def __init__(self, path: Path, manifest: Manifest, table: ParameterTable) -> None:
         self.path, self._manifest, self._table = path, dict(manifest), table.texts()
         self._of_map = path.suffix.lower() in SUFFIXES
         if self._of_map:
@@ -126,7 +126,7 @@ class Store:
         self._rows = {identity: row for row, identity in enumerate(self._identities)}
         self.outcomes: dict[int, Outcome] = {}
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Read the map if it is there; a map that this sweep extends provides its rows."""
         self.outcomes = {}
         if not self._of_map or not self.path.exists():
@@ -137,15 +137,15 @@ class Store:
             if not checksum.check(file):
                 raise InvalidInput("another program wrote or changed the file")
             with xr.open_dataset(file, engine="h5netcdf") as stored:
-                found = stored.load()
-            if ATTRIBUTE not in found.attrs:
+                dataset = stored.load()
+            if ATTRIBUTE not in dataset.attrs:
                 raise InvalidInput(f"the file has no attribute {ATTRIBUTE}")
         except InvalidInput as error:
             raise InvalidInput(f"{self.path} is not a sweep's map: {error}; expected one, or a new name") from error
-        table = table_of(found)
-        outcomes = dict(zip(table.identities(self._numbered), _outcomes(found), strict=True))
-        if self._is_same(json.loads(found.attrs[ATTRIBUTE]), table.texts(), outcomes):
-            self.map = found
+        table = table_of(dataset)
+        outcomes = dict(zip(table.identities(self._numbered), _outcomes(dataset), strict=True))
+        if self._is_same(json.loads(dataset.attrs[ATTRIBUTE]), table.texts(), outcomes):
+            self.map = dataset
         else:
             self._take(outcomes)
 
@@ -157,8 +157,8 @@ class Store:
         described, is_described = self.folder / _DESCRIPTION, False
         if described.exists():
             try:
-                found = json.loads(described.read_text(encoding="utf-8", errors="replace"))
-                manifest, table = ({**found[name]} for name in ("sweep", "parameters"))
+                dataset = json.loads(described.read_text(encoding="utf-8", errors="replace"))
+                manifest, table = ({**dataset[name]} for name in ("sweep", "parameters"))
             except (ValueError, TypeError, LookupError) as error:
                 raise InvalidInput(f"{self.path} has a damaged description of its sweep: {error}") from error
             chunks = {file: self._read(file, manifest) for file in sorted(self.folder.glob("*.npz"))}
@@ -194,9 +194,9 @@ class Store:
 
     def _take(self, outcomes: Mapping[str, Outcome]) -> list[int]:
         """Add stored outcomes, given by the identities of their rows, and return the rows that were there before."""
-        taken = {self._rows[identity]: outcome for identity, outcome in outcomes.items()}
-        twice = [row for row in taken if row in self.outcomes]
-        self.outcomes |= {row: replace(outcome, row=row) for row, outcome in taken.items()}
+        by_row = {self._rows[identity]: outcome for identity, outcome in outcomes.items()}
+        twice = [row for row in by_row if row in self.outcomes]
+        self.outcomes |= {row: replace(outcome, row=row) for row, outcome in by_row.items()}
         return twice
 
     def _read(self, file: Path, manifest: Manifest) -> dict[str, Outcome]:
@@ -225,8 +225,8 @@ class Store:
                 "row": self._identities[out.row],
                 "failure": None if out.failure is None else [out.failure.name, out.failure.text, out.failure.stage],
                 "values": {
-                    name: one.value if isinstance(one.value, str) else [one.value.shape, one.unit]
-                    for name, one in out.values.items()
+                    name: item.value if isinstance(item.value, str) else [item.value.shape, item.unit]
+                    for name, item in out.values.items()
                 },
             }
             for out in outcomes
@@ -244,18 +244,18 @@ class Store:
         with replacing(path) as temporary:
             temporary.write_bytes(whole.getbuffer())
 
-    def finish(self, found: xarray.Dataset) -> xarray.Dataset:
+    def finish(self, dataset: xarray.Dataset) -> xarray.Dataset:
         """Turn the chunks into the map, if the path ends in ``.nc``, and return the map as it is in the file."""
         if not self._of_map:
-            return found
-        write(found.assign_attrs({ATTRIBUTE: json.dumps(self._manifest)}), self.path)
+            return dataset
+        write(dataset.assign_attrs({ATTRIBUTE: json.dumps(self._manifest)}), self.path)
         for file in (*self.folder.glob("*.npz"), self.folder / _DESCRIPTION):
             file.unlink(missing_ok=True)
         # Other files stay in the folder; on Windows open files stay, too.
         with suppress(OSError):
             (self.folder / _LOCK).unlink()
             self.folder.rmdir()
-        self.look()
+        self.refresh()
         assert self.map is not None
         return self.map
 
@@ -265,16 +265,16 @@ def _mark(manifest: Manifest) -> str:
     return hashlib.sha256(json.dumps(manifest, sort_keys=True).encode()).hexdigest()
 
 
-def _differences(stored: Manifest, given: Manifest) -> list[str]:
+def _differences(stored: Manifest, present: Manifest) -> list[str]:
     """Return the names of the texts that differ, each with the first lines that do."""
-    found = []
-    for name in sorted(stored.keys() | given.keys()):
-        lines = itertools.zip_longest(*(str(texts.get(name, "")).splitlines() for texts in (stored, given)))
+    differences = []
+    for name in sorted(stored.keys() | present.keys()):
+        lines = itertools.zip_longest(*(str(texts.get(name, "")).splitlines() for texts in (stored, present)))
         for was, now in (pair for pair in lines if pair[0] != pair[1]):
             there, here = ("nothing" if line is None else _short(line) for line in (was, now))
-            found.append(f"{name} ({there}, here {here})")
+            differences.append(f"{name} ({there}, here {here})")
             break
-    return found
+    return differences
 
 
 def _short(line: str) -> str:
@@ -282,18 +282,18 @@ def _short(line: str) -> str:
     return line if len(line) <= 60 else f"{line[:57]}..."
 
 
-def _outcomes(found: xarray.Dataset) -> Iterator[Outcome]:
+def _outcomes(dataset: xarray.Dataset) -> Iterator[Outcome]:
     """Yield the outcomes of the rows that a map was made of."""
-    names = [name for name in found.data_vars if name not in FAILURE]
-    dims = found.error.dims
+    names = [name for name in dataset.data_vars if name not in FAILURE]
+    dims = dataset.error.dims
     flat = {
-        name: (one.values.reshape(-1, *one.shape[len(dims) :]), one.attrs.get("units"))
-        for name, one in ((str(name), found[name].transpose(*dims, ...)) for name in names)
+        name: (item.values.reshape(-1, *item.shape[len(dims) :]), item.attrs.get("units"))
+        for name, item in ((str(name), dataset[name].transpose(*dims, ...)) for name in names)
     }
-    failures = zip(*(found[name].values.ravel().tolist() for name in FAILURE), strict=True)
+    failures = zip(*(dataset[name].values.ravel().tolist() for name in FAILURE), strict=True)
     for row, failure in enumerate(failures):
         values = {
-            name: Measured(str(value[row])) if value.dtype.kind in "OUT" else Measured(value[row], unit)
+            name: MeasuredValue(str(value[row])) if value.dtype.kind in "OUT" else MeasuredValue(value[row], unit)
             for name, (value, unit) in flat.items()
         }
         yield Outcome(row, values, Failure(*failure) if failure[0] else None)
@@ -303,14 +303,14 @@ def _unpacked(index: Any, numbers: Any) -> Iterator[tuple[str, Outcome]]:
     """Yield the identities and outcomes of rows from the parts of a chunk."""
     start = 0
     for row, entry in enumerate(index):
-        values: dict[str, Measured] = {}
+        values: dict[str, MeasuredValue] = {}
         for name, told in entry["values"].items():
             if isinstance(told, str):
-                values[name] = Measured(told)
+                values[name] = MeasuredValue(told)
                 continue
             shape, unit = told
             size = int(np.prod(shape, dtype=np.int64))
-            values[name] = Measured(numbers[start : start + size].reshape(shape), unit)
+            values[name] = MeasuredValue(numbers[start : start + size].reshape(shape), unit)
             start += size
         failure = entry["failure"]
         yield entry["row"], Outcome(row, values, None if failure is None else Failure(*failure))

@@ -20,12 +20,12 @@ from ..errors import FullbodyError, Interrupted, InvalidInput, caution, once
 from ..events import Event
 from ..motion.integration import differentiated, watched
 from ..record.integrators import Integrator, Verner98
-from ..record.times import given_end
+from ..record.times import end_arguments
 from . import store as stores
 from .dataset import FAILURE, dataset
 from .executors import here, submitted
-from .many import check_for_all, thread_count
-from .parameters import RNG, Table, tabulated
+from .members import check_for_all, thread_count
+from .parameters import RNG, ParameterTable, tabulated
 from .sources import described
 from .work import Job, Observable, Outcome, ordered
 
@@ -176,7 +176,7 @@ def sweep(
     for name in (*table.columns, *table.dimensions):
         if name in FAILURE:
             raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
-    end = given_end(until, duration)
+    end = end_arguments(until, duration)
     named = {name: value for name, value in end.items() if isinstance(value, str) and value in table.columns}
     check_for_all(integrator, output, {} if named else end)
     options = {
@@ -211,20 +211,20 @@ def sweep(
             "version of Python": ".".join(map(str, sys.version_info[:2])),
             "rng": str(seed),
         } | described({**options, **functions})
-        with stores.opened(store, manifest, table) as kept:
-            if kept.map is None:
-                computed = _computed(job, table, kept.outcomes, notes, size, executor, report, kept)
-                return _warned(kept.finish(computed))
-            return _warned(kept.map)
+        with stores.opened(store, manifest, table) as open_store:
+            if open_store.map is None:
+                computed = _computed(job, table, open_store.outcomes, notes, size, executor, report, open_store)
+                return _warned(open_store.finish(computed))
+            return _warned(open_store.map)
 
 
 def _measures(measure: Any) -> tuple[Callable[..., Any], ...]:
     """Return measures as functions, of which some may be given by the names of observables."""
     measures = tuple(measure) if isinstance(measure, list | tuple) else (measure,)
-    known = [name for name in observables.__all__ if name[0].islower()]
+    names = [name for name in observables.__all__ if name[0].islower()]
     for name in measures:
-        if isinstance(name, str) and name not in known:
-            raise InvalidInput(f"measure has {name!r}, which is no observable; {suggestion(name, known)}")
+        if isinstance(name, str) and name not in names:
+            raise InvalidInput(f"measure has {name!r}, which is no observable; {suggestion(name, names)}")
     if not measures or not all(isinstance(part, str) or callable(part) for part in measures):
         raise InvalidInput(f"measure is {measure!r}; expected a function, the name of an observable, or a list of them")
     return tuple(Observable(part) if isinstance(part, str) else part for part in measures)
@@ -239,13 +239,13 @@ def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
 
 def _computed(
     job: Job,
-    table: Table,
+    table: ParameterTable,
     outcomes: dict[int, Outcome],
     notes: dict[str, Any],
     size: int,
     executor: Any,
     report: Report | None,
-    kept: Any,
+    open_store: Any,
 ) -> xarray.Dataset:
     """Compute all rows that have no outcome yet and return the map.
 
@@ -253,12 +253,12 @@ def _computed(
     """
     count = _Count(report, len(table), outcomes.values())
 
-    def keep(found: list[Outcome]) -> None:
-        found = ordered(found)
-        outcomes.update((outcome.row, outcome) for outcome in found)
-        if kept is not None:
-            kept.add(found)
-        count.add(found)
+    def keep(results: list[Outcome]) -> None:
+        results = ordered(results)
+        outcomes.update((outcome.row, outcome) for outcome in results)
+        if open_store is not None:
+            open_store.add(results)
+        count.add(results)
 
     missing = [row not in outcomes for row in range(len(table))]
     blocks = (
@@ -268,7 +268,7 @@ def _computed(
     try:
         here(job, tasks, keep, count.under_way) if executor is None else submitted(executor, job, tasks, keep)
     except (KeyboardInterrupt, FullbodyError, OSError) as error:
-        where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
+        where = "in .dataset" if open_store is None else f"in {open_store.path} and in .dataset"
         done = f"{len(outcomes)} of {len(table)} rows are done, {where}"
         raised: Any = Interrupted(f"interrupted; {done}") if isinstance(error, KeyboardInterrupt) else error
         raised.dataset = dataset(table, outcomes.values(), notes)
@@ -279,16 +279,16 @@ def _computed(
     return dataset(table, outcomes.values(), notes)
 
 
-def _warned(found: xarray.Dataset) -> xarray.Dataset:
+def _warned(dataset: xarray.Dataset) -> xarray.Dataset:
     """Return a map, after a warning if all of its rows have an error."""
-    kinds, texts, stages = (found[name].values.ravel() for name in FAILURE)
+    kinds, texts, stages = (dataset[name].values.ravel() for name in FAILURE)
     if all(kinds):
         rows = "the only row" if len(kinds) == 1 else f"all {len(kinds)} rows"
         caution(
             f"{rows} of the sweep ended with an error; that of the first is {kinds[0]} in {stages[0]}: {texts[0]}; the "
             "variables error, error_text and error_stage of the map have those of each row"
         )
-    return found
+    return dataset
 
 
 def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
@@ -299,7 +299,7 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
         return {}
 
 
-def _draws(setup: Callable[..., Any], table: Table, seed: int | None) -> bool:
+def _draws(setup: Callable[..., Any], table: ParameterTable, seed: int | None) -> bool:
     """Return whether the setup receives random numbers, after a check of the names of its arguments.
 
     An argument ``rng`` with a default value receives random numbers only if there is a seed.

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import observables
-from ..base.foreign import plain_or_quantity
+from ..base.foreign import array_or_quantity
 from ..base.units import is_quantity, refuse_masked
 from ..errors import InvalidInput, once
 from ..model.state import State
@@ -20,7 +20,7 @@ from ..typing import Floats
 from .many import integrate_many
 from .parameters import RNG, fits, storable, stream
 
-__all__ = ["Failure", "Job", "Measured", "Observable", "Outcome", "Rows", "work", "work_sent"]
+__all__ = ["Failure", "Job", "MeasuredValue", "Observable", "Outcome", "Rows", "work", "work_sent"]
 
 #: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
@@ -30,8 +30,8 @@ _FAILURES = (Exception, SystemExit)
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
-    """Measured numbers (any shape) with the name of their unit, or a text."""
+class MeasuredValue:
+    """MeasuredValue numbers (any shape) with the name of their unit, or a text."""
 
     value: Floats | str
     unit: str | None = None
@@ -69,7 +69,7 @@ class Outcome:
     """The outcome of a row: its values, or its failure."""
 
     row: int
-    values: dict[str, Measured]
+    values: dict[str, MeasuredValue]
     failure: Failure | None = None
 
 
@@ -166,7 +166,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         run = getattr(run, "run", None)
     if run is None:
         return Outcome(row, {}, failure)
-    values: dict[str, Measured] = {}
+    values: dict[str, MeasuredValue] = {}
     for place, measure in enumerate(job.measures):
         part = _called(measure, place) if len(job.measures) > 1 else ""
         # A measure that fails does not affect the others.
@@ -199,25 +199,25 @@ def _mapping(found: Any) -> Mapping[Any, Any]:
     return found
 
 
-def _check_name(name: Any, taken: Mapping[str, Measured]) -> None:
+def _check_name(name: Any, taken: Mapping[str, MeasuredValue]) -> None:
     if not isinstance(name, str) or not fits(name):
         raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
     if name in taken:
         raise InvalidInput(f"measure gives {name}, which a measure before it gives too; expected each name once")
 
 
-def _value(value: Any, name: str) -> Measured:
+def _value(value: Any, name: str) -> MeasuredValue:
     if isinstance(value, str):
         if not storable(value):
             raise InvalidInput(f"measure gives {name} = {value!r}; expected text that UTF-8 has, without zeros")
-        return Measured(value)
+        return MeasuredValue(value)
     refuse_masked(value, name)
-    value = plain_or_quantity(value, name)
+    value = array_or_quantity(value, name)
     unit = str(value.unit) if is_quantity(value) else None
     numbers = np.asarray(np.nan if value is None else value.value if unit is not None else value)
     if numbers.dtype.kind not in "biuf":
         raise InvalidInput(f"measure gives {name} = {value!r}; expected numbers, an array of numbers, or one text")
-    return Measured(np.array(numbers, dtype=np.float64), unit)
+    return MeasuredValue(np.array(numbers, dtype=np.float64), unit)
 
 
 def ordered(outcomes: Iterable[Outcome]) -> list[Outcome]:

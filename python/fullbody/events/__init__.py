@@ -20,7 +20,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import directions
-from ..base.kinds import Declared, Number, Place, direction, flag, function, sense
+from ..base.kinds import BodyIndex, Declared, Number, direction, flag, function, sense
 from ..base.limits import POSITIVE
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput
@@ -69,7 +69,7 @@ class Event(Declared):
         kinds = (getattr(_core.Condition, base.__name__, None) for base in type(self).__mro__)
         if (kind := next(filter(None, kinds), None)) is None:
             raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
-        condition: _core.Condition = kind(*self._plain(context.units, context.index).values())
+        condition: _core.Condition = kind(*self._unitless(context.units, context.index).values())
         return condition
 
     def _event_spec(self, context: Context) -> tuple[_core.Condition, int, bool]:
@@ -82,7 +82,7 @@ class _TwoBodyEvent(Event):
     body: int | str = 1
     about: int | str = 0
 
-    _kinds: ClassVar = {"body": Place(), "about": Place()}
+    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,10 +192,10 @@ class PlaneCrossing(Event):
     about: int | str | None = 0
     normal: Any = (0.0, 0.0, 1.0)
 
-    _kinds: ClassVar = {"body": Place(), "about": Place(), "normal": direction}
+    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex(), "normal": direction}
 
     def _condition(self, context: Context) -> _core.Condition:
-        plain = self._plain(context.units, context.index)
+        plain = self._unitless(context.units, context.index)
         return _core.Condition.PlaneCrossing(plain["body"], plain["about"], self.normal)
 
 
@@ -358,8 +358,8 @@ class Occultation(Event):
     slowness: float = 0.0
 
     _kinds: ClassVar = {
-        "body": Place(),
-        "by": Place(),
+        "body": BodyIndex(),
+        "by": BodyIndex(),
         "times": Number("time", shape=("T",)),
         "total": flag,
         "distant": flag,
@@ -393,7 +393,7 @@ class Occultation(Event):
         else:
             when = context.units.numbers(times, "time", "times of Occultation")
         path = _core.Toward(when.tolist(), places.tolist(), self.slowness, self.distant, times is not None)
-        plain = self._plain(context.units, context.index)
+        plain = self._unitless(context.units, context.index)
         return _core.Condition.Occultation(plain["body"], plain["by"], self.total, path)
 
 

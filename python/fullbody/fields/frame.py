@@ -23,7 +23,7 @@ class Frame:
 
     It has an angular velocity, the ``rate``, and the ``distance`` between the bodies' centres, which are at ``centres``
     (2, 3) in it; ``origin`` and ``drift`` (3,) are position and velocity of the barycentre, inertial. The matrices
-    ``turn`` (3, 3) and ``attitudes`` (2, 3, 3) lead from the rotating frame and from the body frames to the inertial
+    ``rotation`` (3, 3) and ``attitudes`` (2, 3, 3) lead from the rotating frame and from the body frames to the inertial
     frame, and ``primary`` is the index of the heavier body.
     """
 
@@ -42,19 +42,19 @@ class Frame:
             raise InvalidInput("the bodies move along a line; expected bodies that go round each other")
         self.rate = float(np.linalg.norm(h) / self.distance**2)
         x, z = r / self.distance, h / np.linalg.norm(h)
-        self.turn = np.stack([x, np.cross(z, x), z], axis=1)
+        self.rotation = np.stack([x, np.cross(z, x), z], axis=1)
         self._poses, self.attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
-        self.centres = (core.position - self.origin) @ self.turn
+        self.centres = (core.position - self.origin) @ self.rotation
         self._check_rest(core)
 
     def _check_rest(self, core: _core.State) -> None:
         """Warn of a pair that is not at rest in the frame."""
         with explaining(self.context, core):
             force = self.context.core.interactions(core)[0]
-        needed = -self.context.masses[:, None] * self.rate**2 * (self.centres * [1.0, 1.0, 0.0]) @ self.turn.T
+        needed = -self.context.masses[:, None] * self.rate**2 * (self.centres * [1.0, 1.0, 0.0]) @ self.rotation.T
         off = float(np.abs(force - needed).max() / np.abs(needed).max())
         way = core.velocity[1] - core.velocity[0]
-        radial = float(abs(way @ self.turn[:, 0]) / np.linalg.norm(way))
+        radial = float(abs(way @ self.rotation[:, 0]) / np.linalg.norm(way))
         deviations = []
         told = {
             f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
@@ -66,7 +66,7 @@ class Frame:
             self.context.bodies, core.rotation_matrix, core.spin, self.context.names, strict=True
         ):
             inertia = turn @ np.diag(body.inertia) @ turn.T
-            cross = np.cross(np.eye(3), turn @ spin - self.rate * self.turn[:, 2])
+            cross = np.cross(np.eye(3), turn @ spin - self.rate * self.rotation[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self.rate * float(np.abs(inertia).max()):
                 deviations.append(f"{name} turns in the rotating frame, and its figure with it")
@@ -79,13 +79,16 @@ class Frame:
 
     def gravity(self, x: Floats) -> Gravity:
         """Return gravity as numbers, at points of the frame and along inertial axes."""
-        return gravity_at(self.context.attraction, *self._poses, self.origin + x @ self.turn.T, Units())
+        return gravity_at(self.context.attraction, *self._poses, self.origin + x @ self.rotation.T, Units())
 
     def acceleration_and_gradient(self, x: Floats) -> tuple[Floats, Floats]:
         """Return half the gradient of C, which is the acceleration at rest in the frame, and its derivatives."""
         gravity = self.gravity(x)
         outward = self.rate**2 * np.array([1.0, 1.0, 0.0])
-        return gravity.field @ self.turn + outward * x, self.turn.T @ gravity.gradient @ self.turn + np.diag(outward)
+        return (
+            gravity.field @ self.rotation + outward * x,
+            self.rotation.T @ gravity.gradient @ self.rotation + np.diag(outward),
+        )
 
     def is_inside(self, x: Floats) -> bool:
         """Return whether a point is within a body, where gravity has a source."""

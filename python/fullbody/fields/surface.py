@@ -130,8 +130,8 @@ def surface_along(run: Record, body: int | str = 0, *, rows: int = 36) -> Surfac
     high: Any = list(low)
     for k in range(1, len(run)):
         field = surface(run.system, run[k], body, rows=rows)
-        for place, found in enumerate((field.slope, field.surface_acceleration)):
-            low[place], high[place] = np.minimum(low[place], found), np.maximum(high[place], found)
+        for index, surface_samples in enumerate((field.slope, field.surface_acceleration)):
+            low[index], high[index] = np.minimum(low[index], surface_samples), np.maximum(high[index], surface_samples)
     points = {name: getattr(first, name) for name in SurfaceRange.__slots__[:7]}
     return SurfaceRange(
         **points,
@@ -186,39 +186,42 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     >>> field.slope.shape, bool(field.slope.max() < 0.5)
     ((648,), True)
     """
-    place, units = system.context.index(body, "body"), system.context.units
+    index, units = system.context.index(body, "body"), system.context.units
     count = whole(rows, "rows", 2)
-    core, own = strip(state, system.context), system.context.bodies[place]
-    found = samples(own, count)
-    if not len(found.points):
-        raise InvalidInput(f"{system.context.names[place]} has no surface; expected a body other than a point mass")
-    r, turn, spin = found.points, core.rotation_matrix[place], core.spin[place]
-    here, pose = core.position[place], (core.position[None], core.attitude[None])
-    all_bodies = gravity_at(system.context.attraction, *pose, here + r @ turn.T, Units())
-    rest = [
-        gravity_at(system.context.attraction, *pose, here, Units(), k) for k in range(len(system.context)) if k != place
+    core, this_body = strip(state, system.context), system.context.bodies[index]
+    surface_samples = samples(this_body, count)
+    if not len(surface_samples.points):
+        raise InvalidInput(f"{system.context.names[index]} has no surface; expected a body other than a point mass")
+    r, rotation, spin = surface_samples.points, core.rotation_matrix[index], core.spin[index]
+    here, pose = core.position[index], (core.position[None], core.attitude[None])
+    all_bodies = gravity_at(system.context.attraction, *pose, here + r @ rotation.T, Units())
+    others_at_centre = [
+        gravity_at(system.context.attraction, *pose, here, Units(), k) for k in range(len(system.context)) if k != index
     ]
-    others = sum(float(other.potential) for other in rest)
+    others = sum(float(other.potential) for other in others_at_centre)
     loads = interactions(system, state)
-    force, torque = (units.strip(v, d, d)[place] for v, d in ((loads.force, "force"), (loads.torque, "torque")))
-    centre = turn.T @ force / own.mass
-    turning = np.cross(spin, r)
-    spin_up = (torque - np.cross(spin, own.inertia * spin)) / own.inertia
-    acceleration = all_bodies.field @ turn - centre - np.cross(spin, turning) - np.cross(spin_up, r)
-    geopotential = others - all_bodies.potential + r @ centre - 0.5 * (turning**2).sum(axis=1)
-    across = np.linalg.norm(np.cross(acceleration, found.normals), axis=1)
-    diagonals = found.cells[:, 2] - found.cells[:, 0], found.cells[:, 3] - found.cells[:, 1]
+    force, torque = (units.strip(v, d, d)[index] for v, d in ((loads.force, "force"), (loads.torque, "torque")))
+    centre = rotation.T @ force / this_body.mass
+    rotation_velocity = np.cross(spin, r)
+    spin_up = (torque - np.cross(spin, this_body.inertia * spin)) / this_body.inertia
+    acceleration = all_bodies.field @ rotation - centre - np.cross(spin, rotation_velocity) - np.cross(spin_up, r)
+    geopotential = others - all_bodies.potential + r @ centre - 0.5 * (rotation_velocity**2).sum(axis=1)
+    across = np.linalg.norm(np.cross(acceleration, surface_samples.normals), axis=1)
+    diagonals = (
+        surface_samples.cells[:, 2] - surface_samples.cells[:, 0],
+        surface_samples.cells[:, 3] - surface_samples.cells[:, 1],
+    )
     return SurfaceField(
-        name=system.context.names[place],
+        name=system.context.names[index],
         point=units.attach(r, "length"),
-        normal=found.normals,
+        normal=surface_samples.normals,
         area=units.attach(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1), "area"),
-        cells=units.attach(found.cells, "length"),
+        cells=units.attach(surface_samples.cells, "length"),
         longitude=units.attach(np.arctan2(r[:, 1], r[:, 0]), "angle"),
         latitude=units.attach(np.arctan2(r[:, 2], np.hypot(r[:, 0], r[:, 1])), "angle"),
         geopotential=units.attach(geopotential, "potential"),
         acceleration=units.attach(acceleration, "acceleration"),
-        slope=units.attach(np.arctan2(across, -(acceleration * found.normals).sum(axis=1)), "angle"),
+        slope=units.attach(np.arctan2(across, -(acceleration * surface_samples.normals).sum(axis=1)), "angle"),
     )
 
 

@@ -91,7 +91,7 @@ class Synodic:
         v = np.zeros(3) if velocity is None else self._units.strip(velocity, "velocity", "velocity")
         frame = self.frame
         moving = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
-        place, speed = frame.origin + x @ frame.turn.T, frame.drift + moving @ frame.turn.T
+        place, speed = frame.origin + x @ frame.rotation.T, frame.drift + moving @ frame.rotation.T
         return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
 
     def jacobi(self, points: Any, velocity: Any = None) -> Array:

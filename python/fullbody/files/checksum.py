@@ -26,8 +26,8 @@ def line(file: IO[bytes], length: int) -> bytes:
     """Return the checksum line for the first ``length`` bytes of a file."""
     digest = hashlib.sha256()
     file.seek(0)
-    for place in range(0, length, _BLOCK):
-        digest.update(file.read(min(_BLOCK, length - place)))
+    for offset in range(0, length, _BLOCK):
+        digest.update(file.read(min(_BLOCK, length - offset)))
     return f"\nfullbody: sha256 of the {length} bytes before this line: {digest.hexdigest()}\n".encode()
 
 
@@ -69,8 +69,8 @@ def _end(file: IO[bytes]) -> int:
     if not begin.startswith(_SIGNATURE):
         raise InvalidInput("the file is not a NetCDF file")
     version = begin[8] if len(begin) == 64 else -1
-    width, place = _SUPERBLOCKS.get(version, (0, 16))
+    width, offset = _SUPERBLOCKS.get(version, (0, 16))
     # The address where the file begins for HDF5 is stored two addresses before that of its end.
-    if begin[width] != 8 or any(begin[place - 16 : place - 8]):
+    if begin[width] != 8 or any(begin[offset - 16 : offset - 8]):
         raise InvalidInput("the file is truncated or damaged in its first bytes")
-    return int.from_bytes(begin[place : place + 8], "little")
+    return int.from_bytes(begin[offset : offset + 8], "little")

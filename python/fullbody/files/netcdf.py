@@ -98,7 +98,7 @@ def to_xarray(run: Record) -> xarray.Dataset:
     units = run.context.units
 
     def attributes(dimension: str | None, text: str) -> dict[str, str]:
-        unit = {"units": str(units.unit(dimension))} if dimension and units.known else {}
+        unit = {"units": str(units.unit(dimension))} if dimension and units.defined else {}
         return {"long_name": text, **unit}
 
     variables = {
@@ -173,9 +173,9 @@ def to_pandas(run: Record) -> pandas.DataFrame:
         values.append(rows.reshape(len(rows), int(np.prod(rows.shape[1:]))))
         bodies = run.context.names if "body" in dims else ("",)
         columns += [(name, body, part) for body in bodies for part in _COORDINATES[dims[-1]]]
-        if dimension and units.known:
+        if dimension and units.defined:
             named[name] = str(units.unit(dimension))
-    if units.known:
+    if units.defined:
         named["time"] = str(units.unit("time"))
     frame = pd.DataFrame(
         np.concatenate(values, axis=1),

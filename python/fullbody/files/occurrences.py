@@ -46,24 +46,24 @@ def to_dataset(
     ``attributes`` returns a variable's attributes from the dimension of its unit and its meaning.
     """
     watched: list[Event] = []
-    places = []
+    indices = []
     for happened in run.events:
         # Events are found by identity: comparing them would compare arrays and functions in them.
-        known = [k for k, event in enumerate(watched) if event is happened.event]
-        places.append(known[0] if known else len(watched))
-        watched += [] if known else [happened.event]
+        matches = [k for k, event in enumerate(watched) if event is happened.event]
+        indices.append(matches[0] if matches else len(watched))
+        watched += [] if matches else [happened.event]
     text = json.dumps([_describe(event) for event in watched])
     if not watched:
         return {}, {}, text
     states = [strip(happened.state, run.context) for happened in run.events]
-    variables: dict[str, Any] = {"event_index": ("event", places, {"long_name": "index in fullbody_events"})}
+    variables: dict[str, Any] = {"event_index": ("event", indices, {"long_name": "index in fullbody_events"})}
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
         variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
-    found = [happened.derivatives for happened in run.events]
+    derivatives_of_events = [happened.derivatives for happened in run.events]
     for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
-        if all(known is not None and known[k].size for known in found):
-            values = np.array([known[k] for known in found if known is not None])
+        if all(matches is not None and matches[k].size for matches in derivatives_of_events):
+            values = np.array([matches[k] for matches in derivatives_of_events if matches is not None])
             variables[f"event_{name}"] = (("event", *dims), values, attributes(None, meaning))
     labels = [type(happened.event).__name__ for happened in run.events]
     coordinates = {
@@ -80,18 +80,18 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
     watched = content.parsed("fullbody_events", lambda described: _event_spec(described, context))
     if not watched:
         return []
-    places = content.numbers("event_index", {"event": None}, whole=True)
-    sizes = {"event": len(places), "body": len(context), "axis": 3, "quaternion": 4}
+    indices = content.numbers("event_index", {"event": None}, whole=True)
+    sizes = {"event": len(indices), "body": len(context), "axis": 3, "quaternion": 4}
     record = {
         name: content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
         for name, (dims, _, _) in _VARIABLES.items()
     }
     sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": parameters}
-    derivatives: list[Any] = [None] * len(places)
+    derivatives: list[Any] = [None] * len(indices)
     if "event_transition" in content:
         shape: dict[str, int | None] = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["transition"][0])}
         transition = content.numbers("event_transition", shape)
-        sensitivity = np.zeros((len(places), 0, sizes["tangent"]))
+        sensitivity = np.zeros((len(indices), 0, sizes["tangent"]))
         if parameters:
             shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["sensitivity"][0])}
             sensitivity = content.numbers("event_sensitivity", shape)
@@ -100,15 +100,15 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
     check_order(record["time"], "event_time", repeated=True)
     check_unit(record["attitude"], "event_attitude")
     happened = []
-    for k, place in enumerate(places):
-        if not 0 <= place < len(watched):
+    for k, index in enumerate(indices):
+        if not 0 <= index < len(watched):
             raise InvalidInput(
-                f"event_index has {place}; expected 0 to {len(watched) - 1}, an index in fullbody_events"
+                f"event_index has {index}; expected 0 to {len(watched) - 1}, an index in fullbody_events"
             )
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
         state = wrap(core, context)
-        happened.append(Occurrence(watched[int(place)], state.time, state, derivatives[k]))
+        happened.append(Occurrence(watched[int(index)], state.time, state, derivatives[k]))
     return happened
 
 
@@ -124,7 +124,7 @@ def _event_spec(described: list[dict[str, Any]], context: Context) -> list[Event
 def _describe(event: Event) -> dict[str, Any]:
     """Return the kind and the parameters of an event for JSON."""
 
-    def plain(value: Any) -> Any:
+    def described(value: Any) -> Any:
         if is_quantity(value):
             return {"value": np.asarray(value.value).tolist(), "unit": str(value.unit)}
         if isinstance(value, UnstoredFunction):
@@ -133,7 +133,7 @@ def _describe(event: Event) -> dict[str, Any]:
             return {"function": getattr(value, "__qualname__", type(value).__name__)}
         return np.asarray(value).tolist()
 
-    parameters = {entry.name: plain(getattr(event, entry.name)) for entry in dataclasses.fields(event)}
+    parameters = {entry.name: described(getattr(event, entry.name)) for entry in dataclasses.fields(event)}
     return {"kind": type(event).__name__, **parameters}
 
 

@@ -82,8 +82,8 @@ class SetupResult:
         """Return the changes (P,) of the parameters to another system, and what of it they leave unexplained."""
         changed, unexplained = self.system.context.core.parameter_changes(other.system.context.core)
         if unexplained is None:
-            places = (*self.rest, *other.rest)
-            differing = (place for place in places if self.rest.get(place, ...) != other.rest.get(place, ...))
+            paths = (*self.rest, *other.rest)
+            differing = (path for path in paths if self.rest.get(path, ...) != other.rest.get(path, ...))
             unexplained = next(differing, None)
         return np.array([changed.get(name, 0.0) for name in self.parameters]), unexplained
 

@@ -55,8 +55,8 @@ def described(fit: Any) -> dict[str, Any]:
         "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, limits, strict=True)},
         "units": [None if unit is None else str(unit) for unit in parameters.units],
         "minima": [
-            (*parameters.numbers(one.values).tolist(), one.loss, one.chi2, one.starts, one.message)
-            for one in fit.minima
+            (*parameters.numbers(item.values).tolist(), item.loss, item.chi2, item.starts, item.message)
+            for item in fit.minima
         ],
         "state": [core.time, *(getattr(core, name).tolist() for name in _STATE)],
         "integrator": fit.integrator and fit.integrator._describe(context.units),

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..base.arguments import argument_names, suggestion
 from ..base.limits import LARGEST, SMALLEST, Limits
-from ..base.units import PLAIN, gathered, is_quantity, refuse_booleans, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, refuse_booleans, strip_to
 from ..base.values import ByName
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -98,7 +98,7 @@ class Parameters:
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
-        return PLAIN.number(value if unit is None else strip_to(value, unit, what), "number", what, _RANGE)
+        return UNITLESS.number(value if unit is None else strip_to(value, unit, what), "number", what, _RANGE)
 
     def _prior(self, k: int, prior: Any) -> tuple[float, float]:
         if prior is None:
@@ -108,7 +108,7 @@ class Parameters:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
         found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
-        PLAIN.number(found[1], "number", f"sigma of the prior of {self.names[k]}", _SIGMA)
+        UNITLESS.number(found[1], "number", f"sigma of the prior of {self.names[k]}", _SIGMA)
         return found
 
     def __len__(self) -> int:
@@ -133,7 +133,7 @@ class Parameters:
         """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""
         if not isinstance(values, Mapping):
             expected = Limits(text=f"{len(self)} finite numbers, or a dict by names")
-            return PLAIN.numbers(values, "number", "values", (len(self),), expected)
+            return UNITLESS.numbers(values, "number", "values", (len(self),), expected)
         for name in values:
             if name not in self.names:
                 raise InvalidInput(f"values has {name!r}; {suggestion(str(name), self.names, 'all')}")
@@ -149,7 +149,7 @@ class Parameters:
             raise InvalidInput(f"{self.names[k]} is beyond its bounds")
         return moved
 
-    def turn(self, k: int) -> float:
+    def full_turn(self, k: int) -> float:
         """Return the number by which a parameter changes in a turn, if it is an angle."""
         unit = self.units[k]
         if unit is None:
@@ -163,7 +163,7 @@ class Parameters:
     def size(self, k: int, value: float) -> float:
         """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles."""
         if self.is_angle(k):
-            return self.turn(k) / (2.0 * np.pi)
+            return self.full_turn(k) / (2.0 * np.pi)
         return max(abs(value), abs(self.start[k])) or self.width(k)
 
     def width(self, k: int) -> float:

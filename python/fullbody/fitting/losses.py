@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.limits import Limits
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..typing import Floats
 
@@ -41,8 +41,8 @@ class Outliers:
     width: float = 10.0
 
     def __post_init__(self) -> None:
-        PLAIN.number(self.fraction, "number", "fraction", Limits(above=0.0, below=1.0))
-        PLAIN.number(self.width, "number", "width", Limits(above=1.0))
+        UNITLESS.number(self.fraction, "number", "fraction", Limits(above=0.0, below=1.0))
+        UNITLESS.number(self.width, "number", "width", Limits(above=1.0))
 
     def __call__(self, z: Floats) -> Floats:
         """Return the loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""
@@ -77,23 +77,23 @@ class Loss:
     The sum of the squares of these roots is the sum of the losses, so that a solver of least squares takes them.
     """
 
-    def __init__(self, given: Any, function: Callable[[Floats], Any]) -> None:
-        self.given = given
+    def __init__(self, argument: Any, function: Callable[[Floats], Any]) -> None:
+        self.argument = argument
         self._function = function
         #: Whether pulls stay as they are, in a linear loss.
-        self.linear = given == "linear"
+        self.linear = argument == "linear"
 
     def __reduce__(self) -> Any:
-        return (loss_of, (self.given,))
+        return (loss_of, (self.argument,))
 
     def _of(self, pulls: Floats) -> Floats:
-        found = np.asarray(self._function(pulls**2), dtype=np.float64)
-        if found.shape != (3, *pulls.shape) or not np.isfinite(found).all() or (found[0] < 0.0).any():
+        rho = np.asarray(self._function(pulls**2), dtype=np.float64)
+        if rho.shape != (3, *pulls.shape) or not np.isfinite(rho).all() or (rho[0] < 0.0).any():
             raise InvalidInput(
-                f"loss is {self.given!r}, which gives {found!r}; expected rho >= 0 and its first and second "
+                f"loss is {self.argument!r}, which gives {rho!r}; expected rho >= 0 and its first and second "
                 "derivatives (3, ...), finite, for squares (...) of residuals"
             )
-        return found
+        return rho
 
     def roots(self, pulls: Floats) -> tuple[Floats, Floats]:
         """Return the signed roots (M,) of the losses of pulls (M,), and their derivatives with respect to the pulls."""
@@ -116,18 +116,18 @@ class Loss:
         steep = float(change.mean())
         if not steep > 0.0 or len(pulls) <= free:
             raise InvalidInput(
-                f"loss is {self.given!r}, which takes most residuals for outliers; expected larger errors or "
+                f"loss is {self.argument!r}, which takes most residuals for outliers; expected larger errors or "
                 "another loss"
             )
         return float((psi**2).sum() / (len(pulls) - free) / steep**2)
 
 
-def loss_of(given: Any) -> Loss:
+def loss_of(argument: Any) -> Loss:
     """Return the loss of a name, of :class:`Outliers`, or of a function as scipy's ``least_squares`` takes it."""
-    if callable(given):
-        return Loss(given, given)
-    if not isinstance(given, str) or given not in _KNOWN:
+    if callable(argument):
+        return Loss(argument, argument)
+    if not isinstance(argument, str) or argument not in _KNOWN:
         raise InvalidInput(
-            f"loss is {given!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
+            f"loss is {argument!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
         )
-    return Loss(given, _KNOWN[given])
+    return Loss(argument, _KNOWN[argument])

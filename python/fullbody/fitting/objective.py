@@ -9,7 +9,7 @@ import numpy as np
 from ..typing import Floats
 from . import noise
 from .losses import Loss
-from .problem import Jacobian, Point, Problem
+from .problem import EvaluatedPoint, Problem, PullJacobian
 
 __all__ = ["Linearised", "Objective"]
 
@@ -24,8 +24,8 @@ class Linearised:
     length: of its error if it alone were free, as far as it has one.
     """
 
-    point: Point
-    jacobian: Jacobian
+    point: EvaluatedPoint
+    jacobian: PullJacobian
     vector: Floats
     matrix: Floats
     rows: Floats
@@ -46,13 +46,13 @@ class Objective:
         self.problem, self.loss, self.parameters = problem, loss, problem.parameters
         self._weights = np.diag(np.where(np.isfinite(self.parameters.sigma), 1.0 / self.parameters.sigma, 0.0))
 
-    def vector(self, point: Point) -> Floats:
+    def vector(self, point: EvaluatedPoint) -> Floats:
         """Return the components (R,): of pulls, errors and priors, and P zeros in the rows of the information."""
         prior = self._weights @ (point.values - self.parameters.mean)
         parts = [self.loss.roots(point.rows)[0], np.sqrt(point.log_determinants), prior, np.zeros(len(prior))]
         return np.concatenate(parts)
 
-    def linearised(self, point: Point, jacobian: Jacobian) -> Linearised:
+    def linearised(self, point: EvaluatedPoint, jacobian: PullJacobian) -> Linearised:
         """Return the derivatives at a point.
 
         Parameters of errors have no part in the derivatives of pulls. Their gradient is put along the vector, whose
@@ -69,7 +69,7 @@ class Objective:
         matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
         return Linearised(point, jacobian, vector, matrix, own, norms)
 
-    def _noise(self, point: Point, jacobian: Jacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
+    def _noise(self, point: EvaluatedPoint, jacobian: PullJacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
         """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
         gradient, information, widths = (
             np.zeros_like(point.values),

@@ -39,7 +39,7 @@ class FitPlots:
         ndarray of Axes, or the axes given
         """
         fit = self._fit
-        flat, given = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
+        flat, result = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
         for axes, label, times, pulls in zip(flat, fit.labels, fit.times, fit.pulls, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
@@ -55,7 +55,7 @@ class FitPlots:
             axes.set_title(label, fontsize="small", loc="left")
             axes.set_xlabel("time since the epoch" + (f" [{unit}]" if unit is not None else ""))
             grid(axes)
-        return given
+        return result
 
     def corner(self, samples: Any = None, *, n: int = 5000, rng: int | np.random.Generator = 0, **kwargs: Any) -> Any:
         """Draw the distributions of all parameters and of all pairs of them.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..motion.run import Run
     from ..record.integrators import Integrator
 
-__all__ = ["Jacobian", "Observed", "Point", "Problem", "Refused"]
+__all__ = ["EvaluatedPoint", "Observed", "Problem", "PullJacobian", "Refused"]
 
 
 #: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull; and those of
@@ -53,7 +53,7 @@ class Refused(Exception):
 
 
 @dataclass
-class Point:
+class EvaluatedPoint:
     """Predictions at values (P,) of the parameters.
 
     The run has samples at all times that the observations need; there are the pulls of each of the observations, and
@@ -79,7 +79,7 @@ class Point:
 
 
 @dataclass
-class Jacobian:
+class PullJacobian:
     """Derivatives of a point with respect to P parameters.
 
     Attributes
@@ -108,28 +108,28 @@ class Problem:
         self, setup: Callable[..., Any], parameters: Parameters, observations: Any, integrator: Integrator | None
     ) -> None:
         function(setup, "setup")
-        given = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
+        entry = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
         try:
-            entries = iter(given)
+            entries = iter(entry)
         except TypeError:
             entries = iter(())
         if not (listed := list(entries)):
             raise InvalidInput(f"observations is {observations!r}; expected observations, or a list of them")
-        for one in listed:
-            if not callable(one) and not _is_observed(one):
+        for observation in listed:
+            if not callable(observation) and not _is_observed(observation):
                 raise InvalidInput(
-                    f"observations has {one!r}; expected those of fullbody.observing, or a function of parameters that "
-                    "returns some"
+                    f"observations has {observation!r}; expected those of fullbody.observing, or a "
+                    "function of parameters that returns some"
                 )
         self.setup, self.parameters, self.integrator = setup, parameters, integrator
-        self.given = listed
+        self.entries = listed
         names = parameters.names
         self.of_setup = _taken(setup, names)
         #: The parameters of each of those observations that are functions.
-        self.of_observations = [_taken(one, names) if callable(one) else () for one in listed]
+        self.of_observations = [_taken(item, names) if callable(item) else () for item in listed]
         used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
         if unused := [name for name in names if name not in used]:
-            arguments = sorted(name for name, one in _arguments(setup).items() if one.kind is not one.VAR_POSITIONAL)
+            arguments = sorted(name for name, item in _arguments(setup).items() if item.kind is not item.VAR_POSITIONAL)
             raise InvalidInput(
                 f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
                 f"{suggestion(unused[0], arguments, 'some')}"
@@ -151,26 +151,28 @@ class Problem:
         return self._make(values[[self.parameters.names.index(name) for name in self.of_setup]])
 
     def _make(self, values: Floats) -> SetupResult:
-        found = self.setup(**self._setup_parameters.named(values))
+        made = self.setup(**self._setup_parameters.named(values))
         try:
-            system, state = found
+            system, state = made
         except (TypeError, ValueError) as error:
-            raise TypeError(f"setup returned {found!r}; expected (system, state)") from error
+            raise TypeError(f"setup returned {made!r}; expected (system, state)") from error
         if not isinstance(system, System) or not isinstance(state, State):
-            raise TypeError(f"setup returned {found!r}; expected (system, state)")
+            raise TypeError(f"setup returned {made!r}; expected (system, state)")
         return SetupResult(system, state)
 
     def observations(self, values: Floats) -> list[Any]:
         """Return the observations; those that are functions are called with these values of their parameters."""
         named = self.parameters.named(values)
-        both = zip(self.given, self.of_observations, strict=True)
-        found = [one(**{name: named[name] for name in names}) if callable(one) else one for one, names in both]
-        for one, given in zip(found, self.given, strict=True):
-            if not _is_observed(one):
-                raise TypeError(f"{given!r} of observations returned {one!r}; expected those of fullbody.observing")
-        return found
+        both = zip(self.entries, self.of_observations, strict=True)
+        made = [item(**{name: named[name] for name in names}) if callable(item) else item for item, names in both]
+        for observation, entry in zip(made, self.entries, strict=True):
+            if not _is_observed(observation):
+                raise TypeError(
+                    f"{entry!r} of observations returned {observation!r}; expected those of fullbody.observing"
+                )
+        return made
 
-    def point(self, values: Floats, differentiated: bool = False) -> Point:
+    def point(self, values: Floats, differentiated: bool = False) -> EvaluatedPoint:
         """Integrate a run and compute the predictions at values (P,).
 
         If it is to be ``differentiated``, the run includes the derivatives that the last Jacobian needed, so that
@@ -184,11 +186,11 @@ class Problem:
             self.reason, self._refused = f"{type(error).__name__}: {error}", values.copy()
             raise Refused(self.reason) from error
 
-    def _point(self, values: Floats, derivatives: Sequence[str] | None = None) -> Point:
+    def _point(self, values: Floats, derivatives: Sequence[str] | None = None) -> EvaluatedPoint:
         made = self.make(values)
         observations = self.observations(values)
         run = self._run(made, observations, derivatives)
-        pulls = [_finite(self.of(one, run, "pulls"), one) for one in observations]
+        pulls = [_finite(self.of(observation, run, "pulls"), observation) for observation in observations]
         count = sum(part.size for part in pulls)
         if self._count is None:
             self._count = count
@@ -198,19 +200,19 @@ class Problem:
                 "the same number for all values of the parameters"
             )
         errors = {
-            i: one.errors(made.system)
-            for i, one in enumerate(observations)
-            if self.of_observations[i] and hasattr(one, "errors")
+            i: observation.errors(made.system)
+            for i, observation in enumerate(observations)
+            if self.of_observations[i] and hasattr(observation, "errors")
         }
-        return Point(values.copy(), made, run, observations, pulls, errors)
+        return EvaluatedPoint(values.copy(), made, run, observations, pulls, errors)
 
     def times(self, made: SetupResult, observations: list[Any]) -> Floats:
         """Return all times at which the observations need samples, in numbers of the system's units."""
-        parts = [self._emission(one, made.system) for one in observations]
+        parts = [self._emission(observation, made.system) for observation in observations]
         return np.unique(np.concatenate(parts))
 
-    def _emission(self, one: Any, system: System) -> Floats:
-        return system.context.units.strip(one.emission(system), "time", f"times of {one!r}")
+    def _emission(self, observation: Any, system: System) -> Floats:
+        return system.context.units.strip(observation.emission(system), "time", f"times of {observation!r}")
 
     def _run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
@@ -233,30 +235,30 @@ class Problem:
         """Return a run with samples at the times of observations."""
         return self._run(made, observations, None)
 
-    def of(self, one: Any, run: Record, what: str) -> Any:
+    def of(self, observation: Any, run: Record, what: str) -> Any:
         """Call a method of observations with the samples of a run at the times of these observations."""
-        return getattr(one, what)(run[run.indices(self._emission(one, run.system))])
+        return getattr(observation, what)(run[run.indices(self._emission(observation, run.system))])
 
-    def jacobian(self, point: Point) -> Jacobian:
+    def jacobian(self, point: EvaluatedPoint) -> PullJacobian:
         """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""
         names = self.parameters.names
         rows = np.zeros((len(point.rows), len(names)))
         noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
-        places = [names.index(name) for name in self.of_setup]
-        if places:
-            made = self._chain.at(point.made, point.values[places])
+        columns = [names.index(name) for name in self.of_setup]
+        if columns:
+            made = self._chain.at(point.made, point.values[columns])
             differenced |= {
-                name: f"it changes {place}, by which motions are not differentiated"
-                for name, place in made.undifferentiable.items()
+                name: f"it changes {path}, by which motions are not differentiated"
+                for name, path in made.undifferentiable.items()
             }
-            exact = [column for column, k in enumerate(places) if names[k] not in differenced]
+            exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
                     self._needed = tuple(made.system)
-                    rows[:, np.array(places)[exact]] = self._by_motion(point, made)[:, exact]
+                    rows[:, np.array(columns)[exact]] = self._by_motion(point, made)[:, exact]
                 except InvalidInput as error:
-                    differenced |= {names[places[k]]: f"derivatives are refused: {error}" for k in exact}
+                    differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
         for k, name in enumerate(names):
             if name in differenced:
                 rows[:, k] = self._by_runs(point, k)
@@ -265,33 +267,33 @@ class Problem:
                 rows[:, k] += change
                 if by_observations:
                     noise[k] = by_observations
-        return Jacobian(rows, noise, differenced)
+        return PullJacobian(rows, noise, differenced)
 
-    def _by_motion(self, point: Point, made: SetupDerivatives) -> Floats:
+    def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> Floats:
         """Return the exact derivatives (M, P) of the pulls with respect to the parameters of the setup."""
         run = point.run
         if not run.is_differentiated or not {*made.system} <= {*run.sensitivity}:
             run = self._run(point.made, point.observations, tuple(made.system))
         parts = []
-        for one in point.observations:
-            by = self._derivatives(one, run)
+        for observation in point.observations:
+            by = self._derivatives(observation, run)
             part = by.start.reshape(by.value.size, -1) @ made.start
             for name, changes in made.system.items():
                 part += np.outer(by.by_parameter[name], changes)
             parts.append(part)
         return np.concatenate(parts)
 
-    def _derivatives(self, one: Any, run: Run) -> Any:
-        part = run[run.indices(self._emission(one, run.system))]
-        if hasattr(one, "derivatives"):
+    def _derivatives(self, observation: Any, run: Run) -> Any:
+        part = run[run.indices(self._emission(observation, run.system))]
+        if hasattr(observation, "derivatives"):
             try:
-                return one.derivatives(part)
+                return observation.derivatives(part)
             except InvalidInput:
                 # This is so for the light of polyhedra, which is not differentiated.
                 pass
-        return part.derivative_of(one.pulls)
+        return part.derivative_of(observation.pulls)
 
-    def _by_observations(self, point: Point, k: int) -> tuple[Floats, dict[int, Floats]]:
+    def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
         """Return the derivatives with respect to a parameter that observations take, of the same run.
 
         They are those of the pulls (M,), and the relative changes (K, C, C) of covariances by the index of the
@@ -307,9 +309,9 @@ class Problem:
             moved = self.observations(self.parameters.shifted(point.values, k, by))
             parts = []
             for i in changing:
-                one, base, errors = moved[i], point.observations[i], point.errors.get(i)
-                one = one if errors is None else one.with_errors_of(base)
-                parts.append(np.ravel(_finite(self.of(one, point.run, "pulls"), one) - point.pulls[i]))
+                observation, base, errors = moved[i], point.observations[i], point.errors.get(i)
+                observation = observation if errors is None else observation.with_errors_of(base)
+                parts.append(np.ravel(_finite(self.of(observation, point.run, "pulls"), observation) - point.pulls[i]))
                 if errors is not None:
                     now = moved[i].errors(system)
                     parts.append(relative(errors.covariance, now.covariance).ravel())
@@ -340,7 +342,7 @@ class Problem:
                     changes[i] = change.reshape(point.errors[i].covariance.shape)
         return np.concatenate(rows), changes
 
-    def _by_runs(self, point: Point, k: int) -> Floats:
+    def _by_runs(self, point: EvaluatedPoint, k: int) -> Floats:
         """Return derivatives (M,) of the pulls with respect to a parameter, from complete runs."""
 
         def shifted(by: float) -> Floats:
@@ -349,21 +351,26 @@ class Problem:
         noise = np.full(len(point.rows), _NOISE * self._largest(point))
         return self._derivative(shifted, point, k, noise, np.zeros(len(noise), dtype=int))
 
-    def _largest(self, point: Point) -> float:
+    def _largest(self, point: EvaluatedPoint) -> float:
         return max(1.0, float(np.abs(point.rows).max(initial=0.0)))
 
     def _derivative(
-        self, shifted: Callable[[float], Floats], point: Point, k: int, noise: Floats, groups: npt.NDArray[np.intp]
+        self,
+        shifted: Callable[[float], Floats],
+        point: EvaluatedPoint,
+        k: int,
+        noise: Floats,
+        groups: npt.NDArray[np.intp],
     ) -> Floats:
         where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
         size = self.parameters.size(k, point.values[k])
         try:
-            found = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
+            made = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
         except InvalidInput as error:
             raise InvalidInput(f"the predictions cannot be differentiated with respect to {where}: {error}") from error
-        if found is None:
+        if made is None:
             raise InvalidInput(f"the predictions do not change evenly with {where}")
-        return found
+        return made
 
     def reach(self, values: Floats) -> Floats:
         """Return the lengths (P,) over which parameters may change at first.
@@ -381,17 +388,17 @@ class Problem:
     def unchanged(self, values: Floats, others: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
         try:
-            one, other = self.make(values), self.make(others)
+            observation, other = self.make(values), self.make(others)
         except REFUSALS:
             return False
-        changes, unexplained = one.changes(other)
+        changes, unexplained = observation.changes(other)
         if unexplained is not None:
             return False
-        apart = np.append(one.moved(other), changes)
-        sizes = np.append(one.sizes(), np.abs(list(one.parameters.values())))
+        apart = np.append(observation.moved(other), changes)
+        sizes = np.append(observation.sizes(), np.abs(list(observation.parameters.values())))
         return bool((np.abs(apart) <= 1e-9 * sizes).all())
 
-    def linear_unknowns(self, point: Point) -> int:
+    def linear_unknowns(self, point: EvaluatedPoint) -> int:
         """Return the number of unknowns for which the predictions at a point are solved."""
         return sum(getattr(observed, "linear_unknowns", 0) for observed in point.observations)
 
@@ -408,15 +415,15 @@ class Problem:
         return f"; give Free the bound {' or '.join(sides)}" if sides else ""
 
 
-def _is_observed(one: Any) -> bool:
-    return hasattr(one, "pulls") and hasattr(one, "emission")
+def _is_observed(observation: Any) -> bool:
+    return hasattr(observation, "pulls") and hasattr(observation, "emission")
 
 
-def _finite(pulls: Any, one: Any) -> Floats:
-    found = np.asarray(pulls, dtype=np.float64)
-    if not np.isfinite(found).all():
-        raise InvalidInput(f"{one!r} has predictions that are not finite")
-    return found
+def _finite(pulls: Any, observation: Any) -> Floats:
+    made = np.asarray(pulls, dtype=np.float64)
+    if not np.isfinite(made).all():
+        raise InvalidInput(f"{observation!r} has predictions that are not finite")
+    return made
 
 
 def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
@@ -431,12 +438,16 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
 def _taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:
     """Return the parameters that a function takes, after checking that it needs no others."""
     arguments = _arguments(function)
-    if any(one.kind is one.VAR_KEYWORD for one in arguments.values()):
+    if any(argument.kind is argument.VAR_KEYWORD for argument in arguments.values()):
         return tuple(names)
-    for name, one in arguments.items():
-        if one.kind is one.POSITIONAL_ONLY:
-            raise InvalidInput(f"{function!r} takes {name} by its place alone; expected arguments that have names")
-        if one.default is one.empty and one.kind is not one.VAR_POSITIONAL and name not in names:
+    for name, observation in arguments.items():
+        if observation.kind is observation.POSITIONAL_ONLY:
+            raise InvalidInput(f"{function!r} takes {name} by its position alone; expected arguments that have names")
+        if (
+            observation.default is observation.empty
+            and observation.kind is not observation.VAR_POSITIONAL
+            and name not in names
+        ):
             raise InvalidInput(f"parameters has no {name!r}, which {function!r} needs; it has {', '.join(names)}")
     return tuple(
         name for name in names if name in arguments and arguments[name].kind is not inspect.Parameter.VAR_POSITIONAL

@@ -131,11 +131,11 @@ class Fit(Tabled):
         self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
         self.observations, self.pulls = point.observations, point.pulls
         self.residuals = [
-            problem.of(one, point.run, "residuals" if hasattr(one, "residuals") else "pulls")
-            for one in point.observations
+            problem.of(observation, point.run, "residuals" if hasattr(observation, "residuals") else "pulls")
+            for observation in point.observations
         ]
-        self.times = [one.emission(self.system) for one in point.observations]
-        self.labels = tuple(repr(one).partition("(")[0] for one in point.observations)
+        self.times = [observation.emission(self.system) for observation in point.observations]
+        self.labels = tuple(repr(observation).partition("(")[0] for observation in point.observations)
         self.differenced, self.message, self.iterations = here.jacobian.differenced, message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
@@ -150,9 +150,13 @@ class Fit(Tabled):
         is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
         self.p_value = float(chi2.sf(self.chi2, self.dof)) if is_distributed else None
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
-        found = Covariance(np.concatenate([shrink * here.jacobian.rows, here.rows]), parameters)
-        self.covariance, self.condition, self.unconstrained = found.matrix, found.condition, found.unconstrained
-        self.weakest = dict(zip(self.names, found.weakest.tolist(), strict=True))
+        covariance = Covariance(np.concatenate([shrink * here.jacobian.rows, here.rows]), parameters)
+        self.covariance, self.condition, self.unconstrained = (
+            covariance.matrix,
+            covariance.condition,
+            covariance.unconstrained,
+        )
+        self.weakest = dict(zip(self.names, covariance.weakest.tolist(), strict=True))
 
     @property
     def values(self) -> dict[str, Any]:
@@ -230,16 +234,16 @@ class Fit(Tabled):
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
-        lower, upper, kept = self.parameters.lower, self.parameters.upper, np.empty((0, len(self.numbers)))
+        lower, upper, accepted = self.parameters.lower, self.parameters.upper, np.empty((0, len(self.numbers)))
         errors = np.sqrt(np.diag(self.covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
         for _ in range(_MOST_DRAWS):
             drawn = self.numbers + scale * (random.normal(size=(count, len(scale))) @ factor.T)
-            kept = np.concatenate([kept, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
-            if len(kept) >= count:
-                return kept[:count]
+            accepted = np.concatenate([accepted, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
+            if len(accepted) >= count:
+                return accepted[:count]
         raise InvalidInput(f"hardly any draw is within the bounds of {', '.join(self.at_bounds) or 'the parameters'}")
 
     def log_posterior(self, values: Any, gradient: bool = False) -> Any:
@@ -262,12 +266,12 @@ class Fit(Tabled):
             a gradient of zero: the density is zero there.
         """
         objective, parameters = self._minimised(), self.parameters
-        plain = parameters.numbers(values)
-        nothing = (-np.inf, np.zeros(len(plain))) if gradient else -np.inf
-        if ((plain < parameters.lower) | (plain > parameters.upper)).any():
+        numbers = parameters.numbers(values)
+        nothing = (-np.inf, np.zeros(len(numbers))) if gradient else -np.inf
+        if ((numbers < parameters.lower) | (numbers > parameters.upper)).any():
             return nothing
         try:
-            point = objective.problem.point(plain)
+            point = objective.problem.point(numbers)
         except Refused:
             return nothing
         vector = objective.vector(point)
@@ -330,8 +334,11 @@ class Fit(Tabled):
         ]
         if len(self.minima) > 1:
             lines: list[Any] = [
-                [f"{number:.6g}" for number in (one.loss, one.chi2, one.starts, *self.parameters.numbers(one.values))]
-                for one in self.minima
+                [
+                    f"{number:.6g}"
+                    for number in (item.loss, item.chi2, item.starts, *self.parameters.numbers(item.values))
+                ]
+                for item in self.minima
             ]
             tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.names), lines))
         return tuple(tables)
@@ -354,6 +361,6 @@ def _with_error(value: float, error: float) -> tuple[str, str]:
         return f"{value:.8g}", "infinite" if error else "0"
     digits = max(0, 1 - int(np.floor(np.log10(error))))
     if digits > 12 or error >= 1e6 or abs(value) >= 1e9:
-        places = max(1, int(np.floor(np.log10(max(abs(value), error)))) - int(np.floor(np.log10(error))) + 2)
-        return f"{value:.{min(places, 17)}g}", f"{error:.2g}"
+        decimals = max(1, int(np.floor(np.log10(max(abs(value), error)))) - int(np.floor(np.log10(error))) + 2)
+        return f"{value:.{min(decimals, 17)}g}", f"{error:.2g}"
     return f"{value:.{digits}f}", f"{error:.{digits}f}"

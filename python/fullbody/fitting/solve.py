@@ -185,21 +185,21 @@ def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:
 def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
     """Return the different minima of fits, the lowest first, with the number of fits that ended at each."""
     minima: list[tuple[Fit, int]] = []
-    for one in sorted(fits, key=lambda other: other.loss):
-        for place, (other, count) in enumerate(minima):
-            if _same(problem, one, other):
-                minima[place] = (other, count + 1)
+    for fit in sorted(fits, key=lambda other: other.loss):
+        for index, (other, count) in enumerate(minima):
+            if _same(problem, fit, other):
+                minima[index] = (other, count + 1)
                 break
         else:
-            minima.append((one, 1))
+            minima.append((fit, 1))
     return tuple(Minimum(lowest.values, lowest.loss, lowest.chi2, count, lowest.message) for lowest, count in minima)
 
 
-def _same(problem: Problem, one: Fit, other: Fit) -> bool:
+def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
     """Return whether two fits have the same values within their errors, up to turns that change nothing."""
-    apart = one.numbers - other.numbers
-    turn = np.array([problem.parameters.turn(k) for k in range(len(apart))])
-    turns = np.round(apart / turn) * np.where(np.isfinite(turn), turn, 0.0)
-    if not (np.abs(apart - turns) <= _SAME * np.sqrt(np.diag(other.covariance))).all():
+    apart = fit.numbers - other.numbers
+    full_turn = np.array([problem.parameters.full_turn(k) for k in range(len(apart))])
+    full_turns = np.round(apart / full_turn) * np.where(np.isfinite(full_turn), full_turn, 0.0)
+    if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))).all():
         return False
-    return not turns.any() or problem.unchanged(one.numbers, one.numbers - turns)
+    return not full_turns.any() or problem.unchanged(fit.numbers, fit.numbers - full_turns)

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 from ..errors import InvalidInput
 from ..typing import Floats
 from .objective import Linearised, Objective
-from .problem import Point, Problem, Refused
+from .problem import EvaluatedPoint, Problem, Refused
 
 __all__ = ["Solver"]
 
@@ -43,7 +43,7 @@ class Solver:
     def __init__(self, objective: Objective, report: Any) -> None:
         self._objective, self._report = objective, report
         self._problem, self._parameters = objective.problem, objective.parameters
-        self._last: Point | None = None
+        self._last: EvaluatedPoint | None = None
         self.best: Linearised | None = None
         self.message, self.iterations, self.interrupted = "", 0, False
         self._distance, self._accepted = np.inf, False
@@ -65,18 +65,18 @@ class Solver:
             def jacobian(x: Floats) -> Floats:
                 return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
 
-            bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
+            bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15}
             # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
             # minimum is judged below by the distance that is left, not by these warnings.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                found = least_squares(residuals, begin, jacobian, bounds, **options)
+                solution = least_squares(residuals, begin, jacobian, bounds, **options)
             why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
             if why and self.best is not None:
                 why += self._problem.limits(self.best.point.values)
-            if found.status <= 0:
-                self.message = f"stopped after {found.nfev} proposals, the limit{why}"
-            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * found.cost:
+            if solution.status <= 0:
+                self.message = f"stopped after {solution.nfev} proposals, the limit{why}"
+            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * solution.cost:
                 self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
         except _Converged:
             pass
@@ -133,7 +133,7 @@ class Solver:
             self._report(runs, None, f"chi2 {2.0 * self.best.cost:.8g}")
 
 
-def _check_count(problem: Problem, point: Point) -> None:
+def _check_count(problem: Problem, point: EvaluatedPoint) -> None:
     """Raise an error for more parameters than data."""
     data = len(point.rows) + int(np.isfinite(problem.parameters.sigma).sum())
     solved = problem.linear_unknowns(point)

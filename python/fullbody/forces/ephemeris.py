@@ -54,10 +54,10 @@ def path(
     body = name.lower() if isinstance(name, str) else name
     if body not in _GM:
         raise InvalidInput(f"name is {name!r}; expected one of {', '.join(_GM)}")
-    given = Units(units)
+    system_units = Units(units)
     start = epochs.date(date, "date")
     axes = _axes(frame)
-    from_sun, longest = about_sun(orbit, start, start if epoch is None else epochs.date(epoch, "epoch"), given)
+    from_sun, longest = about_sun(orbit, start, start if epoch is None else epochs.date(epoch, "epoch"), system_units)
 
     def relative(times: Floats) -> Floats:
         """Return positions in km at times in seconds from the date."""
@@ -68,19 +68,19 @@ def path(
             away += planet @ rotation("equatorial", "ecliptic").T
         return np.asarray(away @ axes.T)
 
-    length = _seconds(duration, given)
+    length = _seconds(duration, system_units)
     if body != "sun":
         longest = min(longest, _PLANETS)
     ends = min(length, 0.0), max(length, 0.0)
     times, positions = dense_table(relative, *ends, longest, f"duration of the path of {body}")
     # A matrix has no name that a system could be compared with.
     named = {"frame": frame} if isinstance(frame, str) else {}
-    found = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
-    if given.known:
+    arguments = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
+    if system_units.defined:
         kinds = {"mu": "mu", "times": "time", "positions": "length"}
-        found = {key: given.strip(value, kinds[key], key) for key, value in found.items()}
-        found["mu"] = float(found["mu"])
-    return {"name": body.title(), **found, **named}
+        arguments = {key: system_units.strip(value, kinds[key], key) for key, value in arguments.items()}
+        arguments["mu"] = float(arguments["mu"])
+    return {"name": body.title(), **arguments, **named}
 
 
 def dense_table(
@@ -112,7 +112,7 @@ def dense_table(
         step *= min(0.9 * (_ERROR / error) ** 0.25, 0.9)
 
 
-def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Callable[[Floats], Floats], float]:
+def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tuple[Callable[[Floats], Floats], float]:
     """Return the system's path from the Sun, in km by seconds, ecliptic of J2000, and an eighth of its period."""
     from astropy import units as u
 
@@ -124,8 +124,8 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
         raise InvalidInput(f"orbit is {orbit!r}; expected the elements of one orbit")
     if is_quantity(orbit.a):
         a = float(strip_to(orbit.a, u.km, "semi-major axis of orbit"))
-    elif given.known:
-        a = float((numbers(orbit.a, "semi-major axis of orbit") * given.unit("length")).to_value(u.km))
+    elif system_units.defined:
+        a = float((numbers(orbit.a, "semi-major axis of orbit") * system_units.unit("length")).to_value(u.km))
     else:
         raise InvalidInput(
             f"semi-major axis of orbit is {orbit.a!r}; expected a Quantity, such as 1.6442 * u.au, or units=(...)"
@@ -135,7 +135,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
     rate = np.sqrt(_GM["sun"] / abs(a) ** 3)
     late = (start - epoch).to_value(u.s)
 
-    def place(times: Floats) -> Floats:
+    def position_at(times: Floats) -> Floats:
         anomaly = mean + rate * (times + late)
         if e < 1.0:
             anomaly = np.remainder(anomaly, 2 * np.pi)
@@ -143,7 +143,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
         orbits = KeplerElements(a * same, e * same, i * same, node * same, argument * same, anomaly)
         return np.asarray(orbits.to_cartesian(_GM["sun"])[0])
 
-    return place, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
+    return position_at, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
 
 
 def barycentric(body: Any, times: Time, ephemeris: Any) -> Floats:
@@ -154,10 +154,10 @@ def barycentric(body: Any, times: Time, ephemeris: Any) -> Floats:
         if ephemeris != "builtin":
             import_module("jplephem")
         try:
-            found = get_body_barycentric(body, times, ephemeris=ephemeris)
+            arguments = get_body_barycentric(body, times, ephemeris=ephemeris)
         except (AttributeError, KeyError, ValueError, TypeError, OSError) as error:
             raise InvalidInput(f"{body} is not available from the ephemeris {ephemeris!r}: {error}") from error
-    return np.asarray(found.xyz.to_value("km").T, dtype=np.float64)
+    return np.asarray(arguments.xyz.to_value("km").T, dtype=np.float64)
 
 
 def _axes(frame: Any) -> Floats:
@@ -170,12 +170,12 @@ def _axes(frame: Any) -> Floats:
     return matrix
 
 
-def _seconds(duration: Any, given: Units) -> float:
+def _seconds(duration: Any, system_units: Units) -> float:
     from astropy import units as u
 
-    units = given if given.known else Units(("km", "s", "kg"))
+    units = system_units if system_units.defined else Units(("km", "s", "kg"))
     number = units.number(duration, "time", "duration")
-    if not is_quantity(duration) and not isinstance(duration, str) and not given.known:
+    if not is_quantity(duration) and not isinstance(duration, str) and not system_units.defined:
         raise InvalidInput(f"duration is {duration!r}; expected a Quantity, text such as '30 day', or units=(...)")
     if number == 0.0:
         raise InvalidInput("duration is 0; expected a time, below zero for runs back in time")

@@ -156,9 +156,9 @@ def _capsule(capsule: Any, name: str) -> int:
         raise InvalidInput(f"function of {name} has {capsule!r}; expected a capsule with a pointer") from error
 
 
-def _from_python(own: Function, context: Context) -> Call:
+def _from_python(model: Function, context: Context) -> Call:
     """Return a C callback through which the core calls a Python function."""
-    name, units, bodies = own.name, context.units, len(context.bodies)
+    name, units, bodies = model.name, context.units, len(context.bodies)
 
     def take(pointer: Any, width: int = 3) -> Any:
         return np.ctypeslib.as_array(pointer, (bodies, width))
@@ -174,15 +174,15 @@ def _from_python(own: Function, context: Context) -> Call:
         time: float, _: int, position: Any, velocity: Any, attitude: Any, spin: Any, force: Any, torque: Any, data: Any
     ) -> int:
         try:
-            if own.depends_on_velocity:
+            if model.depends_on_velocity:
                 core = _core.State(time, take(position), take(velocity), take(attitude, 4), take(spin))
             else:
                 core = _core.State.of_places(time, take(position), take(attitude, 4))
             state = wrap(core, context)
-            given = own.function(state.time, state)
-            if isinstance(given, tuple) and len(given) != 2:
-                raise InvalidInput(f"{name} gives {len(given)} things; expected forces, or (forces, torques)")
-            forces, torques = given if isinstance(given, tuple) else (given, None)
+            answer = model.function(state.time, state)
+            if isinstance(answer, tuple) and len(answer) != 2:
+                raise InvalidInput(f"{name} gives {len(answer)} things; expected forces, or (forces, torques)")
+            forces, torques = answer if isinstance(answer, tuple) else (answer, None)
             take(force)[:] = loads(forces, "force")
             if torques is not None:
                 take(torque)[:] = loads(torques, "torque")

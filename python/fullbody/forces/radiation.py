@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from ..base.kinds import Number, Place, choice, direction
+from ..base.kinds import BodyIndex, Number, choice, direction
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
-from ..base.units import PLAIN, gathered, need
+from ..base.units import UNITLESS, gathered, need
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
@@ -76,7 +76,7 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     if not hasattr(distance, "unit"):
         raise InvalidInput(f"semi_major_axis is {semi_major_axis!r}; expected a Quantity or text such as '0.64 au'")
     Number("length", POSITIVE)(distance, "semi_major_axis")
-    e = PLAIN.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
+    e = UNITLESS.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
     return (constants.L_sun / (4.0 * pi * constants.c * distance**2 * sqrt(1.0 - e * e))).to(u.Pa)
 
 
@@ -140,7 +140,7 @@ class Yorp(Force):
     radius: Any = None
 
     _kinds: ClassVar = {
-        "on": Place(),
+        "on": BodyIndex(),
         "obliquity": Number("angle", shape=("T",)),
         "pole": direction,
         "pressure": Number("pressure", POSITIVE),
@@ -159,18 +159,18 @@ class Yorp(Force):
 
     def _describe(self, context: Context) -> dict[str, Any]:
         units, on = context.units, self._index(context, "on")
-        obliquity = [] if self.obliquity is None else self._plain(units)["obliquity"]
+        obliquity = [] if self.obliquity is None else self._unitless(units)["obliquity"]
         rows = max(len(obliquity), 1)
         dimension, factor = torque_dimension(self.normalization), self._factor(context, on)
 
         def torque(role: str) -> list[float]:
             what = self._what(role)
-            found = units.numbers(getattr(self, role), dimension, what)
-            if found.shape not in ((), (rows,)):
+            array = units.numbers(getattr(self, role), dimension, what)
+            if array.shape not in ((), (rows,)):
                 raise InvalidInput(
-                    f"{what} has shape {found.shape}; expected a finite number, or one at each obliquity"
+                    f"{what} has shape {array.shape}; expected a finite number, or one at each obliquity"
                 )
-            return [float(value) for value in factor * np.broadcast_to(found, rows)]
+            return [float(value) for value in factor * np.broadcast_to(array, rows)]
 
         return {
             "kind": "Yorp",
@@ -192,7 +192,7 @@ class Yorp(Force):
             raise InvalidInput(f"on of {self.name} is {context.names[on]}, a point; expected a body that can turn")
         if self.normalization == "acceleration":
             return inertia
-        pressure, radius = self._plain(context.units)["pressure"], self._radius(context, on)
+        pressure, radius = self._unitless(context.units)["pressure"], self._radius(context, on)
         if self.normalization == "rossi_2009":
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
         return float(_YORP[self.normalization] * pressure * radius**3)
@@ -201,7 +201,7 @@ class Yorp(Force):
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
         """Yield a warning of a torque that sunlight cannot exert, or that has no effect."""
         volume = context.bodies[context.names.index(described["on"])].volume
-        if not context.units.known or volume == 0.0:
+        if not context.units.defined or volume == 0.0:
             return
         unit = context.units.number(_SUNLIGHT, "pressure", "pressure") * 0.75 * volume / pi
         size = float(np.abs([described["along"], described["across"]]).max()) / unit
@@ -227,8 +227,8 @@ class Yorp(Force):
             return units.attach(np.array(described[role]) if table else described[role][0], "torque")
 
         obliquity = units.attach(np.array(described["obliquity"]), "angle") if table else None
-        given = {key: described[key] for key in ("name", "on", "pole")}
-        return cls(**given, along=torque("along"), across=torque("across"), obliquity=obliquity)
+        arguments = {key: described[key] for key in ("name", "on", "pole")}
+        return cls(**arguments, along=torque("along"), across=torque("across"), obliquity=obliquity)
 
 
 class _Components(Number):
@@ -236,12 +236,12 @@ class _Components(Number):
 
     __slots__ = ()
 
-    def plain(self, value: Any, what: str, units: Units) -> Any:
+    def unitless(self, value: Any, what: str, units: Units) -> Any:
         """Return the three components in a system's units."""
-        found = units.numbers(value, self.dimension, what, limits=self.limits)
-        if found.shape not in ((), (3,)):
-            raise InvalidInput(f"{what} has shape {found.shape}; expected a finite number, or three")
-        return found.tolist() if found.shape else [0.0, float(found), 0.0]
+        array = units.numbers(value, self.dimension, what, limits=self.limits)
+        if array.shape not in ((), (3,)):
+            raise InvalidInput(f"{what} has shape {array.shape}; expected a finite number, or three")
+        return array.tolist() if array.shape else [0.0, float(array), 0.0]
 
     def attached(self, value: Any, units: Units) -> Any:
         """Return what was given: one component, or three."""
@@ -327,8 +327,8 @@ class Byorp(Force):
     torque: Any = None
 
     _kinds: ClassVar = {
-        "on": Place(),
-        "about": Place(),
+        "on": BodyIndex(),
+        "about": BodyIndex(),
         "force": _Components("force"),
         "coefficient": _Components(),
         "torque": Number("torque", shape=(3,)),
@@ -353,13 +353,15 @@ class Byorp(Force):
         return f"BYORP on {self.on}" if isinstance(self.on, str) else f"BYORP on body {self.on}"
 
     def _describe(self, context: Context) -> dict[str, Any]:
-        given = super()._describe(context)
-        coefficient, pressure, _, torque = (given.pop(role) for role in ("coefficient", "pressure", "radius", "torque"))
+        arguments = super()._describe(context)
+        coefficient, pressure, _, torque = (
+            arguments.pop(role) for role in ("coefficient", "pressure", "radius", "torque")
+        )
         if self.normalization is not None:
             radius = self._radius(context, self._index(context, "on"))
             unit = _BYORP[self.normalization] * pressure * radius**2
-            given["force"] = [unit * component for component in coefficient]
-        return given if torque is None else given | {"torque": torque}
+            arguments["force"] = [unit * component for component in coefficient]
+        return arguments if torque is None else arguments | {"torque": torque}
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         force = number(units.attach(described["force"][1], "force"))
@@ -372,11 +374,11 @@ class Byorp(Force):
 
 
 def _check_normalization(
-    force: Yorp | Byorp, normalization: str | None, known: Iterable[str], needs_light: bool
+    force: Yorp | Byorp, normalization: str | None, known_names: Iterable[str], needs_light: bool
 ) -> None:
     """Refuse an unknown normalisation, and light that is missing or has no use."""
     if normalization is not None:
-        choice(normalization, f"normalization of {force.name}", known)
+        choice(normalization, f"normalization of {force.name}", known_names)
     if not needs_light:
         for role in ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ())):
             if getattr(force, role) is not None:

@@ -215,27 +215,27 @@ class ThirdBody(Force):
                     f"the path of {name} is for the date {self.date} at time zero, and the epoch of the system is "
                     f"{context.epoch}; expected one date for both"
                 )
-        plain = self._plain(units)
-        mu = context.G * plain["mass"] if self.mu is None else plain["mu"]
+        numbers = self._unitless(units)
+        mu = context.G * numbers["mass"] if self.mu is None else numbers["mu"]
         path: dict[str, Any]
-        given_in = self.frame if self.orbit is None else self.orbit.frame
-        turn = None if given_in is None else _rotation(given_in, context, name)
+        frame = self.frame if self.orbit is None else self.orbit.frame
+        rotation = None if frame is None else _rotation(frame, context, name)
         if self.orbit is not None:
-            orbit = self.orbit if turn is None else self.orbit.to_frame(target=context.frame)
+            orbit = self.orbit if rotation is None else self.orbit.to_frame(target=context.frame)
             elements = {
                 "a": units.number(orbit.a, "length", f"semi-major axis of {name}"),
                 "e": units.number(orbit.e, "number", f"eccentricity of {name}"),
             }
             elements |= {key: units.number(getattr(orbit, key), "angle", f"{key} of {name}") for key in _ANGLES}
-            path = {"orbit": {"elements": elements, "time": plain["time"]}}
+            path = {"orbit": {"elements": elements, "time": numbers["time"]}}
         else:
-            times, positions = np.array(plain["times"]), np.array(plain["positions"])
+            times, positions = np.array(numbers["times"]), np.array(numbers["positions"])
             if len(positions) != len(times):
                 raise InvalidInput(
                     f"times and positions of {name} have shapes {times.shape} and {positions.shape}; "
                     "expected (T,) and (T, 3)"
                 )
-            positions = positions if turn is None else positions @ turn.T
+            positions = positions if rotation is None else positions @ rotation.T
             steps = np.abs(np.diff(times))
             if len(steps) and steps.min() <= 4.0 * np.spacing(np.abs(times).max()):
                 row = int(np.argmin(steps))
@@ -244,8 +244,8 @@ class ThirdBody(Force):
                     "rows further apart than the round-off of the times"
                 )
             path = {"table": {"times": times.tolist(), "positions": positions.tolist()}}
-        given = {} if self.mass is None else {"mass": plain["mass"]}
-        return {"kind": "ThirdBody", "name": name, "mu": mu, **given, "of": self.of, "path": path}
+        arguments = {} if self.mass is None else {"mass": numbers["mass"]}
+        return {"kind": "ThirdBody", "name": name, "mu": mu, **arguments, "of": self.of, "path": path}
 
     def _notes(self) -> dict[str, Any]:
         return {} if self.date is None else {"date": self.date}
@@ -263,12 +263,12 @@ class ThirdBody(Force):
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
         """Yield warnings of a tide that is lost in rounding, and of a table whose spline does not follow the path."""
-        place, _ = context.core.third_body(
+        position, _ = context.core.third_body(
             context.third_body(described["name"], "a third body"), np.array([start.time])
         )
         apart = np.linalg.norm(start.position - start.position[0], axis=1).max()
         # The ratio of the tidal acceleration to that of the bodies on each other.
-        ratio = described["mu"] / np.linalg.norm(place[0]) ** 3 * apart**3 / (context.G * context.masses.sum())
+        ratio = described["mu"] / np.linalg.norm(position[0]) ** 3 * apart**3 / (context.G * context.masses.sum())
         if 0.0 < ratio < _LOST:
             yield (
                 f"the tide of {described['name']} is {ratio:.1g} of the bodies' own gravity, which double precision "
@@ -289,20 +289,20 @@ class ThirdBody(Force):
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         path = described["path"]
-        given: dict[str, Any] = {"of": described["of"]}
+        arguments: dict[str, Any] = {"of": described["of"]}
         kind = "mass" if "mass" in described else "mu"
-        given[kind] = units.attach(described[kind], kind)
-        given["date"] = described.get("date")
+        arguments[kind] = units.attach(described[kind], kind)
+        arguments["date"] = described.get("date")
         if "orbit" in path:
             elements = dict(path["orbit"]["elements"])
             elements["a"] = units.attach(elements["a"], "length")
             elements |= {key: units.attach(elements[key], "angle") for key in _ANGLES}
-            given |= {"orbit": KeplerElements(**elements), "time": units.attach(path["orbit"]["time"], "time")}
+            arguments |= {"orbit": KeplerElements(**elements), "time": units.attach(path["orbit"]["time"], "time")}
         else:
             table = path["table"]
-            given["times"] = units.attach(np.array(table["times"]), "time")
-            given["positions"] = units.attach(np.array(table["positions"]), "length")
-        return cls(name=described["name"], **given)
+            arguments["times"] = units.attach(np.array(table["times"]), "time")
+            arguments["positions"] = units.attach(np.array(table["positions"]), "length")
+        return cls(name=described["name"], **arguments)
 
 
 def _rotation(frame: Any, context: Context, name: str) -> Any:

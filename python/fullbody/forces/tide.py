@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from ..base.arguments import refuse_mixture
-from ..base.kinds import Number, Place, choice
+from ..base.kinds import BodyIndex, Number, choice
 from ..base.limits import POSITIVE
 from ..base.rotations import matrices
 from ..base.tables import number
-from ..base.units import PLAIN, strip_to
+from ..base.units import UNITLESS, strip_to
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
@@ -73,8 +73,8 @@ class Tide(Force):
     radius: Any = None
 
     _kinds: ClassVar = {
-        "on": Place(),
-        "by": Place(),
+        "on": BodyIndex(),
+        "by": BodyIndex(),
         "k2": Number(),
         "lag": Number("time"),
         "radius": Number("length", POSITIVE),
@@ -103,10 +103,10 @@ class Tide(Force):
             lag * np.linalg.norm(np.cross(rate, r)) / np.linalg.norm(r) for rate in (spin - orbital, orbital)
         )
         if max(relative, along) > 1.0:
-            turns = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
+            phrase = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
             yield (
                 f"{described['name']} has a lag of {number(context.units.attach(np.float64(lag), 'time'), 4)}, within "
-                f"which {turns} by "
+                f"which {phrase} by "
                 f"{np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of first order in that "
                 "angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
             )
@@ -142,7 +142,7 @@ def lag_from_quality_factor(
     >>> lag_from_quality_factor(Q=100.0, mean_motion=0.5, tide="semidiurnal", spin=2.5)
     0.0025
     """
-    factor = PLAIN.number(Q, "number", "Q", POSITIVE)
+    factor = UNITLESS.number(Q, "number", "Q", POSITIVE)
     rates = {"mean_motion": Number("spin", POSITIVE)(mean_motion, "mean_motion")}
     if choice(tide, "tide", ("eccentricity", "libration", "semidiurnal")) == "semidiurnal":
         if spin is None:
@@ -160,5 +160,5 @@ def lag_from_quality_factor(
     frequency = float(rates["mean_motion"])
     if tide == "semidiurnal":
         frequency = 2.0 * abs(float(rates["spin"]) - frequency)
-        PLAIN.number(frequency, "number", "2 |spin - mean_motion|", POSITIVE)
+        UNITLESS.number(frequency, "number", "2 |spin - mean_motion|", POSITIVE)
     return 1.0 / (factor * frequency) * time

@@ -18,7 +18,7 @@ import numpy as np
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.kinds import instance
-from ..base.units import PLAIN, Units, gathered, is_quantity, need
+from ..base.units import UNITLESS, Units, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Array, Floats
@@ -27,7 +27,7 @@ __all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "r
 
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
 #: The matrix from the ICRF to SPICE's ECLIPJ2000.
-_ECLIPJ2000 = rotations.matrices(rotations.turn(0, -np.deg2rad(84381.448 / 3600.0)))
+_ECLIPJ2000 = rotations.matrices(rotations.about_axis(0, -np.deg2rad(84381.448 / 3600.0)))
 _EXPECTED = (
     "expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame of astropy that differs from them by a rotation alone: "
     "'galactic', 'supergalactic', 'fk5', 'fk4noeterms', 'barycentrictrueecliptic', "
@@ -68,14 +68,14 @@ def rotation(origin: Any, target: Any) -> Floats:
         if not issubclass(kind, str | BaseCoordinateFrame | SkyCoord):
             raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}")
     if "eclipj2000" in (origin, target):
-        before, after = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
+        from_origin, to_target = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
         through = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
-        return np.asarray(after @ rotation(*through) @ before.T)
+        return np.asarray(to_target @ rotation(*through) @ from_origin.T)
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)
     try:
-        turned = SkyCoord(axes, frame=start).transform_to(end)
-        matrix = np.array(turned.cartesian.xyz.value, dtype=np.float64)
+        axes_in_target = SkyCoord(axes, frame=start).transform_to(end)
+        matrix = np.array(axes_in_target.cartesian.xyz.value, dtype=np.float64)
     # A frame without the observer or the time that it needs raises an AttributeError within astropy.
     except (ValueError, TypeError, AttributeError, ConvertError) as error:
         raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
@@ -103,7 +103,7 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     array([-0.397777,  0.917482])
     """
     given = gathered(vectors, "vectors")
-    PLAIN.numbers(getattr(given, "value", given), "number", "vectors", ("...", 3))
+    UNITLESS.numbers(getattr(given, "value", given), "number", "vectors", ("...", 3))
     return given @ rotation(origin, target).T
 
 
@@ -128,11 +128,11 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     """
     instance(state, "state", State)
     matrix = rotation(origin, target)
-    turning = rotations.quaternion(matrix)
+    quaternion = rotations.quaternion(matrix)
     return state.replace(
         position=state.position @ matrix.T,
         velocity=state.velocity @ matrix.T,
-        attitude=np.array([rotations.product(turning, q) for q in state.attitude]),
+        attitude=np.array([rotations.product(quaternion, q) for q in state.attitude]),
     )
 
 
@@ -242,5 +242,5 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
     w = Units().number(angle, "angle", "angle")
     warn_if_degrees(angle, "angle")
     return rotations.product(
-        rotations.turn(2, lon + np.pi / 2), rotations.turn(0, np.pi / 2 - lat), rotations.turn(2, w)
+        rotations.about_axis(2, lon + np.pi / 2), rotations.about_axis(0, np.pi / 2 - lat), rotations.about_axis(2, w)
     )

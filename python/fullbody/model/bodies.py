@@ -28,8 +28,8 @@ from .shapes import (
     amounts,
     attached,
     core_shape,
+    inferred_units,
     lengths_of,
-    own_units,
     rebuilt,
     refuse_amount,
 )
@@ -221,7 +221,7 @@ class Body(Tabled):
         return "the body" if self._name is None else self._name
 
     def _own_units(self) -> Units:
-        return own_units(self._numbers())
+        return inferred_units(self._numbers())
 
     def _own(self, name: str, dimension: str) -> Any:
         """Return a number of the core's body in the body's own units."""
@@ -274,7 +274,7 @@ class Body(Tabled):
             mu = units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE)
             shape: Any = self._shape
             return Body(attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
-        if not units.known or all(is_quantity(value) for value, _ in self._numbers().values()):
+        if not units.defined or all(is_quantity(value) for value, _ in self._numbers().values()):
             return self
         if isinstance(self._shape, Composite):
             return Body(self._shape._with(units), name=self._name)
@@ -284,7 +284,7 @@ class Body(Tabled):
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         if self._GM is not None:
-            if not units.known:
+            if not units.defined:
                 raise InvalidInput(
                     f"mass of {self._called} follows from its GM and the G of a system; expected its system's"
                 )

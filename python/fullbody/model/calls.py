@@ -33,7 +33,7 @@ class Call:
         """Return the error for which a number stands, if there is one, and forget it."""
         return None if answer is None else self._raised.pop(answer, None)
 
-    def given(self) -> tuple[int, int, int, Any]:
+    def core_arguments(self) -> tuple[int, int, int, Any]:
         """Return the function in the form that the core takes."""
         return (self.address, self.data, self.success, self.keep)
 

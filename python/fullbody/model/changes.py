@@ -196,7 +196,7 @@ def impact(
             f"velocity of the projectile is {velocity!r}, by which it leaves the surface there at {speed} along the "
             "normal; expected one that comes from outside, relative to the body's centre"
         )
-    out = normal if ejecta is None else turn.T @ (axes @ directions(ejecta, "ejecta", one=True))
+    out = normal if ejecta is None else turn.T @ (axes @ directions(ejecta, "ejecta", single=True))
     out = out / np.linalg.norm(out)
     momentum = amount * (relative + (enhanced - 1.0) * (out @ relative) * out)
     velocities[index] += turn @ momentum / context.bodies[index].mass
@@ -262,7 +262,7 @@ def rotated(
     10.0
     """
     index = _place(state, body, "body of rotated")
-    way = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", one=True)
+    way = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", single=True)
     attitude = state.core.attitude
     turn = rotations.about(way, Units().number(angle, "angle", "angle"))
     # No body is turned by more than a turn, or in a state with units by more than half of one.

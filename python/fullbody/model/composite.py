@@ -12,11 +12,11 @@ from .. import _core
 from ..base.arguments import sequence
 from ..base.kinds import Declared, Number, instance, united
 from ..base.limits import NONZERO, POSITIVE, Limits
-from ..base.units import PLAIN, Units, is_quantity
+from ..base.units import UNITLESS, Units, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, Sphere, attached, core_shape, lengths_of, own_units, refuse_amount
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, attached, core_shape, inferred_units, lengths_of, refuse_amount
 
 __all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
@@ -79,12 +79,12 @@ class Part(Declared):
             value = getattr(self, name)
             if value is not None and not is_quantity(value):
                 object.__setattr__(self, name, tuple(map(float, value)))
-        turn = PLAIN.strip(self.attitude, "number", "attitude of a part")
-        if not turn.any():
+        quaternion = UNITLESS.strip(self.attitude, "number", "attitude of a part")
+        if not quaternion.any():
             raise InvalidInput(
                 f"attitude of a part is {self.attitude!r}; expected a quaternion [w, x, y, z] that is not zero"
             )
-        object.__setattr__(self, "attitude", tuple(turn.tolist()))
+        object.__setattr__(self, "attitude", tuple(quaternion.tolist()))
 
     def __repr__(self) -> str:
         value = f"density={self.density!r}" if self.mass is None else f"mass={self.mass!r}"
@@ -97,13 +97,15 @@ class Part(Declared):
 
     def _in(self, units: Units, what: str) -> tuple[Any, float | None, float | None, Any, Any]:
         """Return the part in the form that the core takes, in a system's units."""
-        plain = self._plain(units, of=what)
-        position = [0.0, 0.0, 0.0] if self.position is None else plain["position"]
-        return core_shape(self.shape, units, what), plain["mass"], plain["density"], position, self.attitude
+        numbers = self._unitless(units, of=what)
+        position = [0.0, 0.0, 0.0] if self.position is None else numbers["position"]
+        return core_shape(self.shape, units, what), numbers["mass"], numbers["density"], position, self.attitude
 
     def _with(self, units: Units) -> Part:
-        given = {name: united(value, dimension, units) for name, (value, dimension) in Declared._numbers(self).items()}
-        return replace(self, shape=attached(self.shape, units), **given)
+        arguments = {
+            name: united(value, dimension, units) for name, (value, dimension) in Declared._numbers(self).items()
+        }
+        return replace(self, shape=attached(self.shape, units), **arguments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,10 +157,10 @@ class Composite:
     parts: tuple[Part, ...]
 
     def __init__(self, parts: Sequence[Part]) -> None:
-        found = sequence(parts, Part, "parts", "a sequence of Part", "a sequence of Part")
-        if not found:
+        checked_parts = sequence(parts, Part, "parts", "a sequence of Part", "a sequence of Part")
+        if not checked_parts:
             raise InvalidInput("parts is empty; expected at least one Part")
-        object.__setattr__(self, "parts", found)
+        object.__setattr__(self, "parts", checked_parts)
 
     def __repr__(self) -> str:
         more = len(self.parts) - SHOWN
@@ -200,20 +202,22 @@ class Composite:
         """
         instance(shape, "shape", Ellipsoid | Sphere | Polyhedron, "an Ellipsoid, a Sphere or a Polyhedron")
         falling = Limits(above=0.0, text="numbers that fall from 1 and stay above zero")
-        sizes = PLAIN.numbers(fractions, "number", "fractions", ("L",), falling)
+        sizes = UNITLESS.numbers(fractions, "number", "fractions", ("L",), falling)
         if not sizes.size or sizes[0] != 1.0 or not (np.diff(sizes) < 0.0).all():
             raise InvalidInput(f"fractions is {fractions!r}; expected {falling.text}")
         try:
-            given = list(densities)
+            density_list = list(densities)
         except TypeError as error:
             raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
-        known = [value if _is_zero(value) else Number("density", POSITIVE)(value, "a density") for value in given]
-        if len({is_quantity(value) for value in known if not _is_zero(value)}) == 2:
+        checked = [
+            value if _is_zero(value) else Number("density", POSITIVE)(value, "a density") for value in density_list
+        ]
+        if len({is_quantity(value) for value in checked if not _is_zero(value)}) == 2:
             raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
-        if len(known) != len(sizes):
-            raise InvalidInput(f"densities has {len(known)} numbers; expected {len(sizes)}, as fractions has")
+        if len(checked) != len(sizes):
+            raise InvalidInput(f"densities has {len(checked)} numbers; expected {len(sizes)}, as fractions has")
         parts, outer = [], None
-        for fraction, density in zip(sizes, known, strict=True):
+        for fraction, density in zip(sizes, checked, strict=True):
             step = density if outer is None else density - outer
             outer = density
             if not _is_zero(step):
@@ -234,7 +238,7 @@ class Composite:
         >>> [part.mass for part in fullbody.Composite(pair).with_mass(8.0).parts]
         [2.0, 6.0]
         """
-        units = own_units(self._numbers())
+        units = inferred_units(self._numbers())
         wanted = units.number(mass, "mass", "mass", POSITIVE)
         factor = wanted / self._core(units, "the composite").mass
 

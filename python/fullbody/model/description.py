@@ -24,7 +24,7 @@ def notes_of(
     units: Units, epoch: str | None, frame: str | None, bodies: Iterable[Body], forces: Iterable[Force]
 ) -> dict[str, Any]:
     """Return what the core's description of a system leaves out."""
-    noted = ([one._notes() for one in ones] for ones in (bodies, forces))
+    noted = ([item._notes() for item in ones] for ones in (bodies, forces))
     return dict(zip(_NOTES, (units.names, epoch, frame, *noted), strict=True))
 
 
@@ -33,7 +33,7 @@ def functions(system: SystemLike) -> dict[str, Force]:
     return {force.name: force for force in system.forces if force.name in system.context.calls}
 
 
-def arguments(described: Mapping[str, Any], given: Mapping[str, Force] | None = None) -> dict[str, Any]:
+def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] | None = None) -> dict[str, Any]:
     """Return the arguments of a system from its description, which may come from a file.
 
     Notes may be missing, since Rust programs write none.
@@ -41,21 +41,21 @@ def arguments(described: Mapping[str, Any], given: Mapping[str, Force] | None = 
     Parameters
     ----------
     described : dict
-    given : dict of Force, optional
+    forces_by_name : dict of Force, optional
         The forces that are functions.
     """
     notes = described.get("notes", {})
     refuse_unknown(notes, _NOTES, "the notes of a system")
     bodies, forces = (_noted(described[name], notes, name) for name in ("bodies", "forces"))
     units = notes.get("units")
-    own, known = Units(None if units is None else tuple(units)), given or {}
+    system_units, replacements = Units(None if units is None else tuple(units)), forces_by_name or {}
     return {
         "bodies": [Body._rebuild(body, note) for body, note in bodies],
         "G": described["G"],
-        "units": own.names,
+        "units": system_units.names,
         "epoch": notes.get("epoch"),
         "frame": notes.get("frame"),
-        "forces": [known.get(force["name"]) or rebuilt(force | note, own) for force, note in forces],
+        "forces": [replacements.get(force["name"]) or rebuilt(force | note, system_units) for force, note in forces],
         **described["settings"],
     }
 

@@ -90,10 +90,10 @@ class Force(Declared):
 
     def __repr__(self) -> str:
         entries = sorted(fields(self), key=lambda entry: entry.name == "name")
-        given = ((entry, getattr(self, entry.name)) for entry in entries)
+        arguments = ((entry, getattr(self, entry.name)) for entry in entries)
         parts = (
             f"{entry.name}={brief(value)}"
-            for entry, value in given
+            for entry, value in arguments
             if entry.default is MISSING or not same(value, entry.default)
         )
         return f"{type(self).__name__}({', '.join(parts)})"
@@ -107,9 +107,9 @@ class Force(Declared):
 
     def _radius(self, context: Context, index: int) -> float:
         """Return the radius that the force was given, or that of the sphere with the body's volume."""
-        given = getattr(self, "radius", None)
-        if given is not None:
-            return context.units.number(given, "length", self._what("radius"), POSITIVE)
+        arguments = getattr(self, "radius", None)
+        if arguments is not None:
+            return context.units.number(arguments, "length", self._what("radius"), POSITIVE)
         volume = float(context.bodies[index].volume)
         if volume == 0.0:
             raise InvalidInput(
@@ -126,7 +126,7 @@ class Force(Declared):
             index = context.index(body, what)
             return context.names[index]
 
-        return {"kind": self._kind, "name": self.name, **self._plain(context.units, name_of_body)}
+        return {"kind": self._kind, "name": self.name, **self._unitless(context.units, name_of_body)}
 
     def _notes(self) -> dict[str, Any]:
         """Return data of the force that the core's description does not contain."""
@@ -136,12 +136,12 @@ class Force(Declared):
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         """Rebuild the force from such a description with such notes."""
         kinds = kinds_of(cls)
-        given = {
+        arguments = {
             name: kind.attached(value, units) if isinstance(kind := kinds.get(name), Number) else value
             for name, value in described.items()
             if name != "kind"
         }
-        return cls(**given)
+        return cls(**arguments)
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         """Return a few words about the force, from its description in numbers of these units."""
@@ -171,12 +171,15 @@ def acted_on(alone: Context, forces: tuple[Force, ...]) -> Context:
         return alone
     calls = {force.name: call for force in forces if (call := force._call(alone)) is not None}
     described = [force._describe(alone) for force in forces]
-    given = {name: call.given() for name, call in calls.items()}
-    core = _core.System(list(alone.bodies), alone.G, alone.core.settings, described, given)
+    arguments = {name: call.core_arguments() for name, call in calls.items()}
+    core = _core.System(list(alone.bodies), alone.G, alone.core.settings, described, arguments)
     return replace(alone, core=core, forces={force.name: force._kind for force in forces}, calls=calls)
 
 
-def forces_of(given: Any) -> tuple[Force, ...]:
+def forces_of(value: Any) -> tuple[Force, ...]:
     """Return external forces as a tuple, or raise an error that shows what is not a force."""
-    whole, each = "a sequence of forces, such as [ThirdBody(...)]", "forces of fullbody.forces, such as ThirdBody(...)"
-    return sequence(given, Force, "forces", whole, each)
+    whole, expected_items = (
+        "a sequence of forces, such as [ThirdBody(...)]",
+        "forces of fullbody.forces, such as ThirdBody(...)",
+    )
+    return sequence(value, Force, "forces", whole, expected_items)

@@ -88,9 +88,9 @@ def gravity_at(
     of = None if states is None else np.ascontiguousarray(states.reshape(-1))
 
     def ask(*shapes: tuple[int, ...]) -> list[Floats]:
-        found = [np.empty((len(flat), *numbers)) for numbers in shapes]
-        attraction.gravity(positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, found)
-        return [array.reshape(shape + array.shape[1:]) for array in found]
+        arrays = [np.empty((len(flat), *numbers)) for numbers in shapes]
+        attraction.gravity(positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, arrays)
+        return [array.reshape(shape + array.shape[1:]) for array in arrays]
 
     potential, field = ask((), (3,))
     return Gravity(

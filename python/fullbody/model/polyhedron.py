@@ -180,7 +180,7 @@ class Polyhedron:
     def _core(self, units: Units, name: str) -> _core.Polyhedron:
         """Return the core's polyhedron in a system's units."""
         first = self._vertices[:1]
-        if not is_quantity(first) or not units.known:
+        if not is_quantity(first) or not units.defined:
             units.strip(first, "length", f"vertices of {name}")
             return self._made
         from astropy import units as u

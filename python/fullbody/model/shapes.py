@@ -141,7 +141,7 @@ def lengths_of(shape: Solid) -> dict[str, Any]:
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
-def own_units(known: dict[str, tuple[Any, str]]) -> Units:
+def inferred_units(known: dict[str, tuple[Any, str]]) -> Units:
     """Return the units of the first length and of the first mass or density among numbers, if they have units.
 
     The numbers are given by name, with their dimensions.

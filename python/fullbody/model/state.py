@@ -160,7 +160,7 @@ class State(Tabled):
         rotations = [rotation] if hasattr(rotation, "as_quat") else rotation
         try:
             # The scalar is last by default in all versions of scipy.
-            last = np.concatenate([np.atleast_2d(one.as_quat()) for one in rotations])
+            last = np.concatenate([np.atleast_2d(rotation.as_quat()) for rotation in rotations])
         except (TypeError, AttributeError, ValueError) as error:
             raise InvalidInput(
                 f"rotation is {rotation!r}; expected a scipy.spatial.transform.Rotation of one rotation a body, or a "
@@ -172,7 +172,7 @@ class State(Tabled):
         """Return the core's state in a system's units."""
         if not self.units:
             return self.core
-        if units.known and all(self.units.get(name) is units.unit(d) for name, d in _FIELDS.items()):
+        if units.defined and all(self.units.get(name) is units.unit(d) for name, d in _FIELDS.items()):
             return self.core
         values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
         if all(np.array_equal(values[name], getattr(self.core, name)) for name in _FIELDS):
@@ -248,7 +248,7 @@ def wrap(core: _core.State, context: Context) -> State:
     """Return the core's state with the units and the names of a system."""
     state = State.__new__(State)
     state.core, state.names, units = core, context.names, context.units
-    state.units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.known else {}
+    state.units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.defined else {}
     return state
 
 

@@ -102,14 +102,14 @@ class StokesCoefficients:
             self._C[0, 0] = 1.0
         self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius")
         self._radius = self._reference_radius if radius is None else Number("length", POSITIVE)(radius, "radius")
-        known = refuse_mixture(
+        has_units = refuse_mixture(
             {
                 "reference_radius": self._reference_radius,
                 "radius": self._radius,
                 "inertia": gathered(inertia, "inertia", "area"),
             }
         )
-        units = _units_of(self._reference_radius) if known else Units()
+        units = _units_of(self._reference_radius) if has_units else Units()
         tensor = units.strip(inertia, "area", "inertia")
         if tensor.shape not in ((), (3,), (3, 3)):
             raise InvalidInput(f"inertia is of shape {tensor.shape}; expected (), (3,) or (3, 3)")
@@ -126,11 +126,11 @@ class StokesCoefficients:
         """Raise an error if a tensor of inertia, or its diagonal, differs from the one of degree 2."""
         _, attitude = self._made.working_frame
         rotation = _core.rotation_matrices(np.array([attitude]))[0]
-        found = rotation.T @ np.diag(self._made.inertia_per_mass) @ rotation
+        tensor_of_core = rotation.T @ np.diag(self._made.inertia_per_mass) @ rotation
         if tensor.ndim == 1:
-            found = found.diagonal()
-        if tensor.ndim and np.abs(found - tensor).max() > _ROUNDED * mean:
-            expected = f"{found.tolist()}, which degree 2 gives for the same trace, or a third of that trace"
+            tensor_of_core = tensor_of_core.diagonal()
+        if tensor.ndim and np.abs(tensor_of_core - tensor).max() > _ROUNDED * mean:
+            expected = f"{tensor_of_core.tolist()}, which degree 2 gives for the same trace, or a third of that trace"
             raise InvalidInput(f"inertia is {tensor.tolist()}; expected {expected}")
 
     @property
@@ -286,7 +286,7 @@ class StokesCoefficients:
         if not table[0, 0, 0] > 0.0:
             raise InvalidInput(f"integrals[0, 0, 0] is {table[0, 0, 0]}; expected the mass, a number above zero")
         units = _units_of(radius) if is_quantity(radius) else Units()
-        length = Number("length", POSITIVE).plain(radius, "radius", units)
+        length = Number("length", POSITIVE).unitless(radius, "radius", units)
         degree = len(table) - 1
         powers = np.indices(table.shape).sum(axis=0)
         means = np.where(powers <= degree, table, 0.0) / table[0, 0, 0] / length**powers
@@ -298,7 +298,7 @@ class StokesCoefficients:
 
     def _core(self, units: Units, name: str) -> _core.StokesCoefficients:
         """Return the core's shape in a system's units."""
-        if not is_quantity(self._reference_radius) or not units.known:
+        if not is_quantity(self._reference_radius) or not units.defined:
             units.strip(self._reference_radius, "length", f"reference radius of {name}")
             return self._made
         reference = units.number(self._reference_radius, "length", f"reference radius of {name}")

@@ -10,7 +10,7 @@ from ..model.context import S
 from ..model.state import State
 from ..particles.events import ParticleEvent
 from ..particles.flight import Flight
-from ..particles.given import Particles
+from ..particles.initial import Particles
 from ..particles.rules import Bounce, Escape, Radiation
 from ..particles.task import FlightTask
 from ..record.integrators import Integrator

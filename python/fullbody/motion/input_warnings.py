@@ -31,7 +31,7 @@ def body_warnings(context: Context) -> Iterator[str]:
 
 def _of_density(units: Units, name: str, body: _core.Body) -> Iterator[str]:
     """Return a warning about an implausible density, as from a wrong unit of size or mass."""
-    if not units.known or body.volume == 0.0:
+    if not units.defined or body.volume == 0.0:
         return
     density = float(units.attach(body.mass / body.volume, "density").to_value(unit_named("kg / m3")))
     if not _DENSITIES[0] <= density <= _DENSITIES[1]:
@@ -105,7 +105,7 @@ def _far(
     instead = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
     remedy = instead if tolerance is None else f"{instead}, or rtol and atol of {enough:g} or more"
     return (
-        f"{who} is {length(distance)} from {' and '.join(context.names[place] for place in sorted(pair))}, which are "
+        f"{who} is {length(distance)} from {' and '.join(context.names[index] for index in sorted(pair))}, which are "
         f"{length(apart)} apart, and so heavy that the barycentre, which positions are counted from, is far from these "
         f"two: their coordinates round at {length(rounding, 2)}, {rounding / apart:.2g} of their distance. "
         f"{follows}; expected bodies within {limit:g} such distances, or {remedy}"

@@ -141,18 +141,18 @@ def advance(core: _core.Simulation, task: Task, progress: Any, autosave: tuple[A
     """Move a simulation of the core through a task, and return the run."""
     path, keep = None, None
     if autosave is not None:
-        path, seconds = place = _autosaving(autosave)
-        keep = (seconds, lambda data: write(place[0], data))
+        path, seconds = target = _autosaving(autosave)
+        keep = (seconds, lambda data: write(target[0], data))
         # A path that cannot be written is reported now, not when the first file is due.
         write(path, core.to_bytes())
     if (warning := spacing_warning(task.output, task.until - core.time, task.context.units)) is not None:
         caution(warning)
-    before = core.statistics
+    counts_before = core.statistics
     with Progress(progress) as report:
         arrays, error = core.integrate(
             task.until, task.output, task.conditions, task.dense, over_time(report), keep, task.following
         )
-    counts = (now - then for now, then in zip(core.statistics, before, strict=True))
+    counts = (now - then for now, then in zip(core.statistics, counts_before, strict=True))
     run = task.run(arrays, counts)
     if path is not None:
         try:

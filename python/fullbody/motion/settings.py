@@ -7,7 +7,7 @@ from typing import Any
 from ..base.arguments import integer
 from ..base.kinds import instance
 from ..base.limits import Limits
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput
 
 __all__ = ["core_settings"]
@@ -20,7 +20,7 @@ def core_settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any
     settings = {"gravity": gravity, "order": None if order is None else _quadrature_order(order, gravity), **texts}
     if gravity_tolerance is not None:
         limits = Limits(infinite=True, text="a number such as 1e-14")
-        settings["gravity_tolerance"] = PLAIN.number(gravity_tolerance, "number", "gravity_tolerance", limits)
+        settings["gravity_tolerance"] = UNITLESS.number(gravity_tolerance, "number", "gravity_tolerance", limits)
     return settings
 
 

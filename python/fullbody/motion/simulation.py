@@ -294,27 +294,32 @@ class Simulation:
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
         described, text = _core.Simulation.described(data)
         unkept = (force for force in described["forces"] if force["kind"] == "Function")
-        wanted = {force["name"]: force["depends_on_velocity"] for force in unkept}
-        given = {force.name: force for force in forces}
-        if wanted.keys() != given.keys():
+        stored = {force["name"]: force["depends_on_velocity"] for force in unkept}
+        replacements = {force.name: force for force in forces}
+        if stored.keys() != replacements.keys():
             raise InvalidInput(
-                f"forces is {sorted(given)}; expected the functions {sorted(wanted)}, which the file cannot keep"
+                f"forces is {sorted(replacements)}; expected the functions {sorted(stored)}, which the file cannot keep"
             )
-        for name, force in given.items():
+        for name, force in replacements.items():
             if type(force).__name__ != "Function":
                 raise InvalidInput(
                     f"{name} is a {type(force).__name__}; expected the Function that the file cannot keep"
                 )
-            if force.depends_on_velocity != wanted[name]:
-                found = f"depends_on_velocity of {name} is {force.depends_on_velocity}"
-                raise InvalidInput(f"{found}; expected {wanted[name]}, as in the file")
+            if force.depends_on_velocity != stored[name]:
+                setting = f"depends_on_velocity of {name} is {force.depends_on_velocity}"
+                raise InvalidInput(f"{setting}; expected {stored[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
-            system, integrator = system_of({**described, "notes": notes}, given), rebuild(described["integrator"])
+            system, integrator = (
+                system_of({**described, "notes": notes}, replacements),
+                rebuild(described["integrator"]),
+            )
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Errors of many kinds are possible, since the notes may be any JSON.
             raise InvalidInput(f"the notes of the simulation are damaged: {error}") from error
-        core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system.context.calls.items()})
+        core = _core.Simulation.from_bytes(
+            data, {name: call.core_arguments() for name, call in system.context.calls.items()}
+        )
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core
         return sim

@@ -116,7 +116,7 @@ class System(Tabled):
         own = Units(units)
         several = "a sequence of Body"
         given = sequence(bodies, Body, "bodies", several, several)
-        if G is None and not own.known:
+        if G is None and not own.defined:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
         constant = own.gravitational_constant if G is None else own.number(G, "G", "G")
         self._bodies = tuple(body._with(own, constant) for body in given)

@@ -33,7 +33,7 @@ def system_tables(
 def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
     """Return a table of the bodies of a system, one per row, in its units."""
     units = context.units
-    length, mass = (units.unit(d) if units.known else "" for d in ("length", "mass"))
+    length, mass = (units.unit(d) if units.defined else "" for d in ("length", "mass"))
     header = ("body", "shape", head("semi-axes", length), head("mass", mass))
     rows: list[Sequence[str]] = []
     for name, body, described in zip(context.names, bodies, context.core.bodies, strict=True):

@@ -32,10 +32,10 @@ def fitting_mu(path: Path) -> float:
     """
     distance = np.linalg.norm(path.r, axis=1)
     direction = path.r / distance[:, None]
-    turned = np.cross(path.v, np.cross(path.r, path.v))
-    turned -= turned.mean(axis=0)
-    fit = float(np.sum(turned * (direction - direction.mean(axis=0))))
-    return float(np.sum(turned**2) / fit if fit > 0.0 else np.median(np.sum(path.v**2, axis=1) * distance))
+    eccentricity_curve = np.cross(path.v, np.cross(path.r, path.v))
+    eccentricity_curve -= eccentricity_curve.mean(axis=0)
+    fit = float(np.sum(eccentricity_curve * (direction - direction.mean(axis=0))))
+    return float(np.sum(eccentricity_curve**2) / fit if fit > 0.0 else np.median(np.sum(path.v**2, axis=1) * distance))
 
 
 def periods(path: Path, mu: float) -> Floats:
@@ -79,9 +79,9 @@ def along(path: Path, mu: float, moments: Floats) -> tuple[Path, Floats]:
     h = steps[k, None]
     x = (moments - time[k])[:, None] / h
     near, speed = moved(k, moments - time[k])
-    found = Path(
+    followed = Path(
         moments,
         near + x**2 * (3 - 2 * x) * off[k] + x**2 * (x - 1) * h * slip[k],
         speed + 6 * x * (1 - x) / h * off[k] + x * (3 * x - 2) * slip[k],
     )
-    return found, np.linalg.norm(off, axis=1) / np.linalg.norm(r[1:], axis=1)
+    return followed, np.linalg.norm(off, axis=1) / np.linalg.norm(r[1:], axis=1)

@@ -103,13 +103,13 @@ class RelativeMotion:
         cosine = np.sum(self.r[1:] * self.r[:-1], axis=1)
         sine = np.linalg.norm(np.cross(self.r[1:], self.r[:-1]), axis=1)
         fastest = np.maximum(speed[1:], speed[:-1]) * np.abs(np.diff(self.time))
-        turned = np.maximum(np.arctan2(sine, cosine), fastest)
-        if turned.max() > _TURN:
-            k = int(turned.argmax())
+        angle = np.maximum(np.arctan2(sine, cosine), fastest)
+        if angle.max() > _TURN:
+            k = int(angle.argmax())
             raise InvalidInput(
-                f"{self._gap(k)} the direction of {self.name} turns by about {turned[k]:.2g} rad, "
+                f"{self._gap(k)} the direction of {self.name} turns by about {angle[k]:.2g} rad, "
                 f"and its motion is not near to a Kepler orbit; "
-                f"{self.what} needs less than {_TURN:g} ({self.closer(2 * turned[k] / _TURN)})"
+                f"{self.what} needs less than {_TURN:g} ({self.closer(2 * angle[k] / _TURN)})"
             )
 
     def at(self, moments: Floats) -> follow.Path:
@@ -154,7 +154,7 @@ class RelativeMotion:
         return f"output= {self.span(float(f'{spacing:.2g}'))} or less"
 
     @cached_property
-    def turns(self) -> float:
+    def revolutions(self) -> float:
         """The number of revolutions that the run covers."""
         angle = self.longitude[0]
         return float(abs(angle[-1] - angle[0]) / (2 * np.pi))
@@ -173,8 +173,8 @@ class RelativeMotion:
             moment = self.path.time[first]
             k = int(np.argmin(np.abs(self.time[:-1] - moment)))
             self._refuse_sparse(k, abs(float(ahead[first])) / (2 * np.pi))
-        if self.turns < least:
-            raise InvalidInput(f"the run covers {self.turns:.3g} revolutions; {self.what} needs {least} or more")
+        if self.revolutions < least:
+            raise InvalidInput(f"the run covers {self.revolutions:.3g} revolutions; {self.what} needs {least} or more")
 
     def _gap(self, k: int) -> str:
         return f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])}"
@@ -187,11 +187,11 @@ class RelativeMotion:
 
     def check_rotation(self, speed: Floats, most: float, what: str) -> None:
         """Raise an error if a direction or frame may turn by more than an angle between samples, at its speeds (K,)."""
-        turned = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
-        if len(turned) and turned.max() > most:
-            k = int(turned.argmax())
+        angle = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
+        if len(angle) and angle.max() > most:
+            k = int(angle.argmax())
             raise InvalidInput(
-                f"{self.name} turns by about {turned[k]:.3g} rad in the orbit's frame between the samples at "
+                f"{self.name} turns by about {angle[k]:.3g} rad in the orbit's frame between the samples at "
                 f"{self.units.attach(self.time[k], 'time')} and {self.units.attach(self.time[k + 1], 'time')}; {what} "
                 f"needs less than {most:.3g} (a smaller output=)"
             )
@@ -199,8 +199,8 @@ class RelativeMotion:
     @property
     def relative_spin(self) -> Floats:
         """The body's angular velocity (K, 3) less that of the line to the other body, inertial frame."""
-        turn = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
-        return np.einsum("kij,kj->ki", self.matrix, self.spin) - turn[:, None] * self.normal
+        orbital_rate = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
+        return np.einsum("kij,kj->ki", self.matrix, self.spin) - orbital_rate[:, None] * self.normal
 
     def rate(self, value: Any) -> Any:
         return self.units.attach(value, "spin")
@@ -228,7 +228,7 @@ class RelativeMotion:
 
     @property
     def _power(self) -> int:
-        return 3 if self.turns >= WINDOWED else 1
+        return 3 if self.revolutions >= WINDOWED else 1
 
     @cached_property
     def longitude(self) -> tuple[Floats, Floats]:
@@ -248,23 +248,23 @@ class RelativeMotion:
         """Return the mean rate of the longitude."""
         return abs(signal.slope(path.time, swept(path)[0], self._power))
 
-    def turning(self, poles: Floats, axis: Any) -> tuple[float | None, Floats]:
+    def precession(self, poles: Floats, axis: Any) -> tuple[float | None, Floats]:
         """Return the mean rate at which directions turn about an axis, and their angles from it.
 
         The default axis is the angular momentum at the start. The rate is ``None`` if the directions are mostly nearer
         to the axis than :data:`NEAREST`, or go about it another number of times by every second sample.
         """
-        axis = self._start if axis is None else directions(axis, "axis", one=True)
+        axis = self._start if axis is None else directions(axis, "axis", single=True)
         about, every = azimuth(poles, axis), azimuth(poles[::2], axis)
         angle: Floats = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
         # A direction nearly opposite to the axis, about which it turns the other way, is as near to it.
         near = np.median(np.minimum(angle, np.pi - angle)) < NEAREST
-        turns = [(found[-1] - found[0]) / (2 * np.pi) for found in (about[: 2 * len(every) - 1], every)]
-        return None if near or abs(turns[0] - turns[1]) > 0.5 else signal.slope(self.time, about), angle
+        revolutions = [(result[-1] - result[0]) / (2 * np.pi) for result in (about[: 2 * len(every) - 1], every)]
+        return None if near or abs(revolutions[0] - revolutions[1]) > 0.5 else signal.slope(self.time, about), angle
 
     def from_node(self, axis: Any) -> float:
         """Return the mean rate of the angle from the ascending node on the plane across an axis, along the motion."""
-        axis = self._start if axis is None else directions(axis, "axis", one=True)
+        axis = self._start if axis is None else directions(axis, "axis", single=True)
         _, r, v = self.path
         normal = np.cross(r, v)
         node = np.cross(axis, normal)
@@ -329,8 +329,8 @@ def swept(path: follow.Path) -> tuple[Floats, Floats]:
     comes to a stop and reverses, as of one moon seen from another, the longitude decreases from there.
     """
     normal = _unit(np.cross(path.r, path.v))
-    turned = np.where(np.sum(normal[1:] * normal[:-1], axis=1) < 0.0, -1.0, 1.0)
-    sense = np.concatenate([[1.0], np.cumprod(turned)])
+    signs = np.where(np.sum(normal[1:] * normal[:-1], axis=1) < 0.0, -1.0, 1.0)
+    sense = np.concatenate([[1.0], np.cumprod(signs)])
     start, end = (follow.Path(*(values[part] for values in path)) for part in (slice(None, -1), slice(1, None)))
     angle = np.concatenate([[0.0], np.cumsum(step(start, end, sense[:-1], sense[1:]))])
     return angle, sense * speed(path)

@@ -88,13 +88,13 @@ def lines(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
     step, window = abs(t[1] - t[0]), signal.windows.hann(len(t), sym=True)
     frequencies: list[float] = []
     amplitudes = np.zeros(0)
-    rest = x - x.mean()
+    remainder = x - x.mean()
     floor = 1e-13 * max(float(np.abs(x).max()), 1e-300)
     for _ in range(count):
-        if np.abs(rest).max() <= floor:
+        if np.abs(remainder).max() <= floor:
             break
         size = 4 * len(t)
-        spectrum = np.abs(np.fft.rfft(window * (rest - rest.mean()), size))
+        spectrum = np.abs(np.fft.rfft(window * (remainder - remainder.mean()), size))
         grid = 2 * np.pi * np.fft.rfftfreq(size, step)
         # Slower than once in the run is no period.
         resolution = 2 * np.pi / (step * len(t))
@@ -106,17 +106,17 @@ def lines(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
         peak = grid[int(spectrum.argmax())]
         width = grid[1]
 
-        def strength(frequency: float, rest: Floats = rest) -> float:
-            return -float(np.abs(np.sum(window * rest * np.exp(-1j * frequency * t))))
+        def strength(frequency: float, remainder: Floats = remainder) -> float:
+            return -float(np.abs(np.sum(window * remainder * np.exp(-1j * frequency * t))))
 
-        found = optimize.minimize_scalar(
+        maximum = optimize.minimize_scalar(
             strength, bounds=(max(peak - 2 * width, 0.5 * width), peak + 2 * width), method="bounded",
             options={"xatol": 1e-12 * peak},
         )  # fmt: skip
-        frequencies.append(float(found.x))
+        frequencies.append(float(maximum.x))
         waves = [wave(f * t) for f in frequencies for wave in (np.cos, np.sin)]
         basis = np.stack([np.ones_like(t), *waves], axis=1)
         coefficients = np.linalg.lstsq(basis, x, rcond=None)[0]
-        rest = x - basis @ coefficients
+        remainder = x - basis @ coefficients
         amplitudes = np.hypot(coefficients[1::2], coefficients[2::2])
     return np.array(frequencies), amplitudes

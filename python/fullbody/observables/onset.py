@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..base.limits import Limits
-from ..base.units import PLAIN, is_quantity
+from ..base.units import UNITLESS, is_quantity
 from ..base.values import ArrayFields
 from ..record.record import Record
 from ..typing import Floats
@@ -101,12 +101,12 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     True
     """
     quarter = Limits(above=0.0, most=np.pi / 2, text="an angle above zero, a quarter turn (pi/2) at most")
-    most = PLAIN.number(limit, "angle", "limit", quarter)
+    most = UNITLESS.number(limit, "angle", "limit", quarter)
     motion = RelativeMotion(run, body, about, 1, "tumbling")
     relative = in_orbit_frame(motion)
     nearest = int(np.argmax(_HALF_TURNS @ np.diagonal(relative[0])))
-    turned = angles(relative * _HALF_TURNS[nearest])
-    size = np.abs(turned)
+    rotation_angles = angles(relative * _HALF_TURNS[nearest])
+    size = np.abs(rotation_angles)
     largest = motion.angle(size.max(axis=0))
     # The run may go backwards in time: the first passage is the first one recorded.
     beyond = (size > most).any(axis=1)

@@ -243,7 +243,7 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
     retrograde = bool(np.median(i) > np.pi / 2)
     inclined = np.sin(i) * np.exp(1j * node)
     eccentric = e * np.exp(1j * (periapsis - node if retrograde else periapsis + node))
-    found: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     for vector, what, names in (
         (inclined, "sine of the inclination", ("Omega", "omega", "varpi", "L") if retrograde else ("Omega", "omega")),
         (eccentric, "eccentricity", ("omega", "varpi", "M")),
@@ -252,16 +252,19 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
         # A vector that is zero throughout has the direction that elements give it by convention.
         if not length.any():
             continue
-        scatter = float(np.std(length - signal.averaged(motion.time, length, abs(np.ptp(motion.time)) / motion.turns)))
-        turns = [signal.windings(vector[first::step]) for first, step in ((0, 1), (0, 2))]
-        if length.min() <= scatter or abs(turns[0] - turns[1]) > 0.5:
+        scatter = float(
+            np.std(length - signal.averaged(motion.time, length, abs(np.ptp(motion.time)) / motion.revolutions))
+        )
+        revolutions = [signal.windings(vector[first::step]) for first, step in ((0, 1), (0, 2))]
+        if length.min() <= scatter or abs(revolutions[0] - revolutions[1]) > 0.5:
             reason = (
                 f"the osculating {what} of {motion.name} comes to {length.min():.2g}, with a scatter of {scatter:.2g} "
-                f"in a revolution, and its direction makes {turns[0]:.4g} turns by all samples and {turns[1]:.4g} by "
-                "every second one; expected the rates of L, h = e sin(varpi) and k = e cos(varpi), or orbit_precession"
+                f"in a revolution, and its direction makes {revolutions[0]:.4g} turns by all samples "
+                f"and {revolutions[1]:.4g} by every second one; expected the rates of "
+                "L, h = e sin(varpi) and k = e cos(varpi), or orbit_precession"
             )
-            found |= dict.fromkeys(names, reason)
-    return found
+            reasons |= dict.fromkeys(names, reason)
+    return reasons
 
 
 def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> MeanElements:
@@ -333,13 +336,13 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     """
     motion = RelativeMotion(run, body, about, 8, "a mutual period", REVOLUTIONS)
     moments = passages(motion)
-    turns = len(moments) - 1
+    revolutions = len(moments) - 1
     ends = moments[1:]
     period = np.diff(moments)
     drift = float("nan")
-    if turns >= 3:
+    if revolutions >= 3:
         drift = signal.slope(ends, period)
-    mean = 2 * np.pi / motion.mean_motion(motion.path) if turns >= WINDOWED else period.mean()
+    mean = 2 * np.pi / motion.mean_motion(motion.path) if revolutions >= WINDOWED else period.mean()
     return MutualPeriod(motion.span(ends), motion.span(period), motion.span(np.float64(mean)), drift)
 
 
@@ -422,7 +425,7 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     sidereal, radial = frequencies(motion, motion.path)
     if radial is not None:
         _check_halved(motion, sidereal - radial)
-    nodal, inclination = motion.turning(motion.normal, axis)
+    nodal, inclination = motion.precession(motion.normal, axis)
     draconic = None if nodal is None or radial is None else motion.from_node(axis)
     return Precession(
         None if radial is None else motion.rate(np.float64(sidereal - radial)),
@@ -454,8 +457,8 @@ def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
     sidereal, radial = frequencies(motion, motion.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:
-        found = "none" if radial is None else f"{motion.rate(np.float64(sidereal - radial)):.4g}"
+        reasons = "none" if radial is None else f"{motion.rate(np.float64(sidereal - radial)):.4g}"
         raise InvalidInput(
-            f"the apsidal rate is {motion.rate(np.float64(apsidal)):.4g} by all samples, but {found} by every second "
+            f"the apsidal rate is {motion.rate(np.float64(apsidal)):.4g} by all samples, but {reasons} by every second "
             f"one; precession needs samples closer together ({motion.closer()})"
         )

@@ -153,19 +153,19 @@ def _extremes(
     Candidates are the distances where the radial velocity changes sign and those at the samples, since round-off may
     put an extreme at the end of a revolution into neither of two.
     """
-    found = np.array([(sign * distance[k : m + 1]).min() for k, m in pairwise(first)])
+    depths = np.array([(sign * distance[k : m + 1]).min() for k, m in pairwise(first)])
     towards = sign * speed[first[0] : first[-1] + 1]
-    before = first[0] + np.flatnonzero((towards[:-1] < 0.0) & (towards[1:] >= 0.0))
-    if not len(before):
-        return sign * found
-    low, high = moments[before], moments[before + 1]
-    growth = (speed[before + 1] - speed[before]) / (high - low)
-    time, rate = low, speed[before]
+    starts = first[0] + np.flatnonzero((towards[:-1] < 0.0) & (towards[1:] >= 0.0))
+    if not len(starts):
+        return sign * depths
+    low, high = moments[starts], moments[starts + 1]
+    growth = (speed[starts + 1] - speed[starts]) / (high - low)
+    time, rate = low, speed[starts]
     for _ in range(_STEPS):
         time = np.clip(time - rate / growth, low, high)
         there, rate = _radial(motion.at(time))
-    np.minimum.at(found, np.searchsorted(first, before, side="right") - 1, sign * there)
-    return sign * found
+    np.minimum.at(depths, np.searchsorted(first, starts, side="right") - 1, sign * there)
+    return sign * depths
 
 
 def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> Eccentricity:
@@ -228,14 +228,14 @@ def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int
     sidereal, radial = frequencies(motion, path)
     terms = [line]
     if radial is not None:
-        turned = np.exp(1j * (sidereal - radial) * (path.time - path.time[0]))
-        terms += [turned, 1j * turned]
+        phasor = np.exp(1j * (sidereal - radial) * (path.time - path.time[0]))
+        terms += [phasor, 1j * phasor]
     basis = np.stack([np.concatenate([term.real, term.imag]) for term in terms], axis=1)
-    found = np.linalg.lstsq(basis, np.concatenate([vector.real, vector.imag]), rcond=None)[0]
+    depths = np.linalg.lstsq(basis, np.concatenate([vector.real, vector.imag]), rcond=None)[0]
     osculating = vector / total - line
-    slow = np.zeros(1) if radial is None else (found[1] + 1j * found[2]) * turned / total
+    slow = np.zeros(1) if radial is None else (depths[1] + 1j * depths[2]) * phasor / total
     return Eccentricity(
-        None if radial is None else float(np.hypot(found[1], found[2]) / found[0]),
+        None if radial is None else float(np.hypot(depths[1], depths[2]) / depths[0]),
         float(np.abs(osculating - slow).mean()),
         float(np.abs(osculating).mean()),
     )

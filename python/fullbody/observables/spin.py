@@ -90,7 +90,7 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     True
     """
     motion = RelativeMotion(run, body, about, 3, "spin precession", REVOLUTIONS)
-    rate, angle = motion.turning(motion.pole, axis)
+    rate, angle = motion.precession(motion.pole, axis)
     if rate is None:
         raise InvalidInput(
             f"the pole of {motion.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis, and "

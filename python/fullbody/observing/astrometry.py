@@ -12,7 +12,7 @@ from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..typing import Floats
 from .centre_of_light import photocentre, semi_axes
-from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
+from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .vectors import Vectors, local_geometry, turn
 
@@ -78,10 +78,10 @@ class Astrometry(Observations):
     """
 
     _columns = (
-        Column("east"),
-        Column("north"),
-        Column("sigma", parts=("sigma_east", "sigma_north")),
-        Column("correlation", required=False, kind="numbers"),
+        DataColumn("east"),
+        DataColumn("north"),
+        DataColumn("sigma", parts=("sigma_east", "sigma_north")),
+        DataColumn("correlation", required=False, kind="numbers"),
     )
     _error_names = ("_sigma", "_correlation")
 

@@ -55,9 +55,9 @@ def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats
     """
     if not axes.any():
         return np.zeros_like(to_observer)
-    turn = _matrices(attitude)
+    rotation = _matrices(attitude)
     e, s = (vector / np.sqrt(np.sum(vector * vector, axis=-1))[..., None] for vector in (to_observer, to_sun))
-    p, q = (np.einsum("...ij,...i->...j", turn, vector) / axes for vector in (e, s))
+    p, q = (np.einsum("...ij,...i->...j", rotation, vector) / axes for vector in (e, s))
     size_p, size_q = (np.sqrt(np.sum(v * v, axis=-1)) for v in (p, q))
     first = p / size_p[..., None]
     cos_a = np.sum(first * q, axis=-1) / size_q
@@ -109,8 +109,8 @@ def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats
     light = 0.5 * np.pi * mean([cosine, lit])
     if not (np.real(light) > 0.0).all():
         raise InvalidInput("the Sun is behind a body, which has no centre of light; expected a phase angle below pi")
-    x, y = (4.0 / 3.0 * mean([cosine, lit, one]) / light for one in (cosine, sine))
-    return np.einsum("...ij,...j->...i", turn, (first * x[..., None] + second * y[..., None]) * axes)
+    x, y = (4.0 / 3.0 * mean([cosine, lit, item]) / light for item in (cosine, sine))
+    return np.einsum("...ij,...j->...i", rotation, (first * x[..., None] + second * y[..., None]) * axes)
 
 
 def _matrices(attitude: Any) -> Any:

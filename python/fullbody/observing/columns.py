@@ -10,14 +10,14 @@ import numpy as np
 from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
 from ..base.epochs import refuse_coarse
-from ..base.foreign import are_dates, plain_or_quantity
+from ..base.foreign import are_dates, array_or_quantity
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
-from ..base.units import PLAIN, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..typing import Floats
 
-__all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table", "refuse_rounded"]
+__all__ = ["DataColumn", "Rows", "column", "jitter_of", "positive_rows", "read_table", "refuse_rounded"]
 
 #: The spacing of a type's numbers relative to their standard error above which they are refused.
 _ROUNDED = 0.1
@@ -30,7 +30,7 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
     """
     refuse_booleans(given, what)
     if hasattr(given, "dims") or getattr(getattr(given, "dtype", None), "kind", "") == "m":
-        given = plain_or_quantity(given, what)
+        given = array_or_quantity(given, what)
     try:
         given, mask = _unmasked(given)
     except (TypeError, ValueError, OverflowError) as error:
@@ -187,10 +187,10 @@ def positive_rows(values: Floats, what: str) -> Floats:
 def jitter_of(given: Any, unit: Any) -> float:
     """Return a jitter as a number in a unit, after checking that it is zero or above."""
     limits = Limits(least=0.0, text="a standard deviation, zero or above")
-    return PLAIN.number(column(given, "jitter", unit)[0], "number", "jitter", limits)
+    return UNITLESS.number(column(given, "jitter", unit)[0], "number", "jitter", limits)
 
 
-class Column(NamedTuple):
+class DataColumn(NamedTuple):
     """A column that a class of observations reads from a table.
 
     The name is that of the argument, and of the column unless the user names another one; ``parts`` are the names of
@@ -209,7 +209,7 @@ class Column(NamedTuple):
 
 def read_table(
     table: Any,
-    declared: Sequence[Column],
+    declared: Sequence[DataColumn],
     columns: Mapping[str, Any],
     unit: Any,
     dates: tuple[str, str] | None,

@@ -18,7 +18,7 @@ from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
-from .columns import Column, Rows, read_table
+from .columns import DataColumn, Rows, read_table
 from .states import RetardedStates, retarded
 from .times import in_system
 from .vectors import Vectors, local_geometry
@@ -62,7 +62,7 @@ class Observations(Tabled):
     """
 
     #: The columns of a table besides ``times``.
-    _columns: ClassVar[tuple[Column, ...]] = ()
+    _columns: ClassVar[tuple[DataColumn, ...]] = ()
     #: The attributes that hold the standard errors.
     _error_names: ClassVar[tuple[str, ...]] = ("_sigma",)
 
@@ -74,7 +74,7 @@ class Observations(Tabled):
         self.geometry: Vectors = instance(geometry, what, Vectors, "an observing.Geometry")
         self._clocks: dict[Any, Floats] = {}
         #: These observations before a jitter was added.
-        self._given: Self | None = None
+        self._original: Self | None = None
 
     @classmethod
     def from_table(
@@ -173,8 +173,8 @@ class Observations(Tabled):
 
     def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
         """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
-        known = system.context.masses if masses is None else masses
-        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known, states)
+        known_names = system.context.masses if masses is None else masses
+        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known_names, states)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
@@ -210,7 +210,7 @@ class Observations(Tabled):
         the names of the parameters.
         """
         count, kinds = len(system.context), ("position", "velocity")
-        found = np.zeros((*self._observed(system).shape, 12 * count))
+        by_state = np.zeros((*self._observed(system).shape, 12 * count))
         for body in range(count):
             # All six components of a body take one call, which costs hardly more than one component.
             moved: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
@@ -218,13 +218,13 @@ class Observations(Tabled):
                 for axis in range(3):
                     moved[name][3 * kind + axis, :, body, axis] += 1j * _STEP
             by = self._model(system, moved).imag / _STEP
-            found[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
+            by_state[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
             for axis in range(3 if self._depends_on_figures() else 0):
                 attitude = states["attitude"].astype(np.complex128)
                 attitude[:, body] += 1j * _STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
-                turned: dict[str, Any] = {**states, "attitude": attitude}
-                found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
-        return found, {name: self._partial(system, states, name) for name in parameters}
+                rotated: dict[str, Any] = {**states, "attitude": attitude}
+                by_state[..., 12 * body + 6 + axis] = self._model(system, rotated).imag / _STEP
+        return by_state, {name: self._partial(system, states, name) for name in parameters}
 
     def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
         """Return derivatives (K, C) of the predictions with respect to a parameter of the system at given states.
@@ -239,12 +239,12 @@ class Observations(Tabled):
         if kind.startswith("semi-axis") and not self._depends_on_figures():
             return np.zeros(self._observed(system).shape)
         step = _SHARE * system.context.natural_size(parameter)
-        plain = self._model(system, states)
+        prediction = self._model(system, states)
 
         def change(by: float) -> Floats:
             changed = system.changed(parameter, by)
             alike = changed.context.core.bodies == system.context.core.bodies
-            return np.asarray(0.0 * plain if alike else self._model(changed, states) - plain)
+            return np.asarray(0.0 * prediction if alike else self._model(changed, states) - prediction)
 
         return difference(change, step)
 
@@ -319,20 +319,20 @@ class Observations(Tabled):
             differences.
         """
         system = run.system
-        place = run.indices(self._emission(system), f"time of {self._what()}")
-        states = {name: run.arrays[name][place] for name in ("position", "velocity", "attitude", "spin")}
+        index = run.indices(self._emission(system), f"time of {self._what()}")
+        states = {name: run.arrays[name][index] for name in ("position", "velocity", "attitude", "spin")}
         by_state, direct = self._partials(system, states, run.parameters)
 
         def of_pulls(values: Floats) -> Floats:
             return -self._whiten(self._project(values), system)
 
         moved = {
-            name: (by_state @ values[place][:, :, None])[..., 0] + direct[name]
+            name: (by_state @ values[index][:, :, None])[..., 0] + direct[name]
             for name, values in run.sensitivity.items()
         }
         columns = of_pulls(np.stack(list(moved.values()), axis=-1)) if moved else np.zeros(0)
         by_parameter = {name: columns[..., k] for k, name in enumerate(moved)}
-        return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[place]), by_parameter)
+        return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[index]), by_parameter)
 
     @property
     def linear_unknowns(self) -> int:
@@ -345,15 +345,15 @@ class Observations(Tabled):
 
     def errors(self, system: SystemLike) -> Errors:
         """Return the errors of the rows, with and without a jitter, in the system's units."""
-        given = self if self._given is None else self._given
-        return Errors(self._covariance(system), given._covariance(system), self._design(system))
+        original = self if self._original is None else self._original
+        return Errors(self._covariance(system), original._covariance(system), self._design(system))
 
     def with_errors_of(self, other: Self) -> Self:
         """Return the observations with the standard errors of others of the same rows."""
-        found = copy.copy(self)
+        by_state = copy.copy(self)
         for name in self._error_names:
-            setattr(found, name, getattr(other, name))
-        return found
+            setattr(by_state, name, getattr(other, name))
+        return by_state
 
     def with_jitter(self, jitter: Any) -> Self:
         """Return the observations with a further error of the same size in each row, independent of the others.
@@ -371,7 +371,7 @@ class Observations(Tabled):
             A copy that stores by how much its errors are widened, so that a fit can free the jitter.
         """
         wider = copy.copy(self)
-        wider._given = self if self._given is None else self._given
+        wider._original = self if self._original is None else self._original
         wider._widen(jitter)
         return wider
 

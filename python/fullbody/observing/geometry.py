@@ -92,8 +92,8 @@ class Geometry(Vectors):
         --------
         >>> import astropy.units as u
         >>> from fullbody import observing
-        >>> place = {"ra": [1.66, 1.66] * u.hourangle, "dec": [-5.1, -5.1] * u.deg, "distance": [96.3, 96.3] * u.au}
-        >>> observing.Geometry.from_radec([0, 1] * u.day, **place).to_observer(0 * u.day).to("au").round(1)
+        >>> sky = {"ra": [1.66, 1.66] * u.hourangle, "dec": [-5.1, -5.1] * u.deg, "distance": [96.3, 96.3] * u.au}
+        >>> observing.Geometry.from_radec([0, 1] * u.day, **sky).to_observer(0 * u.day).to("au").round(1)
         <Quantity [-87. , -40.4,   8.6] AU>
         """
         lon, lat = (Units().strip(value, "angle", what) for value, what in ((ra, "ra"), (dec, "dec")))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.kinds import Declared, Number, function
 from ..base.limits import NOT_NEGATIVE
-from ..base.units import PLAIN, need, numbers
+from ..base.units import UNITLESS, need, numbers
 from ..errors import InvalidInput
 from ..typing import Floats
 
@@ -49,8 +49,8 @@ class Law(Declared):
         """Return the factors for phase angles, after checking that they are finite and not negative."""
         if self.phase_function is None:
             return np.ones_like(angle)
-        given = self.phase_function(angle)
-        factor = numbers(given, f"what the phase function of {self!r} returns")
+        factor_values = self.phase_function(angle)
+        factor = numbers(factor_values, f"what the phase function of {self!r} returns")
         if factor.shape not in ((), angle.shape):
             raise InvalidInput(
                 f"the phase function of {self!r} returns an array of shape {factor.shape}; expected {angle.shape}"
@@ -117,7 +117,7 @@ class LommelSeeligerLambert(Law):
     _kinds: ClassVar = {"lambert": Number()}
 
     def _describe(self) -> tuple[float, ...]:
-        return 1.0, self._plain(PLAIN)["lambert"]
+        return 1.0, self._unitless(UNITLESS)["lambert"]
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Hapke(Law):
     }
 
     def _describe(self) -> tuple[float, ...]:
-        return tuple(self._plain(PLAIN).values())
+        return tuple(self._unitless(UNITLESS).values())
 
 
 @dataclass(frozen=True)
@@ -231,11 +231,11 @@ def _splines() -> tuple[Any, Any, Any]:
 
     wide = [7.5, 30.0, 60.0, 90.0, 120.0, 150.0]
     near = [0.0, 0.3, 1.0, 2.0, 4.0, 8.0, 12.0, 20.0, 30.0]
-    one = [0.75, 0.33486016, 0.1341056, 0.051104756, 0.021465687, 0.0036396989]
+    ordinates = [0.75, 0.33486016, 0.1341056, 0.051104756, 0.021465687, 0.0036396989]
     two = [0.925, 0.62884169, 0.31755495, 0.12716367, 0.022373903, 0.00016505689]
     surge = [1.0, 0.83381185, 0.57735424, 0.42144772, 0.2317423, 0.10348178, 0.061733473, 0.016107006, 0.0]
     return (
-        spline(wide, one, -6.0 / np.pi, -0.091328612),
+        spline(wide, ordinates, -6.0 / np.pi, -0.091328612),
         spline(wide, two, -9.0 / (5.0 * np.pi), -8.6573138e-8),
         spline(near, surge, -0.10630097, 0.0),
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.limits import FINITE, POSITIVE
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput, interruptible
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -170,7 +170,7 @@ def zero_point(
         raise InvalidInput("albedo is an array over faces; expected one number for each body beside a zero point")
     photometer = Photometer(system, law, albedo, False, 0.0)
     if H is None:
-        p = PLAIN.number(geometric_albedo, "number", "geometric_albedo", POSITIVE)
+        p = UNITLESS.number(geometric_albedo, "number", "geometric_albedo", POSITIVE)
         if any(one != photometer.laws[0] for one in photometer.laws):
             raise InvalidInput("law differs between bodies beside a geometric_albedo; expected one law for all, or H")
         unit = kilometres(system, "a geometric albedo")
@@ -183,7 +183,7 @@ def zero_point(
         )
         if not whole > 0.0:
             raise InvalidInput("the bodies have no size or no albedo; expected light from one or more")
-        zero = PLAIN.number(H, "number", "H", FINITE) + 2.5 * np.log10(whole)
+        zero = UNITLESS.number(H, "number", "H", FINITE) + 2.5 * np.log10(whole)
     return float(zero if reduced else zero - 10.0 * np.log10(_AU / kilometres(system, "a magnitude as observed")))
 
 

@@ -11,7 +11,7 @@ from ..base import kinds
 from ..base.kinds import instance
 from ..base.limits import FINITE, POSITIVE, Limits
 from ..base.tables import Table, Tabled
-from ..base.units import PLAIN, gathered, is_quantity, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -59,23 +59,23 @@ class Measured(Tabled):
         self.times = times
         value = gathered(value, f"value of {name}")
         self.unit = value.unit if is_quantity(value) else None
-        self._value = np.atleast_1d(self._plain(value, "value"))
+        self._value = np.atleast_1d(self._unitless(value, "value"))
         if self._value.ndim > 1:
             raise InvalidInput(f"value of {name} has shape {self._value.shape}; expected one number, or (C,)")
-        spread = self._plain(sigma, "sigma", POSITIVE)
+        spread = self._unitless(sigma, "sigma", POSITIVE)
         try:
             self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
 
-    def _plain(self, value: Any, what: str, limits: Limits = FINITE) -> Floats:
+    def _unitless(self, value: Any, what: str, limits: Limits = FINITE) -> Floats:
         """Return numbers in the unit of the measured value."""
         value = gathered(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
             wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
             raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")
         plain = value if self.unit is None else strip_to(value, self.unit, f"{what} of {self.name}")
-        return PLAIN.numbers(plain, "number", f"{what} of {self.name}", limits=limits)
+        return UNITLESS.numbers(plain, "number", f"{what} of {self.name}", limits=limits)
 
     def emission(self, system: SystemLike) -> Any:
         """Return the times (K,) of a system's clock at which the function needs samples, in their order.
@@ -105,7 +105,7 @@ class Measured(Tabled):
         return values if self.unit is None else values * self.unit
 
     def _prediction(self, run: Record) -> Floats:
-        found = np.atleast_1d(self._plain(self.function(run), "the function's result"))
+        found = np.atleast_1d(self._unitless(self.function(run), "the function's result"))
         if found.shape != self._value.shape:
             raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
         return found

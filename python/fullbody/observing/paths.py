@@ -15,7 +15,7 @@ from ..forces.ephemeris import about_sun, barycentric, dense_table
 from ..frames import rotation
 from ..model.context import SystemLike
 from ..spice.conventions import spiceypy
-from ..spice.kernel import plain
+from ..spice.kernel import message_of
 from ..spice.state import loaded
 from ..typing import Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
@@ -23,14 +23,14 @@ from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 __all__ = ["from_orbit", "from_spice", "from_system"]
 
 #: The arguments of a geometry, and the ends of its span in s since the first row.
-Table = tuple[dict[str, Any], tuple[float, float]]
-#: The longest step in s: a ninth of a month, or a twentieth of a day for a place that rotates with the Earth.
+VectorTable = tuple[dict[str, Any], tuple[float, float]]
+#: The longest step in s: a ninth of a month, or a twentieth of a day for an observer who rotates with the Earth.
 _LONGEST, _TURNING = 3.0 * 86400.0, 0.05 * 86400.0
 #: The number of iterations of the light time, each of which gains four digits, those of c over the speed.
 _ITERATIONS = 4
 
 
-def from_orbit(orbit: Any, epoch: Any, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> Table:
+def from_orbit(orbit: Any, epoch: Any, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> VectorTable:
     """Compute the vectors of an orbit; see :meth:`fullbody.observing.Geometry.from_orbit`."""
     with need("observing", "an orbit about the Sun"):
         start, length = _span(span)
@@ -38,7 +38,9 @@ def from_orbit(orbit: Any, epoch: Any, observer: Any, ephemeris: Any, span: Any,
     return _table(from_sun, start, length, observer, ephemeris, light_time, "ecliptic", longest)
 
 
-def from_system(system: SystemLike, sun: str, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> Table:
+def from_system(
+    system: SystemLike, sun: str, observer: Any, ephemeris: Any, span: Any, light_time: bool
+) -> VectorTable:
     """Compute the vectors of a system with a Sun; see :meth:`fullbody.observing.Geometry.from_system`."""
     what = "a geometry from the system's own Sun"
     epoch, second, km = system_epoch(system, what), seconds(system, what), kilometres(system, what)
@@ -63,28 +65,28 @@ def _table(
     light_time: bool,
     frame: Any,
     longest: float,
-) -> Table:
-    """Return the vectors of a geometry for a system whose place relative to the Sun (km) is a function of seconds."""
+) -> VectorTable:
+    """Return the vectors of a geometry for a system with a position relative to the Sun (km) by seconds."""
     from astropy import units as u
     from astropy.coordinates import EarthLocation
 
-    turn = rotation("equatorial", frame)
+    to_frame = rotation("equatorial", frame)
     on_earth = isinstance(observer, EarthLocation)
     name = "earth" if on_earth else observer.lower() if isinstance(observer, str) else observer
 
-    def place_of_observer(times: Floats) -> Floats:
+    def observer_at(times: Floats) -> Floats:
         dates = start + times * u.s
-        found = barycentric(name, dates, ephemeris)
+        position = barycentric(name, dates, ephemeris)
         if on_earth:
-            found = found + observer.get_gcrs_posvel(dates)[0].xyz.to_value("km").T
-        return np.asarray(found @ turn.T)
+            position = position + observer.get_gcrs_posvel(dates)[0].xyz.to_value("km").T
+        return np.asarray(position @ to_frame.T)
 
-    def place(times: Floats) -> Floats:
-        return np.asarray(barycentric("sun", start + times * u.s, ephemeris) @ turn.T + from_sun(times))
+    def sun_at(times: Floats) -> Floats:
+        return np.asarray(barycentric("sun", start + times * u.s, ephemeris) @ to_frame.T + from_sun(times))
 
     def to_observer(times: Floats) -> Floats:
         """Return the vectors to the observer for light that arrives, or leaves, at these times."""
-        fixed, moving, sign = (place_of_observer, place, -1.0) if light_time else (place, place_of_observer, 1.0)
+        fixed, moving, sign = (observer_at, sun_at, -1.0) if light_time else (sun_at, observer_at, 1.0)
         end, delay = fixed(times), np.zeros_like(times)
         for _ in range(_ITERATIONS):
             way = end - moving(times + sign * delay)
@@ -98,7 +100,7 @@ def _table(
     return {"times": start + times * u.s, **table}, (-times[0], length - times[0])
 
 
-def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, light_time: bool) -> Table:
+def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, light_time: bool) -> VectorTable:
     """Compute vectors from SPICE kernels; see :meth:`fullbody.observing.Geometry.from_spice`."""
     from astropy import units as u
 
@@ -111,7 +113,7 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
             rows = [spice.spkpos(whose, et + time, "J2000", how, origin) for time in times]
         except spice.utils.exceptions.SpiceyError as error:
             what = f"the position of {whose} from {origin} between {start.isot} and {(start + length * u.s).isot}"
-            raise InvalidInput(f"the kernels do not contain {what}: {plain(error)}") from error
+            raise InvalidInput(f"the kernels do not contain {what}: {message_of(error)}") from error
         return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
 
     target, observer = str(target), str(observer)
@@ -134,11 +136,11 @@ def _span(span: Any) -> tuple[Any, float]:
     """Return the first date of a span, TDB, and its length in s."""
     from astropy.time import TimeDelta
 
-    found = dates(span, "span")
-    if not are_dates(found) or isinstance(span, str):
+    position = dates(span, "span")
+    if not are_dates(position) or isinstance(span, str):
         expected = "expected dates, such as ['2022-09-26 TDB', '2022-10-26 TDB'] or a Time"
         raise InvalidInput(f"span is {shown(span)}; {expected}")
-    moments = np.atleast_1d(found.tdb)
+    moments = np.atleast_1d(position.tdb)
     first, last = moments.min(), moments.max()
     length = float((last - first).to_value("s"))
     # For a single date the span is a second about it.

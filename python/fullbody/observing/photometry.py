@@ -10,12 +10,12 @@ import numpy as np
 from ..base.foreign import are_dates, shown
 from ..base.kinds import flag
 from ..base.limits import Limits
-from ..base.units import PLAIN, is_quantity
+from ..base.units import UNITLESS, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 from .brightness import Photometer
-from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
+from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -80,7 +80,7 @@ class Photometry(Observations):
     (True, array([14.5]))
     """
 
-    _columns = (Column("magnitude"), Column("sigma"), Column("night", required=False, kind="labels"))
+    _columns = (DataColumn("magnitude"), DataColumn("sigma"), DataColumn("night", required=False, kind="labels"))
     _error_names = ("sigma",)
 
     def __init__(
@@ -98,8 +98,8 @@ class Photometry(Observations):
         night: Any = None,
         reduced: bool = True,
     ) -> None:
-        given = (("magnitude", magnitude), ("sigma", sigma))
-        numbers = {name: column(value, name, "mag")[0] for name, value in given}
+        columns = (("magnitude", magnitude), ("sigma", sigma))
+        numbers = {name: column(value, name, "mag")[0] for name, value in columns}
         refuse_rounded(magnitude, numbers["magnitude"], numbers["sigma"], "magnitude of Photometry")
         rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
@@ -112,7 +112,7 @@ class Photometry(Observations):
         flag(mutual, "mutual")
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
-            PLAIN.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
+            UNITLESS.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
         self.zero = zero
         if night is not None and np.shape(night) != (rows.given,):
             raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")
@@ -166,8 +166,8 @@ class Photometry(Observations):
         return values - self._zeros(values)[self._night] if self.zero == "free" else values
 
     def _residuals(self, run: Any) -> Floats:
-        found = super()._residuals(run)
-        return np.asarray(found - self._zeros(found)[self._night])
+        result = super()._residuals(run)
+        return np.asarray(result - self._zeros(result)[self._night])
 
     def predict(self, run: Any) -> Floats:
         """Return the magnitudes (K,) that a run predicts, with the zero points of its nights."""
@@ -201,8 +201,8 @@ class Photometry(Observations):
         attitude = retarded.attitude(states["attitude"], states["spin"])
         local = local_geometry(self.geometry, system)
         to_sun = local.sun(retarded.times)
-        for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, place, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
+        for what, position in (("observer", retarded.observer), ("Sun", to_sun)):
+            refuse_near(system, local, what, position, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
         beta = retarded.velocity / retarded.light_speed
         return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant
 
@@ -224,29 +224,29 @@ class Photometry(Observations):
         position, which also changes the time at which the light left.
         """
         retarded = self._retarded(system, states)
-        found = self._photometer(system).derivatives(*self._view(system, states, retarded))
-        factor = -2.5 / np.log(10.0) / self._total(found.brightness)
-        place, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (found.position, found.rotation))
+        result = self._photometer(system).derivatives(*self._view(system, states, retarded))
+        factor = -2.5 / np.log(10.0) / self._total(result.brightness)
+        position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
         way = retarded.observer[:, None] - retarded.centre
         toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
-        later = np.sum(place * retarded.velocity + rotation * states["spin"], axis=-1)
+        later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
         speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
-        place = place + toward * (later / speed)[..., None]
+        position = position + toward * (later / speed)[..., None]
         delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-        moving, spin = delay * place, delay * rotation
+        moving, spin = delay * position, delay * rotation
         parts = [
-            place - weights * place.sum(axis=1, keepdims=True),
+            position - weights * position.sum(axis=1, keepdims=True),
             moving - weights * moving.sum(axis=1, keepdims=True),
             rotation + np.cross(delay * states["spin"], rotation),
             spin,
         ]
         axes: dict[str, Floats] = {
-            f"semi-axis {axis} of {body}": factor[:, None] * found.semi_axes.sum(axis=1)[:, place, [k]]
-            for place, body in enumerate(system.context.names)
+            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, position, [k]]
+            for position, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
         # A mass moves the barycentre, relative to which the directions and distances of observer and Sun are given.
-        pull = np.einsum("kx,knx->kn", place.sum(axis=1), retarded.centre) / system.context.masses.sum()
+        pull = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
         axes |= {f"mass of {body}": -pull[:, [k]] for k, body in enumerate(system.context.names)}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct

@@ -11,7 +11,7 @@ from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
+from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .vectors import Vectors
 
@@ -70,7 +70,7 @@ class RadarAstrometry(Observations):
     (2,)
     """
 
-    _columns = tuple(Column(name, errors=f"sigma_{name}", required=False) for name in _KINDS)
+    _columns = tuple(DataColumn(name, errors=f"sigma_{name}", required=False) for name in _KINDS)
 
     def __init__(
         self,
@@ -83,10 +83,10 @@ class RadarAstrometry(Observations):
         about: int | str | None = None,
         geometry: Vectors,
     ) -> None:
-        given = {name: value for name, value in (("range", range), ("range_rate", range_rate)) if value is not None}
-        if not given:
+        columns = {name: value for name, value in (("range", range), ("range_rate", range_rate)) if value is not None}
+        if not columns:
             raise InvalidInput("range and range_rate are not given; expected one of them or both")
-        if len(given) == 2:
+        if len(columns) == 2:
             if not isinstance(sigma, tuple | list) or len(sigma) != 2:
                 raise InvalidInput("sigma is not a pair; expected one for the ranges and one for the range rates")
             errors = tuple(sigma)
@@ -94,20 +94,20 @@ class RadarAstrometry(Observations):
             errors = (sigma,)
         self._units: dict[str, Any] = {}
         numbers: dict[str, Floats] = {}
-        for (name, value), error in zip(given.items(), errors, strict=True):
+        for (name, value), error in zip(columns.items(), errors, strict=True):
             values, unit = column(value, f"{name} of RadarAstrometry", _KINDS[name][1])
-            spread, own = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
-            if (unit is None) != (own is None):
+            spread, unit_of_error = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
+            if (unit is None) != (unit_of_error is None):
                 raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
             refuse_rounded(value, values, spread, f"{name} of RadarAstrometry")
             self._units[name] = unit
             numbers |= {name: values, f"sigma_{name}": spread}
-        rows = Rows(times, numbers, tuple(given), "RadarAstrometry")
+        rows = Rows(times, numbers, tuple(columns), "RadarAstrometry")
         super().__init__(rows, geometry)
         self.body, self.about = body, about
-        self._values = {name: rows.of(name) for name in given}
+        self._values = {name: rows.of(name) for name in columns}
         self._sigma = {
-            name: positive_rows(rows.of(f"sigma_{name}"), f"sigma of {name} of RadarAstrometry") for name in given
+            name: positive_rows(rows.of(f"sigma_{name}"), f"sigma of {name} of RadarAstrometry") for name in columns
         }
 
     @classmethod
@@ -145,12 +145,12 @@ class RadarAstrometry(Observations):
         both = jitter if len(self._values) == 2 else (jitter,)
         if not isinstance(both, tuple | list) or len(both) != len(self._values):
             raise InvalidInput("jitter is not a pair; expected one for the ranges and one for the range rates")
-        for name, one in zip(self._values, both, strict=True):
-            if is_quantity(one) != (self._units[name] is not None):
+        for name, value in zip(self._values, both, strict=True):
+            if is_quantity(value) != (self._units[name] is not None):
                 raise InvalidInput(f"only one of {name} and its jitter has a unit; expected both or neither")
         self._sigma = {
-            name: np.hypot(self._sigma[name], jitter_of(one, _KINDS[name][1] if is_quantity(one) else None))
-            for name, one in zip(self._values, both, strict=True)
+            name: np.hypot(self._sigma[name], jitter_of(item, _KINDS[name][1] if is_quantity(item) else None))
+            for name, item in zip(self._values, both, strict=True)
         }
 
     def _observed(self, system: SystemLike) -> Floats:
@@ -161,11 +161,11 @@ class RadarAstrometry(Observations):
         return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
-        found: dict[str, Any] = dict.fromkeys(_KINDS)
-        for place, name in enumerate(self._values):
-            part, unit = system.context.units.attach(values[:, place], _KINDS[name][0]), self._units[name]
-            found[name] = part if unit is None or not is_quantity(part) else part.to(unit)
-        return RangeAndRate(**found)
+        result: dict[str, Any] = dict.fromkeys(_KINDS)
+        for index, name in enumerate(self._values):
+            part, unit = system.context.units.attach(values[:, index], _KINDS[name][0]), self._units[name]
+            result[name] = part if unit is None or not is_quantity(part) else part.to(unit)
+        return RangeAndRate(**result)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         if self.about is None:
@@ -175,13 +175,13 @@ class RadarAstrometry(Observations):
         retarded = self._retarded(system, states, masses)
         way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))
-        found = {"range": distance}
+        result = {"range": distance}
         if "range_rate" in self._values:
             moving = retarded.observer_velocity[:, None] - retarded.velocity
             # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
             towards = np.einsum("...x,...x->...", way, retarded.velocity) / distance * (1.0 / retarded.light_speed)
-            found["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
-        columns = [found[name] for name in self._values]
+            result["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
+        columns = [result[name] for name in self._values]
         relative = [c[..., body] if about is None else c[..., body] - c[..., about] for c in columns]
         return np.stack(relative, axis=-1)
 

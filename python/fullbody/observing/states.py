@@ -28,7 +28,7 @@ def refuse_near(
     system: SystemLike,
     local: SystemGeometry,
     what: str,
-    place: Floats,
+    source: Floats,
     centre: Floats,
     attitude: Floats,
     times: Floats,
@@ -44,7 +44,7 @@ def refuse_near(
         One of which only the directions count has to be outside the bodies.
     what : str
         Which of the two it is.
-    place : ndarray, (K, 3)
+    source : ndarray, (K, 3)
         Where it is.
     centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
         Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
@@ -53,12 +53,12 @@ def refuse_near(
         It has to be farther from the barycentre than each body, times the first, by the body's radius times the second.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
-    far = np.linalg.norm(place, axis=-1)
+    far = np.linalg.norm(source, axis=-1)
     if local.distant:
         orbits = sizes = 1.0
     least = np.max(orbits * np.linalg.norm(centre, axis=-1) + sizes * axes.max(axis=1), axis=1, initial=0.0)
     if np.any(far < least):
-        away = np.einsum("knij,kni->knj", matrices(attitude), place[:, None] - centre)
+        away = np.einsum("knij,kni->knj", matrices(attitude), source[:, None] - centre)
         extents = np.where(axes > 0.0, axes, np.finfo(float).tiny)
         inside = np.argwhere(np.sum((away / extents) ** 2, axis=2) < 1.0)
         k, body = inside[0] if len(inside) else (int(np.argmin(far / least)), 0)
@@ -129,8 +129,8 @@ class RetardedStates:
         """Return attitudes (..., K, N, 4) when the light left the bodies, from those at the time of the states."""
         delay = self.delay - self._since
         angle = np.linalg.norm(spin, axis=-1) * delay
-        turn = 0.5 * delay * np.sinc(0.5 * angle / np.pi)
-        w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
+        half_angle_factor = 0.5 * delay * np.sinc(0.5 * angle / np.pi)
+        w, v = np.cos(0.5 * angle)[..., None], spin * half_angle_factor[..., None]
         scalar, vector = attitude[..., :1], attitude[..., 1:]
         real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
         turned = np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)

@@ -50,6 +50,6 @@ def kilometres(system: SystemLike, what: str) -> float:
 
 
 def _size(system: SystemLike, dimension: str, unit: str, what: str) -> float:
-    if not system.context.units.known:
+    if not system.context.units.defined:
         raise InvalidInput(f"{what} needs the system's units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
     return float(system.context.units.unit(dimension).to(unit))

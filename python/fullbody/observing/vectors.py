@@ -13,7 +13,7 @@ from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
 from ..base.kinds import flag
 from ..base.splines import relative_error
-from ..base.units import PLAIN, Units, gathered, is_quantity, need, strip_to
+from ..base.units import UNITLESS, Units, gathered, is_quantity, need, strip_to
 from ..errors import InvalidInput, caution
 from ..frames import rotation
 from ..model.context import SystemLike
@@ -81,7 +81,7 @@ class Vectors:
         elif is_quantity(times) != (self._second is not None):
             wanted = "a plain number" if self._second is None else "a Quantity"
             raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
-        return (PLAIN if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
+        return (UNITLESS if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
 
     def _vectors(self, given: Any, what: str, order: Any) -> Floats:
         rows = directions(given, what)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import warn_if_degrees
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput
 
 __all__ = ["mean_anomaly", "one_of", "usual_angles"]
@@ -46,8 +46,8 @@ def usual_angles(e: Any, i: Any, Omega: Any, periapsis: dict[str, Any], anomaly:
     if kind == "omega" and name == "M":
         return omega, M
     values = periapsis | anomaly | {"i": i, "Omega": Omega}
-    plain = {key: PLAIN.strip(value, "angle", key) for key, value in values.items() if value is not None}
-    e = PLAIN.strip(e, "number", "e")
+    plain = {key: UNITLESS.strip(value, "angle", key) for key, value in values.items() if value is not None}
+    e = UNITLESS.strip(e, "number", "e")
     for key in {kind, name} - {"omega", "M"}:
         if key == "pomega" or (e < 1.0).all():
             warn_if_degrees(values[key], key)

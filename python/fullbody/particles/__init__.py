@@ -6,7 +6,7 @@ Particles do not act on the bodies. :meth:`fullbody.System.fly` and :meth:`fullb
 
 from .events import Function, ParticleEvent, Periapsis, Shadow
 from .flight import Flight, ParticleOccurrence
-from .given import Particles
+from .initial import Particles
 from .rules import Bounce, Escape, Radiation
 
 __all__ = [

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..base.kinds import Declared, Number, Place, choice, function, sense
+from ..base.kinds import BodyIndex, Declared, Number, choice, function, sense
 from ..base.limits import Limits
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
@@ -39,14 +39,14 @@ class ParticleEvent(Declared):
         """Return the description of the event for files."""
         return {
             **{"kind": type(self).__name__, "direction": self.direction},
-            **self._plain(context.units, context.index),
+            **self._unitless(context.units, context.index),
         }
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
         if type(self) is not ParticleEvent:
             kind = next(base.__name__ for base in type(self).__mro__ if ParticleEvent in base.__bases__)
-            return (kind.lower(), *self._plain(context.units, context.index).values(), self.direction)
+            return (kind.lower(), *self._unitless(context.units, context.index).values(), self.direction)
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
 
@@ -81,7 +81,7 @@ class Periapsis(ParticleEvent):
     body: int | str = 0
     direction: int = field(default=1, kw_only=True)
 
-    _kinds: ClassVar = {"body": Place()}
+    _kinds: ClassVar = {"body": BodyIndex()}
 
 
 @dataclass(frozen=True, eq=False)

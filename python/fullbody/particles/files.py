@@ -38,7 +38,7 @@ _NUMBERS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "incidence": (("particle",), "angle", "angle between path and normal at the impact"),
     "last_time": (("particle",), "time", "time to which the particle was followed"),
 }
-_WHOLE = {"fate": "what became of the particle", "fate_body": "place of the body, -1 without one", "strikes": "impacts"}
+_WHOLE = {"fate": "what became of the particle", "fate_body": "index of the body, -1 without one", "strikes": "impacts"}
 _OF_EVENTS = {
     "event_time": ((), "time"),
     "event_position": (("axis",), "length"),
@@ -72,7 +72,7 @@ def to_xarray(flight: Any) -> xarray.Dataset:
     units, arrays = flight.context.units, flight.arrays
 
     def attributes(dimension: str, text: str) -> dict[str, str]:
-        return {"long_name": text} | ({"units": str(units.unit(dimension))} if units.known else {})
+        return {"long_name": text} | ({"units": str(units.unit(dimension))} if units.defined else {})
 
     variables: dict[str, Any] = {
         name: (dims, arrays[name], attributes(dimension, text)) for name, (dims, dimension, text) in _NUMBERS.items()

@@ -67,7 +67,7 @@ class Flight(Tabled, Generic[S]):
     fate_body : ndarray of int, (P,)
         The index of the body of the fate in the system; -1 if there is none.
     longitude, latitude : ndarray or Quantity, (P,)
-        Body-fixed coordinates of the place of impact or rest, as directions from the body's centre in its frame.
+        Body-fixed coordinates of the point of impact or rest, as directions from the body's centre in its frame.
     speed, incidence : ndarray or Quantity, (P,)
         The last impact's speed relative to the surface, and its angle between the path and the normal.
     strikes : ndarray of int, (P,)

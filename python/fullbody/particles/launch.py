@@ -9,7 +9,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import generator
 from ..base.limits import FINITE, LATITUDE, NOT_NEGATIVE
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.state import State, strip
@@ -37,14 +37,14 @@ class LaunchSite:
         """
         return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
 
-    def moved(self, place: Floats, velocity: Floats) -> tuple[Any, Any]:
+    def moved(self, point: Floats, velocity: Floats) -> tuple[Any, Any]:
         """Return inertial positions and velocities of points that move relative to the body, with units."""
         units = self.system.context.units
-        turning = velocity + np.cross(self.spin, place)
-        position = self.position + place @ self.rotation.T
+        moving = velocity + np.cross(self.spin, point)
+        position = self.position + point @ self.rotation.T
         return (
             units.attach(position, "length"),
-            units.attach(self.velocity + turning @ self.rotation.T, "velocity"),
+            units.attach(self.velocity + moving @ self.rotation.T, "velocity"),
         )
 
 
@@ -55,27 +55,27 @@ def launched(
 
     Angles are in radians, speeds are relative to the surface and in the system's units; their shapes broadcast.
     """
-    given = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
+    angles = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
     limits = {"latitude": LATITUDE, "speed": NOT_NEGATIVE}
-    for name, values in given.items():
-        PLAIN.numbers(values, "number", name, None, limits.get(name, FINITE))
+    for name, values in angles.items():
+        UNITLESS.numbers(values, "number", name, None, limits.get(name, FINITE))
     try:
-        both = np.broadcast_arrays(*given.values())
+        both = np.broadcast_arrays(*angles.values())
     except ValueError as error:
-        shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in given.items())
+        shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in angles.items())
         raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
     lon, lat, rate, az, el = (np.ravel(values).astype(np.float64) for values in both)
     directions = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1)
-    place, normal = site.surface(directions)
+    point, normal = site.surface(directions)
     east = np.cross([0.0, 0.0, 1.0], normal)
     length = np.linalg.norm(east, axis=1, keepdims=True)
     # At a pole, the longitude defines the direction of east.
-    turned = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1)
-    east = np.where(length > 1e-12, east / np.maximum(length, 1e-300), turned)
+    towards_east = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1)
+    east = np.where(length > 1e-12, east / np.maximum(length, 1e-300), towards_east)
     north = np.cross(normal, east)
-    level = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
-    velocity = rate[:, None] * (np.cos(el)[:, None] * level + np.sin(el)[:, None] * normal)
-    return site.moved(place, velocity)
+    horizontal = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
+    velocity = rate[:, None] * (np.cos(el)[:, None] * horizontal + np.sin(el)[:, None] * normal)
+    return site.moved(point, velocity)
 
 
 def cone(n: int, opening: float, filled: bool, rng: Any) -> tuple[Floats, Floats]:

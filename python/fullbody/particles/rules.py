@@ -53,7 +53,7 @@ class Bounce(Declared):
         self._check_fields()
 
     def _describe(self, context: Context) -> tuple[float, float, float]:
-        normal, tangential, rest = self._plain(context.units).values()
+        normal, tangential, rest = self._unitless(context.units).values()
         return normal, tangential, rest
 
 
@@ -79,7 +79,7 @@ class Escape(Declared):
         self._check_fields()
 
     def _describe(self, context: Context) -> tuple[float, bool]:
-        return self._plain(context.units)["distance"], self.unbound
+        return self._unitless(context.units)["distance"], self.unbound
 
 
 #: The Sun's nominal luminosity over 4 pi c, and its nominal radius: IAU 2015 Resolution B3.
@@ -115,15 +115,15 @@ class Radiation(Declared):
 
     def _describe(self, context: Context) -> tuple[str, float, float]:
         context.third_body(self.by, "by of Radiation")
-        found = self._plain(context.units)
-        for name, value in found.items():
-            if value is None and not context.units.known:
+        numbers = self._unitless(context.units)
+        for name, value in numbers.items():
+            if value is None and not context.units.defined:
                 raise InvalidInput(
                     f"{name} of Radiation is not given; expected a number, since the system has no units"
                 )
             if value is None:
-                found[name] = context.units.number(*_SUN[name], name)
-        return self.by, found["strength"], found["radius"]
+                numbers[name] = context.units.number(*_SUN[name], name)
+        return self.by, numbers["strength"], numbers["radius"]
 
     def visible(self, system: SystemLike, state: State, points: Any) -> Floats:
         """Compute the visible part of the third body's disc at points.
@@ -142,8 +142,8 @@ class Radiation(Declared):
             Visible fraction from 0, in the umbra, to 1, in full light.
         """
         context = system.context
-        places = context.units.numbers(points, "length", "points", ("...", 3))
-        rows = np.ascontiguousarray(places.reshape(-1, 3))
+        coordinates = context.units.numbers(points, "length", "points", ("...", 3))
+        rows = np.ascontiguousarray(coordinates.reshape(-1, 3))
         return _core.visible(context.core, strip(state, context), self._describe(context), rows).reshape(
-            places.shape[:-1]
+            coordinates.shape[:-1]
         )

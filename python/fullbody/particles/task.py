@@ -20,7 +20,7 @@ from ..record.integrators import Integrator, Verner98
 from ..record.times import end_of_run, sampling, spacing_warning
 from .events import ParticleEvent, Shadow
 from .flight import Flight
-from .given import Particles
+from .initial import Particles
 from .rules import Bounce, Escape, Radiation
 
 __all__ = ["FlightTask", "fly"]
@@ -65,7 +65,7 @@ class FlightTask:
             whole(threads, "threads")
         self._threads = threads
         lit = self._numbers[2].any()
-        if context.units.known and lit:
+        if context.units.defined and lit:
             largest = context.units.attach(self._numbers[2].max(), "area to mass").to("m2 / kg")
             if largest.value > _LIGHTEST:
                 caution(
@@ -127,12 +127,12 @@ class FlightTask:
 
     def _start(self, start: Any) -> float:
         """Return the start of the flight, which has to agree with the particles' time if they have one."""
-        units, own = self._context.units, self._time
-        if start is None and own is not None:
-            return own
+        units, given_time = self._context.units, self._time
+        if start is None and given_time is not None:
+            return given_time
         time = units.number(start, "time", "start")
-        if own is not None and abs(time - own) > 1e-12 * max(abs(time), abs(own)):
-            there, here = (number(units.attach(np.float64(value), "time"), 12) for value in (own, time))
+        if given_time is not None and abs(time - given_time) > 1e-12 * max(abs(time), abs(given_time)):
+            there, here = (number(units.attach(np.float64(value), "time"), 12) for value in (given_time, time))
             raise InvalidInput(
                 f"the particles are those of time {there}, but the flight starts at {here}; expected the state, run or "
                 "start of that time, or Particles(particles.position, particles.velocity), which have no time"

@@ -175,11 +175,11 @@ class Config(Text):
 
 def rotations_of(cfg: Config, euler: str | None) -> tuple[list[Floats], str | None]:
     """Return the rotations A into N and B into A, and a warning about the unit of their angles, if there is one."""
-    turns = [_turn(cfg, name) for name in ("A into N", "B into A")]
+    rotations_read = [_rotation_matrix(cfg, name) for name in ("A into N", "B into A")]
     warning = None
-    if euler is None and any(turn.shape == (3,) and turn.any() for turn in turns):
+    if euler is None and any(rotation.shape == (3,) and rotation.any() for rotation in rotations_read):
         euler, warning = _unit_of_angles(cfg)
-    return [turn if turn.ndim == 2 else _from_angles(turn, euler) for turn in turns], warning
+    return [rotation if rotation.ndim == 2 else _from_angles(rotation, euler) for rotation in rotations_read], warning
 
 
 def shape_of(cfg: Config, name: str) -> _Shape:
@@ -215,19 +215,19 @@ def outside_of(cfg: Config) -> Outside:
             value(f"{body} Love Number", NOT_NEGATIVE), radius, value(f"{body} Tidal Lag Angle", NOT_NEGATIVE)
         )
 
-    found = Outside()
+    outside = Outside()
     if flyby:
-        found.flyby = value("Planetary Mass", POSITIVE), orbit("", "Flyby Time")
+        outside.flyby = value("Planetary Mass", POSITIVE), orbit("", "Flyby Time")
     if helio:
         # The program uses this mass here, although the option belongs to the section on the circular orbit.
-        found.sun = value("Solar Mass", POSITIVE), orbit("Heliocentric ", "Time of periapsis passage")
+        outside.sun = value("Solar Mass", POSITIVE), orbit("Heliocentric ", "Time of periapsis passage")
     if hill:
         distance = value("Solar Orbit Radius", POSITIVE) * value("AU Definition", POSITIVE) / 1000.0
         mass = "Sun Mass" if cfg.has(section, "Sun Mass") else "Solar Mass"
-        found.circular = value(mass, POSITIVE), distance
+        outside.circular = value(mass, POSITIVE), distance
     if tides:
-        found.tides = deformed("Primary"), deformed("Secondary")
-    return found
+        outside.tides = deformed("Primary"), deformed("Secondary")
+    return outside
 
 
 def _mesh(cfg: Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Polyhedron:
@@ -237,9 +237,9 @@ def _mesh(cfg: Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Pol
     """
     tables = []
     for line, name in (vertices, faces):
-        if not (place := as_path(cfg.path).parent / name).is_file():
+        if not (path := as_path(cfg.path).parent / name).is_file():
             cfg.fail(line, f"no file {name!r} of a polyhedron beside this one")
-        text = Text(place)
+        text = Text(path)
         rows = [row for row in (re.split(r"[,\s]+", row.strip().strip(",")) for row in text.lines) if row != [""]]
         if len({len(row) for row in rows}) != 1 or len(rows[0]) < 3:
             cfg.fail(line, f"{name} is not a table with three numbers, or an index and three, in each row")
@@ -255,7 +255,7 @@ def _mesh(cfg: Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Pol
         cfg.fail(faces[0], f"{faces[1]}: {error}")
 
 
-def _turn(cfg: Config, name: str) -> Floats:
+def _rotation_matrix(cfg: Config, name: str) -> Floats:
     """Return a rotation matrix (3, 3), or Euler angles (3,)."""
     if cfg.flag(START, f"{name} Euler Flag", (0, 1)):
         return np.array([cfg.value(START, f"{name} Euler {i} {axis}") for i, axis in ((1, "X"), (2, "Y"), (3, "Z"))])
@@ -283,5 +283,5 @@ def _unit_of_angles(cfg: Config) -> tuple[str, str | None]:
 def _from_angles(angles: Floats, unit: str | None) -> Floats:
     """Return the rotation by angles about x, then about the new y, then about the new z."""
     x, y, z = np.radians(angles) if unit == "degree" else angles
-    turns = [rotations.turn(axis, angle) for axis, angle in enumerate((x, y, z))]
-    return rotations.matrices(rotations.product(*turns))
+    rotations_read = [rotations.about_axis(axis, angle) for axis, angle in enumerate((x, y, z))]
+    return rotations.matrices(rotations.product(*rotations_read))

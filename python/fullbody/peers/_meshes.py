@@ -29,8 +29,8 @@ def along_body_axes(path: Any, bodies: Sequence[Body], attitude: Floats, spin: F
         frame = body.working_frame
         if frame is None:
             continue
-        turn = rotations.matrices(frame.attitude)
-        spin[k] = turn @ spin[k]
+        rotation = rotations.matrices(frame.attitude)
+        spin[k] = rotation @ spin[k]
         attitude[k] = rotations.product(attitude[k], rotations.inverse(frame.attitude))
         angle = 2.0 * np.arctan2(np.linalg.norm(frame.attitude[1:]), abs(frame.attitude[0]))
         offset = float(np.linalg.norm(frame.position) / max(body.fitted_ellipsoid().semi_axes))

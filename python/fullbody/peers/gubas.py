@@ -121,7 +121,7 @@ def read_gubas(
     (a_to_n, b_to_a), warning = rotations_of(cfg, euler)
     if warning is not None:
         caution(f"{path} gives Euler angles, {warning}", UserWarning)
-    turns = np.array([a_to_n, a_to_n @ b_to_a])
+    rotation_matrices = np.array([a_to_n, a_to_n @ b_to_a])
     relative = relative @ a_to_n.T
     densities = [cfg.value(BODIES, f"{body} Density", POSITIVE) * 1e12 for body in _BODIES]
     shapes = [shape_of(cfg, body) for body in _BODIES]
@@ -134,12 +134,14 @@ def read_gubas(
             for name, shape, density in zip(_BODIES, shapes, densities, strict=True)
         ]
         system = System(bodies, G=G, units=_UNITS if units else None, **options)
-        forces = outside.forces(time, relative, np.einsum("nij,nj->ni", turns, spin))
+        forces = outside.forces(time, relative, np.einsum("nij,nj->ni", rotation_matrices, spin))
         if forces:
             system = system.with_forces([*system.forces, *forces])
         total = sum(body.mass for body in bodies)
         share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
-        attitude, spin = along_body_axes(path, bodies, np.array([quaternion(turn) for turn in turns]), spin)
+        attitude, spin = along_body_axes(
+            path, bodies, np.array([quaternion(matrix) for matrix in rotation_matrices]), spin
+        )
         state = from_numbers(system.context, share * relative[0], share * relative[1], attitude, spin, time)
     for text in outside.input_warnings():
         caution(f"{path} asks for {text}", UserWarning)

@@ -106,28 +106,31 @@ def _units(sim: Any, units: Any) -> Any:
     """Return the units for the system, or raise an error if they are not the simulation's own."""
     if units is None or units is False:
         return None
-    own = tuple(sim.units[kind] for kind in _KINDS)
-    if None in own:
+    units_of_simulation = tuple(sim.units[kind] for kind in _KINDS)
+    if None in units_of_simulation:
         return units
     from rebound import units as known
 
-    sizes = [table[name] for table, name in zip((known.lengths_SI, known.times_SI, known.masses_SI), own, strict=True)]
+    sizes = [
+        table[name]
+        for table, name in zip((known.lengths_SI, known.times_SI, known.masses_SI), units_of_simulation, strict=True)
+    ]
     if units is True:
         return tuple(
             _named(name, size, names, within)
-            for name, size, names, within in zip(own, sizes, _NAMED, _ALIKE, strict=True)
+            for name, size, names, within in zip(units_of_simulation, sizes, _NAMED, _ALIKE, strict=True)
         )
-    asked = Units(units)
+    requested = Units(units)
     for kind, size, within, si in zip(_KINDS, sizes, _ALIKE, ("m", "s", "kg"), strict=True):
-        if not np.isclose(asked.unit(kind).to(si), size, rtol=within, atol=0.0):
+        if not np.isclose(requested.unit(kind).to(si), size, rtol=within, atol=0.0):
             raise InvalidInput(
-                f"units is {asked.names}, but the simulation carries its own, {own}; expected the same ones, "
-                "units=True for Quantities in its own, or none for plain numbers"
+                f"units is {requested.names}, but the simulation carries its own, {units_of_simulation}; expected the "
+                "same ones, units=True for Quantities in its own, or none for plain numbers"
             )
     return units
 
 
-def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
+def _named(unit_name: str, size: float, names: tuple[str, ...], within: float) -> str:
     """Return astropy's name of a unit of rebound, which is found by its size in SI."""
     from astropy import units as u
 
@@ -135,8 +138,8 @@ def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
         if np.isclose(u.Unit(name).si.scale, size, rtol=within, atol=0.0):
             return name
     raise InvalidInput(
-        f"the simulation carries the unit {own!r}, which astropy has no name for; expected one of {', '.join(names)}, "
-        "or units left out for plain numbers"
+        f"the simulation carries the unit {unit_name!r}, which astropy has no name for; expected one of "
+        f"{', '.join(names)}, or units left out for plain numbers"
     )
 
 

@@ -165,11 +165,11 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
         choice(units, "units", _UNITS)
         _, G, day = _UNITS[units]
         return None, G, day
-    wanted = Units(units)
+    target = Units(units)
     from astropy import units as u
 
-    G = float((_G_SI * u.m**3 / (u.kg * u.s**2)).to_value(wanted.unit("G")))
-    return wanted.names, G, float(u.day.to(wanted.unit("time")))
+    G = float((_G_SI * u.m**3 / (u.kg * u.s**2)).to_value(target.unit("G")))
+    return target.names, G, float(u.day.to(target.unit("time")))
 
 
 class _File(Text):
@@ -207,8 +207,8 @@ class _File(Text):
             written = " ".join(words)
             self.fail(line, f"{written!r} is not a setting; expected a name, a colon and a number, such as 'sun: 0'")
         if name not in (*_SETTINGS, *_SWITCHES):
-            known = ", ".join((*_SETTINGS, *_SWITCHES))
-            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {known}")
+            options = ", ".join((*_SETTINGS, *_SWITCHES))
+            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {options}")
         value = self.number(line, words[1], name)
         if name in _SWITCHES:
             if value not in _SWITCHES[name]:
@@ -281,10 +281,10 @@ def _shape(file: _File, line: int, words: list[str]) -> Ellipsoid | PointMass | 
         return Ellipsoid(*sizes) if any(sizes) else PointMass()
     # The program runs in the folder above the folder of its input files.
     folder = as_path(file.path).parent
-    places = [place for place in (folder / words[0], folder.parent / words[0]) if place.is_file()]
-    if not places:
+    paths = [path for path in (folder / words[0], folder.parent / words[0]) if path.is_file()]
+    if not paths:
         file.fail(line, f"no file {words[0]!r} beside this one or in the folder above")
-    shape = Polyhedron.load(places[0])
+    shape = Polyhedron.load(paths[0])
     if len(words) == 1:
         return shape
     factor = file.number(line, words[1], "the factor of a polyhedron's size", POSITIVE)

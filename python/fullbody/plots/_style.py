@@ -69,7 +69,7 @@ def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, An
 def unit(run: Record, dimension: str) -> str:
     """Return the unit of a dimension as text, empty if the system has none."""
     units = run.context.units
-    return str(units.unit(dimension).to_string("unicode")) if units.known else ""
+    return str(units.unit(dimension).to_string("unicode")) if units.defined else ""
 
 
 def label(run: Record, text: str, dimension: str) -> str:
@@ -85,10 +85,10 @@ def short(name: str) -> str:
 
 def called(run: Record, body: int) -> str:
     """Return a body's name for a picture, with dollar signs escaped, as they would begin a formula."""
-    return plain(short(run.context.names[body]))
+    return escaped(short(run.context.names[body]))
 
 
-def plain(text: str) -> str:
+def escaped(text: str) -> str:
     """Escape a text so that matplotlib shows it as it is."""
     return text.replace("$", r"\$")
 
@@ -105,13 +105,13 @@ def _clock(run: Record) -> tuple[float, str]:
     The unit is days if the system's unit would lead to thousands, and years if days would.
     """
     units = run.context.units
-    if not units.known:
+    if not units.defined:
         return 1.0, "system units"
-    known, own = run.arrays["time"], units.unit("time")
-    span = float(np.abs(known).max()) if len(known) else 0.0
+    samples, time_unit = run.arrays["time"], units.unit("time")
+    span = float(np.abs(samples).max()) if len(samples) else 0.0
     for name in ("d", "yr"):
-        if span > _LONG and (own.to(name) < 1.0):
-            per = float(own.to(name))
+        if span > _LONG and (time_unit.to(name) < 1.0):
+            per = float(time_unit.to(name))
             if name == "yr" or span * per <= _LONG:
                 return 1.0 / per, {"d": "days", "yr": "years"}[name]
     return 1.0, unit(run, "time")
@@ -119,9 +119,9 @@ def _clock(run: Record) -> tuple[float, str]:
 
 def times(run: Record, moments: Floats | None = None) -> Floats:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
-    known: Floats = run.arrays["time"] if moments is None else moments
+    shown: Floats = run.arrays["time"] if moments is None else moments
     factor = _clock(run)[0]
-    return known if factor == 1.0 else known / factor
+    return shown if factor == 1.0 else shown / factor
 
 
 def time_label(ax: Any, run: Record) -> None:
@@ -250,9 +250,9 @@ def check_body(run: Record, body: int | str, what: str) -> int:
     if isinstance(body, str):
         return run.context.index(body, what)
     count = len(run.context)
-    if (place := integer(body)) is None or not -count <= place < count:
-        raise InvalidInput(f"{what} is {body!r}; expected a body's place, 0 to {count - 1}")
-    return place % count
+    if (index := integer(body)) is None or not -count <= index < count:
+        raise InvalidInput(f"{what} is {body!r}; expected a body's index, 0 to {count - 1}")
+    return index % count
 
 
 def chosen(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
@@ -260,11 +260,11 @@ def chosen(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
     if bodies is None:
         return list(range(len(run.context)))
     if isinstance(bodies, str):
-        raise InvalidInput(f"bodies is {bodies!r}; expected a list of places or names")
-    places = [check_body(run, body, "one of bodies") for body in bodies]
-    if not places:
-        raise InvalidInput("bodies is empty; expected at least one place")
-    return places
+        raise InvalidInput(f"bodies is {bodies!r}; expected a list of indices or names")
+    indices = [check_body(run, body, "one of bodies") for body in bodies]
+    if not indices:
+        raise InvalidInput("bodies is empty; expected at least one body")
+    return indices
 
 
 def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:

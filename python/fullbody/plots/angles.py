@@ -33,11 +33,11 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
     ndarray of Axes, (number of bodies, 2), or the axes given
     """
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), _style.wishes(kwargs)
-    places = _style.chosen(run, bodies)
-    flat, result = _style.panels(ax, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
+    indices = _style.chosen(run, bodies)
+    flat, result = _style.panels(ax, (len(indices), 2), (9.0, 0.4 + 2.2 * len(indices)))
     moments, attitude = followed(run)
     time = _style.times(run, moments)
-    for row, body in enumerate(places):
+    for row, body in enumerate(indices):
         values = np.rad2deg(rotations.tait_bryan(attitude[:, body]))
         left, right = flat[2 * row], flat[2 * row + 1]
         for ax, columns in ((left, (0, 1)), (right, (2,))):

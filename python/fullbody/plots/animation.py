@@ -14,7 +14,7 @@ import numpy as np
 from ..base.atomic import check_suffix, replacing
 from ..base.kinds import whole
 from ..base.limits import POSITIVE, Limits
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ._style import RunPlots, check_samples, matplotlib, split_far
@@ -93,15 +93,15 @@ def animate(
     path = Path(path)
     kind = path.suffix.lower()
     check_suffix(path, _SUFFIXES)
-    PLAIN.number(seconds, "number", "seconds", POSITIVE)
+    UNITLESS.number(seconds, "number", "seconds", POSITIVE)
     whole(fps, "fps")
     size, dpi = _dots(size, dpi)
     check_samples(run)
     animation = matplotlib("animation")
     if kind == ".mp4" and not animation.writers.is_available("ffmpeg"):
         raise FullbodyError("an MP4 needs the program ffmpeg, which is not found; install it, or write .gif or .html")
-    known = run.arrays["time"]
-    times = np.linspace(known[0], known[-1], max(2, round(seconds * fps)) if len(known) > 1 else 1)
+    samples = run.arrays["time"]
+    times = np.linspace(samples[0], samples[-1], max(2, round(seconds * fps)) if len(samples) > 1 else 1)
     warn_if_aliased(run, times)
     # The figure has no window, since the animation goes to a file.
     figure = matplotlib("figure").Figure(figsize=size)
@@ -160,8 +160,8 @@ def _failing_by_name(path: Path) -> Iterator[None]:
 def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
     """Check the width and height of a picture and the number of pixels per inch."""
     sides = Limits(above=0.0, text="(width, height) in inches, both above zero")
-    width, height = PLAIN.numbers(size, "number", "size", (2,), sides).tolist()
-    dots = PLAIN.number(dpi, "number", "dpi", POSITIVE)
+    width, height = UNITLESS.numbers(size, "number", "size", (2,), sides).tolist()
+    dots = UNITLESS.number(dpi, "number", "dpi", POSITIVE)
     # Matplotlib draws no larger pictures.
     if not 1.0 <= min(width, height) * dots <= max(width, height) * dots < 2.0**16:
         raise InvalidInput(

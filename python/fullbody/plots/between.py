@@ -27,24 +27,24 @@ _PARTS = 12
 
 def moment(run: Record, time: Any) -> float:
     """Return a time of the run in the system's units; the run's end for ``None``."""
-    known = run.arrays["time"]
+    samples = run.arrays["time"]
     if time is None:
-        return float(known[-1])
-    wanted = run.context.units.number(time, "time", "time")
-    span = (known.min(), known.max(), *(() if run.dense is None else run.dense.core.range))
-    if not min(span) <= wanted <= max(span):
+        return float(samples[-1])
+    number = run.context.units.number(time, "time", "time")
+    span = (samples.min(), samples.max(), *(() if run.dense is None else run.dense.core.range))
+    if not min(span) <= number <= max(span):
         raise InvalidInput(f"time is {time}; expected one within the run, from {min(span):.8g} to {max(span):.8g}")
-    return wanted
+    return number
 
 
 def track(run: Record, end: float, count: int = _SMOOTH) -> Floats:
     """Return the samples' times up to ``end`` and ``end`` itself; if they are few, ``count`` times in all."""
-    known = run.arrays["time"]
-    passed = known <= end if known[-1] >= known[0] else known >= end
-    stops = np.append(known[passed], [end] if end not in known else [])
+    samples = run.arrays["time"]
+    passed = samples <= end if samples[-1] >= samples[0] else samples >= end
+    stops = np.append(samples[passed], [end] if end not in samples else [])
     parts = max(1, (count - 1) // max(1, len(stops) - 1))
-    places = np.linspace(0, len(stops) - 1, (len(stops) - 1) * parts + 1)
-    return np.asarray(np.interp(places, np.arange(len(stops)), stops))
+    positions = np.linspace(0, len(stops) - 1, (len(stops) - 1) * parts + 1)
+    return np.asarray(np.interp(positions, np.arange(len(stops)), stops))
 
 
 def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
@@ -57,19 +57,19 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     if run.dense is not None and _inside(times, run.dense.core.range):
         states = run.dense.core.states(times)
         return _from_barycentre(run, states["position"]), np.asarray(states["attitude"])
-    known, order = np.unique(record["time"], return_index=True)
-    place = np.minimum(np.searchsorted(known, times), len(known) - 1)
+    samples, order = np.unique(record["time"], return_index=True)
+    index = np.minimum(np.searchsorted(samples, times), len(samples) - 1)
     centres, attitude = _from_barycentre(run, record["position"][order]), record["attitude"][order]
-    if np.array_equal(known[place], times):
-        return centres[place], attitude[place]
+    if np.array_equal(samples[index], times):
+        return centres[index], attitude[index]
     with need("plot", "a picture between two samples"):
         from scipy.spatial.transform import Rotation, Slerp
 
-    turned = np.empty((len(times), len(run.context), 4))
+    attitudes = np.empty((len(times), len(run.context), 4))
     for body in range(len(run.context)):
-        turns = Rotation.from_quat(attitude[:, body], scalar_first=True)
-        turned[:, body] = Slerp(known, turns)(times).as_quat(scalar_first=True)
-    return _curve(known, centres, _from_barycentre(run, record["velocity"][order]), times), turned
+        rotations_of_body = Rotation.from_quat(attitude[:, body], scalar_first=True)
+        attitudes[:, body] = Slerp(samples, rotations_of_body)(times).as_quat(scalar_first=True)
+    return _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times), attitudes
 
 
 @dataclass(frozen=True)
@@ -86,29 +86,29 @@ class Trails:
     parts: int
 
 
-def trails(run: Record, flight: Flight, particles: int, places: int) -> Trails:
+def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Trails:
     """Return the particles of a flight at its samples within a run, and at times between them if there is room.
 
     If there are many particles and samples, an even selection is taken, with at most ``particles`` particles and
-    ``places`` positions in all. Positions between samples lie on cubics that fit positions and velocities, except where
-    a particle lands.
+    ``most_points`` positions in all. Positions between samples lie on cubics that fit positions and velocities, except
+    where a particle lands.
     """
     if flight.context.describe() != run.context.describe():
         raise InvalidInput("flight is one among other bodies than the run's; expected one of the same system")
-    known, span = flight.arrays["time"], (run.arrays["time"].min(), run.arrays["time"].max())
-    inside = np.flatnonzero((known >= span[0]) & (known <= span[1]))
+    samples, span = flight.arrays["time"], (run.arrays["time"].min(), run.arrays["time"].max())
+    inside = np.flatnonzero((samples >= span[0]) & (samples <= span[1]))
     if len(inside) < 2:
         raise InvalidInput(f"flight has {len(inside)} samples within the run; expected two or more, such as output=0.1")
-    taken = np.unique(np.linspace(0, len(flight) - 1, min(len(flight), particles)).astype(int))
-    room = max(2, places // len(taken))
+    chosen = np.unique(np.linspace(0, len(flight) - 1, min(len(flight), particles)).astype(int))
+    room = max(2, most_points // len(chosen))
     moments = np.unique(np.linspace(0, len(inside) - 1, room).astype(int))
-    stops = known[inside][moments]
+    stops = samples[inside][moments]
     parts = int(np.clip((room - 1) // (len(stops) - 1), 1, _PARTS)) if len(moments) == len(inside) else 1
     times = np.interp(np.arange(parts * (len(stops) - 1) + 1) / parts, np.arange(len(stops)), stops)
-    x, v = (np.array(flight.arrays[name][inside[moments]][:, taken]) for name in ("position", "velocity"))
-    ended = flight.arrays["fate_time"][taken]
+    x, v = (np.array(flight.arrays[name][inside[moments]][:, chosen]) for name in ("position", "velocity"))
+    ended = flight.arrays["fate_time"][chosen]
     landed = np.where(
-        np.isin(flight.arrays["fate"][taken], [FATES.index("impact"), FATES.index("rest")]), ended, np.nan
+        np.isin(flight.arrays["fate"][chosen], [FATES.index("impact"), FATES.index("rest")]), ended, np.nan
     )
     x -= _barycentre(run, stops)[:, None]
     v -= _barycentre(run, stops, "velocity")[:, None]
@@ -122,7 +122,7 @@ def trails(run: Record, flight: Flight, particles: int, places: int) -> Trails:
     return Trails(times, np.ascontiguousarray(np.moveaxis(curved, 0, 1)[:, order]), landed, parts)
 
 
-def _curve(known: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False) -> Floats:
+def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False) -> Floats:
     """Interpolate by cubics, or by straight lines between samples more than half a turn apart, where cubics fail.
 
     ``straight_too`` (K - 1, N) marks further intervals with straight lines.
@@ -131,13 +131,13 @@ def _curve(known: Floats, centres: Floats, velocities: Floats, times: Floats, st
 
     chord = np.linalg.norm(np.diff(centres, axis=0), axis=2)
     speed = np.linalg.norm(velocities, axis=2)
-    arc = 0.5 * (speed[1:] + speed[:-1]) * np.diff(known)[:, None]
-    interval = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
+    arc = 0.5 * (speed[1:] + speed[:-1]) * np.diff(samples)[:, None]
+    interval = np.clip(np.searchsorted(samples, times, side="right") - 1, 0, len(samples) - 2)
     bent = ((arc <= 0.5 * np.pi * chord) & ~np.asarray(straight_too))[interval][..., None]
-    straight = np.asarray(interp1d(known, centres, axis=0)(times))
+    straight = np.asarray(interp1d(samples, centres, axis=0)(times))
     # Particles that are gone have NaN positions, which scipy's cubic does not accept.
     gone = ~(np.isfinite(centres) & np.isfinite(velocities))
-    cubic = CubicHermiteSpline(known, np.where(gone, 0.0, centres), np.where(gone, 0.0, velocities))(times)
+    cubic = CubicHermiteSpline(samples, np.where(gone, 0.0, centres), np.where(gone, 0.0, velocities))(times)
     return np.where(bent, cubic, straight)
 
 
@@ -158,9 +158,9 @@ def _barycentre(run: Record, times: Floats, what: str = "position") -> Floats:
     """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
     if run.dense is not None and _inside(times, run.dense.core.range):
         return _mean(run, run.dense.core.states(times)[what])
-    known, order = np.unique(run.arrays["time"], return_index=True)
+    samples, order = np.unique(run.arrays["time"], return_index=True)
     means = _mean(run, run.arrays[what][order])
-    return np.stack([np.interp(times, known, means[:, c]) for c in range(3)], axis=1)
+    return np.stack([np.interp(times, samples, means[:, c]) for c in range(3)], axis=1)
 
 
 def _inside(times: Floats, span: tuple[float, float]) -> bool:

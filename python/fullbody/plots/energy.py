@@ -42,7 +42,7 @@ def energy(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         "energy_drift_orbital": "energy / orbital",
         "angular_momentum_drift": "angular momentum",
     }
-    for place, (of, name) in enumerate(drifts.items()):
+    for index, (of, name) in enumerate(drifts.items()):
         # A drift relative to zero is left out: a single body has no orbital energy, one at rest no angular momentum.
         if not conserved.size(of, run.invariants):
             continue
@@ -50,7 +50,7 @@ def energy(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         # Zero has no logarithm: the line continues from the sample before to the one after.
         shown = drift != 0.0
         name = name if shown.any() else f"{name}: no change"
-        ax.plot(time[shown], np.abs(drift[shown]), **line(place, {"label": name, **kwargs}))
+        ax.plot(time[shown], np.abs(drift[shown]), **line(index, {"label": name, **kwargs}))
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
     ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.kinds import choice
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import LINES, check_axes, colour_bar, grid, matplotlib, numbers, plain, single, unit_of, world
+from ._style import LINES, check_axes, colour_bar, escaped, grid, matplotlib, numbers, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
@@ -33,8 +33,8 @@ _SHOWN = {
 
 def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, str]:
     """Return the numbers of a quantity, with angles in degrees, and its label."""
-    known = [name for name in _SHOWN if hasattr(field, name)]
-    choice(quantity, "quantity", known)
+    longitudes = [name for name in _SHOWN if hasattr(field, name)]
+    choice(quantity, "quantity", longitudes)
     value = getattr(field, quantity)
     if quantity.endswith("slope"):
         return np.degrees(numbers(value)), f"{_SHOWN[quantity]} [deg]"
@@ -67,16 +67,16 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     ax = single(ax, (8.0, 4.4))
     outlines = _outlines(numbers(field.cells), np.degrees(numbers(field.longitude)))
     # Cells across the edge of the map are drawn on both sides of it.
-    turn = np.array([360.0, 0.0])
+    rotation = np.array([360.0, 0.0])
     right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
     left = [k for k, outline in enumerate(outlines) if outline[:, 0].min() < -180.0]
-    cells = [*outlines, *(outlines[k] - turn for k in right), *(outlines[k] + turn for k in left)]
+    cells = [*outlines, *(outlines[k] - rotation for k in right), *(outlines[k] + rotation for k in left)]
     colours = np.concatenate([values, values[right], values[left]])
     style = {"array": colours, "antialiased": False, "rasterized": True, **kwargs}
     drawn = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     world(ax)
     colour_bar(ax, drawn, label)
-    ax.set_title(plain(field.name))
+    ax.set_title(escaped(field.name))
     return ax
 
 
@@ -85,12 +85,12 @@ def _outlines(cells: Floats, middle: Floats) -> list[Floats]:
     x, y, z = np.moveaxis(cells, -1, 0)
     ring = np.hypot(x, y)
     longitude = middle[:, None] + (np.degrees(np.arctan2(y, x)) - middle[:, None] + 180.0) % 360.0 - 180.0
-    plain_ones = np.stack([longitude, np.degrees(np.arctan2(z, ring))], axis=-1)
+    middles = np.stack([longitude, np.degrees(np.arctan2(z, ring))], axis=-1)
     curved = (np.ptp(longitude, axis=1) > _STRAIGHT) | (ring < 1e-9 * np.abs(cells).max()).any(axis=1)
-    found = list(plain_ones)
+    outlines = list(middles)
     for k in np.flatnonzero(curved):
-        found[k] = _outline(cells[k], middle[k])
-    return found
+        outlines[k] = _outline(cells[k], middle[k])
+    return outlines
 
 
 def _outline(corners: Floats, middle: float) -> Floats:
@@ -118,14 +118,16 @@ def _outline(corners: Floats, middle: float) -> Floats:
     elif not at_pole.any():
         outline = np.stack([longitude, latitude], axis=1)
     else:
-        known = dict(zip(np.flatnonzero(~at_pole).tolist(), longitude.tolist(), strict=True))
+        longitudes = dict(zip(np.flatnonzero(~at_pole).tolist(), longitude.tolist(), strict=True))
         rows, count = [], len(corners)
         for k in range(count):
             if not at_pole[k]:
-                rows.append((known[k], latitude[k]))
+                rows.append((longitudes[k], latitude[k]))
                 continue
-            beside = [known.get((k + step) % count, known.get((k + 2 * step) % count, middle)) for step in (-1, 1)]
-            rows += [(one, latitude[k]) for one in beside]
+            beside = [
+                longitudes.get((k + step) % count, longitudes.get((k + 2 * step) % count, middle)) for step in (-1, 1)
+            ]
+            rows += [(item, latitude[k]) for item in beside]
         outline = np.array(rows)
     shift = 360.0 * np.round((middle - 0.5 * (outline[:, 0].max() + outline[:, 0].min())) / 360.0)
     return np.asarray(outline + np.array([shift, 0.0]))
@@ -168,7 +170,7 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     drawn = ax.add_collection3d(_polygons(cells, **{"array": values, "linewidths": 0.0, **kwargs}))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.6, pad=0.1)
     _equal(ax, cells, field.point)
-    ax.set_title(plain(field.name))
+    ax.set_title(escaped(field.name))
     return ax
 
 
@@ -195,49 +197,49 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     """
     units, points = pair.system.context.units, pair.equilibria()
     constants = {point.name: float(numbers(point.jacobi)) for point in points}
-    asked = (
+    all_levels = (
         list(constants.values()) if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
     )
     # Curves of nearly equal constants would cover each other.
-    wanted: list[float] = []
-    for level in sorted(asked):
-        if not wanted or level - wanted[-1] > 1e-9 * abs(level):
-            wanted.append(level)
+    levels_drawn: list[float] = []
+    for level in sorted(all_levels):
+        if not levels_drawn or level - levels_drawn[-1] > 1e-9 * abs(level):
+            levels_drawn.append(level)
     ax = single(ax, (6.4, 5.6))
-    x, y, found = (numbers(value) for value in pair.plane(extent))
-    low, high = (min(constants.values(), default=found.min()), max(constants.values(), default=found.max()))
+    x, y, outlines = (numbers(value) for value in pair.plane(extent))
+    low, high = (min(constants.values(), default=outlines.min()), max(constants.values(), default=outlines.max()))
     span = max(high - low, 0.05 * abs(high))
     shades = {"levels": np.linspace(low, high + span, 16), "cmap": "Greys", "extend": "max", "alpha": 0.6}
-    filled = ax.contourf(x, y, found, **shades)
+    filled = ax.contourf(x, y, outlines, **shades)
     colour_bar(ax, filled, f"Jacobi constant [{unit_of(pair.jacobi([[0.0, 0.0, 0.0]]))}]")
-    colours = [LINES[k % len(LINES)]["color"] for k in range(len(wanted))]
-    ax.contour(x, y, found, **{"levels": wanted, "colors": colours, "linewidths": 1.1, **kwargs})
+    colours = [LINES[k % len(LINES)]["color"] for k in range(len(levels_drawn))]
+    ax.contour(x, y, outlines, **{"levels": levels_drawn, "colors": colours, "linewidths": 1.1, **kwargs})
     for k, body in enumerate(pair.system.context.bodies):
         _silhouette(ax, pair, k, body)
 
-    def nearest(place: Floats) -> float:
+    def nearest(index: Floats) -> float:
         """Return the x coordinate of the body that is nearest to a point."""
-        return float(pair.frame.centres[np.argmin(np.linalg.norm(pair.frame.centres - place, axis=1)), 0])
+        return float(pair.frame.centres[np.argmin(np.linalg.norm(pair.frame.centres - index, axis=1)), 0])
 
     for point in points:
-        place = numbers(point.position)
+        index = numbers(point.position)
         face = "black" if point.stable else "white"
-        ax.plot(*place[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
+        ax.plot(*index[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
         # Names are placed aside of the bodies, to which the points beside them are near.
-        offset = (0.0, 26.0) if abs(place[1]) < 0.2 * pair.frame.distance else (0.0, 9.0)
-        aside = {"xytext": (np.sign(place[0] - nearest(place)) * 9.0, offset[1]), "textcoords": "offset points"}
-        look = {
+        offset = (0.0, 26.0) if abs(index[1]) < 0.2 * pair.frame.distance else (0.0, 9.0)
+        aside = {"xytext": (np.sign(index[0] - nearest(index)) * 9.0, offset[1]), "textcoords": "offset points"}
+        label_style = {
             "arrowprops": {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0},
             "ha": "center",
             "fontsize": "small",
         }
-        ax.annotate(point.name, place[:2], **aside, **look, zorder=4)
+        ax.annotate(point.name, index[:2], **aside, **label_style, zorder=4)
     ax.set(xlabel=_length(pair.position, "x"), ylabel=_length(pair.position, "y"), aspect="equal")
-    ax.set_title(plain(f"rotating frame of {' and '.join(pair.system.context.names)}"), fontsize="medium")
+    ax.set_title(escaped(f"rotating frame of {' and '.join(pair.system.context.names)}"), fontsize="medium")
     grid(ax)
     curve, dot = matplotlib("lines").Line2D, {"linestyle": "none", "marker": "o", "markersize": 4, "color": "black"}
     handles = []
-    for level, colour in zip(wanted, colours, strict=True):
+    for level, colour in zip(levels_drawn, colours, strict=True):
         names = [name for name, constant in constants.items() if abs(constant - level) <= 1e-9 * abs(level)]
         handles.append(curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{level:.6g}"))
     for stable, label in ((True, "stable point"), (False, "unstable point")):
@@ -270,7 +272,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
         colour = LINES[k % len(LINES)]["color"]
         points = numbers(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))
-        style = {"color": colour, "alpha": 0.18, "linewidth": 0.1, "rstride": 1, "cstride": 1, "label": plain(name)}
+        style = {"color": colour, "alpha": 0.18, "linewidth": 0.1, "rstride": 1, "cstride": 1, "label": escaped(name)}
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})
         cells = _cells(pair, k, body)
         if len(cells):
@@ -282,20 +284,20 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     return ax
 
 
-def _cells(pair: Synodic, place: int, body: Any) -> Floats:
+def _cells(pair: Synodic, index: int, body: Any) -> Floats:
     """Return the cells of a body's surface (S, 4, 3) in the rotating frame."""
-    turn = pair.frame.turn.T @ pair.frame.attitudes[place]
-    return pair.frame.centres[place] + samples(body, 24).cells @ turn.T
+    rotation = pair.frame.rotation.T @ pair.frame.attitudes[index]
+    return pair.frame.centres[index] + samples(body, 24).cells @ rotation.T
 
 
-def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:
+def _silhouette(ax: Any, pair: Synodic, index: int, body: Any) -> None:
     """Draw a body as seen along z, or a dot for a point."""
-    cells = _cells(pair, place, body)[..., :2]
+    cells = _cells(pair, index, body)[..., :2]
     style = {"facecolors": "#56B4E9", "edgecolors": "#56B4E9", "linewidths": 0.3, "zorder": 3}
     if len(cells):
         ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     else:
-        ax.plot(*pair.frame.centres[place][:2], marker=".", color="#56B4E9", zorder=3)
+        ax.plot(*pair.frame.centres[index][:2], marker=".", color="#56B4E9", zorder=3)
 
 
 def _stage(ax: Any) -> Any:

@@ -49,8 +49,8 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
     kwargs = _style.wishes(kwargs)
     angles = _angles(run, body, about)
     ax = _style.single(ax, (7.0, 3.2))
-    for place, (name, angle) in enumerate(angles.items()):
-        _style.draw_angle(ax, _style.times(run), np.rad2deg(angle), _style.line(place, {"label": name, **kwargs}))
+    for index, (name, angle) in enumerate(angles.items()):
+        _style.draw_angle(ax, _style.times(run), np.rad2deg(angle), _style.line(index, {"label": name, **kwargs}))
     ax.set_ylabel("angle [deg]")
     what = "z-axis from the orbit's normal" if len(angles) == 1 else "in its orbit's frame"
     ax.set_title(f"{_style.called(run, body)}, {what}", fontsize="medium", loc="left")
@@ -65,9 +65,9 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
 def _angles(run: Record, body: int, about: int) -> dict[str, Any]:
     """Return roll, pitch and yaw (K,) of a body that librates, or the tilt of the z-axis of one that does not."""
     try:
-        turned = np.asarray(roll_pitch_yaw(run, body=body, about=about))
-        if np.ptp(turned[:, 2]) <= _ROUND:
-            return dict(zip(("roll", "pitch", "yaw"), turned.T, strict=True))
+        angles_of_body = np.asarray(roll_pitch_yaw(run, body=body, about=about))
+        if np.ptp(angles_of_body[:, 2]) <= _ROUND:
+            return dict(zip(("roll", "pitch", "yaw"), angles_of_body.T, strict=True))
     except InvalidInput:
         # Samples too far apart to follow the attitude still give the tilt; motion along a line has no orbital frame.
         if not _normal(run, body, about).any(axis=1).all():

@@ -68,14 +68,14 @@ def light_curve(
         curves += [(called(run, body), single[order, body]) for body in range(len(run.context))]
     kwargs, size = wishes(kwargs), (7.0, 1.6 + 1.8 * len(curves))
     flat, result = panels(ax, (len(curves),), size) if bodies else ([single_axes(ax, size)], None)
-    for one, (name, values) in zip(flat, curves, strict=True):
-        one.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
-        one.set_ylabel(f"magnitude of {name}" if bodies else "magnitude")
-        if not one.yaxis_inverted():
-            one.invert_yaxis()
+    for axis, (name, values) in zip(flat, curves, strict=True):
+        axis.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
+        axis.set_ylabel(f"magnitude of {name}" if bodies else "magnitude")
+        if not axis.yaxis_inverted():
+            axis.invert_yaxis()
         if events and run.dense is not None:
-            _mark(one, run, geometry, moments)
-        grid(one)
+            _mark(axis, run, geometry, moments)
+        grid(axis)
     flat[-1].set_xlabel(label(run, "time", "time"))
     if flat[0].get_legend_handles_labels()[0]:
         legend(flat[0])
@@ -101,9 +101,9 @@ def _mark(ax: Any, run: Record, geometry: Vectors, moments: Floats) -> None:
     for event in mutual_events(run, geometry):
         begin, end = within(event.begin, first), within(event.end, last)
         if begin < end:
-            known = {} if event.kind in named else {"label": event.kind}
+            label = {} if event.kind in named else {"label": event.kind}
             named.add(event.kind)
-            ax.axvspan(begin, end, alpha=0.22, color=_BARS[event.kind], linewidth=0.0, **known)
+            ax.axvspan(begin, end, alpha=0.22, color=_BARS[event.kind], linewidth=0.0, **label)
         if event.total_begin is not None:
             total = within(event.total_begin, first), within(event.total_end, last)
             ax.axvspan(*total, alpha=0.25, color=_BARS[event.kind], linewidth=0.0)

@@ -51,9 +51,9 @@ def orbit(
     position = run.arrays["position"]
     kwargs = _style.wishes(kwargs)
     near, far = _style.split_far(run, about)
-    for place, body in enumerate(k for k in near if k != about):
+    for index, body in enumerate(k for k in near if k != about):
         path = position[:, body] - position[:, about]
-        style = _style.line(place, {"linewidth": 0.9, "label": _style.called(run, body), **kwargs})
+        style = _style.line(index, {"linewidth": 0.9, "label": _style.called(run, body), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     for body, distance in far:
         ax.plot([], [], linestyle="none", label=_style.far_label(run, body, distance))
@@ -77,7 +77,7 @@ def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) 
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
     matrix = _style.matrices(run, body)[-1][plane]
-    turn = np.linspace(0.0, 2.0 * np.pi, 73)
+    angles = np.linspace(0.0, 2.0 * np.pi, 73)
     for surface in drawn:
         columns = matrix @ surface.columns
         if surface.triangles is not None:
@@ -89,6 +89,6 @@ def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) 
             faces.set_zorder(3)
             ax.add_collection(faces)
             continue
-        edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
-        place = centre + matrix @ surface.position
-        ax.fill(*(place[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)
+        edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(angles), np.sin(angles)])
+        index = centre + matrix @ surface.position
+        ax.fill(*(index[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)

@@ -1,4 +1,4 @@
-"""Maps of the places where particles strike a body."""
+"""Maps of the points where particles strike a body."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.kinds import choice
 from ..errors import InvalidInput
-from ._style import LINES, colour_bar, grid, numbers, plain, single, unit_of, world
+from ._style import LINES, colour_bar, escaped, grid, numbers, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..particles.flight import Flight
@@ -41,17 +41,19 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     InvalidInput
         For a body that the system does not have, or another colour.
     """
-    place = flight.context.index(body)
+    index = flight.context.index(body)
     if colour is not None:
         choice(colour, "colour", _COLOURS)
-    own = {"c", "color"} & kwargs.keys()
-    if own and colour is not None:
-        raise InvalidInput(f"{own.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots")
-    struck = (flight.fate_body == place) & np.isin(flight.fate, ("impact", "rest"))
+    own_colour = {"c", "color"} & kwargs.keys()
+    if own_colour and colour is not None:
+        raise InvalidInput(
+            f"{own_colour.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots"
+        )
+    struck = (flight.fate_body == index) & np.isin(flight.fate, ("impact", "rest"))
     ax = single(ax, (8.0, 4.4))
     style: dict[str, Any] = {"s": 4.0, "linewidths": 0.0, "rasterized": True}
     if colour is None:
-        style |= {} if own else {"color": LINES[0]["color"]}
+        style |= {} if own_colour else {"color": LINES[0]["color"]}
     else:
         values = getattr(flight, "fate_time" if colour == "time" else colour)
         in_degrees = colour == "incidence"
@@ -62,6 +64,6 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     if colour is not None:
         colour_bar(ax, drawn, f"{_COLOURS[colour]} [{unit}]")
     world(ax)
-    ax.set_title(f"{plain(flight.context.names[place])}, {int(struck.sum())} of {len(flight)} particles")
+    ax.set_title(f"{escaped(flight.context.names[index])}, {int(struck.sum())} of {len(flight)} particles")
     grid(ax)
     return ax

@@ -22,21 +22,21 @@ def followed(run: Record) -> tuple[Floats, Floats]:
     Points at nearly equal phases of each turn would look like slow curves. If no body makes many turns, the samples are
     returned. A warning tells where samples are more than half a turn apart.
     """
-    known = run.arrays["time"]
-    warn_if_aliased(run, known, "samples")
-    turns = _turns(run, known, known)
-    if turns.sum(axis=1).max(initial=0.0) <= _SEEN or (run.dense is None and turns.max() > 0.5):
-        return known, np.asarray(run.arrays["attitude"])
-    count = 1 + (len(known) - 1) * int(np.ceil(turns.max() / _PART))
-    times = track(run, float(known[-1]), min(_MOST, count))
+    samples = run.arrays["time"]
+    warn_if_aliased(run, samples, "samples")
+    revolutions = _revolutions(run, samples, samples)
+    if revolutions.sum(axis=1).max(initial=0.0) <= _SEEN or (run.dense is None and revolutions.max() > 0.5):
+        return samples, np.asarray(run.arrays["attitude"])
+    count = 1 + (len(samples) - 1) * int(np.ceil(revolutions.max() / _PART))
+    times = track(run, float(samples[-1]), min(_MOST, count))
     return times, at(run, times)[1]
 
 
-def _turns(run: Record, times: Floats, known: Floats) -> Floats:
+def _revolutions(run: Record, times: Floats, samples: Floats) -> Floats:
     """Return the turns (N, T - 1) of each body between times that increase or decrease."""
-    order = np.unique(known, return_index=True)[1]
+    order = np.unique(samples, return_index=True)[1]
     rate = np.linalg.norm(run.arrays["spin"][order], axis=2)
-    fastest = [np.interp(times[:-1], known[order], rate[:, body]) for body in range(len(run.context))]
+    fastest = [np.interp(times[:-1], samples[order], rate[:, body]) for body in range(len(run.context))]
     return np.asarray(np.array(fastest) * np.abs(np.diff(times)) / (2.0 * np.pi))
 
 
@@ -45,21 +45,21 @@ def warn_if_aliased(run: Record, times: Floats, shown: str = "pictures") -> None
 
     The same holds between two samples, unless the run has its continuous solution.
     """
-    known = run.arrays["time"]
+    samples = run.arrays["time"]
     advice = {"pictures": "show more of them, or a shorter time"} if shown == "pictures" else {}
     if run.dense is None:
         advice["samples"] = "record more of them (output=), or with dense=True"
     # If two samples coincide, either of them is suitable.
-    order = np.unique(known, return_index=True)[1]
-    for what, moments in (("pictures", np.sort(times)), ("samples", known[order])):
+    order = np.unique(samples, return_index=True)[1]
+    for what, moments in (("pictures", np.sort(times)), ("samples", samples[order])):
         if what not in advice or len(moments) < 2:
             continue
-        turns = _turns(run, moments, known).max(axis=1)
-        body = int(np.argmax(turns))
-        if turns[body] > 0.5:
+        revolutions = _revolutions(run, moments, samples).max(axis=1)
+        body = int(np.argmax(revolutions))
+        if revolutions[body] > 0.5:
             caution(
-                f"{run.context.names[body]} makes up to {turns[body]:.2g} turns between two {what} and will seem to "
-                f"turn otherwise; {advice[what]}",
+                f"{run.context.names[body]} makes up to {revolutions[body]:.2g} turns between two {what} and will seem "
+                f"to turn otherwise; {advice[what]}",
                 UserWarning,
             )
             return

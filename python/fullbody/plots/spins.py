@@ -34,10 +34,10 @@ def spins(
     """
     choice(frame, "frame", ("body", "inertial"))
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), _style.wishes(kwargs)
-    places = _style.chosen(run, bodies)
-    flat, result = _style.panels(ax, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
+    indices = _style.chosen(run, bodies)
+    flat, result = _style.panels(ax, (len(indices),), (7.0, 0.4 + 2.2 * len(indices)))
     time = _style.times(run)
-    for body, ax in zip(places, flat, strict=True):
+    for body, ax in zip(indices, flat, strict=True):
         spin = run.arrays["spin"][:, body]
         if frame == "inertial":
             spin = np.einsum("kij,kj->ki", _style.matrices(run, body), spin)

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base.kinds import instance
 from ..errors import InvalidInput
-from ._style import RunPlots, check_body, joined, matplotlib, plain
+from ._style import RunPlots, check_body, escaped, joined, matplotlib
 from .elements import elements
 from .energy import energy
 from .libration import libration
@@ -83,17 +83,17 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
     left, right = rows[0].subfigures(1, 2)
     spins(plots, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     axes |= {f"spin of {name}": ax for name, ax in zip(run.context.names, left.axes, strict=True)}
-    for place, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
-        other = body if place == about else about
+    for index, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
+        other = body if index == about else about
         try:
-            axes[f"attitude of {run.context.names[place]}"] = libration(plots, ax, body=place, about=other)
+            axes[f"attitude of {run.context.names[index]}"] = libration(plots, ax, body=index, about=other)
             # The lowest panel labels the time axis for all.
             ax.label_outer()
         except InvalidInput as error:
             # A single body and motion along a line, for instance, have no orbital frame.
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
-            right.text(0.5, 1.0 - (place + 0.5) / count, note, ha="center", va="center")
+            right.text(0.5, 1.0 - (index + 0.5) / count, note, ha="center", va="center")
     axes["energy"] = energy(plots, rows[1].subplots())
     if forces:
         axes["work"] = work(plots, rows[2].subplots())
@@ -103,5 +103,5 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
     title += f"{s.steps} steps, {len(run)} samples"
     if forces:
         title += "\n" + fill(f"with {', '.join(forces)}", 110)
-    figure.suptitle(plain(title), fontsize="medium")
+    figure.suptitle(escaped(title), fontsize="medium")
     return Page(figure, axes)

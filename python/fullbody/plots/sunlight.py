@@ -34,7 +34,7 @@ def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
 
     A polyhedron casts the shadow of an ellipsoid whose vertices have the same second moments.
     """
-    found = []
+    ellipsoids = []
     for surface in surfaces(run, body):
         columns = surface.columns
         if surface.triangles is not None:
@@ -42,8 +42,8 @@ def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
             corners = surface.triangles.reshape(-1, 3)
             spread, axes = np.linalg.eigh(corners.T @ corners / len(corners))
             columns = np.asarray(surface.columns @ axes * np.sqrt(3.0 * spread))
-        found.append((np.asarray(np.linalg.inv(columns), dtype=np.float64), surface.position))
-    return found
+        ellipsoids.append((np.asarray(np.linalg.inv(columns), dtype=np.float64), surface.position))
+    return ellipsoids
 
 
 class Sunlight:
@@ -60,9 +60,9 @@ class Sunlight:
 
     def __init__(self, run: Record, sun: Floats, centres: Floats, attitude: Floats) -> None:
         self._sun = sun
-        turns = rotations.matrices(attitude)
+        rotation_matrices = rotations.matrices(attitude)
         self._casts = [
-            (body, k, inverse @ turns[body].T, centres[body] + turns[body] @ position)
+            (body, k, inverse @ rotation_matrices[body].T, centres[body] + rotation_matrices[body] @ position)
             for body in range(len(run.context))
             for k, (inverse, position) in enumerate(casts(run, body))
         ]
@@ -77,8 +77,8 @@ class Sunlight:
         for other, k, inverse, centre in self._casts:
             if (other, k) == (body, part):
                 continue
-            place, way = (points - centre) @ inverse.T, inverse @ self._sun
-            along = place @ way
-            outside = np.sum(place**2, axis=1) - 1.0
+            point, way = (points - centre) @ inverse.T, inverse @ self._sun
+            along = point @ way
+            outside = np.sum(point**2, axis=1) - 1.0
             lit &= ~((along < 0.0) & (along**2 > way @ way * outside))
         return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(lit, height, 0.0))

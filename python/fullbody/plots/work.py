@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput
-from ._style import RunPlots, grid, label, legend, line, matplotlib, plain, single, time_label, times, wishes
+from ._style import RunPlots, escaped, grid, label, legend, line, matplotlib, single, time_label, times, wishes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,10 +47,10 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
     done = run.arrays["work"]
     sizes = np.abs(done).max(axis=0)
-    for place, force in enumerate(forces):
+    for index, force in enumerate(forces):
         name = force if len(force) <= _NAME else f"{force[: _NAME - 1]}…"
-        name = plain(name) if sizes[place] > 0.0 else f"{plain(name)}: none"
-        ax.plot(times(run), done[:, place], **line(place, {"label": name, **kwargs}))
+        name = escaped(name) if sizes[index] > 0.0 else f"{escaped(name)}: none"
+        ax.plot(times(run), done[:, index], **line(index, {"label": name, **kwargs}))
     sizes = sizes[sizes > 0.0]
     if len(sizes) and sizes.max() > _APART * sizes.min():
         # The axis is linear over all of the smallest force's work, then logarithmic.

@@ -75,11 +75,11 @@ class Dense:
     def states(self, times: Floats, what: str = "time") -> dict[str, Floats]:
         """Return the states at times (K,), all in numbers of the system's units; see :meth:`fullbody.Run.states`."""
         self._check(times, what)
-        found = self.core.states(np.ascontiguousarray(times))
+        arrays = self.core.states(np.ascontiguousarray(times))
         # Without any times the core does not know the number of bodies.
         if len(times):
-            return found
-        return {name: values.reshape(0, len(self.context), values.shape[-1]) for name, values in found.items()}
+            return arrays
+        return {name: values.reshape(0, len(self.context), values.shape[-1]) for name, values in arrays.items()}
 
     def covers(self, times: Floats) -> npt.NDArray[np.bool_]:
         """Return which of some times, in the system's units, are within the run."""

@@ -85,14 +85,16 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     transition, sensitivity, flow = happened.derivatives
     condition = happened.event._condition(run.context)
     names = list(run.parameters)
-    gradient, by_time, direct, own = condition.derivatives(run.context.core, strip(happened.state, run.context), names)
+    gradient, by_time, direct, by_condition = condition.derivatives(
+        run.context.core, strip(happened.state, run.context), names
+    )
     rate = gradient @ flow + by_time
     if rate == 0.0:
         raise InvalidInput(f"the function of {happened.event!r} does not change along the run; expected one that does")
     time = -(gradient @ transition) / rate
-    fixed = dict(zip(names, sensitivity, strict=True)) | {name: np.zeros_like(flow) for name, _ in own}
-    known = dict(zip(names, direct, strict=True)) | dict(own)
-    times = {name: float(-(gradient @ values + known[name]) / rate) for name, values in fixed.items()}
+    fixed = dict(zip(names, sensitivity, strict=True)) | {name: np.zeros_like(flow) for name, _ in by_condition}
+    by_parameter = dict(zip(names, direct, strict=True)) | dict(by_condition)
+    times = {name: float(-(gradient @ values + by_parameter[name]) / rate) for name, values in fixed.items()}
     return EventDerivatives(
         time,
         transition + np.outer(flow, time),

@@ -96,7 +96,7 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
     events = _EventsByColumn(run)
     size = run.transition.shape[-1]
 
-    plain = np.asarray(value if unit is None else value.value, dtype=np.float64)
+    values = np.asarray(value if unit is None else value.value, dtype=np.float64)
 
     def by(name: str | int) -> Floats:
         columns = run.transition[:, :, name] if isinstance(name, int) else run.sensitivity[name]
@@ -107,18 +107,18 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
         def change(shift: float) -> Floats:
             displaced = function(_displaced(run, name, columns, shift, events))
             numbers = np.asarray(displaced if unit is None else displaced.to_value(unit), dtype=np.float64)
-            if numbers.shape != plain.shape:
+            if numbers.shape != values.shape:
                 raise InvalidInput(
-                    f"the function gives values of shapes {plain.shape} and {numbers.shape}; expected the same shape "
+                    f"the function gives values of shapes {values.shape} and {numbers.shape}; expected the same shape "
                     "for runs that differ little"
                 )
-            return np.asarray(numbers - plain)
+            return np.asarray(numbers - values)
 
         return difference(change, step)
 
     by_start = np.stack([by(column) for column in range(size)], axis=-1) if start else None
-    found = {name: by(name) for name in run.parameters}
-    return FunctionDerivatives(value, by_start, {name: _scalar(numbers) for name, numbers in found.items()})
+    derivatives = {name: by(name) for name in run.parameters}
+    return FunctionDerivatives(value, by_start, {name: _scalar(numbers) for name, numbers in derivatives.items()})
 
 
 def _scalar(numbers: Floats) -> Any:
@@ -201,41 +201,43 @@ class _EventsByColumn:
 
     def __init__(self, run: Any) -> None:
         self._run = run
-        self._known: dict[int, Any] = {}
+        self._cache: dict[int, Any] = {}
 
     def __getitem__(self, k: int) -> Any:
-        if k not in self._known:
-            self._known[k] = self._run.at_event(k)
-        return self._known[k]
+        if k not in self._cache:
+            self._cache[k] = self._run.at_event(k)
+        return self._cache[k]
 
 
 class _Events(Sequence[Occurrence]):
     """The events of a displaced run, each displaced on demand."""
 
-    def __init__(self, run: Any, name: str | int, by: float, known: _EventsByColumn) -> None:
-        self._run, self._name, self._by, self._known = run, name, by, known
+    def __init__(self, run: Any, name: str | int, by: float, known_names: _EventsByColumn) -> None:
+        self._run, self._name, self._by, self._cache = run, name, by, known_names
 
     def __len__(self) -> int:
         return len(self._run.events)
 
     def __iter__(self) -> Iterator[Occurrence]:
-        return (self._one(k) for k in range(len(self)))
+        return (self._occurrence(k) for k in range(len(self)))
 
     @overload
     def __getitem__(self, k: int) -> Occurrence: ...
     @overload
     def __getitem__(self, k: slice) -> list[Occurrence]: ...
     def __getitem__(self, k: int | slice) -> Occurrence | list[Occurrence]:
-        places = range(len(self))[k]
-        return [self._one(place) for place in places] if isinstance(places, range) else self._one(places)
+        indices = range(len(self))[k]
+        return (
+            [self._occurrence(index) for index in indices] if isinstance(indices, range) else self._occurrence(indices)
+        )
 
-    def _one(self, k: int) -> Occurrence:
-        happened, found, name = self._run.events[k], self._known[k], self._name
+    def _occurrence(self, k: int) -> Occurrence:
+        happened, derivatives, name = self._run.events[k], self._cache[k], self._name
         context = self._run.context
         if isinstance(name, int):
-            time, columns = found.time[name], found.transition[:, name]
+            time, columns = derivatives.time[name], derivatives.transition[:, name]
         else:
-            time, columns = found.time_sensitivity[name], found.sensitivity[name]
+            time, columns = derivatives.time_sensitivity[name], derivatives.sensitivity[name]
         core = strip(happened.state, context)
         record = {key: getattr(core, key)[np.newaxis] for key in ("position", "velocity", "attitude", "spin")}
         moved = _moved(record | {"time": np.array([core.time + self._by * time])}, columns[np.newaxis], self._by)

@@ -47,7 +47,7 @@ class Integrator(Declared):
     def _describe(self, units: Units) -> dict[str, Any]:
         """Return name and settings, in numbers of a system's units."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        return {"name": type(self).__name__, **settings, **self._plain(units)}
+        return {"name": type(self).__name__, **settings, **self._unitless(units)}
 
 
 def rebuild(described: dict[str, Any]) -> Integrator:

@@ -232,11 +232,11 @@ class Record(Tabled, Generic[S]):
 
     def indices(self, times: Floats, what: str = "time") -> npt.NDArray[np.intp]:
         """Return the indices of the samples at times (K,), which are numbers in the system's units."""
-        known = self.arrays["time"]
-        order = np.argsort(known, kind="stable")
-        nearest = np.minimum(np.searchsorted(known, times, sorter=order), len(known) - 1)
-        index = order[nearest] if len(known) else np.full(len(times), -1)
-        missing = times[known[index] != times] if len(known) else times
+        samples = self.arrays["time"]
+        order = np.argsort(samples, kind="stable")
+        nearest = np.minimum(np.searchsorted(samples, times, sorter=order), len(samples) - 1)
+        index = order[nearest] if len(samples) else np.full(len(times), -1)
+        missing = times[samples[index] != times] if len(samples) else times
         if missing.size:
             raise InvalidInput(
                 f"{what} is {self.context.units.attach(missing[0], 'time')}, of no sample; expected the time of a "
@@ -393,7 +393,7 @@ def joined(later: _R, earlier: _R) -> _R:
             for name, values in earlier.arrays.items()
         }
     )
-    counts = (astuple(one.statistics) for one in (later, earlier))
+    counts = (astuple(item.statistics) for item in (later, earlier))
     record.statistics = Statistics(*(sum(both) for both in zip(*counts, strict=True)))
     record.events, record.dense = [], None
     return record

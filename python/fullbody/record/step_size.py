@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..base.limits import POSITIVE, Limits
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput, NotConverged, StepSizeTooSmall
 from ..model.context import Context
 from ..model.failures import explained
@@ -38,13 +38,13 @@ def longest_step(
 
     ``describe`` returns the description of the integrator with a step.
     """
-    PLAIN.number(energy_error, "number", "energy_error", Limits(above=0.0, below=1.0))
+    UNITLESS.number(energy_error, "number", "energy_error", Limits(above=0.0, below=1.0))
     if len(context) < 2:
         raise InvalidInput("the system has one body, whose motion the splitting solves at any step; expected more")
     rates = _orbital_rates(start.position, start.velocity, context.masses, context.G)
     period = 2 * math.pi / rates.max()
     length = _PERIODS * period if trial is None else context.units.number(trial, "time", "trial", POSITIVE)
-    turning = _turning(context, start.spin, rates)
+    rotation_rates = _rotation_rates(context, start.spin, rates)
 
     def error(step: float) -> float:
         """Return the largest error of the energy relative to the orbital energy, or infinity if it grows."""
@@ -59,20 +59,20 @@ def longest_step(
 
     step, best, reason = _LONGEST * period, (math.inf, math.nan), ""
     while step >= _SHORTEST * period:
-        if _resonant(turning, step):
+        if _resonant(rotation_rates, step):
             step *= _RATIO
             continue
         try:
-            found = error(step)
+            size = error(step)
         except (NotConverged, StepSizeTooSmall) as failed:
-            found, reason = math.inf, f"; {failed}"
-        best = min(best, (found, step))
-        if found <= energy_error and all(
+            size, reason = math.inf, f"; {failed}"
+        best = min(best, (size, step))
+        if size <= energy_error and all(
             error(step * share) <= 2 * energy_error for share in (1 - _BESIDE, 1 + _BESIDE)
         ):
             return _rounded(step)
         # The error falls with at least the sixth power of the step, but only until round-off remains.
-        ahead = math.log(found / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < found < math.inf else 1.0
+        ahead = math.log(size / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < size < math.inf else 1.0
         step *= _RATIO ** max(1, math.floor(ahead))
     attach = context.units.attach
     raise NotConverged(
@@ -93,20 +93,22 @@ def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -
     return np.array(rates)
 
 
-def _turning(context: Context, spin: Any, rates: Any) -> Any:
+def _rotation_rates(context: Context, spin: Any, rates: Any) -> Any:
     """Return the rates at which triaxial bodies turn relative to others, for either sense of the orbit."""
     triaxial = [len(set(body.inertia.tolist())) == 3 for body in context.bodies]
-    own = np.linalg.norm(spin, axis=1)[triaxial]
-    return np.abs(np.concatenate([np.subtract.outer(own, rates).ravel(), np.add.outer(own, rates).ravel()]))
+    spin_sizes = np.linalg.norm(spin, axis=1)[triaxial]
+    return np.abs(
+        np.concatenate([np.subtract.outer(spin_sizes, rates).ravel(), np.add.outer(spin_sizes, rates).ravel()])
+    )
 
 
-def _resonant(turning: Any, step: float) -> bool:
+def _resonant(rotation_rates: Any, step: float) -> bool:
     """Return whether a body turns relative to another by about a multiple of a half turn in one, two or three steps.
 
     The torque is then the same at each of these steps, so that the errors of the steps add up.
     """
-    turns = np.outer(np.arange(1, _ORDERS + 1), turning * step / math.pi)
-    return bool((np.abs(turns - np.round(turns)) < _CLEAR * np.round(turns)).any())
+    half_revolutions = np.outer(np.arange(1, _ORDERS + 1), rotation_rates * step / math.pi)
+    return bool((np.abs(half_revolutions - np.round(half_revolutions)) < _CLEAR * np.round(half_revolutions)).any())
 
 
 def _rounded(step: float) -> float:

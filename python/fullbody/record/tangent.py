@@ -36,7 +36,7 @@ def tangent_units(record: Any) -> tuple[Any, ...] | None:
     ['km', 'km / h', 'rad', 'rad / h']
     """
     units = record.context.units
-    if not units.known:
+    if not units.defined:
         return None
     kinds = [units.unit(dimension) for dimension in ("length", "velocity", "angle", "spin")]
     return tuple(unit for _ in record.context.names for unit in kinds for _ in range(3))

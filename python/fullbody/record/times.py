@@ -11,17 +11,17 @@ from ..base.tables import number
 from ..base.units import Units, gathered
 from ..errors import InvalidInput, caution
 
-__all__ = ["end_of_run", "given_end", "sampling", "spacing_warning"]
+__all__ = ["end_arguments", "end_of_run", "sampling", "spacing_warning"]
 
 #: Julian dates of 1858 to 2132, and calendar years.
 _JULIAN, _YEARS = (2.4e6, 2.5e6), (1900.0, 2100.0)
 
 
-def given_end(until: Any, duration: Any) -> dict[str, Any]:
+def end_arguments(until: Any, duration: Any) -> dict[str, Any]:
     """Return the one of both that is given, by its name, or raise an error."""
     if (until is None) == (duration is None):
-        given = "neither until nor duration" if until is None else "both until and duration"
-        raise InvalidInput(f"{given} are given; expected until, a time, or duration, a length of time")
+        problem = "neither until nor duration" if until is None else "both until and duration"
+        raise InvalidInput(f"{problem} are given; expected until, a time, or duration, a length of time")
     return {"until": until} if duration is None else {"duration": duration}
 
 
@@ -33,7 +33,7 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
     InconsistentInput
         For a text that is a time before the start, and for a time since the epoch that looks like a date.
     """
-    if "duration" in given_end(until, duration):
+    if "duration" in end_arguments(until, duration):
         return start + units.number(duration, "time", "duration")
     end = units.number(until, "time", "until")
     _warn_of_date(until, end, start, units)

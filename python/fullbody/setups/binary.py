@@ -14,14 +14,14 @@ from ..base.arguments import generator, options_of, refuse_unknown
 from ..base.kinds import choice, whole
 from ..base.tables import number
 from ..base.unit_names import error_of
-from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
+from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
 from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
 from .attraction import circular_orbit
 from .component import Component, body_of, has_units
-from .masses import Found, Known, known_from, plain, solve
+from .masses import BinaryInput, BinarySolution, input_from, plain, solve
 from .mean_period import start_with_period
 from .start import Orbit, Start
 
@@ -105,7 +105,7 @@ def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
         if what != "pole":
             return parts
         # A latitude beyond a pole is that of a direction on the other side.
-        longitude, latitude = (PLAIN.number(part, "angle", what) for part in parts)
+        longitude, latitude = (UNITLESS.number(part, "angle", what) for part in parts)
         return longitude + (np.pi if np.cos(latitude) < 0.0 else 0.0), float(np.arcsin(np.sin(latitude)))
     if isinstance(value, str) and value[:1] in "+-.(\N{MINUS SIGN}0123456789":
         value = gathered(value, what, "number")
@@ -270,7 +270,7 @@ def binary(
     swing = _libration(secondary, synchronous, libration)
     convert, gravity = _units_and_gravity(units, G, (total_mass, GM, period, start_period, semi_major_axis), components)
     orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
-    known = known_from(convert, gravity, components, total_mass, GM, mass_ratio, equal_density, period, semi_major_axis)
+    known = input_from(convert, gravity, components, total_mass, GM, mass_ratio, equal_density, period, semi_major_axis)
     warn_above = plain("mismatch_warning", mismatch_warning, convert)
     found = _found(known, warn_above, plain("mismatch_error", mismatch_error, convert))
     system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
@@ -309,12 +309,12 @@ def _libration(secondary: Component, synchronous: bool, libration: Any) -> float
     """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    swing: float = plain("libration", libration, PLAIN)
+    swing: float = plain("libration", libration, UNITLESS)
     if swing != 0.0 and not synchronous:
         raise InvalidInput(
             f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
         )
-    if synchronous and PLAIN.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
+    if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
         raise InvalidInput(
             f"rotation_angle is {secondary.rotation_angle!r} of a secondary that is synchronous; expected libration="
         )
@@ -335,7 +335,7 @@ def _units_and_gravity(
     return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")
 
 
-def _found(known: Known, warn_above: float, refuse_above: float) -> Found:
+def _found(known: BinaryInput, warn_above: float, refuse_above: float) -> BinarySolution:
     """Return masses, period and semi-major axis, after comparing values that are given twice."""
     found, mismatches = solve(known)
     for mismatch in mismatches:
@@ -355,7 +355,7 @@ def _bodies(components: tuple[Component, Component], masses: tuple[float, float]
 
 
 def _remembered(
-    system: System, known: Known, found: Found, start: Start, start_period: float | None
+    system: System, known: BinaryInput, found: BinarySolution, start: Start, start_period: float | None
 ) -> tuple[State, str | None]:
     """Cache the result of :func:`_mean`, which takes tenths of a second, for equal arguments."""
     try:
@@ -372,7 +372,7 @@ def _of_packed(packed: bytes) -> tuple[State, str | None]:
 
 
 def _mean(
-    system: System, known: Known, found: Found, start: Start, start_period: float | None
+    system: System, known: BinaryInput, found: BinarySolution, start: Start, start_period: float | None
 ) -> tuple[State, str | None]:
     """Return a start in the bodies' actual attraction, and a warning if it does not keep its mean period."""
     if known.period is None:
@@ -388,7 +388,7 @@ def _mean(
     return start_with_period(system, found.period, made_for, start.locked)
 
 
-def _osculating(system: System, found: Found, start: Start, warn_above: float) -> tuple[State, str | None]:
+def _osculating(system: System, found: BinarySolution, start: Start, warn_above: float) -> tuple[State, str | None]:
     """Return the start of a Kepler orbit, and a warning if the bodies' figures force a larger eccentricity."""
     mu = system.context.G * sum(found.masses)
     state = start.state(found.semi_major_axis, mu, found.period)

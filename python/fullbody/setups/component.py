@@ -14,7 +14,7 @@ from ..base.arguments import longitude_latitude, warn_if_degrees
 from ..base.kinds import Number
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
-from ..base.units import PLAIN, Units, is_quantity
+from ..base.units import UNITLESS, Units, is_quantity
 from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from ..model.bodies import Body
@@ -99,10 +99,10 @@ class Component(ArrayFields, Tabled):
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
         shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
-        given = sum(shape is not None for shape in shapes)
-        if given != 1:
+        count = sum(shape is not None for shape in shapes)
+        if count != 1:
             expected = "semi_axes, diameters, diameter, composite; expected one of them"
-            raise InvalidInput(f"{called} has {given} of {expected}")
+            raise InvalidInput(f"{called} has {count} of {expected}")
         if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
             expected = "a Composite, a Polyhedron or StokesCoefficients"
             raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
@@ -111,13 +111,13 @@ class Component(ArrayFields, Tabled):
                 f"{called} is given a density, and has a {type(self.composite).__name__}; "
                 "expected a mass, or what it follows from"
             )
-        ratios = PLAIN.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
+        ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
         for name, kind in KINDS.items():
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, kind(value, f"{name} of {called}"))
-        if PLAIN.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
+        if UNITLESS.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
         warn_if_degrees(self.tilt, f"tilt of {called}")
         warn_if_degrees(self.rotation_angle, f"rotation_angle of {called}")
@@ -173,14 +173,14 @@ def axes(component: Component, plane: Any) -> Any:
     """Return the attitude of a body's equator with its x-axis at the node."""
     if component.pole is not None:
         return frames.attitude(*component.pole)
-    return rotations.product(plane, rotations.turn(0, PLAIN.number(component.tilt, "angle", "tilt")))
+    return rotations.product(plane, rotations.about_axis(0, UNITLESS.number(component.tilt, "angle", "tilt")))
 
 
 def attitude(component: Component, plane: Any, angle: float | None) -> Any:
     """Return the attitude of a body at an angle from the node, by default its own."""
     if angle is None:
-        angle = PLAIN.number(component.rotation_angle, "angle", "rotation_angle")
-    return rotations.product(axes(component, plane), rotations.turn(2, angle))
+        angle = UNITLESS.number(component.rotation_angle, "angle", "rotation_angle")
+    return rotations.product(axes(component, plane), rotations.about_axis(2, angle))
 
 
 def pointing(component: Component, plane: Any, direction: Any) -> float:
@@ -195,5 +195,5 @@ def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
     if component.rotation_period is None:
         return 0.0
-    period = KINDS["rotation_period"].plain(component.rotation_period, f"rotation_period of {called}", units)
+    period = KINDS["rotation_period"].unitless(component.rotation_period, f"rotation_period of {called}", units)
     return float(2 * np.pi / period)

@@ -40,11 +40,11 @@ _OPTIONAL = ("total_mass", "GM", "period", "start_period", "semi_major_axis")
 
 def plain(name: str, value: Any, units: Units) -> Any:
     """Return an argument of :func:`binary` as a number in a system's units; ``None`` for one that is not given."""
-    return None if value is None and name in _OPTIONAL else KINDS[name].plain(value, name, units)
+    return None if value is None and name in _OPTIONAL else KINDS[name].unitless(value, name, units)
 
 
 @dataclass(frozen=True)
-class Known:
+class BinaryInput:
     """The given numbers, with ``None`` for missing ones."""
 
     G: float
@@ -56,7 +56,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Found:
+class BinarySolution:
     """The numbers that follow from the given ones."""
 
     masses: tuple[float, float]
@@ -86,7 +86,7 @@ class Mismatch:
         )
 
 
-def known_from(
+def input_from(
     convert: Units,
     gravity: float,
     components: tuple[Component, Component],
@@ -96,7 +96,7 @@ def known_from(
     equal_density: bool,
     period: Any,
     semi_major_axis: Any,
-) -> Known:
+) -> BinaryInput:
     """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
     volumes, masses = [], []
     for place, component in enumerate(components):
@@ -106,7 +106,7 @@ def known_from(
         else:
             volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
         mass, density, mu = (
-            None if value is None else OF_COMPONENTS[name].plain(value, f"{name} of {called}", convert)
+            None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
             for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
         )
         volumes.append(volume)
@@ -121,7 +121,7 @@ def known_from(
         raise InvalidInput("both total_mass and GM are given; expected one of the two")
     total, mu = plain("total_mass", total_mass, convert), plain("GM", GM, convert)
     total = total if mu is None else mu / gravity
-    return Known(
+    return BinaryInput(
         gravity,
         (masses[0], masses[1]),
         total,
@@ -144,7 +144,7 @@ def _volume(composite: Composite | StokesCoefficients, convert: Units, called: s
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
-def solve(known: Known) -> tuple[Found, list[Mismatch]]:
+def solve(known: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
     """Solve for the missing numbers, and compare each two values of one quantity.
 
     Raises
@@ -173,10 +173,10 @@ def solve(known: Known) -> tuple[Found, list[Mismatch]]:
         period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * mass)))
     else:
         raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
-    return Found(masses, period, axis), mismatches
+    return BinarySolution(masses, period, axis), mismatches
 
 
-def _split(known: Known, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
+def _split(known: BinaryInput, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
     first, second = known.masses
     if first is not None and second is not None:
         if known.total is not None:

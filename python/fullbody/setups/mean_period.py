@@ -109,8 +109,8 @@ def _errors(
 def _revolutions(system: System, locked: Sequence[int]) -> int:
     """Return a number of revolutions that contains some free librations of the slowest locked body."""
     slowest = np.inf
-    for place in locked:
-        a, b, _ = system.context.bodies[place].semi_axes
+    for index in locked:
+        a, b, _ = system.context.bodies[index].semi_axes
         if a != b:
             slowest = min(slowest, float(np.sqrt(3 * abs(a**2 - b**2) / (a**2 + b**2))))
     return int(np.clip(np.ceil(LIBRATIONS / slowest), REVOLUTIONS, MOST))

@@ -9,14 +9,14 @@ import numpy as np
 
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
 from .component import Component, attitude, pointing, rate
-from .masses import Found, plain
+from .masses import BinarySolution, plain
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Orbit:
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
         """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = plain("eccentricity", eccentricity, PLAIN)
+        e = plain("eccentricity", eccentricity, UNITLESS)
         node, inclination = 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
@@ -40,7 +40,7 @@ class Orbit:
         angles = {"argument_of_periapsis": periapsis, "mean_anomaly": anomaly}
         for name, value in angles.items():
             warn_if_degrees(value, name)
-        return cls(e, inclination, node, *(plain(name, value, PLAIN) for name, value in angles.items()))
+        return cls(e, inclination, node, *(plain(name, value, UNITLESS) for name, value in angles.items()))
 
     def cartesian(self, semi_major_axis: float, mu: float) -> tuple[Floats, Floats]:
         """Return the secondary's position and velocity relative to the primary."""
@@ -50,7 +50,7 @@ class Orbit:
     @property
     def plane(self) -> Floats:
         """The attitude of the orbit's plane: x towards the node, z towards the pole."""
-        return rotations.product(rotations.turn(2, self.node), rotations.turn(0, self.inclination))
+        return rotations.product(rotations.about_axis(2, self.node), rotations.about_axis(0, self.inclination))
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Start:
         The rates of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
     shares
         The bodies' positions and velocities divided by the relative ones (2,).
-    primary_turns
+    primary_rotates
         Whether the primary turns relative to the line that joins the bodies.
     """
 
@@ -76,14 +76,14 @@ class Start:
     attitudes: Floats
     rates: tuple[float, float | None]
     shares: Floats
-    primary_turns: bool
+    primary_rotates: bool
 
     @classmethod
     def of(
         cls,
         system: System,
         components: tuple[Component, Component],
-        found: Found,
+        found: BinarySolution,
         orbit: Orbit,
         libration: float | None,
         at_rest: str,
@@ -106,7 +106,7 @@ class Start:
             attitudes,
             (rates[0], None if synchronous else rates[1]),
             shares,
-            primary_turns=bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6),
+            primary_rotates=bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6),
         )
 
     @property
@@ -117,7 +117,7 @@ class Start:
     @property
     def locked(self) -> list[int]:
         """The indices of the bodies that turn with the orbit."""
-        return [k for k, turns in enumerate((self.primary_turns, self.rates[1] is not None)) if not turns]
+        return [k for k, turns in enumerate((self.primary_rotates, self.rates[1] is not None)) if not turns]
 
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
         """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""

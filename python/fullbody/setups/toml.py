@@ -113,7 +113,7 @@ from .toml_bodies import body, pair
 from .toml_forces import force
 from .toml_published import METADATA, replaced, with_unit
 from .toml_state import state_of
-from .toml_table import Table
+from .toml_table import TomlTable
 
 __all__ = ["Configuration", "build", "read_toml", "toml_content"]
 
@@ -194,7 +194,7 @@ def read_toml(path: Any) -> Configuration:
         If there is no such file.
     """
     path = as_path(path)
-    top = Table(path, "", {}, Units())
+    top = TomlTable(path, "", {}, Units())
     with top.naming(""):
         top.content = {
             key: replaced(item, with_unit) for key, item in toml_content(path).items() if key not in METADATA
@@ -216,7 +216,7 @@ def read_toml(path: Any) -> Configuration:
     )
 
 
-def build(top: Table, options: dict[str, Any], planar: bool = False) -> tuple[System, State]:
+def build(top: TomlTable, options: dict[str, Any], planar: bool = False) -> tuple[System, State]:
     """Make the system and the state of a file.
 
     Parameters
@@ -229,8 +229,8 @@ def build(top: Table, options: dict[str, Any], planar: bool = False) -> tuple[Sy
         Whether the orbit of a binary is to be in the xy-plane with its node on the x-axis, whatever its pole is.
     """
     table, rows = top.table("system"), top.tables("body")
-    known = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
-    options = {**table.only(*known).content, **options}
+    known_names = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
+    options = {**table.only(*known_names).content, **options}
     if isinstance(options.get("order"), list):
         options["order"] = tuple(options["order"])
     if "G" in table:
@@ -238,7 +238,7 @@ def build(top: Table, options: dict[str, Any], planar: bool = False) -> tuple[Sy
     if "forces" in top:
         options["forces"] = [*(force(row) for row in top.tables("forces")), *options.get("forces", ())]
     G = options.get("G")
-    gravity = top.units.gravitational_constant if G is None and top.units.known else (G or 0.0)
+    gravity = top.units.gravitational_constant if G is None and top.units.defined else (G or 0.0)
     if "binary" in top:
         arguments = pair(top.table("binary"), rows, gravity)
         if planar:
@@ -269,13 +269,13 @@ def toml_content(path: Path) -> dict[str, Any]:
         raise InvalidInput(f"{path}: not valid TOML: {error}{other}") from error
 
 
-def _units(system: Table) -> Units:
+def _units(system: TomlTable) -> Units:
     value = system.content.get("units")
     with system.naming("units"):
         return Units(tuple(value) if isinstance(value, list) else value)
 
 
-def _output(run: Table) -> Any:
+def _output(run: TomlTable) -> Any:
     """Return the output: a positive spacing, or times."""
     value = run.content["output"]
     if isinstance(value, list):
@@ -286,18 +286,18 @@ def _output(run: Table) -> Any:
     return spacing
 
 
-def _file(run: Table) -> str:
+def _file(run: TomlTable) -> str:
     name = run.text("file") if "file" in run else f"{run.path.stem}.nc"
     with run.naming("file"):
         check_suffix(name, SUFFIXES)
     return name
 
 
-def _integrator(table: Table) -> Any:
+def _integrator(table: TomlTable) -> Any:
     kind = getattr(integrators, table.choice("name", _INTEGRATORS))
-    known = fields(kind)
-    table.only("name", *(setting.name for setting in known))
-    for setting in known:
+    known_names = fields(kind)
+    table.only("name", *(setting.name for setting in known_names))
+    for setting in known_names:
         if setting.default is MISSING and setting.name not in table:
             raise table.fault(setting.name, f"is missing; {kind.__name__} needs it")
     settings = {key: value for key, value in table.content.items() if key != "name"}

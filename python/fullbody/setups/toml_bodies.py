@@ -17,7 +17,7 @@ from ..orbit.elements import KeplerElements
 from .component import KINDS, Component
 from .masses import KINDS as OF_BINARIES
 from .toml_state import ANGLES, attitude, flag
-from .toml_table import Table
+from .toml_table import TomlTable
 
 __all__ = ["FIGURES", "MASSES", "SHAPES", "body", "pair"]
 
@@ -35,7 +35,7 @@ _COMPONENT = ("name", "part", *_SOLID, *_ROTATION, "pole", "synchronous")
 _CHOICES = ("equal_density", "elements", "synchronous", "at_rest")
 
 
-def body(table: Table, G: float) -> Body:
+def body(table: TomlTable, G: float) -> Body:
     """Make a body of its table; G turns a ``GM`` into a mass."""
     table.only(*_BODY)
     shape, masses, name = _solid(table, G), _masses(table, G), _name(table)
@@ -43,7 +43,7 @@ def body(table: Table, G: float) -> Body:
         return Body(shape, name=name, **masses)
 
 
-def pair(table: Table, rows: list[Table], G: float) -> dict[str, Any]:
+def pair(table: TomlTable, rows: list[TomlTable], G: float) -> dict[str, Any]:
     """Return the arguments of :func:`fullbody.binary` from its table and those of the two bodies.
 
     Beside these arguments there may be ``GM`` for its total mass, ``inclination`` and
@@ -66,7 +66,7 @@ def pair(table: Table, rows: list[Table], G: float) -> dict[str, Any]:
         arguments["mean_anomaly"] = table.number("mean_longitude", "angle") - passed
     primary, secondary = (_component(row, G) for row in rows)
     if "synchronous" in rows[1]:
-        raise rows[1].fault("synchronous", f"is given for the second body; expected it in [{table.place}]")
+        raise rows[1].fault("synchronous", f"is given for the second body; expected it in [{table.location}]")
     if flag(rows[0], "synchronous"):
         period = table.number("period", "time")
         primary |= {"rotation_period": period, "rotation_angle": _latitude(arguments)}
@@ -85,39 +85,39 @@ def _latitude(arguments: dict[str, Any]) -> float:
     return float(np.arctan2(y, x))
 
 
-def _component(table: Table, G: float) -> dict[str, Any]:
+def _component(table: TomlTable, G: float) -> dict[str, Any]:
     """Return the arguments of a component."""
     table.only(*_COMPONENT)
     shape = _solid(table, G)
-    given: dict[str, Any] = {"name": _name(table), **_masses(table, G)}
+    arguments: dict[str, Any] = {"name": _name(table), **_masses(table, G)}
     match shape:
         case Ellipsoid() | Sphere():
-            given["semi_axes"] = shape.semi_axes
+            arguments["semi_axes"] = shape.semi_axes
         case Composite() | Polyhedron() | StokesCoefficients():
-            given["composite"] = shape
+            arguments["composite"] = shape
         case _:
-            given["composite"] = Composite([Part(shape, mass=1.0)])
-    given |= table.given(_ROTATION)
+            arguments["composite"] = Composite([Part(shape, mass=1.0)])
+    arguments |= table.given(_ROTATION)
     if "pole" in table:
-        given["pole"] = tuple(table.vector("pole", "angle", 2))
-    return given
+        arguments["pole"] = tuple(table.vector("pole", "angle", 2))
+    return arguments
 
 
-def _name(table: Table) -> str | None:
+def _name(table: TomlTable) -> str | None:
     """Return the name of a body, or ``None`` if it has none."""
     with table.naming("name"):
         return name_of(table.text("name") if "name" in table else None)
 
 
-def _masses(table: Table, G: float) -> dict[str, float]:
+def _masses(table: TomlTable, G: float) -> dict[str, float]:
     """Return the mass or the density, or both if both are given, which is an error of the body."""
-    given = table.given(MASSES)
-    if "GM" in given:
-        given["mass"] = given.pop("GM") / G
-    return given
+    arguments = table.given(MASSES)
+    if "GM" in arguments:
+        arguments["mass"] = arguments.pop("GM") / G
+    return arguments
 
 
-def _solid(table: Table, G: float) -> Solid | Composite:
+def _solid(table: TomlTable, G: float) -> Solid | Composite:
     """Make the shape of a body, with parts or without."""
     if "part" not in table:
         return _shape(table)
@@ -135,7 +135,7 @@ def _solid(table: Table, G: float) -> Solid | Composite:
         return Composite(parts)
 
 
-def _shape(table: Table) -> Solid:
+def _shape(table: TomlTable) -> Solid:
     key = table.one_of(*SHAPES)
     if key is None:
         raise table.fault("", f"has none of {', '.join(SHAPES)}; expected one of them")
@@ -164,7 +164,7 @@ def _shape(table: Table) -> Solid:
         return Component(diameter=diameter, axis_ratios=ratios, name=_name(table)).shape  # type: ignore[return-value]
 
 
-def _axis_ratios(table: Table) -> tuple[float, float]:
+def _axis_ratios(table: TomlTable) -> tuple[float, float]:
     """Return the axis ratios a/b and b/c: as they stand, from a/b and a/c, or of a spheroid with a J2."""
     match table.one_of("axis_ratios", "a/c", "J2") or table.one_of("axis_ratios", "a/b", "J2"):
         case "J2":
@@ -185,7 +185,7 @@ def _spheroid(j2: float) -> float:
     return float(np.roots([1.0, 0.0, 5 * j2, -1.0]).real.max() ** -1.5)
 
 
-def _polyhedron(table: Table) -> Polyhedron:
+def _polyhedron(table: TomlTable) -> Polyhedron:
     """Make a polyhedron, in the system's units, from a file beside this one or from the table itself."""
     if isinstance(table.content["polyhedron"], str):
         with table.naming("polyhedron"):
@@ -197,14 +197,22 @@ def _polyhedron(table: Table) -> Polyhedron:
         return Polyhedron(np.array(mesh.array("vertices", "length")), faces)
 
 
-def _stokes(table: Table) -> StokesCoefficients:
+def _stokes(table: TomlTable) -> StokesCoefficients:
     """Make a shape from Stokes coefficients, in the system's units, of a file beside this one or of the table."""
-    own = table.table("stokes").only("file", "C", "S", "reference_radius", "inertia", "radius", "normalization")
-    given: dict[str, Any] = {key: own.number(key, "length") for key in ("reference_radius", "radius") if key in own}
-    given["inertia"] = own.number("inertia", "area")
-    if "normalization" in own:
-        given["normalization"] = own.text("normalization")
-    with own.naming(""):
-        if own.one_of("file", "C") == "file":
-            return StokesCoefficients.read(table.path.parent / own.text("file"), **given)
-        return StokesCoefficients(own.content["C"], own.content.get("S", np.zeros_like(own.content["C"])), **given)
+    coefficients = table.table("stokes").only(
+        "file", "C", "S", "reference_radius", "inertia", "radius", "normalization"
+    )
+    arguments: dict[str, Any] = {
+        key: coefficients.number(key, "length") for key in ("reference_radius", "radius") if key in coefficients
+    }
+    arguments["inertia"] = coefficients.number("inertia", "area")
+    if "normalization" in coefficients:
+        arguments["normalization"] = coefficients.text("normalization")
+    with coefficients.naming(""):
+        if coefficients.one_of("file", "C") == "file":
+            return StokesCoefficients.read(table.path.parent / coefficients.text("file"), **arguments)
+        return StokesCoefficients(
+            coefficients.content["C"],
+            coefficients.content.get("S", np.zeros_like(coefficients.content["C"])),
+            **arguments,
+        )

@@ -9,7 +9,7 @@ from ..base.kinds import Kind, Number, direction, kinds_of
 from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
 from ..forces.radiation import torque_dimension
 from ..orbit.elements import KeplerElements
-from .toml_table import Table
+from .toml_table import TomlTable
 
 __all__ = ["ELEMENTS", "elements", "force"]
 
@@ -19,7 +19,7 @@ ELEMENTS = {**_ELEMENTS, **dict.fromkeys(("omega", "M", "f", "l", "pomega", "the
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
 
 
-def elements(table: Table) -> KeplerElements[Any]:
+def elements(table: TomlTable) -> KeplerElements[Any]:
     """Make the orbit of a table, in its units."""
     given = [name for name in ELEMENTS if name in table or name in _ELEMENTS]
     numbers = {name: table.number(name, ELEMENTS[name]) for name in given}
@@ -27,25 +27,25 @@ def elements(table: Table) -> KeplerElements[Any]:
         return KeplerElements(**numbers)
 
 
-def force(table: Table) -> Force:
+def force(table: TomlTable) -> Force:
     """Make the force of a table, with numbers in its units."""
     if table.content.get("kind") == "Function":
         raise table.fault("kind", "is 'Function', which no file can hold; give it in Python: system.with_forces([...])")
     table.take("kind", f"one of {', '.join(map(repr, _KINDS))}")
     kind = _KINDS[table.choice("kind", tuple(_KINDS))]
-    known = fields(kind)
-    table.only("kind", *(entry.name for entry in known))
-    given: dict[str, Any] = {}
-    for entry in known:
+    entries = fields(kind)
+    table.only("kind", *(entry.name for entry in entries))
+    arguments: dict[str, Any] = {}
+    for entry in entries:
         if entry.name in table:
-            given[entry.name] = _argument(table, entry.name, kinds_of(kind).get(entry.name))
+            arguments[entry.name] = _argument(table, entry.name, kinds_of(kind).get(entry.name))
         elif entry.default is MISSING:
             raise table.fault(entry.name, f"is missing; {kind.__name__} needs it")
     with table.naming(""):
-        return kind(**given)
+        return kind(**arguments)
 
 
-def _argument(table: Table, key: str, kind: Kind | None) -> Any:
+def _argument(table: TomlTable, key: str, kind: Kind | None) -> Any:
     if key == "orbit":
         return elements(table.table(key).only(*ELEMENTS))
     if key in ("along", "across"):

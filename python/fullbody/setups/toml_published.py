@@ -9,7 +9,7 @@ from typing import Any
 from ..base.kinds import choice
 from ..errors import InvalidInput
 
-__all__ = ["METADATA", "is_published", "plain", "replaced", "with_unit"]
+__all__ = ["METADATA", "in_usual_units", "is_published", "replaced", "with_unit"]
 
 #: Tables and keys of a file that describe a published system and build nothing.
 METADATA = (
@@ -52,7 +52,7 @@ def with_unit(value: Any, unit: str) -> Any:
     return f"{value} {unit}" if unit else value
 
 
-def plain(value: float, unit: str) -> float:
+def in_usual_units(value: float, unit: str) -> float:
     """Return a number in km, hour, kg, rad."""
     choice(unit, "unit", _FACTORS)
     return value * _FACTORS[unit]

@@ -1,4 +1,4 @@
-"""The state that the tables ``[[body]]`` of a ``system.toml`` describe: places, orbits, attitudes and spins."""
+"""The state that the tables ``[[body]]`` of a ``system.toml`` describe: positions, orbits, attitudes and spins."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
 from .toml_forces import ELEMENTS, elements
-from .toml_table import Table
+from .toml_table import TomlTable
 
 __all__ = ["ANGLES", "attitude", "flag", "spin", "state_of"]
 
@@ -33,7 +33,7 @@ class _Orbit:
     velocity: Floats
 
 
-def state_of(run: Table, system: System, rows: list[Table]) -> State:
+def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
     """Make the state of the tables of the bodies; ``run`` holds the time and the choice of the origin."""
     masses = system.context.masses
     names = list(system.names)
@@ -42,7 +42,7 @@ def state_of(run: Table, system: System, rows: list[Table]) -> State:
     attitudes = np.zeros((len(rows), 4))
     for k in _order(rows, orbits, names):
         if (orbit := orbits[k]) is None:
-            position[k], velocity[k] = _place(rows[k], k)
+            position[k], velocity[k] = _pose(rows[k], k)
         else:
             shares = masses[orbit.about] / masses[orbit.about].sum()
             position[k] = shares @ position[orbit.about] + orbit.position
@@ -56,7 +56,7 @@ def state_of(run: Table, system: System, rows: list[Table]) -> State:
         return from_numbers(system.context, position, velocity, attitudes, spins, start)
 
 
-def _order(rows: list[Table], orbits: list[_Orbit | None], names: list[str]) -> list[int]:
+def _order(rows: list[TomlTable], orbits: list[_Orbit | None], names: list[str]) -> list[int]:
     """Return the indices of the bodies so that each comes after those about which it orbits."""
     order: list[int] = []
     while len(order) < len(rows):
@@ -70,7 +70,7 @@ def _order(rows: list[Table], orbits: list[_Orbit | None], names: list[str]) -> 
     return order
 
 
-def _orbit(table: Table, names: list[str], masses: Floats, G: float, k: int) -> _Orbit | None:
+def _orbit(table: TomlTable, names: list[str], masses: Floats, G: float, k: int) -> _Orbit | None:
     """Return the orbit of a body, or ``None`` if its table has none."""
     if "orbit" not in table:
         return None
@@ -91,7 +91,7 @@ def _orbit(table: Table, names: list[str], masses: Floats, G: float, k: int) -> 
         return _Orbit(indices, shape, mu, *shape.to_cartesian(mu))
 
 
-def _place(table: Table, k: int) -> tuple[Floats, Floats]:
+def _pose(table: TomlTable, k: int) -> tuple[Floats, Floats]:
     """Return the position and the velocity of a body without an orbit."""
     if k > 0 and "position" not in table:
         raise table.fault("", "has no position and no orbit; expected one of them")
@@ -99,7 +99,7 @@ def _place(table: Table, k: int) -> tuple[Floats, Floats]:
     return position, table.vector("velocity", "velocity", 3) if "velocity" in table else np.zeros(3)
 
 
-def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[Floats, Floats]:
+def _rotation(table: TomlTable, orbit: _Orbit | None, frame: str | None) -> tuple[Floats, Floats]:
     """Return the attitude and the spin of a body.
 
     With ``pole = "orbit"`` the z-axis is the orbit's pole and the x-axis its node. A synchronous body also points its
@@ -112,15 +112,17 @@ def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[Fl
         raise table.fault(key, "is given for a synchronous body; expected none")
     if orbit is None:
         raise table.fault("", "has no orbit; expected one for a pole of 'orbit' and for a synchronous body")
-    plane = rotations.product(rotations.turn(2, float(orbit.shape.Omega)), rotations.turn(0, float(orbit.shape.i)))
+    plane = rotations.product(
+        rotations.about_axis(2, float(orbit.shape.Omega)), rotations.about_axis(0, float(orbit.shape.i))
+    )
     if not locked:
         return plane, spin(table)
     x, y, _ = -orbit.position @ rotations.matrices(plane)
     rate = 2 * np.pi / orbit.shape.period(orbit.mu)
-    return rotations.product(plane, rotations.turn(2, float(np.arctan2(y, x)))), np.array([0.0, 0.0, rate])
+    return rotations.product(plane, rotations.about_axis(2, float(np.arctan2(y, x)))), np.array([0.0, 0.0, rate])
 
 
-def attitude(table: Table, frame: str | None = None) -> Floats:
+def attitude(table: TomlTable, frame: str | None = None) -> Floats:
     """Return the attitude of a body in a frame, or of a part, as a quaternion: none by default."""
     for key in ("rotation_angle", "pole_frame"):
         if key in table and "pole" not in table:
@@ -146,7 +148,7 @@ def attitude(table: Table, frame: str | None = None) -> Floats:
     return np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def flag(table: Table, key: str) -> bool:
+def flag(table: TomlTable, key: str) -> bool:
     """Return a choice of yes or no; no by default."""
     value = table.content.get(key, False)
     if not isinstance(value, bool):
@@ -154,7 +156,7 @@ def flag(table: Table, key: str) -> bool:
     return value
 
 
-def spin(table: Table) -> Floats:
+def spin(table: TomlTable) -> Floats:
     """Return the spin of a body in its own frame: none by default."""
     match table.one_of("spin", "rotation_period"):
         case "spin":

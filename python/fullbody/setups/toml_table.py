@@ -15,22 +15,22 @@ from ..base.units import Units
 from ..errors import FullbodyError, InvalidInput
 from ..typing import Floats
 
-__all__ = ["Table"]
+__all__ = ["TomlTable"]
 
 
-class Table:
+class TomlTable:
     """A table of the file with its location and the units of its plain numbers."""
 
-    def __init__(self, path: Path, place: str, content: dict[str, Any], units: Units) -> None:
-        self.path, self.place, self.content, self.units = path, place, content, units
+    def __init__(self, path: Path, location: str, content: dict[str, Any], units: Units) -> None:
+        self.path, self.location, self.content, self.units = path, location, content, units
 
     def __contains__(self, key: str) -> bool:
         return key in self.content
 
     def fault(self, key: str, message: str) -> InvalidInput:
         """Make an error that names file and key."""
-        place = ".".join(part for part in (self.place, key) if part)
-        return InvalidInput(f"{self.path}: {place}: {message}" if place else f"{self.path}: {message}")
+        location = ".".join(part for part in (self.location, key) if part)
+        return InvalidInput(f"{self.path}: {location}: {message}" if location else f"{self.path}: {message}")
 
     @contextmanager
     def naming(self, key: str) -> Iterator[None]:
@@ -64,29 +64,29 @@ class Table:
 
     def one_of(self, *keys: str) -> str | None:
         """Return which one of these keys is given, or ``None``; more than one is an error."""
-        given = [key for key in keys if key in self]
-        if len(given) > 1:
-            raise self.fault("", f"has {' and '.join(given)}; expected one of {', '.join(keys)}")
-        return given[0] if given else None
+        present = [key for key in keys if key in self]
+        if len(present) > 1:
+            raise self.fault("", f"has {' and '.join(present)}; expected one of {', '.join(keys)}")
+        return present[0] if present else None
 
-    def table(self, key: str, required: bool = True) -> Table:
+    def table(self, key: str, required: bool = True) -> TomlTable:
         """Return a table below this one."""
         value = self.take(key, "a table") if required else self.content.get(key, {})
         if not isinstance(value, dict):
             raise self.fault(key, f"is {value!r}; expected a table")
-        return Table(self.path, f"{self.place}.{key}" if self.place else key, value, self.units)
+        return TomlTable(self.path, f"{self.location}.{key}" if self.location else key, value, self.units)
 
-    def tables(self, key: str) -> list[Table]:
+    def tables(self, key: str) -> list[TomlTable]:
         """Return the tables of an array such as ``[[body]]``."""
-        place = f"{self.place}.{key}" if self.place else key
-        value = self.take(key, f"at least one [[{place}]]")
+        location = f"{self.location}.{key}" if self.location else key
+        value = self.take(key, f"at least one [[{location}]]")
         if not isinstance(value, list) or not value or not all(isinstance(item, dict) for item in value):
-            raise self.fault(key, f"is {value!r}; expected tables, each headed [[{place}]]")
-        return [Table(self.path, f"{place}[{k}]", item, self.units) for k, item in enumerate(value)]
+            raise self.fault(key, f"is {value!r}; expected tables, each headed [[{location}]]")
+        return [TomlTable(self.path, f"{location}[{k}]", item, self.units) for k, item in enumerate(value)]
 
     def number(self, key: str, dimension: str) -> float:
         """Return a number in the table's units, or a pure one, of the dimension "number"; a text may have a unit."""
-        return self._plain(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
+        return self._number(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
 
     def given(self, kinds: Mapping[str, Number]) -> dict[str, float]:
         """Return those numbers of some kinds that are given, by their keys."""
@@ -98,19 +98,19 @@ class Table:
         items = self.take(key, _expected(what, dimension))
         if not isinstance(items, list) or (count and len(items) != count):
             raise self.fault(key, f"is {items!r}; expected {_expected(what, dimension)}")
-        return np.array([self._plain(key, item, what, dimension) for item in items])
+        return np.array([self._number(key, item, what, dimension) for item in items])
 
     def array(self, key: str, dimension: str) -> Any:
         """Return a number, a list of numbers, or a list of lists of them."""
 
-        def plain(item: Any) -> Any:
+        def numbers_of(item: Any) -> Any:
             if isinstance(item, list):
-                return [plain(part) for part in item]
-            return self._plain(key, item, "numbers", dimension)
+                return [numbers_of(part) for part in item]
+            return self._number(key, item, "numbers", dimension)
 
-        return plain(self.content[key])
+        return numbers_of(self.content[key])
 
-    def _plain(self, key: str, item: Any, what: str, dimension: str) -> float:
+    def _number(self, key: str, item: Any, what: str, dimension: str) -> float:
         kinds: Any = int | float if dimension == "number" else int | float | str
         if isinstance(item, bool) or not isinstance(item, kinds):
             raise self.fault(key, f"is {item!r}; expected {_expected(what, dimension)}")
@@ -119,11 +119,11 @@ class Table:
         except InvalidInput as error:
             raise self.fault(key, str(error).removeprefix(f"{key} ")) from error
 
-    def only(self, *known: str) -> Table:
+    def only(self, *keys: str) -> TomlTable:
         """Refuse keys other than these, before a misspelt one is reported as missing."""
         for key in self.content:
-            if key not in known:
-                raise self.fault(key, f"is not a key of this table; {suggestion(key, known)}")
+            if key not in keys:
+                raise self.fault(key, f"is not a key of this table; {suggestion(key, keys)}")
         return self
 
 

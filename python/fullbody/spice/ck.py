@@ -19,7 +19,7 @@ from ..errors import InvalidInput
 from ..record.record import Record
 from .conventions import Conventions, body_numbers, spiceypy
 from .kernel import binary
-from .nodes import nodes, turns
+from .nodes import attitudes, nodes
 
 __all__ = ["to_ck"]
 
@@ -82,29 +82,29 @@ def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path
     True
     """
     check_suffix(path, (".bc",))
-    place = Conventions(run.system, "a CK kernel")
+    conventions = Conventions(run.system, "a CK kernel")
     bodies = body_numbers(ids, run.context.names)
     frames = _frame_names(bodies, run.context.names)
     # A quaternion changes by half the angle.
-    found = nodes(run, place, turns(place), 0.5 * _TOLERANCE, lambda change: f"{2.0 * change:.1e} rad")
+    result = nodes(run, conventions, attitudes(conventions), 0.5 * _TOLERANCE, lambda change: f"{2.0 * change:.1e} rad")
     spice = spiceypy()
     clock = -abs(next(iter(bodies.values())))
     # The clock starts at an integer, which text kernels hold exactly.
-    zero = math.floor(found.et[0])
-    ticks = (found.et - zero) * _TICKS
+    zero = math.floor(result.et[0])
+    ticks = (result.et - zero) * _TICKS
     if ticks[-1] >= _SECONDS * _TICKS:
-        raise InvalidInput(f"the run covers {found.et[-1] - zero:.1e} s; SPICE's clock counts to {_SECONDS:.1e} s")
+        raise InvalidInput(f"the run covers {result.et[-1] - zero:.1e} s; SPICE's clock counts to {_SECONDS:.1e} s")
     file = as_path(path)
     text = file.with_suffix(".tsc"), file.with_suffix(".tf")
     with replacing(text[0]) as first, replacing(text[1]) as second, binary(file, "ckopn", run) as handle:
         first.write_text(_clock_kernel(clock, zero), encoding="ascii")
         second.write_text(_frame_kernel(bodies, frames, clock), encoding="ascii")
         for k, body in bodies.items():
-            packets = np.hstack([found.values[:, k], found.rates[:, k]])
+            packets = np.hstack([result.values[:, k], result.rates[:, k]])
             spice.ckw05(
                 handle,
                 0,
-                found.degree,
+                result.degree,
                 ticks[0],
                 ticks[-1],
                 _frame(body),
@@ -126,16 +126,16 @@ def _frame(body: int) -> int:
 
 
 def _frame_names(bodies: dict[int, int], names: tuple[str, ...]) -> dict[int, str]:
-    found = {k: re.sub(r"[^A-Z0-9]+", "_", names[k].upper()).strip("_") + "_FIXED" for k in bodies}
-    for k, name in found.items():
-        if name == "_FIXED" or len(name) > _LONGEST or list(found.values()).count(name) > 1:
+    result = {k: re.sub(r"[^A-Z0-9]+", "_", names[k].upper()).strip("_") + "_FIXED" for k in bodies}
+    for k, name in result.items():
+        if name == "_FIXED" or len(name) > _LONGEST or list(result.values()).count(name) > 1:
             raise InvalidInput(
                 f"the name of {names[k]} gives {name!r} for its frame in SPICE; expected one of its own, of at most "
                 f"{_LONGEST} characters: give the body another name"
             )
         if not abs(_frame(bodies[k])) < 2**31:
             raise InvalidInput(f"the id of {names[k]} is {bodies[k]}; expected one above {-(2**31) // 1000}")
-    return found
+    return result
 
 
 def _clock_kernel(clock: int, zero: int) -> str:

@@ -58,29 +58,29 @@ class Conventions:
 
 def number(value: object, what: str) -> int:
     """Check a body's number with NAIF."""
-    found = integer(value)
-    if found is None or found == 0 or not abs(found) < 2**31:
+    numbers = integer(value)
+    if numbers is None or numbers == 0 or not abs(numbers) < 2**31:
         raise InvalidInput(f"{what} is {value!r}; expected the number that NAIF gives it, such as 120065803")
-    return found
+    return numbers
 
 
-def body_numbers(given: Any, names: tuple[str, ...]) -> dict[int, int]:
+def body_numbers(values: Any, names: tuple[str, ...]) -> dict[int, int]:
     """Return NAIF's number of each named body by its index in the system."""
     try:
-        pairs = dict(given).items()
+        pairs = dict(values).items()
     except (TypeError, ValueError) as error:
-        raise InvalidInput(f"ids is {given!r}; expected NAIF's numbers by name, such as {_example(names)}") from error
-    found: dict[int, int] = {}
+        raise InvalidInput(f"ids is {values!r}; expected NAIF's numbers by name, such as {_example(names)}") from error
+    numbers: dict[int, int] = {}
     for name, value in pairs:
         if name not in names:
             raise InvalidInput(f"ids has {name!r}; {suggestion(str(name), names, 'names of bodies:')}")
-        place, code = names.index(name), number(value, f"the id of {name}")
-        if code in found.values():
+        index, code = names.index(name), number(value, f"the id of {name}")
+        if code in numbers.values():
             raise InvalidInput(f"the id of {name} is {code}, that of another body; expected distinct numbers")
-        found[place] = code
-    if not found:
+        numbers[index] = code
+    if not numbers:
         raise InvalidInput(f"ids names no body; expected such as {_example(names)}")
-    return found
+    return numbers
 
 
 def _example(names: tuple[str, ...]) -> dict[str, int]:

@@ -12,7 +12,7 @@ from ..errors import FullbodyError
 from ..record.record import Record
 from .conventions import spiceypy
 
-__all__ = ["binary", "plain"]
+__all__ = ["binary", "message_of"]
 
 
 @contextmanager
@@ -28,14 +28,14 @@ def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
             spice.dafac(handle, _comments(run))
             yield handle
         except spice.utils.exceptions.SpiceyError as error:
-            raise FullbodyError(f"{path} cannot be written: {plain(error)}") from error
+            raise FullbodyError(f"{path} cannot be written: {message_of(error)}") from error
         finally:
             if handle is not None:
                 with suppress(spice.utils.exceptions.SpiceyError):
                     spice.dafcls(handle)
 
 
-def plain(error: Exception) -> str:
+def message_of(error: Exception) -> str:
     """Return the message of an error of SPICE in one line."""
     return str(getattr(error, "long", "") or getattr(error, "explain", "") or error).strip()
 

@@ -14,7 +14,7 @@ from ..record.record import Record
 from ..typing import Floats
 from .conventions import Conventions
 
-__all__ = ["Nodes", "centres", "nodes", "turns"]
+__all__ = ["Nodes", "attitudes", "centres", "nodes"]
 
 #: A function from samples of a run to values (K, N, C) in SPICE's units and their rates per second.
 Curve = Callable[[dict[str, Floats]], tuple[Floats, Floats]]
@@ -36,29 +36,31 @@ class Nodes:
     degree: int
 
 
-def centres(place: Conventions, masses: Floats) -> Curve:
+def centres(conventions: Conventions, masses: Floats) -> Curve:
     """Return the function to positions in km from the barycentre, in the axes of J2000."""
     weights = masses / masses.sum()
 
     def about(vectors: Floats) -> Floats:
         relative = vectors - np.einsum("n,knc->kc", weights, vectors)[:, None]
-        return np.asarray(relative @ place.axes.T * place.km)
+        return np.asarray(relative @ conventions.axes.T * conventions.km)
 
-    return lambda samples: (about(samples["position"]), about(samples["velocity"]) / place.second)
+    return lambda samples: (about(samples["position"]), about(samples["velocity"]) / conventions.second)
 
 
-def turns(place: Conventions) -> Curve:
+def attitudes(conventions: Conventions) -> Curve:
     """Return the function to quaternions from the axes of J2000 to those of the bodies, without jumps of the sign."""
-    axes = rotations.quaternion(place.axes)
+    axes = rotations.quaternion(conventions.axes)
 
     def curve(samples: dict[str, Floats]) -> tuple[Floats, Floats]:
         q = rotations.products(axes, samples["attitude"])
-        return rotations.inverse(q), rotations.inverse(rotations.rates(q, samples["spin"] / place.second))
+        return rotations.inverse(q), rotations.inverse(rotations.rates(q, samples["spin"] / conventions.second))
 
     return curve
 
 
-def nodes(run: Record, place: Conventions, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
+def nodes(
+    run: Record, conventions: Conventions, curve: Curve, tolerance: float, error_text: Callable[[float], str]
+) -> Nodes:
     """Choose nodes so close that the interpolation is within the tolerance of the continuous solution.
 
     For a run without a continuous solution the nodes are the samples, and the error is that at every second sample.
@@ -69,62 +71,62 @@ def nodes(run: Record, place: Conventions, curve: Curve, tolerance: float, said:
         If the interpolation misses the tolerance; the message has the error.
     """
     if run.dense is None:
-        et, values, rates = _of_samples(run, place, curve)
-        found = Nodes(et, values, rates, _degree(len(et)))
+        et, values, rates = _of_samples(run, conventions, curve)
+        result = Nodes(et, values, rates, _degree(len(et)))
         # Samples beyond the last node are left out.
         odd = len(et) - 1 + len(et) % 2
         error = _error(et[:odd], values[:odd], rates[:odd])
         reason = (
             "the run has no continuous solution, and every second of its samples follows from the others only to "
-            f"within {said(error)}; integrate with dense=True, or with output= at a shorter spacing"
+            f"within {error_text(error)}; integrate with dense=True, or with output= at a shorter spacing"
         )
     else:
         low, high = sorted(run.dense.core.range)
-        first, last = place.et(low), place.et(high)
+        first, last = conventions.et(low), conventions.et(high)
         # Seconds past J2000 are rounded, so the nodes are kept within the run.
-        while place.time(first) < low:
+        while conventions.time(first) < low:
             first = np.nextafter(first, np.inf)
-        while place.time(last) > high:
+        while conventions.time(last) > high:
             last = np.nextafter(last, -np.inf)
         if not first < last:
             raise InvalidInput(f"the run covers {last - first:.1g} s; a kernel needs a stretch of time")
         intervals = max(_WINDOW, run.statistics.steps // 2)
         for _ in range(_DOUBLINGS):
             et = np.linspace(first, last, 2 * intervals + 1)
-            times = place.time(et)
+            times = conventions.time(et)
             values, rates = curve(run.dense.core.states(times))
             error = _error(et, values, rates)
             # The remaining error is the rounding of the times.
-            floor = 2.0 * np.spacing(np.abs(times).max()) * place.second * np.abs(rates).max()
+            floor = 2.0 * np.spacing(np.abs(times).max()) * conventions.second * np.abs(rates).max()
             tolerance = max(tolerance, floor)
             # The error may be larger elsewhere between the nodes.
             if error <= max(0.1 * tolerance, floor):
                 break
             intervals *= 2
-        found = Nodes(et[::2].copy(), values[::2], rates[::2], _degree(intervals + 1))
-        reason = f"the kernel is off by {said(error)} between its nodes; the run's solution is too rough for less"
+        result = Nodes(et[::2].copy(), values[::2], rates[::2], _degree(intervals + 1))
+        reason = f"the kernel is off by {error_text(error)} between its nodes; the run's solution is too rough for less"
     if error > tolerance:
         caution(reason, PrecisionWarning)
-    return found
+    return result
 
 
 def _degree(count: int) -> int:
     return 2 * min(_WINDOW, count // 2 * 2) - 1
 
 
-def _of_samples(run: Record, place: Conventions, curve: Curve) -> tuple[Floats, Floats, Floats]:
+def _of_samples(run: Record, conventions: Conventions, curve: Curve) -> tuple[Floats, Floats, Floats]:
     """Return times, values and rates of the samples, forward in time."""
     record = run.arrays
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
     samples = {name: record[name][order] for name in ("time", "position", "velocity", "attitude", "spin")}
-    et = place.et(samples["time"])
+    et = conventions.et(samples["time"])
     if len(et) < 3 or np.diff(et).min() <= 0.0:
         raise InvalidInput(
             f"the run has {len(et)} samples; a kernel needs three or more, at least 2e-7 s apart, or dense=True"
         )
     values, rates = curve(samples)
     # Seconds past J2000 are rounded to 1e-7 s, in which a fast spin turns by more than the tolerance.
-    late = ((et - place.epoch) - samples["time"] * place.second)[:, None, None]
+    late = ((et - conventions.epoch) - samples["time"] * conventions.second)[:, None, None]
     return et, values + rates * late, rates + np.gradient(rates, et, axis=0) * late
 
 

@@ -75,18 +75,20 @@ def to_spk(run: Record, path: Any, ids: dict[str, int], barycentre: int) -> Path
     True
     """
     check_suffix(path, (".bsp",))
-    place = Conventions(run.system, "an SPK kernel")
+    conventions = Conventions(run.system, "an SPK kernel")
     bodies, centre = body_numbers(ids, run.context.names), number(barycentre, "barycentre")
     if centre in bodies.values():
         raise InvalidInput(f"barycentre is {centre}, the id of a body; expected the number of the system as a whole")
-    found = nodes(run, place, centres(place, run.context.masses), _TOLERANCE, "{:.1e} km".format)
+    result = nodes(run, conventions, centres(conventions, run.context.masses), _TOLERANCE, "{:.1e} km".format)
     spice = spiceypy()
-    first, last = float(found.et[0]), float(found.et[-1])
+    first, last = float(result.et[0]), float(result.et[-1])
     with binary(path, "spkopn", run) as handle:
         for k, body in bodies.items():
-            states = np.hstack([found.values[:, k], found.rates[:, k]])
+            states = np.hstack([result.values[:, k], result.rates[:, k]])
             name = _segment(run.context.names[k])
-            spice.spkw13(handle, body, centre, "J2000", first, last, name, found.degree, len(states), states, found.et)
+            spice.spkw13(
+                handle, body, centre, "J2000", first, last, name, result.degree, len(states), states, result.et
+            )
     return as_path(path)
 
 

@@ -14,7 +14,7 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.state import State
 from .conventions import Conventions, body_numbers, number, spiceypy
-from .kernel import plain
+from .kernel import message_of
 
 __all__ = ["loaded", "state"]
 
@@ -76,7 +76,7 @@ def state(
     >>> float(abs(found.spin - run(6.0).spin).max().value) < 1e-11
     True
     """
-    place = Conventions(system, "a state from SPICE")
+    conventions = Conventions(system, "a state from SPICE")
     numbers, observer = body_numbers(ids, system.context.names), number(barycentre, "barycentre")
     missing = [name for k, name in enumerate(system.context.names) if k not in numbers]
     if missing:
@@ -84,27 +84,34 @@ def state(
     named = dict(frames or {})
     for name in named:
         system.context.index(name, "a body in frames")
-    plain_time = system.context.units.number(time, "time", "time")
-    et = float(place.et(plain_time))
+    time_number = system.context.units.number(time, "time", "time")
+    et = float(conventions.et(time_number))
     spice = spiceypy()
     rows = []
     with loaded(kernels):
         for k, name in enumerate(system.context.names):
             body = numbers[k]
             with _telling(f"the position of {name} ({body}) from {observer}", system, time):
-                found, _ = spice.spkgeo(body, et, "J2000", observer)
-            position, velocity = np.reshape(found, (2, 3)) @ place.axes
+                state_vector, _ = spice.spkgeo(body, et, "J2000", observer)
+            position, velocity = np.reshape(state_vector, (2, 3)) @ conventions.axes
             attitude, spin = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
             if name in named or any(system.context.bodies[k].semi_axes):
                 with _telling(f"the attitude of {name} ({body})", system, time):
                     frame = named.get(name) or spice.cidfrm(body)[1]
-                    turning = spice.sxform(frame, "J2000", et)
-                matrix = turning[:3, :3]
-                attitude = rotations.quaternion(place.axes.T @ matrix)
+                    transformation = spice.sxform(frame, "J2000", et)
+                matrix = transformation[:3, :3]
+                attitude = rotations.quaternion(conventions.axes.T @ matrix)
                 # The rate of the matrix is the matrix times the vector product with the spin.
-                cross = matrix.T @ turning[3:, :3]
+                cross = matrix.T @ transformation[3:, :3]
                 spin = np.array([cross[2, 1], cross[0, 2], cross[1, 0]])
-            rows.append((position / place.km, velocity / place.km * place.second, attitude, spin * place.second))
+            rows.append(
+                (
+                    position / conventions.km,
+                    velocity / conventions.km * conventions.second,
+                    attitude,
+                    spin * conventions.second,
+                )
+            )
     positions, velocities, attitudes, spins = (np.array(column) for column in zip(*rows, strict=True))
     attach = system.context.units.attach
     return State(
@@ -112,7 +119,7 @@ def state(
         velocity=attach(velocities, "velocity"),
         attitude=attitudes,
         spin=attach(spins, "spin"),
-        time=attach(plain_time, "time"),
+        time=attach(time_number, "time"),
     )
 
 
@@ -124,7 +131,7 @@ def _telling(what: str, system: SystemLike, time: Any) -> Iterator[None]:
         yield
     except (errors.SpiceyError, errors.NotFoundError) as error:
         date = f"{time} after {system.context.epoch}"
-        raise InvalidInput(f"the kernels do not contain {what} at {date}: {plain(error)}") from error
+        raise InvalidInput(f"the kernels do not contain {what} at {date}: {message_of(error)}") from error
 
 
 @contextmanager
@@ -139,7 +146,7 @@ def loaded(kernels: Sequence[Any]) -> Iterator[None]:
             try:
                 spice.furnsh(name)
             except spice.utils.exceptions.SpiceyError as error:
-                raise InvalidInput(f"{name} is not a kernel that SPICE can load: {plain(error)}") from error
+                raise InvalidInput(f"{name} is not a kernel that SPICE can load: {message_of(error)}") from error
             added.append(name)
         yield
     finally:

@@ -19,8 +19,8 @@ from ..model.state import State, strip, wrap
 from ..motion.system import System, system_of
 from ..orbit.elements import KeplerElements
 from ..setups.toml import build
-from ..setups.toml_published import METADATA, plain, replaced
-from ..setups.toml_table import Table
+from ..setups.toml_published import METADATA, in_usual_units, replaced
+from ..setups.toml_table import TomlTable
 from ..typing import Floats
 from . import _files
 
@@ -62,15 +62,15 @@ def ready(
     frame, published = _frame(content, frame), table.get("frame")
     options = _with_epoch(options, table.get("epoch"))
     # Numbers of a file without units are dimensionless: the units are those that the caller says they have.
-    base, units = (USUAL if Units(units).known else None, units) if "units" in table else (units, False)
+    base, units = (USUAL if Units(units).defined else None, units) if "units" in table else (units, False)
     if base is None and "G" not in table:
         options["G"] = _G
-    described = {key: replaced(item, plain) for key, item in content.items() if key not in METADATA}
+    described = {key: replaced(item, in_usual_units) for key, item in content.items() if key not in METADATA}
     if "binary" in described and (options.get("gravity", "focal") not in _EXACT or "forces" in options):
         # The period of the start was found for the exact attraction alone.
         described["binary"].pop("start_period", None)
     planar = frame == "orbit" and "binary" in described
-    top = Table(_files.path(name), "", described, Units(base))
+    top = TomlTable(_files.path(name), "", described, Units(base))
     system, state = build(top, {**options, "units": base}, planar)
     system = system.with_options(frame=frame)
     plane = _plane(described) if frame is not None else (0.0, 0.0)
@@ -100,10 +100,12 @@ def _with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """Return the options of the system with its epoch: the published one, or the caller's if none is published."""
     fixed = ("bodies", "G", "frame")
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
-    given = options.get("epoch")
-    if epoch is not None and given is not None:
-        raise InvalidInput(f"epoch is {given!r}; expected none: the numbers of this system hold at its own, {epoch}")
-    return {**options, "epoch": epoch if given is None else given}
+    own_epoch = options.get("epoch")
+    if epoch is not None and own_epoch is not None:
+        raise InvalidInput(
+            f"epoch is {own_epoch!r}; expected none: the numbers of this system hold at its own, {epoch}"
+        )
+    return {**options, "epoch": epoch if own_epoch is None else own_epoch}
 
 
 def _plane(described: dict[str, Any]) -> tuple[float, float]:
@@ -121,7 +123,7 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
 def _into(plane: tuple[float, float]) -> Floats:
     """Return the quaternion that turns vectors into the axes of a plane: x towards its node, z its pole."""
     node, inclination = plane
-    return rotations.product(rotations.turn(0, -inclination), rotations.turn(2, -node))
+    return rotations.product(rotations.about_axis(0, -inclination), rotations.about_axis(2, -node))
 
 
 def _rotated(state: State, quaternion: Floats) -> State:
@@ -136,18 +138,18 @@ def _rotated(state: State, quaternion: Floats) -> State:
 
 def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     """Convert a system in km, hour, kg and its state to the given units."""
-    wanted = Units(units)
-    if not wanted.known or wanted == Units(USUAL):
+    target = Units(units)
+    if not target.defined or target == Units(USUAL):
         return system, wrap(strip(state, system.context), system.context)
     # The forces take Quantities here, since plain numbers are in km, hour, kg.
     united = [
         force if force.name in system.context.calls else rebuilt(described | force._notes(), system.context.units)
         for force, described in zip(system.forces, system.context.core.forces, strict=True)
     ]
-    turned = System(system.bodies, G=system.G, units=wanted.names, forces=united, **system.options)
+    converted = System(system.bodies, G=system.G, units=target.names, forces=united, **system.options)
     # The system is rebuilt from its description, so that the bodies are in these units too.
-    final = system_of(turned.context.describe(), functions(system))
-    return final, wrap(state.in_units(wanted), final.context)
+    final = system_of(converted.context.describe(), functions(system))
+    return final, wrap(state.in_units(target), final.context)
 
 
 def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple[str | None, Floats | None]) -> System:

@@ -16,8 +16,8 @@ __all__ = ["changed", "contents", "names", "path", "variants"]
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all ready-made systems, which are those of the files."""
-    found = (file.name for file in _folder().iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
+    files = (file.name for file in _folder().iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
 @cache
@@ -50,10 +50,10 @@ def changed(content: dict[str, Any], variant: Any, changes: dict[str, dict[str, 
 
     A change of a body removes the period that was found for the start, which belongs to the body as it was.
     """
-    if known := variants(content):
+    if known_variants := variants(content):
         option = content["variants"]["option"]
-        if not isinstance(variant, str) or variant not in known:
-            raise InvalidInput(f"{option} is {variant!r}; expected {' or '.join(map(repr, known))}")
+        if not isinstance(variant, str) or variant not in known_variants:
+            raise InvalidInput(f"{option} is {variant!r}; expected {' or '.join(map(repr, known_variants))}")
         content = _merged(content, content["variants"].get(variant, {}))
     if not changes:
         return content

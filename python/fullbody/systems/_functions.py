@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.limits import Limits
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
@@ -34,24 +34,24 @@ kg."""
 def function(name: str) -> Ready:
     """Return the function that makes a ready-made system."""
     content = _files.contents(name)
-    table, own = content.get("variants", {}), content.get("parameters", {})
+    table, parameters_of_file = content.get("variants", {}), content.get("parameters", {})
     parameters = list(_parameters(content))
     signature = Signature([parameter for parameter, _, _ in parameters])
 
     def make(*args: Any, **kwargs: Any) -> tuple[System, State]:
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        given = bound.arguments
-        options = given.pop("options")
-        variant = given.pop(table["option"]) if table else None
+        arguments = bound.arguments
+        options = arguments.pop("options")
+        variant = arguments.pop(table["option"]) if table else None
         changes: dict[str, dict[str, Any]] = {}
-        for key, parameter in own.items():
-            for body, value in _changes(key, parameter, given.pop(key)):
+        for key, parameter in parameters_of_file.items():
+            for body, value in _changes(key, parameter, arguments.pop(key)):
                 if parameter["key"] in FIGURES and body in table.get(variant, {}):
                     option = f"{table['option']} is {variant!r}"
                     raise InvalidInput(f"{key} of {body} are {value} and {option}; expected one of the two")
                 changes.setdefault(body, {})[parameter["key"]] = list(value) if np.ndim(value) else value
-        return ready(name, variant, changes, **given, **options)
+        return ready(name, variant, changes, **arguments, **options)
 
     make.__name__ = make.__qualname__ = name
     make.__module__ = __package__ or ""
@@ -95,7 +95,7 @@ def _changes(name: str, table: dict[str, Any], value: Any) -> Iterator[tuple[str
     """Yield the bodies that a parameter changes, each with the value of its key; nothing for the default."""
     dimension = table.get("dimension", "number")
     default = np.array(table["default"])
-    numbers = PLAIN.numbers(value, dimension, name, default.shape, Limits(text=table["expected"]))
+    numbers = UNITLESS.numbers(value, dimension, name, default.shape, Limits(text=table["expected"]))
     bodies, factors = table["bodies"], np.array(table.get("factors", 1.0))
     parts = numbers * factors if len(bodies) > 1 else [numbers]
     defaults = default * factors if len(bodies) > 1 else [default]

@@ -95,9 +95,13 @@ class View:
     ) -> None:
         check_samples(run)
         whole(samples, "samples", 2)
-        known = run.arrays["time"]
+        sample_times = run.arrays["time"]
         few = len(run) <= samples
-        times = track(run, float(known[-1]), min(samples, 1000)) if few else np.linspace(known[0], known[-1], samples)
+        times = (
+            track(run, float(sample_times[-1]), min(samples, 1000))
+            if few
+            else np.linspace(sample_times[0], sample_times[-1], samples)
+        )
         warn_if_aliased(run, times)
         centres, attitudes = at(run, times)
         self._height = height
@@ -122,10 +126,7 @@ class View:
             self._data["sun"] = _pack(directions(run, geometry, times), "<f4")
             # WebGL takes matrices by columns.
             self._data["casts"] = [
-                [
-                    {"inverse": inverse.T.ravel().tolist(), "position": place.tolist()}
-                    for inverse, place in casts(run, k)
-                ]
+                [{"inverse": inverse.T.ravel().tolist(), "position": mark.tolist()} for inverse, mark in casts(run, k)]
                 for k in range(len(run.context))
             ]
         if flight is not None:
@@ -154,9 +155,9 @@ class View:
         data = json.dumps(self._data).replace("</", "<\\/").replace("<!--", "<\\!--")
         # The page is filled piece by piece in its order, so that no body's name can be taken for a placeholder.
         pieces: list[str] = []
-        for place, text in (("@TITLE@", html.escape(self._title)), ("@SCRIPT@", script), ("@DATA@", data)):
-            before, _, page = page.partition(place)
-            pieces += [before, text]
+        for mark, text in (("@TITLE@", html.escape(self._title)), ("@SCRIPT@", script), ("@DATA@", data)):
+            head, _, page = page.partition(mark)
+            pieces += [head, text]
         return "".join([*pieces, page])
 
     def save_html(self, path: Any) -> Path:

@@ -10,7 +10,7 @@ from fullbody.errors import InvalidInput
 
 
 class Cells(HTMLParser):
-    """Cells of all tables; refuses tags that do not match."""
+    """The cells of all tables; tags that do not match are refused."""
 
     def __init__(self, text):
         super().__init__()
@@ -108,18 +108,18 @@ def test_tables_of_elements_have_units(kw4_run):
 @pytest.mark.parametrize("units", [False, True])
 def test_tables_of_energies_and_interactions_are_complete(units):
     system, state = fullbody.systems.kw4(units=units)
-    energy, found = system.energy(state), system.interactions(state)
+    energy, interactions = system.energy(state), system.interactions(state)
     unit = f" {energy.total.unit}" if units else ""
     shown = cells(energy)
     for name in ("total", "translational", "rotational", "potential"):
         value = getattr(energy, name)
         assert shown[shown.index(name) + 1] == f"{getattr(value, 'value', value):.8g}{unit}"
-    shown = cells(found)
-    assert shown[:2] == ["body", f"force [{found.force.unit}]" if units else "force"]
-    force = np.asarray(found.force)[1] + 0.0
+    shown = cells(interactions)
+    assert shown[:2] == ["body", f"force [{interactions.force.unit}]" if units else "force"]
+    force = np.asarray(interactions.force)[1] + 0.0
     assert shown[shown.index("1") + 1] == "(" + ", ".join(f"{x:.6g}" for x in force) + ")"
-    energy_value = float(getattr(found.potential_energy, "value", found.potential_energy))
-    assert f"potential energy {energy_value:.8g}{unit}<" in found._repr_html_()
+    energy_value = float(getattr(interactions.potential_energy, "value", interactions.potential_energy))
+    assert f"potential energy {energy_value:.8g}{unit}<" in interactions._repr_html_()
 
 
 def test_tables_of_components_have_what_is_given_and_nothing_else():

@@ -35,7 +35,7 @@ def test_products_of_rotations_are_scipys():
     for axis in range(3):
         for angle in (0.0, 0.3, -2.5, np.pi, 7.0):
             expected = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
-            assert np.abs(rotations.matrices(rotations.turn(axis, angle)) - expected).max() < 2e-15
+            assert np.abs(rotations.matrices(rotations.about_axis(axis, angle)) - expected).max() < 2e-15
 
 
 def test_volume_and_inertia_with_and_without_units():

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import fullbody
 import pytest
-from fullbody.base.atomic import check_place, replacing
+from fullbody.base.atomic import check_target, replacing
 from fullbody.errors import InvalidInput
 from support import forbid, refused
 
@@ -431,7 +431,7 @@ def test_asking_for_a_place_changes_nothing(tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
     before = path.stat()
-    check_place(path)
-    check_place(tmp_path / "new.nc")
+    check_target(path)
+    check_target(tmp_path / "new.nc")
     assert path.stat() == before
     assert list(tmp_path.iterdir()) == [path]

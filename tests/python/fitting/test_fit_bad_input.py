@@ -67,7 +67,7 @@ BETWEEN = {"a": Free(2.55, min=2.5, max=2.6)}
         ({"parameters": [("a", 2.55)]}, "expected a dict of names to starts"),
         ({"parameters": {"a": 2.55, "mas": Free(2.3, prior=(2.3, 0.1))}}, "'mas', which neither the setup nor"),
         ({"parameters": {1: 2.55}}, "parameters has the name 1; expected one that an argument"),
-        ({"setup": lambda a, /: pair(a=a)}, "takes a by its place alone; expected arguments that have names"),
+        ({"setup": lambda a, /: pair(a=a)}, "takes a by its position alone; expected arguments that have names"),
         ({"setup": lambda *a: pair()}, "parameters has 'a', which neither the setup nor observations take"),
         ({"setup": lambda a: pair(a=np.round(a, 3))}, "do not change evenly with a"),
         ({"setup": lambda a: pair(mass=-a)}, "start of the fit is refused: InvalidInput: mass of the body is -2.55"),

@@ -17,11 +17,11 @@ VIEW = observing.Geometry(
     light_time=False,
     frame="ecliptic",
 )
-PLAIN = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_time=False)
+UNITLESS = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_time=False)
 
 
 def radar(**options):
-    given = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0, "geometry": PLAIN}
+    given = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0, "geometry": UNITLESS}
     given |= options
     return observing.RadarAstrometry(given.pop("times"), **given)
 
@@ -199,7 +199,7 @@ def test_position_angles_that_look_like_degrees_are_told():
         ({"zero": np.nan}, "zero is nan; expected 'free' or a finite number"),
         ({"zero": np.array([1.0, 2.0])}, "expected 'free' or a finite number"),
         ({"mutual": "no"}, "mutual is 'no'; expected True or False"),
-        ({"geometry": PLAIN}, "has no Sun"),
+        ({"geometry": UNITLESS}, "has no Sun"),
         ({"reduced": 1}, "reduced is 1; expected True or False"),
         ({"magnitude": 12.0}, r"magnitude of Photometry has shape \(\)"),
         ({"magnitude": [1.0, 2.0, 3.0] * u.m}, "magnitude has the unit m; expected a unit such as mag"),

@@ -15,7 +15,7 @@ def code(notebook):
 
 
 def kinds(cell):
-    """Kinds of a cell's outputs; text may come in any number of pieces, as the kernel's buffers fall."""
+    """Return the kinds of a cell's outputs; the kernel may send text in any number of pieces."""
     return [kind for kind, _ in itertools.groupby(output.output_type for output in cell.outputs)]
 
 
@@ -39,7 +39,7 @@ def test_notebooks_are_kept_with_outputs(path):
 
 @pytest.fixture(scope="module")
 def kernel():
-    """One kernel for all: starting it and importing what they need takes longer than most of them."""
+    """Return one kernel for all notebooks: starting it takes longer than most of them."""
     client = nbclient.NotebookClient(nbformat.v4.new_notebook(), timeout=240, kernel_name="python3")
     with client.setup_kernel():
         yield client
@@ -51,16 +51,16 @@ def kernel():
 def test_notebooks_run(path, tmp_path, kernel):
     notebook = nbformat.read(path, as_version=4)
     kept = [kinds(cell) for cell in code(notebook)]
-    # Of the notebook before nothing is left but what it has imported.
+    # Only the imports of the previous notebook are kept.
     fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f -s"
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
-    # What takes long is run small: a cell may say what stands in place of what it says to the reader.
+    # Long computations are reduced: the metadata of a cell say which texts are replaced by which.
     for cell in code(notebook):
-        for said, small in cell.metadata.get("small", {}).items():
-            assert said in cell.source
-            cell.source = cell.source.replace(said, small)
+        for original, reduced in cell.metadata.get("small", {}).items():
+            assert original in cell.source
+            cell.source = cell.source.replace(original, reduced)
     kernel.nb = notebook
     for index, cell in enumerate(notebook.cells):
         kernel.execute_cell(cell, index)
-    # Neither new warnings nor pictures that are no longer made.
+    # There are no new warnings and no missing pictures.
     assert [kinds(cell) for cell in code(notebook)] == [[], *kept]

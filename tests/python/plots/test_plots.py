@@ -165,7 +165,7 @@ def test_some_bodies_only(triple_run):
     assert ax.get_title(loc="left") == "body 1, body frame"
     assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
     assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 2)
-    refused("one of bodies is 3; expected a body's place, 0 to 2", lambda: triple_run.plot.spins(bodies=[3]))
+    refused("one of bodies is 3; expected a body's index, 0 to 2", lambda: triple_run.plot.spins(bodies=[3]))
     refused("bodies is empty", lambda: triple_run.plot.angles(bodies=[]))
 
 
@@ -477,7 +477,7 @@ def test_motion_along_a_line_is_drawn_without_elements():
 
 def test_bad_requests_are_named(kw4_run):
     refused("plane is 'ab'; expected ", lambda: kw4_run.plot.orbit(plane="ab"))
-    refused("about is 2; expected a body's place, 0 to 1", lambda: kw4_run.plot.orbit(about=2))
+    refused("about is 2; expected a body's index, 0 to 1", lambda: kw4_run.plot.orbit(about=2))
     refused("axes has 3 axes; expected 2", lambda: kw4_run.plot.spins(axes=plt.subplots(3)[1]))
     refused("frame is 'sky'", lambda: kw4_run.plot.spins(frame="sky"))
     refused("time has the unit km", lambda: kw4_run.plot.scene(kw4_run.position[0, 0, 0]))

@@ -1,6 +1,6 @@
-"""Sweeps that kill their process: ``python study.py FOLDER:DIE ...``; DIE is the number of setups that one lives for.
+"""Run sweeps whose process kills itself after DIE setups: ``python study.py FOLDER:DIE ...``.
 
-Prints how each process ended.
+It prints the exit code of each process.
 """
 
 import os
@@ -19,7 +19,7 @@ LOGGED = []
 
 
 def done(row):
-    """Count setups, where the sweep does not look."""
+    """Count a setup in a file, and kill the process after the last one that is allowed."""
     log, left = LOGGED
     with log.open("a") as file:
         file.write(f"{row}\n")
@@ -29,7 +29,7 @@ def done(row):
 
 
 def setup(row, rng):
-    """A row that fails among others."""
+    """Return the system and state of a row; row 5 fails."""
     sys.modules["__main__"].done(row)
     if row == 5:
         raise ValueError("the fifth")
@@ -37,7 +37,7 @@ def setup(row, rng):
 
 
 def measure(run):
-    """Numbers, nan and text."""
+    """Return numbers, nan and text."""
     return {"place": run.position[-1], "text": f"{run.statistics.steps} steps", "nothing": np.nan}
 
 

@@ -53,13 +53,13 @@ class Particles:
     """
 
     def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
-        self._given = {
+        self._values = {
             "position": gathered(position, "position", "length"),
             "velocity": gathered(velocity, "velocity", "velocity"),
             "area_to_mass": gathered(area_to_mass, "area_to_mass", "area to mass"),
         }
         if time is not None:
-            self._given["time"] = gathered(time, "time", "time")
+            self._values["time"] = gathered(time, "time", "time")
         # Numbers that are invalid in every system are refused when the particles are made.
         self._numbers(AnyUnits())
         self._time(AnyUnits())
@@ -67,22 +67,22 @@ class Particles:
     def _numbers(self, units: Units) -> tuple[Floats, Floats, Floats]:
         """Return positions, velocities and area-to-mass ratios as numbers in the units of a system."""
         dimensions = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass"}
-        found = {name: units.strip(self._given[name], of, name) for name, of in dimensions.items()}
-        position, velocity = found["position"], found["velocity"]
+        numbers = {name: units.strip(self._values[name], of, name) for name, of in dimensions.items()}
+        position, velocity = numbers["position"], numbers["velocity"]
         for name in ("position", "velocity"):
-            if not fits(found[name], ("P", 3)):
-                raise InvalidInput(f"{name} of particles has shape {found[name].shape}; expected (P, 3)")
+            if not fits(numbers[name], ("P", 3)):
+                raise InvalidInput(f"{name} of particles has shape {numbers[name].shape}; expected (P, 3)")
         if position.shape != velocity.shape:
             raise InvalidInput(
                 f"velocity of particles has shape {velocity.shape}; expected {position.shape}, as position has"
             )
         if not len(position):
             raise InvalidInput("position of particles has no rows; expected at least one particle")
-        ratio = found["area_to_mass"]
+        ratio = numbers["area_to_mass"]
         if ratio.ndim and ratio.shape != (len(position),):
             raise InvalidInput(f"area_to_mass has shape {ratio.shape}; expected one number, or ({len(position)},)")
-        found["area_to_mass"] = np.ascontiguousarray(np.broadcast_to(ratio, len(position)))
-        for name, values in found.items():
+        numbers["area_to_mass"] = np.ascontiguousarray(np.broadcast_to(ratio, len(position)))
+        for name, values in numbers.items():
             # A comparison with nan is false, so that nan is refused too.
             most = _core.LARGEST_OF_PARTICLE
             bad = ~(np.abs(values.reshape(len(values), -1)) <= most).all(axis=1)
@@ -90,49 +90,49 @@ class Particles:
                 index = int(np.argmax(bad))
                 expected = f"expected finite numbers of at most {most:g} in size, in units that keep them in range"
                 raise InvalidInput(f"{name} of particle {index} is {values[index]}; {expected}")
-        negative = found["area_to_mass"] < 0.0
+        negative = numbers["area_to_mass"] < 0.0
         if negative.any():
             index = int(np.argmax(negative))
-            value = found["area_to_mass"][index]
+            value = numbers["area_to_mass"][index]
             raise InvalidInput(f"area_to_mass of particle {index} is {value}; expected zero or more")
-        return position, velocity, found["area_to_mass"]
+        return position, velocity, numbers["area_to_mass"]
 
     def _time(self, units: Any) -> float | None:
         """Return the time as a number in the units of a system."""
-        return units.number(self._given["time"], "time", "time of particles") if "time" in self._given else None
+        return units.number(self._values["time"], "time", "time of particles") if "time" in self._values else None
 
     @property
     def position(self) -> Any:
         """Inertial positions (P, 3), as given."""
-        return self._given["position"]
+        return self._values["position"]
 
     @property
     def velocity(self) -> Any:
         """Inertial velocities (P, 3), as given."""
-        return self._given["velocity"]
+        return self._values["velocity"]
 
     @property
     def area_to_mass(self) -> Any:
         """Area-to-mass ratios, as given."""
-        return self._given["area_to_mass"]
+        return self._values["area_to_mass"]
 
     @property
     def time(self) -> Any:
         """The time of the positions and velocities, as given; ``None`` if none was given."""
-        return self._given.get("time")
+        return self._values.get("time")
 
     def __len__(self) -> int:
-        return len(self._given["position"])
+        return len(self._values["position"])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Particles):
             return NotImplemented
-        return same(self._given, other._given)
+        return same(self._values, other._values)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        when = f" at time {self.time}" if "time" in self._given else ""
+        when = f" at time {self.time}" if "time" in self._values else ""
         return f"Particles({len(self)} particle{'s' if len(self) != 1 else ''}{when})"
 
     @classmethod
@@ -253,8 +253,8 @@ class Particles:
         cones = Limits(least=0.0, most=np.pi, text="an angle from 0 to pi")
         opening = units.number(opening_angle, "angle", "opening_angle", cones)
         azimuth, elevation = cone(count, opening, bool(filled), rng)
-        place = {"longitude": longitude, "latitude": latitude}
-        numbers = {name: units.number(value, "angle", name) for name, value in place.items()}
+        angles = {"longitude": longitude, "latitude": latitude}
+        numbers = {name: units.number(value, "angle", name) for name, value in angles.items()}
         warn_if_degrees(longitude, "longitude")
         speeds = units.strip(speed, "velocity", "speed")
         if speeds.ndim and speeds.shape != (count,):

@@ -20,7 +20,7 @@ from ..motion.integration import Task, differentiated, integrator_of, watched
 from ..motion.run import Run
 from ..motion.system import System
 from ..record.integrators import Integrator
-from ..record.times import given_end, spacing_warning
+from ..record.times import end_arguments, spacing_warning
 
 __all__ = ["integrate_many"]
 
@@ -112,22 +112,22 @@ def integrate_many(
     True
     """
     threads = None if threads is None else thread_count(threads)
-    end = given_end(until, duration)
-    many = _Many(members, end, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
+    end = end_arguments(until, duration)
+    batch = _Members(members, end, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
     try:
         with once(), Progress(progress) as report:
-            _core.integrate_many(many.given(), many.take, many.counting(report), threads)
-        many.warn()
+            _core.integrate_many(batch.prepared(), batch.take, batch.counting(report), threads)
+        batch.warn()
     except BaseException as error:
-        many.fill()
+        batch.fill()
         if isinstance(error, KeyboardInterrupt):
-            interrupted = Interrupted(f"interrupted with {many.whole()} done; the runs so far are in .runs")
-            interrupted.runs = many.answers
+            interrupted = Interrupted(f"interrupted with {batch.whole()} done; the runs so far are in .runs")
+            interrupted.runs = batch.answers
             raise interrupted from None
         with contextlib.suppress(AttributeError):
-            error.runs = many.answers  # type: ignore[attr-defined]
+            error.runs = batch.answers  # type: ignore[attr-defined]
         raise
-    return many.answers
+    return batch.answers
 
 
 def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
@@ -144,7 +144,7 @@ def thread_count(threads: Any) -> int:
     return whole(threads, "threads", 1, _MOST_THREADS, ", or None for all cores")
 
 
-class _Many:
+class _Members:
     """The members of an ensemble and their answers so far."""
 
     def __init__(
@@ -159,9 +159,9 @@ class _Many:
         chaos: bool,
     ) -> None:
         ((self._end, until),) = end.items()
-        each = [value for value in (until, integrator) if _is_sequence(value)]
+        per_member = [value for value in (until, integrator) if _is_sequence(value)]
         try:
-            self._members = members = list(members) if each and not hasattr(members, "__len__") else members
+            self._members = members = list(members) if per_member and not hasattr(members, "__len__") else members
             iter(members)
         except TypeError as error:
             raise InvalidInput(f"members is {members!r}; expected an iterable of (system, state)") from error
@@ -184,7 +184,7 @@ class _Many:
         self._warnings: dict[int, str] = {}
         self._spacing: str | None = None
 
-    def given(self) -> Iterator[Any]:
+    def prepared(self) -> Iterator[Any]:
         """Yield the members as the core takes them; invalid ones receive their errors at once."""
         until, integrator = (
             value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator)
@@ -192,13 +192,13 @@ class _Many:
         for index, parts in enumerate(zip(self._members, until, integrator, strict=False)):
             self.answers.append(None)
             try:
-                given = self._prepared(index, *parts)
+                arguments = self._prepared(index, *parts)
             except Exception as error:
                 # A traceback would keep all members alive in memory.
                 self.answers[index] = error.with_traceback(None)
                 self.refused += 1
                 continue
-            yield given
+            yield arguments
 
     def _prepared(self, index: int, member: Any, until: Any, integrator: Integrator | None) -> Any:
         if not isinstance(member, tuple | list) or len(member) != 2:
