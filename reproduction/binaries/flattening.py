@@ -31,17 +31,20 @@ class Chance:
     ----------
     fall : float
         How far chi2 falls, to first order in J2, for the real observations.
+    p_first : float
+        Part of the simulated observations for which it falls at least as far to first order.
     p_value : float
-        Part of the simulated observations for which it falls at least as far as in the fits.
+        The same for the fall of the fits, which are not of first order.
     """
 
     fall: float
+    p_first: float
     p_value: float
 
     @property
     def sigma(self) -> float:
-        """The two-sided deviation of a normal distribution that has this probability."""
-        return float(norm.isf(self.p_value / 2.0))
+        """The two-sided deviation of a normal distribution that has the probability of first order."""
+        return float(norm.isf(self.p_first / 2.0))
 
 
 def chance(points: Fit, spheroid: Callable[..., tuple[fullbody.System, fullbody.State]], fall: float) -> Chance:
@@ -91,7 +94,8 @@ def chance(points: Fit, spheroid: Callable[..., tuple[fullbody.System, fullbody.
     along /= np.linalg.norm(along, axis=1)[:, None]
     observed = np.concatenate([_whitened(one, _offsets(one)) for one in data])
     gain = float((along @ (basis.T @ (observed - start))).max())
-    return Chance(max(0.0, gain) ** 2, exceeded(along, fall))
+    first = max(0.0, gain) ** 2
+    return Chance(first, exceeded(along, first), exceeded(along, fall))
 
 
 def exceeded(along: _Array, fall: float) -> float:
