@@ -78,7 +78,7 @@ fn nothing_unphysical_is_a_body() {
         );
     }
     let message = refusal(Body::with_density("Beta", Shape::Point, 2.5));
-    assert_eq!(message, "density of Beta is 2.5; expected a mass: a point has no volume");
+    assert_eq!(message, "density of Beta is 2.5; expected a mass: its shape has no volume");
 }
 
 #[test]

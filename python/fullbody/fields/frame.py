@@ -23,8 +23,8 @@ class Frame:
 
     It has an angular velocity, the ``rate``, and the ``distance`` between the bodies' centres, which are at ``centres``
     (2, 3) in it; ``origin`` and ``drift`` (3,) are position and velocity of the barycentre, inertial. The matrices
-    ``rotation`` (3, 3) and ``attitudes`` (2, 3, 3) lead from the rotating frame and from the body frames to the inertial
-    frame, and ``primary`` is the index of the heavier body.
+    ``rotation`` (3, 3) and ``attitudes`` (2, 3, 3) lead from the rotating frame and from the body frames to the
+    inertial frame, and ``primary`` is the index of the heavier body.
     """
 
     def __init__(self, context: Context, core: _core.State) -> None:
