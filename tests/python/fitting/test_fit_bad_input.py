@@ -197,6 +197,13 @@ def test_a_value_of_the_system_alone_needs_no_times():
     assert found.sigma["mass"] == pytest.approx(0.1, rel=1e-9)
 
 
+def test_a_fit_that_walks_into_a_refused_value_names_the_bound_to_give():
+    measured = observing.Measured("mass", lambda run: run.system.masses[0], -0.2, 0.1, times=[])
+    with pytest.warns(InconsistentInput, match=r"expected a finite number above zero; give Free the bound min of mass"):
+        found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 1.0}, measured)
+    assert 0.0 < found.values["mass"] < 1e-9
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
