@@ -17,7 +17,7 @@ from ..errors import InvalidInput, once
 from ..model.state import State
 from ..motion.system import System
 from ..typing import Floats
-from .many import integrate_many
+from .members import integrate_many
 from .parameters import RNG, fits, storable, stream
 
 __all__ = ["Failure", "Job", "MeasuredValue", "Observable", "Outcome", "Rows", "work", "work_sent"]
