@@ -1,21 +1,21 @@
 //! The mean force and torque of sunlight on a synchronous secondary (BYORP).
 //!
-//! They are means over the secondary's orbit and over the orbit round the Sun. A secondary that keeps one side
-//! towards the other body also keeps its faces in the same places of its orbit, and what remains of the force
-//! and the torque is constant in its body frame: M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon &
-//! D. Scheeres (2010), Icarus 209, 494.
+//! They are means over the secondary's orbit and over the orbit round the Sun. A secondary that keeps one
+//! side towards the other body also keeps its faces in the same places of its orbit, and what remains of the
+//! force and the torque is constant in its body frame: M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J.
+//! McMahon & D. Scheeres (2010), Icarus 209, 494.
 //!
-//! The components refer to the principal axes, whose signs follow from the side that faces the other body: the
-//! long axis points away from it, the short axis to the side of the orbit's normal, and the middle axis, which
-//! completes them, along the motion. While the secondary is locked these signs do not change.
+//! The components refer to the principal axes, whose signs follow from the side that faces the other body:
+//! the long axis points away from it, the short axis to the side of the orbit's normal, and the middle axis,
+//! which completes them, along the motion. While the secondary is locked these signs do not change.
 
 use super::evaluator::Evaluator;
 use super::lock::Lock;
-use super::snapshot::{Load, Snapshot, Switch, two_places};
+use super::snapshot::{Load, MotionSnapshot, Switch, two_indices};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Result, require_finite};
 use crate::math::matrix::times_cross;
-use crate::math::rotation::turned;
+use crate::math::rotation::rotate;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use pulp::Simd;
@@ -32,8 +32,8 @@ pub struct Byorp {
     /// The name of the body about which it moves.
     pub about: String,
     /// The force along the secondary's long axis, away from the other body, along its middle axis, in the
-    /// direction of its motion, and along its short axis, to the side of the orbit's normal. A description may
-    /// give the second one alone.
+    /// direction of its motion, and along its short axis, to the side of the orbit's normal. A description
+    /// may give the second one alone.
     #[serde(deserialize_with = "components")]
     pub force: [f64; 3],
     /// The torque about the secondary's centre along the same axes.
@@ -41,16 +41,16 @@ pub struct Byorp {
     pub torque: [f64; 3],
 }
 
-fn components<'de, D: Deserializer<'de>>(given: D) -> std::result::Result<[f64; 3], D::Error> {
+fn components<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<[f64; 3], D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
-    enum Given {
+    enum ForceInput {
         Along(f64),
         All([f64; 3]),
     }
-    Ok(match Given::deserialize(given)? {
-        Given::Along(force) => [0.0, force, 0.0],
-        Given::All(force) => force,
+    Ok(match ForceInput::deserialize(deserializer)? {
+        ForceInput::Along(force) => [0.0, force, 0.0],
+        ForceInput::All(force) => force,
     })
 }
 
@@ -61,14 +61,14 @@ impl Byorp {
         require_finite(&format!("torque of {}", self.name), &self.torque)
     }
 
-    pub(super) fn ready(
+    pub(super) fn prepared(
         &self,
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
     ) -> Result<ByorpForce> {
         let name = &self.name;
-        let (on, about) = two_places(name, ["on", "about"], [&self.on, &self.about], bodies)?;
+        let (on, about) = two_indices(name, ["on", "about"], [&self.on, &self.about], bodies)?;
         self.check()?;
         Ok(ByorpForce {
             lock: Lock::new(name, [on, about], bodies, gravitational_constant)?,
@@ -114,7 +114,7 @@ impl ByorpForce {
     /// Returns how far a state is from the next switch: below zero where it is beyond the switch by more than
     /// rounding.
     #[inline(always)]
-    pub fn margin(&self, snapshot: Snapshot) -> f64 {
+    pub fn margin(&self, snapshot: MotionSnapshot) -> f64 {
         let margin = self.lock.margin(snapshot);
         if self.acts() { margin + self.lock.rounding() } else { self.lock.rounding() - margin }
     }
@@ -128,20 +128,20 @@ impl ByorpForce {
     }
 
     /// Returns what the next switch adds to the force, inertial, and to the torque, body frame.
-    pub fn jump(&self, snapshot: Snapshot) -> [Vec3; 2] {
+    pub fn jump(&self, snapshot: MotionSnapshot) -> [Vec3; 2] {
         let sign = if self.acts() { -1.0 } else { 1.0 };
         let axes = self.axes(snapshot) * sign;
-        [turned(&snapshot.rotation[self.lock.on], &(axes * self.force)), axes * self.torque]
+        [rotate(&snapshot.rotation[self.lock.on], &(axes * self.force)), axes * self.torque]
     }
 
     /// Returns the axes to which the components refer, body frame, in columns.
     #[inline(always)]
-    fn axes(&self, snapshot: Snapshot) -> Mat3 {
+    fn axes(&self, snapshot: MotionSnapshot) -> Mat3 {
         let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
-        let turn = &snapshot.rotation[self.lock.on];
+        let rotation = &snapshot.rotation[self.lock.on];
         let towards = |axis: usize, direction: &Vec3| {
             let mut unit = Vec3::zeros();
-            unit[axis] = 1.0_f64.copysign(turn.column(axis).dot(direction));
+            unit[axis] = 1.0_f64.copysign(rotation.column(axis).dot(direction));
             unit
         };
         let [long, _, short] = self.lock.axes;
@@ -150,11 +150,11 @@ impl ByorpForce {
     }
 
     #[inline(always)]
-    fn compute(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: MotionSnapshot) {
         self.lowest = self.lowest.min(self.margin(snapshot));
         let axes = if self.acts() { self.axes(snapshot) } else { Mat3::zeros() };
         let load = &mut self.loads[0];
-        load.force = turned(&snapshot.rotation[self.lock.on], &(axes * self.force));
+        load.force = rotate(&snapshot.rotation[self.lock.on], &(axes * self.force));
         load.torque = axes * self.torque;
     }
 }
@@ -166,14 +166,14 @@ impl Evaluator for ByorpForce {
     }
 
     /// Decides at the first state whether the force acts; later its switches decide.
-    fn begin_step(&mut self, _: &str, snapshot: Snapshot, _: f64) -> Result<()> {
+    fn begin_step(&mut self, _: &str, snapshot: MotionSnapshot, _: f64) -> Result<()> {
         self.lowest = f64::INFINITY;
         self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
         Ok(())
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: MotionSnapshot) -> Result<()> {
         self.compute(snapshot);
         Ok(())
     }
@@ -182,21 +182,21 @@ impl Evaluator for ByorpForce {
     fn by_parameter(
         &mut self,
         _: &str,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         _: ForceParameter,
         _: f64,
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        let own = (self.force, self.torque, self.loads);
+        let previous = (self.force, self.torque, self.loads);
         (self.force, self.torque) = (Vec3::y(), Vec3::zeros());
         self.compute(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.force, self.torque, self.loads) = own;
+        (self.force, self.torque, self.loads) = previous;
         Ok(())
     }
 
     /// Adds the derivatives of the force R f, with f constant in the body frame: dR = R [theta]x.
-    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, _: &str, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         if self.acts() {
             let on = self.lock.on;
             let force = self.axes(snapshot) * self.force;

@@ -1,6 +1,6 @@
 //! The trait of the evaluators of forces: loads at a snapshot, their derivatives, and what happens at steps.
 
-use super::{ForceParameter, Load, LoadJacobian, Snapshot};
+use super::{ForceParameter, Load, LoadJacobian, MotionSnapshot};
 use crate::error::Result;
 use pulp::Simd;
 
@@ -10,18 +10,23 @@ pub(super) trait Evaluator {
     fn loads(&self) -> &[Load];
 
     /// Computes the loads at a snapshot. Allocates nothing. Components that the force never has stay zero.
-    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()>;
+    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: MotionSnapshot) -> Result<()>;
 
     /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
     /// nothing.
-    fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()>;
+    fn add_jacobian(
+        &mut self,
+        name: &str,
+        snapshot: MotionSnapshot,
+        jacobian: &mut LoadJacobian,
+    ) -> Result<()>;
 
     /// Passes the derivative of the loads with respect to a parameter to the sink, at the snapshot of the
     /// last [`Self::load`]. Allocates nothing.
     fn by_parameter(
         &mut self,
         _name: &str,
-        _snapshot: Snapshot,
+        _snapshot: MotionSnapshot,
         _parameter: ForceParameter,
         _gravitational_constant: f64,
         _to: &mut impl FnMut(&Load, f64),
@@ -41,7 +46,7 @@ pub(super) trait Evaluator {
     }
 
     /// Begins a step. Returns an error for a step in which the force loses its meaning.
-    fn begin_step(&mut self, _name: &str, _snapshot: Snapshot, _step: f64) -> Result<()> {
+    fn begin_step(&mut self, _name: &str, _snapshot: MotionSnapshot, _step: f64) -> Result<()> {
         Ok(())
     }
 }

@@ -10,11 +10,11 @@
 //! included: the figure is rigid, so that the conservative bulges of tide and rotation are part of it.
 
 use super::evaluator::Evaluator;
-use super::snapshot::{Load, Snapshot, place_to_turn, two_places};
+use super::snapshot::{Load, MotionSnapshot, index_of_extended, two_indices};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Error, Result, require_positive};
 use crate::math::matrix::{times, times_cross};
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use pulp::Simd;
@@ -52,15 +52,15 @@ impl Tide {
         require_positive(&format!("radius of {name}"), self.radius)
     }
 
-    pub(super) fn ready(
+    pub(super) fn prepared(
         &self,
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
     ) -> Result<TidalForce> {
         let name = &self.name;
-        let (on, by) = two_places(name, ["on", "by"], [&self.on, &self.by], bodies)?;
-        place_to_turn(name, "on", &self.on, bodies)?;
+        let (on, by) = two_indices(name, ["on", "by"], [&self.on, &self.by], bodies)?;
+        index_of_extended(name, "on", &self.on, bodies)?;
         self.check()?;
         let mass = bodies[by].mass;
         let unit = 3.0 * gravitational_constant * mass * mass * self.radius.powi(5);
@@ -89,7 +89,7 @@ pub(super) struct TidalForce {
 
 impl TidalForce {
     #[inline(always)]
-    fn compute(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: MotionSnapshot) {
         let (r, v) = snapshot.relative(self.by, self.on);
         let spin = snapshot.inertial_spin(self.on);
         let inverse = 1.0 / r.norm_squared();
@@ -97,7 +97,7 @@ impl TidalForce {
         let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + (r.cross(&spin) + v);
         let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
         self.loads[0].force = -force;
-        self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &force.cross(&r));
+        self.loads[0].torque = rotate_back(&snapshot.rotation[self.on], &force.cross(&r));
         self.loads[1].force = force;
     }
 }
@@ -109,7 +109,7 @@ impl Evaluator for TidalForce {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: MotionSnapshot) -> Result<()> {
         self.compute(snapshot);
         Ok(())
     }
@@ -118,17 +118,17 @@ impl Evaluator for TidalForce {
     fn by_parameter(
         &mut self,
         _: &str,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         parameter: ForceParameter,
         _: f64,
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
         let [by_k2, by_lag] = self.by_parameters;
-        let one = if parameter == ForceParameter::Lag { by_lag } else { by_k2 };
-        let own = (std::mem::replace(&mut self.strength, one), self.loads);
+        let derivative = if parameter == ForceParameter::Lag { by_lag } else { by_k2 };
+        let previous = (std::mem::replace(&mut self.strength, derivative), self.loads);
         self.compute(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.strength, self.loads) = own;
+        (self.strength, self.loads) = previous;
         Ok(())
     }
 
@@ -138,7 +138,7 @@ impl Evaluator for TidalForce {
 
     /// Adds the derivatives of the loads. With b the bracket and k = strength / r^8, the force is F = -k b,
     /// and the torque is M = -R^T (r x F) in the body frame.
-    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, _: &str, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let (r, v) = snapshot.relative(self.by, self.on);
         let (spin, rotation) = (snapshot.inertial_spin(self.on), &snapshot.rotation[self.on]);
         let inverse = 1.0 / r.norm_squared();
@@ -153,9 +153,9 @@ impl Evaluator for TidalForce {
         let by_velocity = (along * r.transpose() * 2.0 + Mat3::identity()) * -strength;
         // d(R spin) = -R [spin]x theta + R dspin.
         let by_spin = times(&r.cross_matrix(), rotation) * -strength;
-        let by_turn = -times_cross(&by_spin, &Vec3::from(snapshot.spin[self.on]));
+        let by_rotation = -times_cross(&by_spin, &Vec3::from(snapshot.spin[self.on]));
         let to_body = -times(&rotation.transpose(), &r.cross_matrix());
-        let torque = turned_back(rotation, &-r.cross(&force));
+        let torque = rotate_back(rotation, &-r.cross(&force));
         // The derivatives with respect to the deformed body's position and velocity are the opposite of those
         // by the raiser's.
         let moved = times(&rotation.transpose(), &force.cross_matrix());
@@ -179,12 +179,12 @@ impl Evaluator for TidalForce {
             );
         }
         for (row, sign) in [(self.by, 1.0), (self.on, -1.0)] {
-            jacobian.add(BodyBlock::translation(row), BodyBlock::rotation(self.on), &by_turn, sign);
+            jacobian.add(BodyBlock::translation(row), BodyBlock::rotation(self.on), &by_rotation, sign);
             jacobian.add_by_rate(BodyBlock::translation(row), BodyBlock::rotation(self.on), &by_spin, sign);
         }
         // The body frame rotates: d(R^T m) = [R^T m]x theta.
-        let by_turn = times(&to_body, &by_turn) + torque.cross_matrix();
-        jacobian.add(BodyBlock::rotation(self.on), BodyBlock::rotation(self.on), &by_turn, 1.0);
+        let by_rotation = times(&to_body, &by_rotation) + torque.cross_matrix();
+        jacobian.add(BodyBlock::rotation(self.on), BodyBlock::rotation(self.on), &by_rotation, 1.0);
         jacobian.add_by_rate(
             BodyBlock::rotation(self.on),
             BodyBlock::rotation(self.on),

@@ -4,11 +4,11 @@
 //! functions of the obliquity as in D. P. Rubincam (2000), Icarus 148, 2.
 
 use super::evaluator::Evaluator;
-use super::snapshot::{Load, Snapshot, place_to_turn};
+use super::snapshot::{Load, MotionSnapshot, index_of_extended};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Error, Result, require_finite};
 use crate::math::matrix::times_cross;
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
@@ -53,9 +53,9 @@ impl Yorp {
         })?;
         let counts = (self.obliquity.len().max(1), self.along.len(), self.across.len());
         if counts.0 != counts.1 || counts.0 != counts.2 {
-            let found =
+            let counts_text =
                 format!("{} obliquities, {} along, {} across", self.obliquity.len(), counts.1, counts.2);
-            return Err(Error::invalid(format!("the torques of {name}"), found, "as many of each"));
+            return Err(Error::invalid(format!("the torques of {name}"), counts_text, "as many of each"));
         }
         require_finite(&format!("along of {name}"), &self.along)?;
         require_finite(&format!("across of {name}"), &self.across)?;
@@ -79,9 +79,9 @@ impl Yorp {
         Ok((pole, torque))
     }
 
-    pub(super) fn ready(&self, of: usize, bodies: &[Body]) -> Result<YorpTorque> {
+    pub(super) fn prepared(&self, of: usize, bodies: &[Body]) -> Result<YorpTorque> {
         let name = &self.name;
-        let on = place_to_turn(name, "on", &self.on, bodies)?;
+        let on = index_of_extended(name, "on", &self.on, bodies)?;
         let (pole, torque) = self.pole_and_torque()?;
         Ok(YorpTorque {
             on,
@@ -118,7 +118,7 @@ impl YorpTorque {
     /// Returns an error for a spin of zero, for a step in which the torque along the spin brings it to a
     /// stop, and for one in which the torque across the spin brings it to the pole: there the torque has no
     /// direction, and would change its sign at every step.
-    fn check(&self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+    fn check(&self, name: &str, snapshot: MotionSnapshot, step: f64) -> Result<()> {
         let spin = Vec3::from(snapshot.spin[self.on]);
         let [along, across] = self.torques(&snapshot.inertial_spin(self.on));
         let failed = |detail| {
@@ -141,7 +141,7 @@ impl YorpTorque {
                 snapshot.time + stop
             ));
         }
-        let pole = turned_back(&snapshot.rotation[self.on], &self.pole);
+        let pole = rotate_back(&snapshot.rotation[self.on], &self.pole);
         let (cosine, sine) = (axis.dot(&pole), axis.cross(&pole).norm());
         let across = self.across_at_pole(cosine);
         if across == 0.0 || sine == 0.0 {
@@ -191,7 +191,7 @@ impl YorpTorque {
         }
     }
 
-    fn compute(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: MotionSnapshot) {
         let spin = snapshot.inertial_spin(self.on);
         let Some(axis) = spin.try_normalize(0.0) else {
             self.loads[0].torque = Vec3::zeros();
@@ -204,7 +204,7 @@ impl YorpTorque {
         // parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &torque);
+        self.loads[0].torque = rotate_back(&snapshot.rotation[self.on], &torque);
     }
 }
 
@@ -215,12 +215,12 @@ impl Evaluator for YorpTorque {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: MotionSnapshot) -> Result<()> {
         self.compute(snapshot);
         Ok(())
     }
 
-    fn begin_step(&mut self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+    fn begin_step(&mut self, name: &str, snapshot: MotionSnapshot, step: f64) -> Result<()> {
         self.check(name, snapshot, step)
     }
 
@@ -228,12 +228,12 @@ impl Evaluator for YorpTorque {
     fn by_parameter(
         &mut self,
         _: &str,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         parameter: ForceParameter,
         _: f64,
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        let one = match parameter {
+        let unit = match parameter {
             ForceParameter::Along => [1.0, 0.0],
             ForceParameter::Across => [0.0, 1.0],
             _ => {
@@ -241,23 +241,28 @@ impl Evaluator for YorpTorque {
                 return Ok(());
             }
         };
-        let own = (std::mem::replace(&mut self.torque, TorqueTable::Constant(one)), self.loads);
+        let previous = (std::mem::replace(&mut self.torque, TorqueTable::Constant(unit)), self.loads);
         self.compute(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.torque, self.loads) = own;
+        (self.torque, self.loads) = previous;
         Ok(())
     }
 
     /// Adds the derivatives of the torque in the body frame, M = A a + B u. Here a is the direction of the
     /// spin w, k the pole in the body frame, c = a.k, s = |a x k|, u = (c a - k) / s, and A and B are
     /// functions of the obliquity.
-    fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
-        let own = Vec3::from(snapshot.spin[self.on]);
-        let spin = own.norm();
+    fn add_jacobian(
+        &mut self,
+        name: &str,
+        snapshot: MotionSnapshot,
+        jacobian: &mut LoadJacobian,
+    ) -> Result<()> {
+        let spin_vector = Vec3::from(snapshot.spin[self.on]);
+        let spin = spin_vector.norm();
         if spin == 0.0 {
             return Ok(());
         }
-        let (a, k) = (own / spin, turned_back(&snapshot.rotation[self.on], &self.pole));
+        let (a, k) = (spin_vector / spin, rotate_back(&snapshot.rotation[self.on], &self.pole));
         let (cosine, sine) = (a.dot(&k), a.cross(&k).norm());
         let ([along, across], [along_rate, across_rate]) = match &self.torque {
             TorqueTable::Constant(torque) => (*torque, [0.0; 2]),
@@ -286,12 +291,12 @@ impl Evaluator for YorpTorque {
         // This is the derivative with respect to c alone, where the obliquity changes by -dc/s.
         let by_cosine =
             a * across - (a * along_rate + u * across_rate) * inverse + u * (across * cosine * inverse);
-        let one = Mat3::identity();
-        let by_axis = one * (along + across * cosine) + by_cosine * k.transpose();
-        let by_pole = by_cosine * a.transpose() - one * across;
-        let turn = BodyBlock::rotation(self.on);
-        jacobian.add_by_rate(turn, turn, &(by_axis * (one - a * a.transpose())), 1.0 / spin);
-        jacobian.add(turn, turn, &times_cross(&by_pole, &k), 1.0);
+        let identity = Mat3::identity();
+        let by_axis = identity * (along + across * cosine) + by_cosine * k.transpose();
+        let by_pole = by_cosine * a.transpose() - identity * across;
+        let block = BodyBlock::rotation(self.on);
+        jacobian.add_by_rate(block, block, &(by_axis * (identity - a * a.transpose())), 1.0 / spin);
+        jacobian.add(block, block, &times_cross(&by_pole, &k), 1.0);
         Ok(())
     }
 }

@@ -21,7 +21,7 @@
 use super::faces::{Faces, blocks, points};
 use super::gradient::CanonicalJacobian;
 use super::rule::Rule;
-use super::surface::place;
+use super::surface::position_from_field;
 use super::{Balance, Roles, sampled};
 use crate::gravity::FieldKernel;
 use crate::math::lanes::{Lanes, Total, cross, dot, splat_vector, total_matrix, total_vector};
@@ -41,7 +41,7 @@ pub(super) struct FaceSums {
     /// The sum (n g^T).
     by_position: Mat3,
     /// The sum (n (z x g)^T).
-    by_turn: Mat3,
+    by_rotation: Mat3,
     /// The sum ((z x n) (z x g)^T).
     torque_by_rotation: Mat3,
     /// The sums (g.z n) and (g.z z x n).
@@ -53,7 +53,7 @@ impl AddAssign for FaceSums {
         self.force += other.force;
         self.torque += other.torque;
         self.by_position += other.by_position;
-        self.by_turn += other.by_turn;
+        self.by_rotation += other.by_rotation;
         self.torque_by_rotation += other.torque_by_rotation;
         (0..2).for_each(|k| self.by_scale[k] += other.by_scale[k]);
     }
@@ -65,7 +65,7 @@ impl FaceSums {
         let symmetric = |m: &Mat3| 0.5 * (m + m.transpose());
         let (force, torque) = (self.force, self.torque);
         let force_by_position = symmetric(&self.by_position);
-        let force_by_rotation = self.by_turn - force.cross_matrix();
+        let force_by_rotation = self.by_rotation - force.cross_matrix();
         let torque_by_rotation = symmetric(&self.torque_by_rotation) - 0.5 * torque.cross_matrix();
         let on_field = |torque: &Vec3, force: &Vec3| -(torque + roles.origin.cross(force));
         let by_scale = [self.by_scale[0] - force, self.by_scale[1]];
@@ -92,7 +92,7 @@ struct FaceAccumulator<S: Simd> {
     force: [Total<S>; 3],
     torque: [Total<S>; 3],
     by_position: [[Total<S>; 3]; 3],
-    by_turn: [[Total<S>; 3]; 3],
+    by_rotation: [[Total<S>; 3]; 3],
     torque_by_rotation: [[Total<S>; 3]; 3],
     by_scale: [[Total<S>; 3]; 2],
 }
@@ -105,7 +105,7 @@ impl<S: Simd> FaceAccumulator<S> {
             force: zero,
             torque: zero,
             by_position: [zero; 3],
-            by_turn: [zero; 3],
+            by_rotation: [zero; 3],
             torque_by_rotation: [zero; 3],
             by_scale: [zero; 2],
         }
@@ -121,7 +121,7 @@ impl<S: Simd> FaceAccumulator<S> {
         n: [Lanes<S, N>; 3],
         g: [Lanes<S, N>; 3],
     ) {
-        let (lever, turning) = (cross(z, n), cross(z, g));
+        let (lever, torque) = (cross(z, n), cross(z, g));
         let (pressure, growth) = (weight * potential, weight * dot(g, z));
         for i in 0..3 {
             self.force[i].add_product(pressure, n[i]);
@@ -131,8 +131,8 @@ impl<S: Simd> FaceAccumulator<S> {
             let (area, moment) = (weight * n[i], weight * lever[i]);
             for j in 0..3 {
                 self.by_position[i][j].add_product(area, g[j]);
-                self.by_turn[i][j].add_product(area, turning[j]);
-                self.torque_by_rotation[i][j].add_product(moment, turning[j]);
+                self.by_rotation[i][j].add_product(area, torque[j]);
+                self.torque_by_rotation[i][j].add_product(moment, torque[j]);
             }
         }
     }
@@ -143,7 +143,7 @@ impl<S: Simd> FaceAccumulator<S> {
             force: total_vector(self.force),
             torque: total_vector(self.torque),
             by_position: total_matrix(self.by_position),
-            by_turn: total_matrix(self.by_turn),
+            by_rotation: total_matrix(self.by_rotation),
             torque_by_rotation: total_matrix(self.torque_by_rotation),
             by_scale: [total_vector(self.by_scale[0]), total_vector(self.by_scale[1])],
         }
@@ -157,7 +157,7 @@ pub(super) fn sums(
     faces: Faces<'_>,
     range: &Range<usize>,
 ) -> FaceSums {
-    faces.arch.dispatch(GradientSum { kernel, nodes, faces, range })
+    faces.arch.dispatch(FaceGradientSum { kernel, nodes, faces, range })
 }
 
 /// Returns the sums over the cells of a range in the field of another polyhedron.
@@ -167,9 +167,9 @@ pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule, range: &Rang
     let lane = |value: f64| Lanes::<Scalar, 1>::splat(Scalar, value);
     let (at_centre, _) = sampled::field(arch, field, &rule.kernel, &roles.origin);
     for cell in faces.gradient_cells(range) {
-        let n = splat_vector(Scalar, &(roles.turn * cell.normal));
+        let n = splat_vector(Scalar, &(roles.rotation * cell.normal));
         for (y, weight) in sampled::points(&rule.nodes, &cell) {
-            let z = roles.turn * y;
+            let z = roles.rotation * y;
             let (potential, g) = sampled::field(arch, field, &rule.kernel, &(roles.origin + z));
             let (z, g) = (splat_vector(Scalar, &z), splat_vector(Scalar, &g));
             running.add(lane(weight), lane(potential - at_centre), z, n, g);
@@ -178,14 +178,14 @@ pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule, range: &Rang
     running.sums()
 }
 
-struct GradientSum<'a, K> {
+struct FaceGradientSum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
     faces: Faces<'a>,
     range: &'a Range<usize>,
 }
 
-impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
+impl<K: FieldKernel> WithSimd for FaceGradientSum<'_, K> {
     type Output = FaceSums;
 
     #[inline(always)]
@@ -195,12 +195,12 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
         let at_centre = self.kernel.potential(origin);
         let mut running = FaceAccumulator::new(simd);
         for cell in self.faces.gradient_cells(self.range) {
-            let n = splat_vector(simd, &(roles.turn * cell.normal));
+            let n = splat_vector(simd, &(roles.rotation * cell.normal));
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.nodes, &cell, block);
-                let x = place(y, roles);
-                let (excess, field) = self.kernel.excess_potential(x);
-                let potential = weight.constant(1.0) / dot(x, x).sqrt() + excess - at_centre;
+                let x = position_from_field(y, roles);
+                let (perturbation, field) = self.kernel.potential_perturbation(x);
+                let potential = weight.constant(1.0) / dot(x, x).sqrt() + perturbation - at_centre;
                 let z = [x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]];
                 let g = [-(x[0] * field.rd[0]), -(x[1] * field.rd[1]), -(x[2] * field.rd[2])];
                 running.add(weight, potential, z, n, g);
@@ -218,17 +218,17 @@ pub(super) fn semi_axis_derivatives(
     faces: Faces<'_>,
     range: &Range<usize>,
 ) -> [[Vec3; 2]; 3] {
-    faces.arch.dispatch(AxisSum { kernel, nodes, faces, range })
+    faces.arch.dispatch(FaceAxisSum { kernel, nodes, faces, range })
 }
 
-struct AxisSum<'a, K> {
+struct FaceAxisSum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
     faces: Faces<'a>,
     range: &'a Range<usize>,
 }
 
-impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
+impl<K: FieldKernel> WithSimd for FaceAxisSum<'_, K> {
     /// The force and the torque on the polyhedron, for each semi-axis.
     type Output = [[Vec3; 2]; 3];
 
@@ -239,10 +239,10 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
         let zero = Total::zero(simd);
         let mut totals = [[[zero; 3]; 2]; 3];
         for cell in self.faces.gradient_cells(self.range) {
-            let n = splat_vector(simd, &(roles.turn * cell.normal));
+            let n = splat_vector(simd, &(roles.rotation * cell.normal));
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.nodes, &cell, block);
-                let x = place(y, roles);
+                let x = position_from_field(y, roles);
                 let (field, second) = self.kernel.second_integrals(x);
                 let potential = field.potential_by_axes(x, second);
                 let lever = cross([x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]], n);

@@ -95,9 +95,9 @@ impl Tangents {
                 propagator.fixed().is_some_and(|(_, splitting)| splitting.drift_kind() == DriftKind::Kepler);
             let masses = parameters.iter().any(|parameter| parameter.is_mass());
             if jacobi && masses && start.bodies() > 2 {
-                let found = "by a mass, of three bodies and more in Jacobi's coordinates";
+                let case = "by a mass, of three bodies and more in Jacobi's coordinates";
                 let expected = "Verner98 for it, whose coordinates do not change with the masses";
-                return Err(Error::invalid("derivatives", found, expected));
+                return Err(Error::invalid("derivatives", case, expected));
             }
             let variations = Variations::new(equations, parameters.clone())?;
             let columns = variations.start();
@@ -108,7 +108,7 @@ impl Tangents {
             all.push(tangent);
         }
         if tangent_options.chaos {
-            let variations = Variations::of_one(equations)?;
+            let variations = Variations::single(equations)?;
             let growth_monitor = TangentGrowth::new(motion, &variations);
             let column = growth_monitor.start();
             all.push(Tangent::new(variations, Some(growth_monitor), column, propagator, start));
@@ -124,11 +124,12 @@ impl Tangents {
         propagator: &Propagator,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let before: Vec<TangentState> = self.0.iter().map(|tangent| tangent.present.clone()).collect();
+        let present_states: Vec<TangentState> =
+            self.0.iter().map(|tangent| tangent.present.clone()).collect();
         let advanced =
             self.0.iter_mut().try_for_each(|tangent| tangent.advance(motion, propagator, interrupt));
         advanced.inspect_err(|_| {
-            for (tangent, present) in self.0.iter_mut().zip(before) {
+            for (tangent, present) in self.0.iter_mut().zip(present_states) {
                 tangent.present = present;
                 tangent.collocation.forget();
             }
@@ -145,7 +146,7 @@ impl Tangents {
     }
 
     /// Moves to a time within the last step, along its pieces.
-    pub fn place(
+    pub fn move_to(
         &mut self,
         motion: &mut Motion,
         pieces: &[Segment],
@@ -154,7 +155,7 @@ impl Tangents {
     ) -> Result<()> {
         self.0
             .iter_mut()
-            .try_for_each(|tangent| tangent.place(&mut motion.equations, pieces, time, interrupt))
+            .try_for_each(|tangent| tangent.move_to(&mut motion.equations, pieces, time, interrupt))
     }
 
     /// Returns the derivatives of the state at a time in the step that follows, with these pieces; `None`
@@ -175,8 +176,8 @@ impl Tangents {
         Ok(Some(StateDerivatives { transition, sensitivity, flow }))
     }
 
-    /// Returns how the nominal barycentre changes with the state at which the tangent vectors are; `None` where
-    /// the run is not differentiated.
+    /// Returns how the nominal barycentre changes with the state at which the tangent vectors are; `None`
+    /// where the run is not differentiated.
     pub fn nominal(&self, state: &State) -> Option<NominalChange> {
         let tangent = self.0.iter().find(|tangent| tangent.growth_monitor.is_none())?;
         let Tangent { variations, present, start, nominal, .. } = tangent;
@@ -232,7 +233,7 @@ impl Tangent {
         if propagator.fixed().is_some() {
             return self.map(motion, propagator, interrupt);
         }
-        self.place(&mut motion.equations, propagator.pieces(), propagator.time(), interrupt)
+        self.move_to(&mut motion.equations, propagator.pieces(), propagator.time(), interrupt)
     }
 
     /// Applies the derivative of the map of a step of fixed size.
@@ -244,7 +245,8 @@ impl Tangent {
     ) -> Result<()> {
         let Some((stepper, splitting)) = propagator.fixed() else { return Ok(()) };
         let Self { variations, growth_monitor, collocation, present, start, .. } = self;
-        let before = growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
+        let growth_before =
+            growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
         let mut mapped = StepTangentMap {
             equations: &mut motion.equations,
             splitting: splitting.clone(),
@@ -253,20 +255,20 @@ impl Tangent {
             columns: &mut present.columns,
             time: present.time,
             covered: 0.0,
-            known: false,
+            has_derivatives: false,
         };
         stepper.again(&mut mapped, interrupt)?;
         let now = propagator.time();
-        if let (Some(growth_monitor), Some(before)) = (growth_monitor, before) {
+        if let (Some(growth_monitor), Some(growth_before)) = (growth_monitor, growth_before) {
             let times = [present.time - start.time, now - start.time];
-            let growths = [before, growth_monitor.growth(&present.columns)];
+            let growths = [growth_before, growth_monitor.growth(&present.columns)];
             growth_monitor.integrate_between(times, growths, &mut present.integrals);
         }
         self.settle(now);
         Ok(())
     }
 
-    fn place(
+    fn move_to(
         &mut self,
         equations: &mut Dynamics,
         pieces: &[Segment],

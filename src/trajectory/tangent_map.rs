@@ -22,7 +22,7 @@ pub(super) struct StepTangentMap<'a> {
     pub time: f64,
     pub covered: f64,
     /// Whether the derivatives of the present loads are known.
-    pub known: bool,
+    pub has_derivatives: bool,
 }
 
 impl StepTangentMap<'_> {
@@ -36,7 +36,7 @@ impl StepTangentMap<'_> {
 
 impl Flows for StepTangentMap<'_> {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()> {
-        (self.time, self.covered, self.known) = (time, 0.0, false);
+        (self.time, self.covered, self.has_derivatives) = (time, 0.0, false);
         self.splitting.reset();
         self.splitting.begin(self.equations, time, y, step);
         self.equations.prepare_variations(self.variations, time, y, interrupt)
@@ -49,7 +49,7 @@ impl Flows for StepTangentMap<'_> {
         low: &mut [f64],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.known = false;
+        self.has_derivatives = false;
         self.covered += size;
         if self.splitting.drift_kind() == DriftKind::Free {
             let layout = self.equations.layout();
@@ -94,7 +94,7 @@ impl Flows for StepTangentMap<'_> {
         low: &mut [f64],
         interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
-        if !self.known {
+        if !self.has_derivatives {
             interrupt.charge(self.variations.work(self.equations), self.time)?;
             let kepler = self.splitting.drift_kind() == DriftKind::Kepler;
             self.variations.evaluate_kick(
@@ -104,7 +104,7 @@ impl Flows for StepTangentMap<'_> {
                 kepler,
                 interrupt,
             )?;
-            self.known = true;
+            self.has_derivatives = true;
         }
         self.variations.kick(self.equations.system().arch(), size, self.columns);
         self.splitting.kick(self.equations, size, high, low, interrupt)
