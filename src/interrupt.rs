@@ -23,7 +23,7 @@ pub const UNITS: u64 = 100_000;
 /// [`Error::Interrupted`].
 pub struct InterruptCheck<'a> {
     hook: Option<&'a mut dyn FnMut() -> ControlFlow<()>>,
-    asked: Instant,
+    last_call: Instant,
     left: u64,
     polls: u64,
 }
@@ -40,14 +40,14 @@ impl<'a> InterruptCheck<'a> {
         Self::since(Instant::now(), hook)
     }
 
-    /// Starts with a hook that was last called at `asked`.
-    pub fn since(asked: Instant, hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
-        Self { hook: Some(hook), asked, left: UNITS, polls: 0 }
+    /// Starts with a hook that was last called at `last_call`.
+    pub fn since(last_call: Instant, hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        Self { hook: Some(hook), last_call, left: UNITS, polls: 0 }
     }
 
     /// A check without a hook, which never interrupts.
     pub fn never() -> Self {
-        Self { hook: None, asked: Instant::now(), left: UNITS, polls: 0 }
+        Self { hook: None, last_call: Instant::now(), left: UNITS, polls: 0 }
     }
 
     /// Counts `work` that is about to be done, and calls the hook where it is due. An interruption names
@@ -85,11 +85,11 @@ impl<'a> InterruptCheck<'a> {
         self.left = UNITS.saturating_sub(work);
         self.polls += 1;
         let Some(hook) = &mut self.hook else { return Ok(()) };
-        if self.asked.elapsed() < HOOK_INTERVAL {
+        if self.last_call.elapsed() < HOOK_INTERVAL {
             return Ok(());
         }
         let answer = hook();
-        self.asked = Instant::now();
+        self.last_call = Instant::now();
         if answer.is_break() { Err(Error::Interrupted { time }) } else { Ok(()) }
     }
 }

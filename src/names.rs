@@ -22,8 +22,8 @@ pub trait Named: Copy + PartialEq + 'static {
     /// # Errors
     /// [`Error::InvalidInput`] lists all names.
     fn named(text: &str) -> Result<Self> {
-        let found = Self::NAMES.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
-        found.ok_or_else(|| {
+        let choice = Self::NAMES.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
+        choice.ok_or_else(|| {
             let names: Vec<String> = Self::NAMES.iter().map(|(name, _)| format!("{name:?}")).collect();
             Error::invalid(Self::WHAT, format!("{text:?}"), format!("one of {}", names.join(", ")))
         })

@@ -85,8 +85,8 @@ impl Worker<'_> {
 
     /// Reports the finished part of the job, from 0 to 1; breaks where the job must stop.
     pub fn report(&self, part: f64) -> ControlFlow<()> {
-        if let Some(own) = self.part {
-            own.store(part.to_bits(), Relaxed);
+        if let Some(finished) = self.part {
+            finished.store(part.to_bits(), Relaxed);
         }
         if self.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -147,7 +147,7 @@ impl Shared {
     {
         let (sender, receiver) = mpsc::channel();
         let (mut done, mut out, mut more) = (0, 0, true);
-        let (mut asked, mut panic) = (Instant::now(), None);
+        let (mut last_call, mut panic) = (Instant::now(), None);
         loop {
             let room = out < AHEAD * self.parts.len();
             if more
@@ -165,7 +165,7 @@ impl Shared {
                 more = false;
             }
             let wait =
-                if more && room { Duration::ZERO } else { ASK_INTERVAL.saturating_sub(asked.elapsed()) };
+                if more && room { Duration::ZERO } else { ASK_INTERVAL.saturating_sub(last_call.elapsed()) };
             let mut stop = false;
             if out > 0
                 && let Ok(answer) = receiver.recv_timeout(wait)
@@ -178,8 +178,8 @@ impl Shared {
                     }
                 }
             }
-            if out == 0 && !more || asked.elapsed() >= ASK_INTERVAL {
-                asked = Instant::now();
+            if out == 0 && !more || last_call.elapsed() >= ASK_INTERVAL {
+                last_call = Instant::now();
                 stop |= source.proceed(JobProgress { done, under_way: self.under_way() }).is_break();
             }
             if stop {

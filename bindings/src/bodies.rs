@@ -7,7 +7,7 @@ use super::stokes::PyStokesCoefficients;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::mutual::harmonics;
-use fullbody::shape::{Body, GivenPart, Shape};
+use fullbody::shape::{Body, InputPart, Shape};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -15,7 +15,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// A part in the working frame: shape, mass or density, position, attitude.
 type New<'py> = (PyShape<'py>, Option<f64>, Option<f64>, [f64; 3], [f64; 4]);
 /// A part in the working frame: shape, mass, position, attitude.
-type Given<'py> = (PyShape<'py>, f64, [f64; 3], [f64; 4]);
+type PartTuple<'py> = (PyShape<'py>, f64, [f64; 3], [f64; 4]);
 /// A part in the body frame: shape, mass, position, rotation matrix.
 type Placed<'py> = (PyShape<'py>, f64, [f64; 3], [[f64; 3]; 3]);
 
@@ -81,13 +81,13 @@ impl PyBody {
     /// density.
     #[staticmethod]
     fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self> {
-        let given =
+        let input =
             parts.into_iter().enumerate().map(|(index, (shape, mass, density, position, attitude))| {
                 let what = format!("part {index} of {name}");
                 let shape = shape.shape().map_err(|error| error.of(&what))?;
                 let mass = match (mass, density) {
                     (Some(mass), None) => mass,
-                    (None, Some(density)) => GivenPart::mass_of(&what, &shape, density)?,
+                    (None, Some(density)) => InputPart::mass_of(&what, &shape, density)?,
                     _ => {
                         return Err(Error::invalid(
                             what,
@@ -96,18 +96,18 @@ impl PyBody {
                         ));
                     }
                 };
-                Ok(GivenPart { shape, mass, position, attitude })
+                Ok(InputPart { shape, mass, position, attitude })
             });
-        let given = given.collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { inner: Body::composite(name, given)? })
+        let input = input.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { inner: Body::composite(name, input)? })
     }
 
     /// Returns the parts of a composite as they were given, in its working frame; empty for an ordinary body.
     #[getter]
-    fn given<'py>(&self, py: Python<'py>) -> Result<Vec<Given<'py>>> {
+    fn input_parts<'py>(&self, py: Python<'py>) -> Result<Vec<PartTuple<'py>>> {
         let of =
-            |part: &GivenPart| Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude));
-        self.inner.given().iter().map(of).collect()
+            |part: &InputPart| Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude));
+        self.inner.input_parts().iter().map(of).collect()
     }
 
     /// Returns all parts in the body frame.

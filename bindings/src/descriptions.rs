@@ -21,8 +21,8 @@ pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> Result
     // The text is parsed in two steps, so that errors do not name positions in a text that the caller never
     // sees.
     let value = serde_json::from_str::<serde_json::Value>(&text);
-    let found = value.and_then(serde_json::from_value);
-    Ok(found.map_err(|error| InvalidInput::new_err(error.to_string()))?)
+    let value_read = value.and_then(serde_json::from_value);
+    Ok(value_read.map_err(|error| InvalidInput::new_err(error.to_string()))?)
 }
 
 /// Returns the dict that describes a value.

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// A member from Python: its tag, system, state, integrator, end, samples, events, whether the continuous
 /// solution is kept, and which derivatives are integrated.
-type Given<'py> = (
+type MemberTuple<'py> = (
     Py<PyAny>,
     Bound<'py, PySystem>,
     Bound<'py, PyState>,
@@ -89,18 +89,20 @@ impl JobSource for PyJobSource {
     fn next(&mut self) -> Option<(Tag, Member)> {
         // An object that cannot be a member gets its error at once.
         while !self.stopped.get() {
-            let found = self.ask(|py| {
-                let Some(given) = self.members.bind(py).clone().next().transpose()? else { return Ok(None) };
-                let found = member(py, &given).map_err(PyErr::from);
-                if let Err(error) = &found {
+            let member_or_error = self.ask(|py| {
+                let Some(arguments) = self.members.bind(py).clone().next().transpose()? else {
+                    return Ok(None);
+                };
+                let member_or_error = member(py, &arguments).map_err(PyErr::from);
+                if let Err(error) = &member_or_error {
                     let none = py.None();
-                    self.take.call1(py, (given.get_item(0)?, &none, &none, &none, error.value(py)))?;
+                    self.take.call1(py, (arguments.get_item(0)?, &none, &none, &none, error.value(py)))?;
                 }
-                Ok(Some(found.ok()))
+                Ok(Some(member_or_error.ok()))
             });
-            match found.flatten() {
+            match member_or_error.flatten() {
                 Some(None) => {}
-                found => return found.flatten(),
+                next => return next.flatten(),
             }
         }
         None
@@ -135,9 +137,9 @@ impl JobSource for PyJobSource {
     }
 }
 
-fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> Result<(Tag, Member)> {
-    let (tag, system, state, integrator, until, output, watched, dense, tangent_options): Given<'_> =
-        given.extract()?;
+fn member(py: Python<'_>, arguments: &Bound<'_, PyAny>) -> Result<(Tag, Member)> {
+    let (tag, system, state, integrator, until, output, watched, dense, tangent_options): MemberTuple<'_> =
+        arguments.extract()?;
     let listener = Arc::new(Listener::default());
     let member = Member {
         system: system.get().inner.clone(),

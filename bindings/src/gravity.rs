@@ -5,7 +5,7 @@ use super::bodies::PyBody;
 use super::listening::listening;
 use crate::errors::Result;
 use fullbody::error::Error;
-use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+use fullbody::gravity::{Attractor, BodyField, GravityOutput, Points};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::math::lanes::VectorPath;
@@ -75,40 +75,40 @@ impl PyAttraction {
         let states = states.as_ref().map(|states| states.as_slice()).transpose()?;
         let (positions, attitudes) = (vectors("positions", &positions)?, rows::<4>("attitudes", &attitudes)?);
         let query = Query { positions, attitudes, states, points, shape: &shape, body };
-        let wanted = match out.as_mut_slice() {
-            [potential, field] => Wanted::Field(potential.as_slice_mut()?, field.as_slice_mut()?),
-            [gradient] => Wanted::Gradient(gradient.as_slice_mut()?),
+        let output = match out.as_mut_slice() {
+            [potential, field] => GravityOutput::Field(potential.as_slice_mut()?, field.as_slice_mut()?),
+            [gradient] => GravityOutput::Gradient(gradient.as_slice_mut()?),
             others => {
                 return Err(Error::invalid("out", format!("{} arrays", others.len()), "one or two").into());
             }
         };
-        listening(py, |interrupt| self.each(&query, wanted, interrupt))
+        listening(py, |interrupt| self.by_state(&query, output, interrupt))
     }
 }
 
 impl PyAttraction {
     /// Evaluates the gravity at the points, state by state.
-    fn each(
+    fn by_state(
         &self,
         query: &Query<'_>,
-        wanted: Wanted<'_>,
+        output: GravityOutput<'_>,
         interrupt: &mut InterruptCheck,
     ) -> Result<(), Error> {
         let Some(states) = query.states else {
             return query.points_of(0..query.points.len() / 3).gravity(
                 &self.attractors(query, 0),
-                wanted,
+                output,
                 self.arch,
                 interrupt,
             );
         };
-        let (mut wanted, mut before) = (wanted, 0);
+        let (mut output, mut first_index) = (output, 0);
         for states in states.chunk_by(|one, next| one == next) {
-            let end = before + states.len();
-            let (now, later) = wanted.split_at(states.len());
+            let end = first_index + states.len();
+            let (now, later) = output.split_at(states.len());
             let attractors = self.attractors(query, states[0] as usize);
-            query.points_of(before..end).gravity(&attractors, now, self.arch, interrupt)?;
-            (wanted, before) = (later, end);
+            query.points_of(first_index..end).gravity(&attractors, now, self.arch, interrupt)?;
+            (output, first_index) = (later, end);
         }
         Ok(())
     }
@@ -116,8 +116,8 @@ impl PyAttraction {
     /// Returns the requested bodies, placed as they are in a state.
     fn attractors(&self, query: &Query<'_>, state: usize) -> Vec<Attractor<'_>> {
         let bodies = self.fields.len();
-        let places = query.body.map_or(0..bodies, |body| body..body + 1);
-        places
+        let indices = query.body.map_or(0..bodies, |body| body..body + 1);
+        indices
             .map(|body| {
                 let row = state * bodies + body;
                 let (position, rotation) = (query.positions[row], rotation::matrix(query.attitudes[row]));
@@ -128,8 +128,8 @@ impl PyAttraction {
 }
 
 impl Query<'_> {
-    fn points_of(&self, places: Range<usize>) -> Points<'_> {
-        let coordinates = &self.points[3 * places.start..3 * places.end];
-        Points { coordinates, shape: self.shape, before: places.start }
+    fn points_of(&self, range: Range<usize>) -> Points<'_> {
+        let coordinates = &self.points[3 * range.start..3 * range.end];
+        Points { coordinates, shape: self.shape, first_index: range.start }
     }
 }

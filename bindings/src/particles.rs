@@ -9,8 +9,8 @@ use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::math::Vec3;
 use fullbody::particles::{
-    ContactResponse, Escape, Fate, FlightPlan, FlightRecord, Particle, ParticleCondition, ParticleEvent,
-    ParticleFunction, Radiation, Rules, Surface, visible_from,
+    BodySurface, ContactResponse, Escape, Fate, FlightPlan, FlightRecord, Particle, ParticleCondition,
+    ParticleEvent, ParticleFunction, Radiation, Rules, visible_from,
 };
 use fullbody::trajectory::{Integrator, Output, Progress};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
@@ -22,7 +22,7 @@ use std::sync::Arc;
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// The particles of a flight: time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
-type Given<'py> =
+type ParticleArrays<'py> =
     (f64, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArray1<'py, f64>);
 
 /// The response to a contact: `"stop"`, `"remove"`, or the numbers of a bounce.
@@ -46,7 +46,7 @@ pub fn fly<'py>(
     py: Python<'py>,
     system: &PySystem,
     dense: &PyDense,
-    particles: Given<'py>,
+    particles: ParticleArrays<'py>,
     until: f64,
     output: Sampling<'py>,
     integrator: &Bound<'py, PyDict>,
@@ -127,17 +127,17 @@ pub fn surface<'py>(
     directions: PyReadonlyArrayDyn<'py, f64>,
 ) -> Result<(Array<'py>, Array<'py>)> {
     let body = &system.inner.bodies()[body];
-    let surface = Surface::new(body);
-    let place = |direction: &Vec3| {
+    let surface = BodySurface::new(body);
+    let outermost = |direction: &Vec3| {
         surface.outermost(direction).ok_or_else(|| {
             let expected = "a body with a surface in all directions from its centre";
             Error::invalid("body", format!("{:?}", body.name()), expected)
         })
     };
     let directions = vectors("directions", &directions)?;
-    let (places, normals): (Vec<_>, Vec<_>) =
-        directions.iter().map(place).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
-    Ok((from_vectors(py, &places)?, from_vectors(py, &normals)?))
+    let (points, normals): (Vec<_>, Vec<_>) =
+        directions.iter().map(outermost).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    Ok((from_vectors(py, &points)?, from_vectors(py, &normals)?))
 }
 
 /// Returns the visible part (P,) of a third body's disc from points (P, 3) in a state.
@@ -168,9 +168,9 @@ fn arrays<'py>(
     let dict = PyDict::new(py);
     dict.set_item("time", array(py, output.to_vec(), &[k])?)?;
     dict.set_item("samples", array(py, record.samples, &[p, k, 6])?)?;
-    let each = |number: &dyn Fn(&Particle) -> f64| particles.iter().map(number).collect::<Vec<f64>>();
+    let per_particle = |number: &dyn Fn(&Particle) -> f64| particles.iter().map(number).collect::<Vec<f64>>();
     let of = |name: &str, number: &dyn Fn(&Particle) -> f64| -> Result<()> {
-        Ok(dict.set_item(name, array(py, each(number), &[p])?)?)
+        Ok(dict.set_item(name, array(py, per_particle(number), &[p])?)?)
     };
     of("fate_time", &|particle| particle.end.time)?;
     of("longitude", &|particle| particle.end.longitude)?;

@@ -54,7 +54,7 @@ struct Epochs<'py>(
 );
 
 /// The epochs in the core's types.
-struct Taken {
+struct EpochData {
     times: Vec<f64>,
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
@@ -64,9 +64,9 @@ struct Taken {
 }
 
 impl Epochs<'_> {
-    fn take(&self, bodies: usize) -> Result<Taken, Error> {
+    fn take(&self, bodies: usize) -> Result<EpochData, Error> {
         let times = self.0.as_array().to_vec();
-        let taken = Taken {
+        let epoch_data = EpochData {
             positions: vectors("position", &self.1)?,
             attitudes: rows::<4>("attitude", &self.2)?,
             directions: [vectors("to_observer", &self.3)?, vectors("to_sun", &self.4)?],
@@ -74,25 +74,25 @@ impl Epochs<'_> {
             distant: self.6,
             times,
         };
-        let count = taken.times.len();
-        let moving = if taken.velocities.is_empty() { 0 } else { count * bodies };
+        let count = epoch_data.times.len();
+        let moving = if epoch_data.velocities.is_empty() { 0 } else { count * bodies };
         let lengths = [
-            ("velocities", taken.velocities.len(), moving),
-            ("positions", taken.positions.len(), count * bodies),
-            ("attitudes", taken.attitudes.len(), count * bodies),
-            ("directions to the observer", taken.directions[0].len(), count),
-            ("directions to the Sun", taken.directions[1].len(), count),
+            ("velocities", epoch_data.velocities.len(), moving),
+            ("positions", epoch_data.positions.len(), count * bodies),
+            ("attitudes", epoch_data.attitudes.len(), count * bodies),
+            ("directions to the observer", epoch_data.directions[0].len(), count),
+            ("directions to the Sun", epoch_data.directions[1].len(), count),
         ];
         for (what, length, expected) in lengths {
             if length != expected {
                 return Err(Error::invalid(format!("number of {what}"), length, expected.to_string()));
             }
         }
-        Ok(taken)
+        Ok(epoch_data)
     }
 }
 
-impl Taken {
+impl EpochData {
     fn views(&self, bodies: usize) -> Vec<View<'_>> {
         let view = |(k, time): (usize, &f64)| View {
             time: *time,
@@ -126,9 +126,9 @@ impl PyPhotometer {
     /// Returns the brightness (K, N) of each body.
     fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
-        let taken = epochs.take(count)?;
-        let all = listening(py, |interrupt| self.inner.brightness_in(&taken.views(count), interrupt))?;
-        array(py, all, &[taken.times.len(), count])
+        let epoch_data = epochs.take(count)?;
+        let all = listening(py, |interrupt| self.inner.brightness_in(&epoch_data.views(count), interrupt))?;
+        array(py, all, &[epoch_data.times.len(), count])
     }
 
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
@@ -140,8 +140,8 @@ impl PyPhotometer {
         epochs: Epochs<'py>,
     ) -> Result<(Array<'py>, Array<'py>, Array<'py>)> {
         let count = self.inner.bodies().len();
-        let taken = epochs.take(count)?;
-        let all = listening(py, |interrupt| self.inner.partials_in(&taken.views(count), interrupt))?;
+        let epoch_data = epochs.take(count)?;
+        let all = listening(py, |interrupt| self.inner.partials_in(&epoch_data.views(count), interrupt))?;
         let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());
         for (value, Partials { by_body: bodies, by_direction: directions }) in all {
             brightness.push(value);
@@ -150,7 +150,7 @@ impl PyPhotometer {
             }
             by_direction.extend(directions.iter().flat_map(|v| [v.x, v.y, v.z]));
         }
-        let times = taken.times.len();
+        let times = epoch_data.times.len();
         Ok((
             array(py, brightness, &[times, count])?,
             array(py, by_body, &[times, count, count, 9])?,

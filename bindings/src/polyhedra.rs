@@ -38,8 +38,8 @@ impl PyPolyhedron {
 
     /// Returns the vertices (V, 3) as they were given, in the working frame.
     #[getter]
-    fn given<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
-        from_vectors(py, &self.inner.given().collect::<Vec<_>>())
+    fn input_vertices<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        from_vectors(py, &self.inner.input_vertices().collect::<Vec<_>>())
     }
 
     /// Returns the vertices (V, 3) in the polyhedron's own frame.

@@ -86,8 +86,8 @@ impl PySimulation {
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8], functions: BTreeMap<String, Function>) -> Result<Self> {
         let calls: BTreeMap<_, _> = functions.iter().map(|(name, function)| (name, call(function))).collect();
-        let given = |name: &str| calls.get(&name.to_owned()).cloned().flatten();
-        let inner = listening(py, |interrupt| Simulation::from_bytes_with(bytes, given, interrupt))?;
+        let function_of = |name: &str| calls.get(&name.to_owned()).cloned().flatten();
+        let inner = listening(py, |interrupt| Simulation::from_bytes_with(bytes, function_of, interrupt))?;
         Ok(Self { inner })
     }
 
@@ -265,11 +265,11 @@ impl PyDense {
         span: [f64; 2],
     ) -> Result<Vec<(f64, Vec<f64>)>> {
         let raised = Arc::new(Listener::default());
-        let conditions = conditions.iter().map(|one| one.get().condition(py, &raised)).collect();
-        let found =
+        let conditions = conditions.iter().map(|condition| condition.get().condition(py, &raised)).collect();
+        let crossings =
             listening(py, |interrupt| self.inner.crossings(&system.inner, conditions, span, interrupt));
-        let found = found.map_err(|error| raised.raised().map_or(error, Raised::from))?;
-        Ok(found.into_iter().map(|one| (one.at_start, one.times)).collect())
+        let crossings = crossings.map_err(|error| raised.raised().map_or(error, Raised::from))?;
+        Ok(crossings.into_iter().map(|crossing| (crossing.at_start, crossing.times)).collect())
     }
 }
 
@@ -325,11 +325,11 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> Result<Bound<'_, PyDict>> {
     dict.set_item("start", record.start.map(|start| start.numbers()))?;
     let event = |e: Occurrence| {
         let size = TANGENT_SIZE * n;
-        let derivatives = e.derivatives.map(|found| {
-            let parameters = found.sensitivity.len() / size;
-            let sensitivity = array(py, found.sensitivity, &[parameters, size])?;
+        let derivatives = e.derivatives.map(|derivatives| {
+            let parameters = derivatives.sensitivity.len() / size;
+            let sensitivity = array(py, derivatives.sensitivity, &[parameters, size])?;
             let (transition, flow) =
-                (array(py, found.transition, &[size, size])?, array(py, found.flow, &[size])?);
+                (array(py, derivatives.transition, &[size, size])?, array(py, derivatives.flow, &[size])?);
             Ok::<_, Raised>((transition, sensitivity, flow))
         });
         Ok::<_, Raised>((e.event, e.time, PyState { inner: e.state }, derivatives.transpose()?))

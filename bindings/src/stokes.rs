@@ -2,7 +2,7 @@
 
 use super::arrays::array;
 use crate::errors::Result;
-use fullbody::shape::{GivenCoefficients, StokesCoefficients};
+use fullbody::shape::{InputCoefficients, StokesCoefficients};
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
 
@@ -30,15 +30,15 @@ impl PyStokesCoefficients {
         radius: f64,
     ) -> Result<Self> {
         let coefficients = coefficients.as_array().to_vec();
-        let given = GivenCoefficients { coefficients, reference_radius, mean_inertia, radius };
-        Ok(StokesCoefficients::new(given)?.into())
+        let input = InputCoefficients { coefficients, reference_radius, mean_inertia, radius };
+        Ok(StokesCoefficients::new(input)?.into())
     }
 
     /// Returns the coefficients as they were given, their reference radius, the mean moment of inertia of unit
     /// mass and the radius of the sphere.
     #[getter]
     fn given<'py>(&self, py: Python<'py>) -> Result<(Bound<'py, PyArrayDyn<f64>>, f64, f64, f64)> {
-        let given = self.inner.given();
+        let given = self.inner.input();
         let coefficients = array(py, given.coefficients.clone(), &[given.coefficients.len()])?;
         Ok((coefficients, given.reference_radius, given.mean_inertia, given.radius))
     }

@@ -69,13 +69,13 @@ impl PyState {
 
     /// Makes a state from positions and attitudes alone; velocities and spins are NaN.
     #[staticmethod]
-    fn of_places(
+    fn from_poses(
         time: f64,
         position: PyReadonlyArrayDyn<'_, f64>,
         attitude: PyReadonlyArrayDyn<'_, f64>,
     ) -> Result<Self> {
         let inner =
-            State::of_places(time, vectors("position", &position)?, rows::<4>("attitude", &attitude)?)?;
+            State::from_poses(time, vectors("position", &position)?, rows::<4>("attitude", &attitude)?)?;
         Ok(Self { inner })
     }
 
@@ -180,9 +180,8 @@ impl PySystem {
     ) -> Result<(Array<'py>, Array<'py>)> {
         let force_model = self.inner.force_model();
         let times = times.as_array();
-        let places = times.iter().map(|&time| force_model.third_body(force, time));
-        let (position, velocity): (Vec<_>, Vec<_>) =
-            places.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        let rows = times.iter().map(|&time| force_model.third_body(force, time));
+        let (position, velocity): (Vec<_>, Vec<_>) = rows.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))
     }
 
@@ -241,15 +240,15 @@ impl PySystem {
         self.inner.parameter_values().into_iter().collect()
     }
 
-    /// Returns the changes of the parameters that lead to another system, by their names, and the first place of
-    /// its description that they do not explain.
+    /// Returns the changes of the parameters that lead to another system, by their names, and the first place
+    /// of its description that they do not explain.
     fn parameter_changes(
         &self,
         py: Python<'_>,
         other: &Self,
     ) -> Result<(BTreeMap<String, f64>, Option<String>)> {
-        let found = py.detach(|| self.inner.parameter_changes(&other.inner))?;
-        Ok((found.changes.into_iter().collect(), found.unexplained))
+        let difference = py.detach(|| self.inner.parameter_changes(&other.inner))?;
+        Ok((difference.changes.into_iter().collect(), difference.unexplained))
     }
 
     /// Returns the descriptions of bodies and forces, and G, of the system with a parameter changed, and a

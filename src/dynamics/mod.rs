@@ -35,7 +35,7 @@ pub use equations::{
 #[doc(hidden)]
 pub use rotation::{
     discrete_rotor::variational_rotation,
-    free_rotors::{FARTHEST, FreeRotor, farthest_turn},
+    free_rotors::{FreeRotor, MAX_ROTATION_ANGLE, rotation_angle_bound},
 };
 pub use variations::jacobian::SystemJacobian;
 #[doc(hidden)]

@@ -11,11 +11,11 @@
 
 use super::evaluator::Evaluator;
 use super::lock::Lock;
-use super::snapshot::{Load, Snapshot, Switch, two_places};
+use super::snapshot::{Load, MotionSnapshot, Switch, two_indices};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Result, require_finite};
 use crate::math::matrix::times_cross;
-use crate::math::rotation::turned;
+use crate::math::rotation::rotate;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -60,14 +60,14 @@ impl Byorp {
         require_finite(&format!("torque of {}", self.name), &self.torque)
     }
 
-    pub(super) fn ready(
+    pub(super) fn prepared(
         &self,
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
     ) -> Result<ByorpForce> {
         let name = &self.name;
-        let (on, about) = two_places(name, ["on", "about"], [&self.on, &self.about], bodies)?;
+        let (on, about) = two_indices(name, ["on", "about"], [&self.on, &self.about], bodies)?;
         self.check()?;
         Ok(ByorpForce {
             lock: Lock::new(name, [on, about], bodies, gravitational_constant)?,
@@ -113,7 +113,7 @@ impl ByorpForce {
     /// Returns how far a state is from the next switch: below zero where it is beyond the switch by more than
     /// rounding.
     #[inline(always)]
-    pub fn margin(&self, snapshot: Snapshot) -> f64 {
+    pub fn margin(&self, snapshot: MotionSnapshot) -> f64 {
         let margin = self.lock.margin(snapshot);
         if self.acts() { margin + self.lock.rounding() } else { self.lock.rounding() - margin }
     }
@@ -127,15 +127,15 @@ impl ByorpForce {
     }
 
     /// Returns what the next switch adds to the force, inertial, and to the torque, body frame.
-    pub fn jump(&self, snapshot: Snapshot) -> [Vec3; 2] {
+    pub fn jump(&self, snapshot: MotionSnapshot) -> [Vec3; 2] {
         let sign = if self.acts() { -1.0 } else { 1.0 };
         let axes = self.axes(snapshot) * sign;
-        [turned(&snapshot.rotation[self.lock.on], &(axes * self.force)), axes * self.torque]
+        [rotate(&snapshot.rotation[self.lock.on], &(axes * self.force)), axes * self.torque]
     }
 
     /// Returns the axes to which the components refer, body frame, in columns.
     #[inline(always)]
-    fn axes(&self, snapshot: Snapshot) -> Mat3 {
+    fn axes(&self, snapshot: MotionSnapshot) -> Mat3 {
         let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
         let turn = &snapshot.rotation[self.lock.on];
         let towards = |axis: usize, direction: &Vec3| {
@@ -156,18 +156,18 @@ impl Evaluator for ByorpForce {
     }
 
     /// Decides at the first state whether the force acts; later its switches decide.
-    fn begin_step(&mut self, _: &str, snapshot: Snapshot, _: f64) -> Result<()> {
+    fn begin_step(&mut self, _: &str, snapshot: MotionSnapshot, _: f64) -> Result<()> {
         self.lowest = f64::INFINITY;
         self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
         Ok(())
     }
 
     #[inline(always)]
-    fn compute(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: MotionSnapshot) {
         self.lowest = self.lowest.min(self.margin(snapshot));
         let axes = if self.acts() { self.axes(snapshot) } else { Mat3::zeros() };
         let load = &mut self.loads[0];
-        load.force = turned(&snapshot.rotation[self.lock.on], &(axes * self.force));
+        load.force = rotate(&snapshot.rotation[self.lock.on], &(axes * self.force));
         load.torque = axes * self.torque;
     }
 
@@ -177,7 +177,7 @@ impl Evaluator for ByorpForce {
     }
 
     /// Adds the derivatives of the force R f, with f constant in the body frame: dR = R [theta]x.
-    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, _: &str, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         if self.acts() {
             let on = self.lock.on;
             let force = self.axes(snapshot) * self.force;

@@ -1,6 +1,6 @@
 //! The trait of the evaluators of forces: loads at a snapshot, their derivatives, and what happens at steps.
 
-use super::{ForceParameter, Load, LoadJacobian, Snapshot};
+use super::{ForceParameter, Load, LoadJacobian, MotionSnapshot};
 use crate::error::Result;
 use pulp::Simd;
 
@@ -10,18 +10,23 @@ pub(super) trait Evaluator: Sized {
     fn loads(&self) -> &[Load];
 
     /// Computes the loads of a force that has them at every snapshot. Allocates nothing.
-    fn compute(&mut self, _snapshot: Snapshot) {}
+    fn compute(&mut self, _snapshot: MotionSnapshot) {}
 
     /// Computes the loads at a snapshot. Allocates nothing. Components that the force never has stay zero.
     #[inline(always)]
-    fn load<S: Simd>(&mut self, _simd: S, _name: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, _simd: S, _name: &str, snapshot: MotionSnapshot) -> Result<()> {
         self.compute(snapshot);
         Ok(())
     }
 
     /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
     /// nothing.
-    fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()>;
+    fn add_jacobian(
+        &mut self,
+        name: &str,
+        snapshot: MotionSnapshot,
+        jacobian: &mut LoadJacobian,
+    ) -> Result<()>;
 
     /// Returns the force of which a parameter is one and the other parameters beside it are zero; `None` where
     /// the parameter is a factor of the present loads. The loads are linear in all of them.
@@ -34,7 +39,7 @@ pub(super) trait Evaluator: Sized {
     fn by_parameter(
         &mut self,
         _name: &str,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         parameter: ForceParameter,
         _gravitational_constant: f64,
         to: &mut impl FnMut(&Load, f64),
@@ -59,7 +64,7 @@ pub(super) trait Evaluator: Sized {
     }
 
     /// Begins a step. Returns an error for a step in which the force loses its meaning.
-    fn begin_step(&mut self, _name: &str, _snapshot: Snapshot, _step: f64) -> Result<()> {
+    fn begin_step(&mut self, _name: &str, _snapshot: MotionSnapshot, _step: f64) -> Result<()> {
         Ok(())
     }
 }

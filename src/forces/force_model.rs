@@ -2,13 +2,13 @@
 
 use super::evaluator::Evaluator;
 use super::{
-    Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, PointAttraction, Snapshot, Switch,
-    byorp, function, third_body, tide, yorp,
+    Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, MotionSnapshot, PointAttraction,
+    Switch, byorp, function, third_body, tide, yorp,
 };
 use crate::error::{Error, Result};
 use crate::gravity::{BodyChange, ExtendedAttraction};
 use crate::math::Vec3;
-use crate::math::rotation::turned;
+use crate::math::rotation::rotate;
 use crate::shape::Body;
 use pulp::Simd;
 
@@ -82,7 +82,7 @@ impl ForceTerm {
     }
 
     fn byorp(&self) -> Option<&byorp::ByorpForce> {
-        if let ForceTermKind::Byorp(push) = &self.kind { Some(push) } else { None }
+        if let ForceTermKind::Byorp(byorp) = &self.kind { Some(byorp) } else { None }
     }
 }
 
@@ -97,14 +97,16 @@ impl ForceModel {
             }
             let kind = match force {
                 Force::ThirdBody(force) => {
-                    ForceTermKind::ThirdBody(force.ready(of, bodies, gravitational_constant)?)
+                    ForceTermKind::ThirdBody(force.prepared(of, bodies, gravitational_constant)?)
                 }
-                Force::Tide(force) => ForceTermKind::Tide(force.ready(of, bodies, gravitational_constant)?),
-                Force::Yorp(force) => ForceTermKind::Yorp(force.ready(of, bodies)?),
+                Force::Tide(force) => {
+                    ForceTermKind::Tide(force.prepared(of, bodies, gravitational_constant)?)
+                }
+                Force::Yorp(force) => ForceTermKind::Yorp(force.prepared(of, bodies)?),
                 Force::Byorp(force) => {
-                    ForceTermKind::Byorp(force.ready(of, bodies, gravitational_constant)?)
+                    ForceTermKind::Byorp(force.prepared(of, bodies, gravitational_constant)?)
                 }
-                Force::Function(force) => ForceTermKind::Function(force.ready(of, bodies)?),
+                Force::Function(force) => ForceTermKind::Function(force.prepared(of, bodies)?),
             };
             terms.push(ForceTerm { name, kind });
         }
@@ -131,7 +133,7 @@ impl ForceModel {
 
     /// Returns an error for a run, from a snapshot to another time, that leaves the times for which a force
     /// is given, or in which a third body comes inside the system.
-    pub fn check(&self, snapshot: Snapshot, to: f64) -> Result<()> {
+    pub fn check(&self, snapshot: MotionSnapshot, to: f64) -> Result<()> {
         self.third_bodies().try_for_each(|(name, attraction)| attraction.check(name, to, snapshot))
     }
 
@@ -144,7 +146,7 @@ impl ForceModel {
 
     /// Begins a step; the first step of a motion decides which forces act. Returns an error for a step in
     /// which a force loses its meaning.
-    pub fn begin_step(&mut self, snapshot: Snapshot, step: f64) -> Result<()> {
+    pub fn begin_step(&mut self, snapshot: MotionSnapshot, step: f64) -> Result<()> {
         let mut terms = self.terms.iter_mut();
         terms
             .try_for_each(|term| with!(&mut term.kind, force => force.begin_step(&term.name, snapshot, step)))
@@ -152,12 +154,12 @@ impl ForceModel {
 
     /// Returns the switch of each force; `None` for forces that are never switched off.
     pub fn switches(&self) -> Vec<Option<Switch>> {
-        self.terms.iter().map(|term| term.byorp().and_then(|push| push.state)).collect()
+        self.terms.iter().map(|term| term.byorp().and_then(|byorp| byorp.state)).collect()
     }
 
     /// Iterates over the indices of the forces that can be switched on and off.
     pub fn switched(&self) -> impl Iterator<Item = usize> + use<'_> {
-        (0..self.terms.len()).filter(|force| self.push(*force).is_some())
+        (0..self.terms.len()).filter(|force| self.byorp_force(*force).is_some())
     }
 
     /// Returns whether an evaluation of the present step came near a switch.
@@ -166,23 +168,23 @@ impl ForceModel {
     }
 
     /// Returns how far a snapshot is from the next switch of a force: below zero beyond the switch.
-    pub fn switch_margin(&self, force: usize, snapshot: Snapshot) -> f64 {
-        self.push(force).map_or(f64::INFINITY, |push| push.margin(snapshot))
+    pub fn switch_margin(&self, force: usize, snapshot: MotionSnapshot) -> f64 {
+        self.byorp_force(force).map_or(f64::INFINITY, |byorp| byorp.margin(snapshot))
     }
 
     /// Returns what the next switch of a force changes, at a snapshot where the switch occurs; `None` where
     /// the lock has no derivatives.
-    pub fn switch_jump(&self, force: usize, snapshot: Snapshot) -> Option<SwitchJump> {
-        let push = self.push(force)?;
-        let (on, about) = (push.lock.on, push.lock.about);
-        let [force, torque] = push.jump(snapshot);
-        Some(SwitchJump { on, about, force, torque, gradient: push.lock.gradient(snapshot)? })
+    pub fn switch_jump(&self, force: usize, snapshot: MotionSnapshot) -> Option<SwitchJump> {
+        let byorp = self.byorp_force(force)?;
+        let (on, about) = (byorp.lock.on, byorp.lock.about);
+        let [force, torque] = byorp.jump(snapshot);
+        Some(SwitchJump { on, about, force, torque, gradient: byorp.lock.gradient(snapshot)? })
     }
 
     /// Switches a force.
     pub fn switch(&mut self, force: usize) {
-        if let Some(ForceTerm { kind: ForceTermKind::Byorp(push), .. }) = self.terms.get_mut(force) {
-            push.switch();
+        if let Some(ForceTerm { kind: ForceTermKind::Byorp(byorp), .. }) = self.terms.get_mut(force) {
+            byorp.switch();
         }
     }
 
@@ -191,18 +193,18 @@ impl ForceModel {
         &self.terms[force].name
     }
 
-    fn push(&self, force: usize) -> Option<&byorp::ByorpForce> {
+    fn byorp_force(&self, force: usize) -> Option<&byorp::ByorpForce> {
         self.terms.get(force)?.byorp()
     }
 
     /// Restores what [`Self::switches`] returned.
-    pub fn recall(&mut self, switches: &[Option<Switch>]) -> Result<()> {
+    pub fn set_switches(&mut self, switches: &[Option<Switch>]) -> Result<()> {
         if switches.len() != self.terms.len() {
             return Err(Error::invalid("number of switches", switches.len(), self.terms.len().to_string()));
         }
         for (term, switch) in self.terms.iter_mut().zip(switches) {
-            if let (ForceTermKind::Byorp(push), Some(switch)) = (&mut term.kind, switch) {
-                push.state = Some(*switch);
+            if let (ForceTermKind::Byorp(byorp), Some(switch)) = (&mut term.kind, switch) {
+                byorp.state = Some(*switch);
             }
         }
         Ok(())
@@ -211,7 +213,7 @@ impl ForceModel {
     /// Computes the loads at a snapshot, and passes those of each force to `to` as soon as they are known.
     /// Allocates nothing. Components that a force never has stay zero.
     #[inline(always)]
-    pub fn load<S: Simd>(&mut self, simd: S, snapshot: Snapshot, to: &mut impl LoadSink) -> Result<()> {
+    pub fn load<S: Simd>(&mut self, simd: S, snapshot: MotionSnapshot, to: &mut impl LoadSink) -> Result<()> {
         for ForceTerm { name, kind } in &mut self.terms {
             with!(kind, force => {
                 force.load(simd, name, snapshot)?;
@@ -223,7 +225,7 @@ impl ForceModel {
 
     /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
     /// nothing.
-    pub fn add_jacobian(&mut self, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    pub fn add_jacobian(&mut self, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let mut terms = self.terms.iter_mut();
         terms.try_for_each(
             |term| with!(&mut term.kind, force => force.add_jacobian(&term.name, snapshot, jacobian)),
@@ -234,7 +236,7 @@ impl ForceModel {
     /// fixed mass: force, inertial, and torque, in its frame.
     pub fn semi_axis_derivatives(
         &mut self,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         body: usize,
         attraction: &mut ExtendedAttraction,
     ) -> Result<[[Vec3; 2]; 3]> {
@@ -254,7 +256,7 @@ impl ForceModel {
     /// snapshot of the last [`Self::load`]. Allocates nothing.
     pub fn by_parameter(
         &mut self,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         force: usize,
         parameter: ForceParameter,
         gravitational_constant: f64,
@@ -269,7 +271,7 @@ impl ForceModel {
     /// changes by `of_g` times itself.
     pub fn by_total_mu(
         &mut self,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         force: usize,
         by: f64,
         of_g: f64,
@@ -280,8 +282,8 @@ impl ForceModel {
         };
         if by != 0.0 {
             let by = by + if attraction.by_mass { of_g * attraction.mu } else { 0.0 };
-            let (place, derivatives) = attraction.path_derivatives(snapshot.time)?;
-            let moved = attraction.along(name, snapshot, place, &(derivatives[7] * by))?;
+            let (position, derivatives) = attraction.path_derivatives(snapshot.time)?;
+            let moved = attraction.along(name, snapshot, position, &(derivatives[7] * by))?;
             moved.iter().for_each(|load| to(load, 1.0));
         }
         Ok(())
@@ -289,7 +291,12 @@ impl ForceModel {
 
     /// Computes the derivatives of the loads of third bodies on a body whose own field changes while its mass
     /// stays the same: of the force, inertial, and of the torque, body frame.
-    pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
+    pub fn by_change(
+        &mut self,
+        snapshot: MotionSnapshot,
+        body: usize,
+        change: &BodyChange,
+    ) -> Result<[Vec3; 2]> {
         let mut sums = [Vec3::zeros(); 2];
         for attraction in self.terms.iter_mut().filter_map(ForceTerm::third_body_mut) {
             let moved = attraction.by_change(snapshot, body, change)?;
@@ -313,21 +320,21 @@ impl ForceModel {
     /// and torque about the origin of the coordinates. The loads are those that [`Self::load`] has computed
     /// last; velocities and spins may differ from that snapshot.
     #[inline(always)]
-    pub fn work_and_impulse_rates(&self, snapshot: Snapshot, force: usize) -> [f64; WORK_AND_IMPULSE] {
+    pub fn work_and_impulse_rates(&self, snapshot: MotionSnapshot, force: usize) -> [f64; WORK_AND_IMPULSE] {
         let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
         for load in self.terms[force].loads() {
             let of = |vectors: &[[f64; 3]]| Vec3::from(vectors[load.on]);
             power += load.force.dot(&of(snapshot.velocity));
             total += load.force;
             moment += of(snapshot.position).cross(&load.force);
-            if load.turns {
+            if load.can_rotate {
                 power += load.torque.dot(&of(snapshot.spin));
-                moment += turned(&snapshot.rotation[load.on], &load.torque);
+                moment += rotate(&snapshot.rotation[load.on], &load.torque);
             }
         }
-        let [place, motion] = [0, 1].map(|k| snapshot.nominal[k] + snapshot.barycentre_offset[k]);
-        power += total.dot(&motion);
-        moment += place.cross(&total);
+        let [position, velocity] = [0, 1].map(|k| snapshot.nominal[k] + snapshot.barycentre_offset[k]);
+        power += total.dot(&velocity);
+        moment += position.cross(&total);
         [power, total.x, total.y, total.z, moment.x, moment.y, moment.z]
     }
 
@@ -340,7 +347,7 @@ impl ForceModel {
     pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
         let (name, attraction) = self.attraction(force)?;
         attraction.covers(name, time, time)?;
-        attraction.place(time)
+        attraction.position_and_velocity(time)
     }
 
     /// Returns an error for the index of a force that is not a third body.
@@ -349,8 +356,9 @@ impl ForceModel {
     }
 
     fn attraction(&self, force: usize) -> Result<(&str, &third_body::ThirdBodyAttraction)> {
-        let found = self.terms.get(force).and_then(|term| Some((term.name.as_str(), term.third_body()?)));
-        found.ok_or_else(|| Error::invalid("a third body", force, "the place of one among the forces"))
+        let attraction =
+            self.terms.get(force).and_then(|term| Some((term.name.as_str(), term.third_body()?)));
+        attraction.ok_or_else(|| Error::invalid("a third body", force, "the index of one among the forces"))
     }
 
     /// Iterates over the third bodies with their names.

@@ -21,5 +21,5 @@ pub enum ForceParameter {
     /// A factor of the YORP torques of a table; its value is one.
     Factor,
     /// The component of the BYORP force along the motion.
-    Push,
+    AlongMotion,
 }

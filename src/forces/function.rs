@@ -2,7 +2,7 @@
 //! an interpreter.
 
 use super::evaluator::Evaluator;
-use super::{Load, LoadJacobian, Snapshot};
+use super::{Load, LoadJacobian, MotionSnapshot};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::shape::Body;
@@ -91,7 +91,7 @@ impl PartialEq for Call {
 }
 
 impl Function {
-    pub(super) fn ready(&self, of: usize, bodies: &[Body]) -> Result<FunctionForce> {
+    pub(super) fn prepared(&self, of: usize, bodies: &[Body]) -> Result<FunctionForce> {
         let Some(call) = self.call.clone() else {
             return Err(Error::invalid(
                 format!("function of {}", self.name),
@@ -144,17 +144,17 @@ impl Evaluator for FunctionForce {
         1000
     }
 
-    fn add_jacobian(&mut self, name: &str, _: Snapshot, _: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, name: &str, _: MotionSnapshot, _: &mut LoadJacobian) -> Result<()> {
         let expected = "a system without it: a function does not tell its derivatives";
         Err(Error::invalid("derivatives", format!("of the function {name}"), expected))
     }
 
     #[allow(unsafe_code)]
-    fn load<S: Simd>(&mut self, _: S, name: &str, snapshot: Snapshot) -> Result<()> {
-        let [place, motion] = [0, 1].map(|k| snapshot.nominal[k] + snapshot.barycentre_offset[k]);
+    fn load<S: Simd>(&mut self, _: S, name: &str, snapshot: MotionSnapshot) -> Result<()> {
+        let [position, velocity] = [0, 1].map(|k| snapshot.nominal[k] + snapshot.barycentre_offset[k]);
         for body in 0..self.points.len() {
-            self.position[body] = place + Vec3::from(snapshot.position[body]);
-            self.velocity[body] = motion + Vec3::from(snapshot.velocity[body]);
+            self.position[body] = position + Vec3::from(snapshot.position[body]);
+            self.velocity[body] = velocity + Vec3::from(snapshot.velocity[body]);
         }
         assert!(
             [snapshot.attitude.len(), snapshot.spin.len()] == [self.points.len(); 2],

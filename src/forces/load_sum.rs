@@ -63,7 +63,7 @@ impl LoadSink for LoadSum {
             let body = &mut self.bodies[load.on];
             self.force += load.force;
             body.acceleration += load.force * body.inverse_mass;
-            if load.turns {
+            if load.can_rotate {
                 body.torque += load.torque;
             }
         }

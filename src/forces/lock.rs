@@ -12,9 +12,9 @@
 //! The margin is the smaller of |s.n| - 1/sqrt(2) and cos^2 psi - psi'^2/w^2, with cos^2 psi = (a.l)^2 / (1 -
 //! (a.n)^2), l = r/|r|.
 
-use super::snapshot::Snapshot;
+use super::snapshot::MotionSnapshot;
 use crate::error::{Error, Result};
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3, ascending};
 use crate::shape::Body;
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -88,9 +88,9 @@ impl Lock {
         let axes = ascending(inertia.into());
         let [long, middle, short] = axes;
         if inertia[middle] <= inertia[long] {
-            let found = format!("{:?}", bodies[on].semi_axes());
+            let axes_text = format!("{:?}", bodies[on].semi_axes());
             let expected = format!("one longest, which {name} can keep towards {}", bodies[about].name);
-            return Err(Error::invalid(format!("semi-axes of {}", bodies[on].name), found, expected));
+            return Err(Error::invalid(format!("semi-axes of {}", bodies[on].name), axes_text, expected));
         }
         let elongation = 3.0 * (inertia[middle] - inertia[long]) / inertia[short];
         let mu = gravitational_constant * (bodies[on].mass + bodies[about].mass);
@@ -105,37 +105,39 @@ impl Lock {
 
     /// Returns the margin, which is above zero while the secondary is locked.
     #[inline(always)]
-    pub fn margin(&self, snapshot: Snapshot) -> f64 {
-        self.geometry(snapshot).map_or(NEVER, |at| self.upright(&at).min(self.librating(&at)))
+    pub fn margin(&self, snapshot: MotionSnapshot) -> f64 {
+        self.geometry(snapshot)
+            .map_or(NEVER, |geometry| self.upright_margin(&geometry).min(self.libration_margin(&geometry)))
     }
 
     #[inline(always)]
-    fn upright(&self, at: &Geometry) -> f64 {
-        at.short.dot(&at.normal).abs() - FRAC_1_SQRT_2
+    fn upright_margin(&self, geometry: &Geometry) -> f64 {
+        geometry.short.dot(&geometry.normal).abs() - FRAC_1_SQRT_2
     }
 
     #[inline(always)]
-    fn librating(&self, at: &Geometry) -> f64 {
+    fn libration_margin(&self, geometry: &Geometry) -> f64 {
         // A long axis along the normal has no angle from the line of centres; the secondary is then not
         // upright.
-        let aligned = if at.flat > 0.0 { at.cosine * at.cosine / at.flat } else { 0.0 };
-        aligned - at.rate * at.rate / at.frequency
+        let aligned =
+            if geometry.flat > 0.0 { geometry.cosine * geometry.cosine / geometry.flat } else { 0.0 };
+        aligned - geometry.rate * geometry.rate / geometry.frequency
     }
 
     /// Returns the quantities of the margin; `None` where there is no normal or no frequency.
     #[inline(always)]
-    fn geometry(&self, snapshot: Snapshot) -> Option<Geometry> {
+    fn geometry(&self, snapshot: MotionSnapshot) -> Option<Geometry> {
         let (r, v) = snapshot.relative(self.on, self.about);
         let (distance, h) = (r.norm(), r.cross(&v));
         let (momentum, frequency) = (h.norm(), self.elongation * self.mu / (distance * distance * distance));
         // The comparisons are written so that they are false for NaN.
-        let sound = momentum > 0.0 && frequency > 0.0;
-        if !sound {
+        let is_defined = momentum > 0.0 && frequency > 0.0;
+        if !is_defined {
             return None;
         }
         let [long, _, short] = self.axes;
-        let turn: &Mat3 = &snapshot.rotation[self.on];
-        let (long, short): (Vec3, Vec3) = (turn.column(long).into(), turn.column(short).into());
+        let rotation: &Mat3 = &snapshot.rotation[self.on];
+        let (long, short): (Vec3, Vec3) = (rotation.column(long).into(), rotation.column(short).into());
         let (normal, line, spin) = (h / momentum, r / distance, snapshot.inertial_spin(self.on));
         let (cosine, sine) = (long.dot(&line), long.dot(&normal.cross(&line)));
         Some(Geometry {
@@ -157,41 +159,46 @@ impl Lock {
     }
 
     /// Returns the derivatives of the margin; `None` where the margin is [`NEVER`].
-    pub fn gradient(&self, snapshot: Snapshot) -> Option<MarginGradient> {
-        let at = self.geometry(snapshot)?;
-        let turn = &snapshot.rotation[self.on];
+    pub fn gradient(&self, snapshot: MotionSnapshot) -> Option<MarginGradient> {
+        let geometry = self.geometry(snapshot)?;
+        let rotation = &snapshot.rotation[self.on];
         // This gives the derivatives of b.n, since |h| dn is the component of dh = dr x v + r x dv
         // perpendicular to n, and those of |h|.
         let of_normal = |b: Vec3| {
-            let b = (b - at.normal * at.normal.dot(&b)) / at.momentum;
-            [at.v.cross(&b), b.cross(&at.r)]
+            let b = (b - geometry.normal * geometry.normal.dot(&b)) / geometry.momentum;
+            [geometry.v.cross(&b), b.cross(&geometry.r)]
         };
         // This gives the derivative of b.a, where a = R e changes by R (theta x e).
-        let of_axis = |axis: &Vec3, b: Vec3| turned_back(turn, &axis.cross(&b));
-        if self.upright(&at) < self.librating(&at) {
-            let sign = at.short.dot(&at.normal).signum();
-            let [by_position, by_velocity] = of_normal(at.short * sign);
+        let of_axis = |axis: &Vec3, b: Vec3| rotate_back(rotation, &axis.cross(&b));
+        if self.upright_margin(&geometry) < self.libration_margin(&geometry) {
+            let sign = geometry.short.dot(&geometry.normal).signum();
+            let [by_position, by_velocity] = of_normal(geometry.short * sign);
             return Some(MarginGradient {
                 by_position,
                 by_velocity,
-                by_rotation: of_axis(&at.short, at.normal * sign),
+                by_rotation: of_axis(&geometry.short, geometry.normal * sign),
                 by_spin: Vec3::zeros(),
                 by_inertia: Vec3::zeros(),
                 by_mu: 0.0,
             });
         }
-        let square = at.distance * at.distance;
-        let (by_cosine, by_height) =
-            (2.0 * at.cosine / at.flat, 2.0 * at.cosine * at.cosine * at.height / (at.flat * at.flat));
-        let (by_rate, share) = (-2.0 * at.rate / at.frequency, at.rate * at.rate / at.frequency);
-        let [mut by_position, mut by_velocity] = of_normal(at.long * by_height + at.spin * by_rate);
-        by_position += (at.long - at.line * at.cosine) * (by_cosine / at.distance);
+        let square = geometry.distance * geometry.distance;
+        let (by_cosine, by_height) = (
+            2.0 * geometry.cosine / geometry.flat,
+            2.0 * geometry.cosine * geometry.cosine * geometry.height / (geometry.flat * geometry.flat),
+        );
+        let (by_rate, share) =
+            (-2.0 * geometry.rate / geometry.frequency, geometry.rate * geometry.rate / geometry.frequency);
+        let [mut by_position, mut by_velocity] =
+            of_normal(geometry.long * by_height + geometry.spin * by_rate);
+        by_position += (geometry.long - geometry.line * geometry.cosine) * (by_cosine / geometry.distance);
         let by_momentum = -by_rate / square;
-        by_position += at.v.cross(&at.normal) * by_momentum;
-        by_velocity += at.normal.cross(&at.r) * by_momentum;
-        by_position +=
-            at.line * (2.0 * by_rate * at.momentum / (square * at.distance) - 3.0 * share / at.distance);
-        let normal = turned_back(turn, &at.normal);
+        by_position += geometry.v.cross(&geometry.normal) * by_momentum;
+        by_velocity += geometry.normal.cross(&geometry.r) * by_momentum;
+        by_position += geometry.line
+            * (2.0 * by_rate * geometry.momentum / (square * geometry.distance)
+                - 3.0 * share / geometry.distance);
+        let normal = rotate_back(rotation, &geometry.normal);
         let mut by_inertia = Vec3::zeros();
         let [long, middle, short] = self.axes;
         by_inertia[middle] += 3.0 * share / (self.elongation * self.inertia[short]);
@@ -200,7 +207,7 @@ impl Lock {
         Some(MarginGradient {
             by_position,
             by_velocity,
-            by_rotation: of_axis(&at.long, at.line * by_cosine + at.normal * by_height)
+            by_rotation: of_axis(&geometry.long, geometry.line * by_cosine + geometry.normal * by_height)
                 + Vec3::from(snapshot.spin[self.on]).cross(&normal) * by_rate,
             by_spin: normal * by_rate,
             by_inertia,

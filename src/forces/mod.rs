@@ -40,7 +40,7 @@ pub use load_sum::LoadSum;
 pub use lock::MarginGradient;
 #[doc(hidden)]
 pub use point::PointAttraction;
-pub use snapshot::{Load, Snapshot};
+pub use snapshot::{Load, MotionSnapshot};
 #[doc(hidden)]
 pub use snapshot::{LoadSink, Switch};
 pub use third_body::{Path, ThirdBody, WhoseOrbit};

@@ -9,12 +9,12 @@
 //! the scale of a polyhedron are treated in the same way.
 
 use super::third_body::{BattinFactors, ThirdBodyAttraction, inside};
-use super::{Force, ForceParameter, Load, Path, Snapshot, ThirdBody};
+use super::{Force, ForceParameter, Load, MotionSnapshot, Path, ThirdBody};
 use crate::error::Result;
 use crate::gravity::BodyChange;
 use crate::math::Vec3;
 use crate::math::difference::{STEP, steps};
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::orbit::OrbitPosition;
 
 /// The names of the parameters of an orbit, in the order of [`crate::orbit::OrbitPath::derivatives`].
@@ -33,9 +33,9 @@ impl Force {
                 all
             }
             Self::Tide(_) => vec![("k2", P::K2), ("lag", P::Lag)],
-            Self::Yorp(turn) if turn.obliquity.is_empty() => vec![("along", P::Along), ("across", P::Across)],
+            Self::Yorp(yorp) if yorp.obliquity.is_empty() => vec![("along", P::Along), ("across", P::Across)],
             Self::Yorp(_) => vec![("factor", P::Factor)],
-            Self::Byorp(_) => vec![("force", P::Push)],
+            Self::Byorp(_) => vec![("force", P::AlongMotion)],
             Self::Function(_) => Vec::new(),
         }
     }
@@ -57,27 +57,27 @@ impl Force {
         if parameter != ForceParameter::Factor {
             return other.parameter_value(parameter, g[1]) - self.parameter_value(parameter, g[0]);
         }
-        let [own, others] = [self, other].map(|force| {
+        let [reference, changed] = [self, other].map(|force| {
             let mut force = force.clone();
             force.numbers(parameter).iter().fold(0.0, |length: f64, torque| length.hypot(**torque))
         });
-        if own > 0.0 { others / own - 1.0 } else { 0.0 }
+        if reference > 0.0 { changed / reference - 1.0 } else { 0.0 }
     }
 
     /// Returns a natural size of the changes of a parameter.
     pub fn parameter_size(&self, parameter: ForceParameter, gravitational_constant: f64) -> f64 {
-        let or_one = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+        let nonzero = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         match (self, parameter) {
             (Self::ThirdBody(body), ForceParameter::Element(which @ 1..)) => match (&body.path, which) {
                 (Path::Orbit { elements, .. }, 1) => {
-                    or_one(elements.eccentricity.min((1.0 - elements.eccentricity).abs()))
+                    nonzero(elements.eccentricity.min((1.0 - elements.eccentricity).abs()))
                 }
                 (Path::Orbit { elements, .. }, 6) => {
                     elements.mean_motion(body.mu).map_or(1.0, |motion| 1.0 / motion)
                 }
                 _ => 1.0,
             },
-            _ => or_one(self.parameter_value(parameter, gravitational_constant)),
+            _ => nonzero(self.parameter_value(parameter, gravitational_constant)),
         }
     }
 
@@ -115,10 +115,10 @@ impl Force {
             }
             (Self::Tide(tide), P::K2) => vec![&mut tide.k2],
             (Self::Tide(tide), P::Lag) => vec![&mut tide.lag],
-            (Self::Yorp(turn), P::Along) => turn.along.iter_mut().collect(),
-            (Self::Yorp(turn), P::Across) => turn.across.iter_mut().collect(),
-            (Self::Yorp(turn), P::Factor) => turn.along.iter_mut().chain(&mut turn.across).collect(),
-            (Self::Byorp(push), P::Push) => vec![&mut push.force[1]],
+            (Self::Yorp(yorp), P::Along) => yorp.along.iter_mut().collect(),
+            (Self::Yorp(yorp), P::Across) => yorp.across.iter_mut().collect(),
+            (Self::Yorp(yorp), P::Factor) => yorp.along.iter_mut().chain(&mut yorp.across).collect(),
+            (Self::Byorp(byorp), P::AlongMotion) => vec![&mut byorp.force[1]],
             _ => Vec::new(),
         }
     }
@@ -130,10 +130,16 @@ impl ThirdBodyAttraction {
     ///
     /// In the notation of [`super::third_body`] the acceleration K |d|^-3 (r + f p) changes with |d|^-3 by
     /// 3 |d|^-5 (p - r).dp, with f by 3/2 sqrt(1 + q) dq, where dq = -2 (r.dp + q p.dp)/|p|^2, and with p.
-    pub fn along(&mut self, name: &str, snapshot: Snapshot, place: Vec3, change: &Vec3) -> Result<&[Load]> {
-        let OrbitPosition { position: p, inverse_square, inverse_cube } = OrbitPosition::from(place);
+    pub fn along(
+        &mut self,
+        name: &str,
+        snapshot: MotionSnapshot,
+        position: Vec3,
+        change: &Vec3,
+    ) -> Result<&[Load]> {
+        let OrbitPosition { position: p, inverse_square, inverse_cube } = OrbitPosition::from(position);
         for (index, (body, load)) in self.bodies.iter_mut().zip(&mut self.changes).enumerate() {
-            let r = snapshot.place(index);
+            let r = snapshot.position_from_barycentre(index);
             let from = p - r;
             let q = r.dot(&(r - 2.0 * p)) * inverse_square;
             let BattinFactors { f, square, cube } = BattinFactors::of(q);
@@ -145,15 +151,15 @@ impl ThirdBodyAttraction {
             load.torque = Vec3::zeros();
             let length = change.norm();
             if let Some(extended) = body.extended.as_mut().filter(|_| length > 0.0) {
-                let turn = &snapshot.rotation[index];
-                let (x, along) = (turned_back(turn, &from), turned_back(turn, change));
+                let rotation = &snapshot.rotation[index];
+                let (x, along) = (rotate_back(rotation, &from), rotate_back(rotation, change));
                 for (by, weight) in steps(STEP * from.norm() / length) {
                     let OrbitPosition { position, inverse_square, inverse_cube } =
                         OrbitPosition::from(x + along * by);
                     let attracted = extended.at(&position, inverse_square, inverse_cube, strength);
-                    let (excess, moment) =
+                    let (perturbation, moment) =
                         attracted.ok_or_else(|| inside(name, snapshot.time, &body.name))?;
-                    load.force += turned(turn, &excess) * weight;
+                    load.force += rotate(rotation, &perturbation) * weight;
                     load.torque += moment * weight;
                 }
             }
@@ -164,22 +170,28 @@ impl ThirdBodyAttraction {
     /// Returns the position with its derivatives with respect to the elements of the orbit and to mu; the
     /// derivatives are zero for a table.
     pub fn path_derivatives(&mut self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
-        if let Some((_, known)) = self.path_derivatives.filter(|(at, _)| *at == time) {
-            return Ok(known);
+        if let Some((_, path_derivatives)) = self.path_derivatives.filter(|(at, _)| *at == time) {
+            return Ok(path_derivatives);
         }
-        let known = match self.orbit() {
+        let path_derivatives = match self.orbit() {
             Some((orbit, epoch)) => orbit.derivatives(time - epoch)?,
-            None => (self.place(time)?.0, [Vec3::zeros(); 8]),
+            None => (self.position_and_velocity(time)?.0, [Vec3::zeros(); 8]),
         };
-        self.path_derivatives = Some((time, known));
-        Ok(known)
+        self.path_derivatives = Some((time, path_derivatives));
+        Ok(path_derivatives)
     }
 
     /// Returns the derivatives of force (inertial) and torque (body frame) on a body whose own field changes
     /// while its mass stays the same.
-    pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
-        let (place, _) = self.path_derivatives(snapshot.time)?;
-        let [force, torque] = self.excess_by_change(snapshot, body, change, &OrbitPosition::from(place));
-        Ok([turned(&snapshot.rotation[body], &force), torque])
+    pub fn by_change(
+        &mut self,
+        snapshot: MotionSnapshot,
+        body: usize,
+        change: &BodyChange,
+    ) -> Result<[Vec3; 2]> {
+        let (position, _) = self.path_derivatives(snapshot.time)?;
+        let [force, torque] =
+            self.perturbation_by_change(snapshot, body, change, &OrbitPosition::from(position));
+        Ok([rotate(&snapshot.rotation[body], &force), torque])
     }
 }

@@ -31,15 +31,15 @@ impl PointAttraction {
 
     /// Returns the position of the third body relative to the nominal barycentre.
     #[inline]
-    pub fn place(&mut self, time: f64) -> Result<OrbitPosition> {
+    pub fn position(&mut self, time: f64) -> Result<OrbitPosition> {
         self.attraction.position(Scalar, time)
     }
 
     /// Returns the acceleration of a point at a position relative to the nominal barycentre.
     #[inline]
-    pub fn acceleration(&self, place: &OrbitPosition, r: &Vec3) -> Vec3 {
-        let p = place.position;
-        let powers = BattinFactors::of(-r.dot(&(p - r + p)) * place.inverse_square);
-        (r + powers.f * p) * (-self.attraction.mu * place.inverse_cube * powers.cube)
+    pub fn acceleration(&self, third_body: &OrbitPosition, r: &Vec3) -> Vec3 {
+        let p = third_body.position;
+        let powers = BattinFactors::of(-r.dot(&(p - r + p)) * third_body.inverse_square);
+        (r + powers.f * p) * (-self.attraction.mu * third_body.inverse_cube * powers.cube)
     }
 }

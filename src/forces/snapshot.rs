@@ -1,14 +1,14 @@
 //! The bodies at one time in the form that external forces take, and the loads that the forces exert.
 
 use crate::error::{Error, Result};
-use crate::math::rotation::turned;
+use crate::math::rotation::rotate;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
 /// The bodies at a time in the form that external forces take.
 #[derive(Debug, Clone, Copy)]
-pub struct Snapshot<'a> {
+pub struct MotionSnapshot<'a> {
     /// The time.
     pub time: f64,
     /// Centres relative to the barycentre, inertial axes.
@@ -27,10 +27,10 @@ pub struct Snapshot<'a> {
     pub nominal: [Vec3; 2],
 }
 
-impl Snapshot<'_> {
+impl MotionSnapshot<'_> {
     /// Returns the position of a body's centre relative to the nominal barycentre.
     #[inline(always)]
-    pub(super) fn place(&self, body: usize) -> Vec3 {
+    pub(super) fn position_from_barycentre(&self, body: usize) -> Vec3 {
         self.barycentre_offset[0] + Vec3::from(self.position[body])
     }
 
@@ -44,7 +44,7 @@ impl Snapshot<'_> {
     /// Returns the angular velocity of a body, inertial axes.
     #[inline(always)]
     pub(super) fn inertial_spin(&self, body: usize) -> Vec3 {
-        turned(&self.rotation[body], &Vec3::from(self.spin[body]))
+        rotate(&self.rotation[body], &Vec3::from(self.spin[body]))
     }
 }
 
@@ -60,13 +60,13 @@ pub struct Load {
     /// The torque about the body's centre, body frame.
     pub torque: Vec3,
     /// Whether the force can exert a torque on the body.
-    pub turns: bool,
+    pub can_rotate: bool,
 }
 
 impl Load {
     /// Returns a load of zero, of this force on this body.
-    pub(super) fn none(of: usize, on: usize, turns: bool) -> Self {
-        Self { of, on, force: Vec3::zeros(), torque: Vec3::zeros(), turns }
+    pub(super) fn none(of: usize, on: usize, can_rotate: bool) -> Self {
+        Self { of, on, force: Vec3::zeros(), torque: Vec3::zeros(), can_rotate }
     }
 }
 
@@ -90,7 +90,7 @@ pub struct Switch {
 }
 
 /// Returns the index of a body that a force names.
-pub(super) fn place(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> {
+pub(super) fn body_index(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> {
     bodies.iter().position(|body| body.name == name).ok_or_else(|| {
         let names: Vec<_> = bodies.iter().map(|body| body.name.as_str()).collect();
         Error::invalid(format!("{role} of {force}"), format!("{name:?}"), format!("one of {names:?}"))
@@ -98,23 +98,24 @@ pub(super) fn place(force: &str, role: &str, name: &str, bodies: &[Body]) -> Res
 }
 
 /// Returns the index of a body on which a force exerts a torque.
-pub(super) fn place_to_turn(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> {
-    let at = place(force, role, name, bodies)?;
-    if bodies[at].inertia() == Vec3::zeros() {
+pub(super) fn index_of_extended(force: &str, role: &str, name: &str, bodies: &[Body]) -> Result<usize> {
+    let index = body_index(force, role, name, bodies)?;
+    if bodies[index].inertia() == Vec3::zeros() {
         let expected = "a body with extent, which a torque can turn";
         return Err(Error::invalid(format!("{role} of {force}"), format!("the point {name}"), expected));
     }
-    Ok(at)
+    Ok(index)
 }
 
 /// Returns the indices of two bodies that a force names.
-pub(super) fn two_places(
+pub(super) fn two_indices(
     force: &str,
     [first_role, second_role]: [&str; 2],
     [first, second]: [&str; 2],
     bodies: &[Body],
 ) -> Result<(usize, usize)> {
-    let (i, j) = (place(force, first_role, first, bodies)?, place(force, second_role, second, bodies)?);
+    let (i, j) =
+        (body_index(force, first_role, first, bodies)?, body_index(force, second_role, second, bodies)?);
     if i == j {
         let what = format!("{first_role} and {second_role} of {force}");
         return Err(Error::invalid(what, format!("{first:?} twice"), "two bodies"));

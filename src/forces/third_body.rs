@@ -11,12 +11,12 @@
 //! field on the third body.
 
 use super::evaluator::Evaluator;
-use super::{BodyBlock, ForceParameter, Load, LoadJacobian, Snapshot};
+use super::{BodyBlock, ForceParameter, Load, LoadJacobian, MotionSnapshot};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::gravity::{BodyAttraction, BodyChange, ExtendedAttraction, point_jacobian};
 use crate::math::Vec3;
 use crate::math::matrix::{times, times_cross, times_transposed};
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::math::spline::Spline;
 use crate::orbit::{KeplerElements, OrbitCells, OrbitPath, OrbitPosition};
 use crate::shape::Body;
@@ -97,13 +97,13 @@ impl ThirdBody {
             }
             Path::Table { times, positions } => {
                 let sign = if mirrored { -1.0 } else { 1.0 };
-                let positions: Vec<_> = positions.iter().map(|place| place.map(|x| sign * x)).collect();
+                let positions: Vec<_> = positions.iter().map(|row| row.map(|x| sign * x)).collect();
                 Ok(PathEvaluator::Table(Spline::new(&format!("times of {}", self.name), times, &positions)?))
             }
         }
     }
 
-    pub(super) fn ready(
+    pub(super) fn prepared(
         &self,
         of: usize,
         bodies: &[Body],
@@ -167,7 +167,7 @@ impl AttractedBody {
 
 impl ThirdBodyAttraction {
     /// Returns position and velocity relative to the nominal barycentre.
-    pub fn place(&self, time: f64) -> Result<(Vec3, Vec3)> {
+    pub fn position_and_velocity(&self, time: f64) -> Result<(Vec3, Vec3)> {
         match &self.motion {
             PathEvaluator::Orbit { cells, time: epoch, .. } => cells.orbit().after(time - epoch),
             PathEvaluator::Table(spline) => {
@@ -211,19 +211,22 @@ impl ThirdBodyAttraction {
         if from.min(to) >= first && from.max(to) <= last {
             return Ok(());
         }
-        let found = if from == to { format!("{from}") } else { format!("{from} to {to}") };
-        Err(Error::invalid(what, found, format!("times from {first} to {last}, which its table covers")))
+        let interval = if from == to { format!("{from}") } else { format!("{from} to {to}") };
+        Err(Error::invalid(what, interval, format!("times from {first} to {last}, which its table covers")))
     }
 
     /// Returns an error for times beyond those of the table, and for a third body that is or comes inside the
     /// system.
-    pub fn check(&self, name: &str, to: f64, snapshot: Snapshot) -> Result<()> {
+    pub fn check(&self, name: &str, to: f64, snapshot: MotionSnapshot) -> Result<()> {
         let from = snapshot.time;
         self.covers(name, from, to)?;
-        let extent =
-            self.bodies.iter().enumerate().map(|(index, body)| snapshot.place(index).norm() + body.radius);
+        let extent = self
+            .bodies
+            .iter()
+            .enumerate()
+            .map(|(index, body)| snapshot.position_from_barycentre(index).norm() + body.radius);
         let extent = extent.fold(0.0, f64::max);
-        let distance = self.place(from)?.0.norm();
+        let distance = self.position_and_velocity(from)?.0.norm();
         let nearest = match &self.motion {
             PathEvaluator::Orbit { periapsis, .. } => periapsis.min(distance),
             PathEvaluator::Table(_) => distance,
@@ -254,32 +257,32 @@ impl Evaluator for ThirdBodyAttraction {
     fn by_parameter(
         &mut self,
         name: &str,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         parameter: ForceParameter,
         gravitational_constant: f64,
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        let (place, derivatives) = self.path_derivatives(snapshot.time)?;
+        let (position, derivatives) = self.path_derivatives(snapshot.time)?;
         let (change, mu) = match parameter {
             ForceParameter::Element(which) => (derivatives[which], 0.0),
             ForceParameter::Mass => (derivatives[7] * gravitational_constant, gravitational_constant),
             _ => (derivatives[7], 1.0),
         };
         self.loads.iter().for_each(|load| to(load, mu / self.mu));
-        self.along(name, snapshot, place, &change)?.iter().for_each(|load| to(load, 1.0));
+        self.along(name, snapshot, position, &change)?.iter().for_each(|load| to(load, 1.0));
         Ok(())
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: MotionSnapshot) -> Result<()> {
         let OrbitPosition { position: p, inverse_square, inverse_cube } =
             self.position(simd, snapshot.time)?;
         if !inverse_square.is_finite() {
             return Err(failed(name, snapshot.time, AT_BARYCENTRE));
         }
-        let places = snapshot.position.iter().zip(snapshot.rotation);
-        for (((place, turn), body), load) in places.zip(&mut self.bodies).zip(&mut self.loads) {
-            let r = snapshot.barycentre_offset[0] + Vec3::from(*place);
+        let positions = snapshot.position.iter().zip(snapshot.rotation);
+        for (((position, rotation), body), load) in positions.zip(&mut self.bodies).zip(&mut self.loads) {
+            let r = snapshot.barycentre_offset[0] + Vec3::from(*position);
             // The squared distance is |d|^2 = |p|^2 (1 + q).
             let from = p - r;
             let q = r.dot(&(r - 2.0 * p)) * inverse_square;
@@ -288,11 +291,11 @@ impl Evaluator for ThirdBodyAttraction {
             let strength = -self.mu * body.mass;
             let mut force = (r + f * p) * (cube * strength);
             if let Some(extended) = &mut body.extended {
-                let attracted = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
-                let Some((excess, moment)) = attracted else {
+                let attracted = extended.at(&rotate_back(rotation, &from), inverse_square, cube, strength);
+                let Some((perturbation, moment)) = attracted else {
                     return Err(inside(name, snapshot.time, &body.name));
                 };
-                force += turned(turn, &excess);
+                force += rotate(rotation, &perturbation);
                 load.torque = moment;
             } else if inverse_square * body.radius * body.radius > 1.0 {
                 return Err(inside(name, snapshot.time, &body.name));
@@ -309,22 +312,22 @@ impl Evaluator for ThirdBodyAttraction {
     /// Adds the derivatives of the loads, from the Jacobian of every body's own field at the third body. The
     /// force on a body is F = -mu m R g(x) at x = R^T (p - r), and its torque is mu m n(x) with n = -x cross
     /// g. dF/dtheta is the transpose of dn/dr, since both are derivatives of one potential.
-    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, _: &str, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let OrbitPosition { position: p, .. } = self.position(Scalar, snapshot.time)?;
         for (index, (rotation, body)) in snapshot.rotation.iter().zip(&mut self.bodies).enumerate() {
             let strength = self.mu * body.mass;
-            let x = turned_back(rotation, &(p - snapshot.place(index)));
+            let x = rotate_back(rotation, &(p - snapshot.position_from_barycentre(index)));
             let (gradient, torque_gradient) = match &mut body.extended {
                 None => point_jacobian(&x),
                 Some(extended) => extended.jacobian(&x),
             };
-            let (centre, turn) = (BodyBlock::translation(index), BodyBlock::rotation(index));
+            let (centre, attitude) = (BodyBlock::translation(index), BodyBlock::rotation(index));
             let inertial = times_transposed(&times(rotation, &gradient), rotation);
             jacobian.add(centre, centre, &inertial, strength);
             let by_position = -times_transposed(&torque_gradient, rotation);
-            jacobian.add(turn, centre, &by_position, strength);
-            jacobian.add(centre, turn, &by_position.transpose(), strength);
-            jacobian.add(turn, turn, &times_cross(&torque_gradient, &x), strength);
+            jacobian.add(attitude, centre, &by_position, strength);
+            jacobian.add(centre, attitude, &by_position.transpose(), strength);
+            jacobian.add(attitude, attitude, &times_cross(&torque_gradient, &x), strength);
         }
         Ok(())
     }
@@ -332,20 +335,20 @@ impl Evaluator for ThirdBodyAttraction {
 
 impl ThirdBodyAttraction {
     /// Adds the derivatives of the force on a body, inertial, and of the torque, in its frame, with respect
-    /// to its semi-axes: in the notation of [`Self::add_jacobian`] these are -mu m R dg/da_i and -mu m x cross
-    /// dg/da_i.
+    /// to its semi-axes: in the notation of [`Self::add_jacobian`] these are -mu m R dg/da_i and -mu m x
+    /// cross dg/da_i.
     pub fn semi_axis_derivatives(
         &mut self,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         body: usize,
         extended: &mut ExtendedAttraction,
         sums: &mut [[Vec3; 2]; 3],
     ) -> Result<()> {
         let OrbitPosition { position: p, .. } = self.position(Scalar, snapshot.time)?;
         let (rotation, strength) = (&snapshot.rotation[body], self.mu * self.bodies[body].mass);
-        let x = turned_back(rotation, &(p - snapshot.place(body)));
+        let x = rotate_back(rotation, &(p - snapshot.position_from_barycentre(body)));
         for (slope, [force, torque]) in extended.semi_axis_derivatives(&x).iter().zip(sums) {
-            *force -= turned(rotation, slope) * strength;
+            *force -= rotate(rotation, slope) * strength;
             *torque -= x.cross(slope) * strength;
         }
         Ok(())
@@ -355,18 +358,19 @@ impl ThirdBodyAttraction {
 impl ThirdBodyAttraction {
     /// Returns the derivatives with respect to a change of a body at its mass, of the contribution of the
     /// body's extent to the force and to the torque, both in the body frame.
-    pub fn excess_by_change(
+    pub fn perturbation_by_change(
         &mut self,
-        snapshot: Snapshot,
+        snapshot: MotionSnapshot,
         body: usize,
         change: &BodyChange,
-        place: &OrbitPosition,
+        third_body: &OrbitPosition,
     ) -> [Vec3; 2] {
-        let (p, r) = (place.position, snapshot.place(body));
+        let (p, r) = (third_body.position, snapshot.position_from_barycentre(body));
         let BattinFactors { square, cube, .. } =
-            BattinFactors::of(r.dot(&(r - 2.0 * p)) * place.inverse_square);
-        let (inverse_square, inverse_cube) = (place.inverse_square * square, place.inverse_cube * cube);
-        let x = turned_back(&snapshot.rotation[body], &(p - r));
+            BattinFactors::of(r.dot(&(r - 2.0 * p)) * third_body.inverse_square);
+        let (inverse_square, inverse_cube) =
+            (third_body.inverse_square * square, third_body.inverse_cube * cube);
+        let x = rotate_back(&snapshot.rotation[body], &(p - r));
         let AttractedBody { mass, extended, .. } = &mut self.bodies[body];
         let strength = -self.mu * *mass;
         let moved = extended

@@ -10,11 +10,11 @@
 //! included: the figure is rigid, so that the conservative bulges of tide and rotation are part of it.
 
 use super::evaluator::Evaluator;
-use super::snapshot::{Load, Snapshot, place_to_turn, two_places};
+use super::snapshot::{Load, MotionSnapshot, index_of_extended, two_indices};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Error, Result, require_positive};
 use crate::math::matrix::{times, times_cross};
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
@@ -51,15 +51,15 @@ impl Tide {
         require_positive(&format!("radius of {name}"), self.radius)
     }
 
-    pub(super) fn ready(
+    pub(super) fn prepared(
         &self,
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
     ) -> Result<TidalForce> {
         let name = &self.name;
-        let (on, by) = two_places(name, ["on", "by"], [&self.on, &self.by], bodies)?;
-        place_to_turn(name, "on", &self.on, bodies)?;
+        let (on, by) = two_indices(name, ["on", "by"], [&self.on, &self.by], bodies)?;
+        index_of_extended(name, "on", &self.on, bodies)?;
         self.check()?;
         let mass = bodies[by].mass;
         let unit = 3.0 * gravitational_constant * mass * mass * self.radius.powi(5);
@@ -93,7 +93,7 @@ impl Evaluator for TidalForce {
     }
 
     #[inline(always)]
-    fn compute(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: MotionSnapshot) {
         let (r, v) = snapshot.relative(self.by, self.on);
         let spin = snapshot.inertial_spin(self.on);
         let inverse = 1.0 / r.norm_squared();
@@ -101,7 +101,7 @@ impl Evaluator for TidalForce {
         let bracket: Vec3 = r * (2.0 * r.dot(&v) * inverse) + (r.cross(&spin) + v);
         let force = bracket * -(self.strength * (inverse * inverse) * (inverse * inverse));
         self.loads[0].force = -force;
-        self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &force.cross(&r));
+        self.loads[0].torque = rotate_back(&snapshot.rotation[self.on], &force.cross(&r));
         self.loads[1].force = force;
     }
 
@@ -118,7 +118,7 @@ impl Evaluator for TidalForce {
 
     /// Adds the derivatives of the loads. With b the bracket and k = strength / r^8, the force is F = -k b,
     /// and the torque is M = -R^T (r x F) in the body frame.
-    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, _: &str, snapshot: MotionSnapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let (r, v) = snapshot.relative(self.by, self.on);
         let (spin, rotation) = (snapshot.inertial_spin(self.on), &snapshot.rotation[self.on]);
         let inverse = 1.0 / r.norm_squared();
@@ -135,7 +135,7 @@ impl Evaluator for TidalForce {
         let by_spin = times(&r.cross_matrix(), rotation) * -strength;
         let by_turn = -times_cross(&by_spin, &Vec3::from(snapshot.spin[self.on]));
         let to_body = -times(&rotation.transpose(), &r.cross_matrix());
-        let torque = turned_back(rotation, &-r.cross(&force));
+        let torque = rotate_back(rotation, &-r.cross(&force));
         // The derivatives with respect to the deformed body's position and velocity are the opposite of those
         // by the raiser's.
         let moved = times(&rotation.transpose(), &force.cross_matrix());

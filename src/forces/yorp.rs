@@ -4,11 +4,11 @@
 //! functions of the obliquity as in D. P. Rubincam (2000), Icarus 148, 2.
 
 use super::evaluator::Evaluator;
-use super::snapshot::{Load, Snapshot, place_to_turn};
+use super::snapshot::{Load, MotionSnapshot, index_of_extended};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Error, Result, require_finite};
 use crate::math::matrix::times_cross;
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
@@ -78,9 +78,9 @@ impl Yorp {
         Ok((pole, torque))
     }
 
-    pub(super) fn ready(&self, of: usize, bodies: &[Body]) -> Result<YorpTorque> {
+    pub(super) fn prepared(&self, of: usize, bodies: &[Body]) -> Result<YorpTorque> {
         let name = &self.name;
-        let on = place_to_turn(name, "on", &self.on, bodies)?;
+        let on = index_of_extended(name, "on", &self.on, bodies)?;
         let (pole, torque) = self.pole_and_torque()?;
         Ok(YorpTorque {
             on,
@@ -117,7 +117,7 @@ impl YorpTorque {
     /// Returns an error for a spin of zero, for a step in which the torque along the spin brings it to a
     /// stop, and for one in which the torque across the spin brings it to the pole: there the torque has no
     /// direction, and would change its sign at every step.
-    fn check(&self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+    fn check(&self, name: &str, snapshot: MotionSnapshot, step: f64) -> Result<()> {
         let spin = Vec3::from(snapshot.spin[self.on]);
         let [along, across] = self.torques(&snapshot.inertial_spin(self.on));
         let failed = |detail| {
@@ -140,7 +140,7 @@ impl YorpTorque {
                 snapshot.time + stop
             ));
         }
-        let pole = turned_back(&snapshot.rotation[self.on], &self.pole);
+        let pole = rotate_back(&snapshot.rotation[self.on], &self.pole);
         let (cosine, sine) = (axis.dot(&pole), axis.cross(&pole).norm());
         let across = self.across_at_pole(cosine);
         if across == 0.0 || sine == 0.0 {
@@ -197,7 +197,7 @@ impl Evaluator for YorpTorque {
         &self.loads
     }
 
-    fn compute(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: MotionSnapshot) {
         let spin = snapshot.inertial_spin(self.on);
         let Some(axis) = spin.try_normalize(0.0) else {
             self.loads[0].torque = Vec3::zeros();
@@ -210,10 +210,10 @@ impl Evaluator for YorpTorque {
         // parallel.
         let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
         let torque = axis * along + outwards * across;
-        self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &torque);
+        self.loads[0].torque = rotate_back(&snapshot.rotation[self.on], &torque);
     }
 
-    fn begin_step(&mut self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+    fn begin_step(&mut self, name: &str, snapshot: MotionSnapshot, step: f64) -> Result<()> {
         self.check(name, snapshot, step)
     }
 
@@ -230,13 +230,18 @@ impl Evaluator for YorpTorque {
     /// Adds the derivatives of the torque in the body frame, M = A a + B u. Here a is the direction of the
     /// spin w, k the pole in the body frame, c = a.k, s = |a x k|, u = (c a - k) / s, and A and B are
     /// functions of the obliquity.
-    fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(
+        &mut self,
+        name: &str,
+        snapshot: MotionSnapshot,
+        jacobian: &mut LoadJacobian,
+    ) -> Result<()> {
         let own = Vec3::from(snapshot.spin[self.on]);
         let spin = own.norm();
         if spin == 0.0 {
             return Ok(());
         }
-        let (a, k) = (own / spin, turned_back(&snapshot.rotation[self.on], &self.pole));
+        let (a, k) = (own / spin, rotate_back(&snapshot.rotation[self.on], &self.pole));
         let (cosine, sine) = (a.dot(&k), a.cross(&k).norm());
         let ([along, across], [along_rate, across_rate]) = match &self.torque {
             TorqueTable::Constant(torque) => (*torque, [0.0; 2]),

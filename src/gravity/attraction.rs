@@ -1,12 +1,12 @@
 //! The difference between the attraction of a distant point by one body and by a point mass.
 
-use super::{FarCut, FarSeries, FieldKernel, HarmonicField, LayerAttraction, Near};
+use super::{FarSeries, FarTruncation, FieldKernel, HarmonicField, LayerAttraction, Near};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::difference::{STEP, steps};
 use crate::math::lanes::Lanes;
 use crate::math::matrix::{cross_times, times, transposed_times};
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Ellipsoid, PartDerivative, Placement, Shape};
 use pulp::Scalar;
@@ -28,7 +28,7 @@ pub struct ExtendedAttraction {
     quadrupole_to: f64,
     series: FarSeries,
     /// A lower bound of kappa at the last near point, and the terms of the series that it needs.
-    known: Option<(f64, Option<FarCut>)>,
+    cached_truncation: Option<(f64, Option<FarTruncation>)>,
 }
 
 impl ExtendedAttraction {
@@ -47,7 +47,7 @@ impl ExtendedAttraction {
         // The next moment is smaller by the deviation of the squares over |x|^2.
         let quadrupole_to = BEYOND_QUADRUPOLE / (5.0 * quadrupole.amax());
         let series = FarSeries::new(shape);
-        Some(Self { ellipsoid: *ellipsoid, quadrupole, quadrupole_to, series, known: None })
+        Some(Self { ellipsoid: *ellipsoid, quadrupole, quadrupole_to, series, cached_truncation: None })
     }
 
     /// Returns g + x/|x|^3 and x cross g at a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3,
@@ -65,43 +65,43 @@ impl ExtendedAttraction {
             // first.
             let fifth = 3.0 * strength * inverse_cube * inverse_square;
             let dx = self.quadrupole.component_mul(x);
-            let bend = x.dot(&dx) * (2.5 * inverse_square * fifth);
-            return Some((dx * fifth - x * bend, x.cross(&dx) * fifth));
+            let along = x.dot(&dx) * (2.5 * inverse_square * fifth);
+            return Some((dx * fifth - x * along, x.cross(&dx) * fifth));
         }
-        let (excess, moment) = self.near(x, inverse_cube)?;
-        Some((excess * strength, moment * strength))
+        let (perturbation, moment) = self.near(x, inverse_cube)?;
+        Some((perturbation * strength, moment * strength))
     }
 
     #[cold]
     fn near(&mut self, x: &Vec3, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let canonical = self.ellipsoid.canonical();
-        let x = turned(&canonical, x);
+        let x = rotate(&canonical, x);
         let [a, b, c] = self.ellipsoid.sorted();
         let square = x.norm_squared();
         if square < a * a && (x.x / a).powi(2) + (x.y / b).powi(2) + (x.z / c).powi(2) < 1.0 {
             return None;
         }
         let lanes: [Lanes<Scalar>; 3] = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
-        let (field, point) = match self.cut(square - a * a) {
-            Some(cut) => (self.series.cut(cut).excess_field(lanes), 0.0),
+        let (field, point) = match self.truncation(square - a * a) {
+            Some(truncation) => (self.series.truncated(truncation).field_perturbation(lanes), 0.0),
             None => (Near::new(&self.ellipsoid, 0.0).field(lanes), inverse_cube),
         };
-        let excess = field.rd.map(|rd| rd.first() - point);
+        let perturbation = field.rd.map(|rd| rd.first() - point);
         let [first, second, third] = field.rd_difference.map(Lanes::first);
         let moment = -Vec3::new(x.y * x.z * first, x.z * x.x * second, x.x * x.y * third);
-        let force = -x.component_mul(&Vec3::from(excess));
-        Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
+        let force = -x.component_mul(&Vec3::from(perturbation));
+        Some((rotate_back(&canonical, &force), rotate_back(&canonical, &moment)))
     }
 
     /// Returns dg/dx and the derivative of -x cross g, per unit GM, at a point `x` of the body frame outside
     /// the body.
     pub fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         let canonical = self.ellipsoid.canonical();
-        let x = turned(&canonical, x);
+        let x = rotate(&canonical, x);
         let [a, ..] = self.ellipsoid.sorted();
         let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
-        let (gradient, torque_gradient) = match self.cut(x.norm_squared() - a * a) {
-            Some(cut) => jacobian_at(self.series.cut(cut), lanes),
+        let (gradient, torque_gradient) = match self.truncation(x.norm_squared() - a * a) {
+            Some(truncation) => jacobian_at(self.series.truncated(truncation), lanes),
             None => jacobian_at(Near::new(&self.ellipsoid, 0.0), lanes),
         };
         let back = |slope: Mat3| times(&transposed_times(&canonical, &slope), &canonical);
@@ -112,11 +112,11 @@ impl ExtendedAttraction {
     /// frame outside the body.
     pub fn semi_axis_derivatives(&mut self, x: &Vec3) -> [Vec3; 3] {
         let canonical = self.ellipsoid.canonical();
-        let x = turned(&canonical, x);
+        let x = rotate(&canonical, x);
         let [a, b, c] = self.ellipsoid.sorted();
         let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
-        let rows = match self.cut(x.norm_squared() - a * a) {
-            Some(cut) => semi_axis_derivatives_at(self.series.cut(cut), lanes),
+        let rows = match self.truncation(x.norm_squared() - a * a) {
+            Some(truncation) => semi_axis_derivatives_at(self.series.truncated(truncation), lanes),
             None => semi_axis_derivatives_at(Near::new(&self.ellipsoid, 0.0), lanes),
         };
         // A semi-axis has no sign, unlike the direction of its axis.
@@ -127,15 +127,15 @@ impl ExtendedAttraction {
 
     /// Returns the terms of the series that a distance needs, where kappa >= `kappa_min`. They depend on the
     /// binary exponent of `kappa_min` alone, so that results do not depend on earlier calls.
-    fn cut(&mut self, kappa_min: f64) -> Option<FarCut> {
+    fn truncation(&mut self, kappa_min: f64) -> Option<FarTruncation> {
         // This is the double with the same exponent and no fraction: a power of two.
         let floor = f64::from_bits(kappa_min.max(0.0).to_bits() >> 52 << 52);
-        match self.known {
-            Some((known, cut)) if known == floor => cut,
+        match self.cached_truncation {
+            Some((cached_truncation, truncation)) if cached_truncation == floor => truncation,
             _ => {
-                let cut = self.series.cut_for(floor, TOLERANCE);
-                self.known = Some((floor, cut));
-                cut
+                let truncation = self.series.truncation_for(floor, TOLERANCE);
+                self.cached_truncation = Some((floor, truncation));
+                truncation
             }
         }
     }
@@ -181,7 +181,7 @@ pub enum BodyAttraction {
 pub struct PartAttraction {
     /// The mass of the part divided by the mass of the body.
     share: f64,
-    place: Placement,
+    placement: Placement,
     radius: f64,
     extended: Option<Extended>,
 }
@@ -244,7 +244,7 @@ impl BodyAttraction {
     /// Prepares a body; `None` for one whose field is that of a point.
     pub fn new(body: &Body) -> Option<Self> {
         if let [part] = body.parts()
-            && part.place.is_none()
+            && part.placement.is_none()
             && matches!(part.shape, Shape::Ellipsoid(_) | Shape::Point)
         {
             return ExtendedAttraction::new(&part.shape)
@@ -252,7 +252,7 @@ impl BodyAttraction {
         }
         let parts = body.parts().iter().map(|part| PartAttraction {
             share: part.mass / body.mass,
-            place: Placement { position: part.position(), rotation: part.rotation() },
+            placement: Placement { position: part.position(), rotation: part.rotation() },
             radius: part.shape.circumradius(),
             extended: Extended::new(&part.shape),
         });
@@ -271,8 +271,8 @@ impl BodyAttraction {
         match self {
             Self::Ordinary(attraction) => attraction.at(x, inverse_square, inverse_cube, strength),
             Self::Composite(parts) => {
-                let (excess, moment) = PartAttraction::sum(parts, x, inverse_square, inverse_cube)?;
-                Some((excess * strength, moment * strength))
+                let (perturbation, moment) = PartAttraction::sum(parts, x, inverse_square, inverse_cube)?;
+                Some((perturbation * strength, moment * strength))
             }
         }
     }
@@ -285,16 +285,16 @@ impl BodyAttraction {
         };
         let (mut gradient, mut torque_gradient) = (Mat3::zeros(), Mat3::zeros());
         for part in parts {
-            let (p, turn) = (part.place.position, part.place.rotation);
-            let from = turned_back(&turn, &(x - p));
-            let (own, own_torque_gradient) = match &mut part.extended {
+            let (p, rotation) = (part.placement.position, part.placement.rotation);
+            let from = rotate_back(&rotation, &(x - p));
+            let (gradient_part, torque_gradient_part) = match &mut part.extended {
                 Some(extended) => extended.jacobian(&from),
                 None => point_jacobian(&from),
             };
-            let own = turn * own * turn.transpose() * part.share;
-            gradient += own;
-            torque_gradient +=
-                turn * own_torque_gradient * turn.transpose() * part.share - cross_times(&p, &own);
+            let gradient_part = rotation * gradient_part * rotation.transpose() * part.share;
+            gradient += gradient_part;
+            torque_gradient += rotation * torque_gradient_part * rotation.transpose() * part.share
+                - cross_times(&p, &gradient_part);
         }
         (gradient, torque_gradient)
     }
@@ -321,23 +321,24 @@ impl BodyAttraction {
                     let s = 1.0 + by;
                     attraction
                         .at(&(x / s), inverse_square * s * s, inverse_cube * s * s * s, 1.0)
-                        .map(|(excess, moment)| (excess / (s * s), moment / s))
+                        .map(|(perturbation, moment)| (perturbation / (s * s), moment / s))
                 }
                 (BodyChange::Part(derivative), Self::Composite(parts)) => {
                     let mut sum = Some((Vec3::zeros(), Vec3::zeros()));
                     for (index, part) in parts.iter_mut().enumerate() {
-                        let own = (part.place, part.share);
-                        (part.place, part.share) = derivative.changed(index, &own.0, own.1, mass, by);
+                        let previous = (part.placement, part.share);
+                        (part.placement, part.share) =
+                            derivative.changed(index, &previous.0, previous.1, mass, by);
                         let share = part.at(x, inverse_square, inverse_cube);
-                        (part.place, part.share) = own;
+                        (part.placement, part.share) = previous;
                         sum = sum.zip(share).map(|(a, b)| (a.0 + b.0, a.1 + b.1));
                     }
                     sum
                 }
                 (BodyChange::Part(_), Self::Ordinary(_)) | (BodyChange::Moment(_), _) => None,
             };
-            let (excess, moment) = changed.unwrap_or_default();
-            sums[0] += excess * weight;
+            let (perturbation, moment) = changed.unwrap_or_default();
+            sums[0] += perturbation * weight;
             sums[1] += moment * weight;
         }
         sums
@@ -368,13 +369,13 @@ impl BodyChange {
 impl PartAttraction {
     /// Returns the sum over all parts.
     fn sum(parts: &mut [Self], x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
-        let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        let (mut perturbation, mut moment) = (Vec3::zeros(), Vec3::zeros());
         for part in parts {
-            let (field, own_moment) = part.at(x, inverse_square, inverse_cube)?;
-            excess += field;
-            moment += own_moment;
+            let (field_part, moment_part) = part.at(x, inverse_square, inverse_cube)?;
+            perturbation += field_part;
+            moment += moment_part;
         }
-        Some((excess, moment))
+        Some((perturbation, moment))
     }
 
     /// Returns the excess of the part's field over that of its mass at the body's centre and the dipole
@@ -385,7 +386,7 @@ impl PartAttraction {
     /// (3/2 s^3 + 3 s^2 + 2 s + 1)/s^3: no term is a difference of nearly equal numbers. The excess of its
     /// field is then -(x (k - 3/2 |p|^2/|x|^2) - p h)/|x|^3, and its moment h x cross p/|x|^3.
     fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
-        let p = self.place.position;
+        let p = self.placement.position;
         let from = x - p;
         if from.norm_squared() < self.radius * self.radius && self.extended.is_none() {
             return None;
@@ -397,16 +398,16 @@ impl PartAttraction {
         let e = q / (1.0 + s);
         let h = -e * (1.0 + s + s2) / s3;
         let k = e * e * (1.5 * s3 + 3.0 * s2 + 2.0 * s + 1.0) / s3;
-        let mut excess = (p * h - x * (k - 1.5 * square)) * inverse_cube;
+        let mut perturbation = (p * h - x * (k - 1.5 * square)) * inverse_cube;
         let mut moment = x.cross(&p) * (h * inverse_cube);
         if let Some(extended) = &mut self.extended {
-            let turn = &self.place.rotation;
-            let (field, own_moment) =
-                extended.at(&turned_back(turn, &from), inverse_square / s2, inverse_cube / s3)?;
-            let field = turned(turn, &field);
-            excess += field;
-            moment += turned(turn, &own_moment) + p.cross(&field);
+            let rotation = &self.placement.rotation;
+            let (field_part, moment_part) =
+                extended.at(&rotate_back(rotation, &from), inverse_square / s2, inverse_cube / s3)?;
+            let field_part = rotate(rotation, &field_part);
+            perturbation += field_part;
+            moment += rotate(rotation, &moment_part) + p.cross(&field_part);
         }
-        Some((excess * self.share, moment * self.share))
+        Some((perturbation * self.share, moment * self.share))
     }
 }

@@ -4,7 +4,7 @@
 //! depend on the other lanes.
 
 use super::body_field::{Attractor, PartFieldKind, Pointwise, columns};
-use super::ellipsoidal::{Ellipsoidal, Gravity, MOST_FORMS, turned};
+use super::ellipsoidal::{Ellipsoidal, Gravity, MOST_FORMS, rotate};
 use crate::math::lanes::{BLOCK, Lanes, Total, dot, load_vector, minus, splat_vector};
 use crate::math::{Mat3, Vec3};
 use pulp::{Simd, WithSimd};
@@ -23,10 +23,10 @@ pub struct Workspace {
     pub out: [Vec<f64>; 6],
     /// The points in the frame and the unit of a part, and the form of the field that each point needs.
     local: [Vec<f64>; 3],
-    levels: Vec<f64>,
+    form_indices: Vec<f64>,
     /// The points grouped by form, where each group fills whole registers, and the results there.
     sorted: [Vec<f64>; 3],
-    found: [Vec<f64>; 6],
+    results: [Vec<f64>; 6],
     order: Vec<u16>,
 }
 
@@ -40,9 +40,9 @@ impl Workspace {
             points: [(); 3].map(list),
             out: [(); 6].map(list),
             local: [(); 3].map(list),
-            levels: list(()),
+            form_indices: list(()),
             sorted: [(); 3].map(|()| vec![0.0; sorted]),
-            found: [(); 6].map(|()| vec![0.0; sorted]),
+            results: [(); 6].map(|()| vec![0.0; sorted]),
             order: vec![0; sorted],
         }
     }
@@ -106,19 +106,19 @@ impl<const GRADIENT: bool> WithSimd for BlockGravity<'_, GRADIENT> {
 /// the first body overwrites the columns.
 fn add_pointwise<const GRADIENT: bool>(
     part: &Pointwise,
-    (position, turn): &(Vec3, Mat3),
+    (position, rotation): &(Vec3, Mat3),
     points: &[[f64; 3]],
     fresh: bool,
     workspace: &mut Workspace,
 ) {
     for (k, point) in points.iter().enumerate() {
-        let x = turn * (Vec3::from(*point) - position);
+        let x = rotation * (Vec3::from(*point) - position);
         let mut f = part.at(&x);
-        f.field = turn.tr_mul(&f.field);
-        f.gradient = turn.tr_mul(&(f.gradient * turn));
+        f.field = rotation.tr_mul(&f.field);
+        f.gradient = rotation.tr_mul(&(f.gradient * rotation));
         let all = if GRADIENT && part.is_surface(&x) { [f64::NAN; 10] } else { columns(&f) };
-        let wanted = if GRADIENT { &all[4..] } else { &all[..4] };
-        for (column, value) in workspace.out.iter_mut().zip(wanted) {
+        let output = if GRADIENT { &all[4..] } else { &all[..4] };
+        for (column, value) in workspace.out.iter_mut().zip(output) {
             column[k] = if fresh { *value } else { column[k] + value };
         }
     }
@@ -128,7 +128,7 @@ fn add_pointwise<const GRADIENT: bool>(
 fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     simd: S,
     ellipsoidal: &Ellipsoidal,
-    (position, turn): &(Vec3, Mat3),
+    (position, rotation): &(Vec3, Mat3),
     count: usize,
     fresh: bool,
     workspace: &mut Workspace,
@@ -138,10 +138,10 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     let (mut nearest, mut farthest) = (Lanes::splat(simd, f64::INFINITY), Lanes::splat(simd, 0.0));
     for block in 0..count.div_ceil(lanes) {
         let x = load_vector(simd, &workspace.points, block);
-        let from = ellipsoidal.in_unit(turned(minus(x, centre), turn));
-        let level = ellipsoidal.level(dot(from, from));
-        (nearest, farthest) = (nearest.min(level), farthest.max(level));
-        level.store(&mut workspace.levels, block);
+        let from = ellipsoidal.in_unit(rotate(minus(x, centre), rotation));
+        let form_index = ellipsoidal.form_index(dot(from, from));
+        (nearest, farthest) = (nearest.min(form_index), farthest.max(form_index));
+        form_index.store(&mut workspace.form_indices, block);
         for i in 0..3 {
             from[i].store(&mut workspace.local[i], block);
         }
@@ -150,29 +150,38 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     if nearest == farthest.reduce_max() {
         let blocks = 0..count.div_ceil(lanes);
         let Workspace { local, out, .. } = workspace;
-        return evaluate::<S, GRADIENT>(simd, ellipsoidal, nearest as usize, turn, local, blocks, fresh, out);
+        return evaluate::<S, GRADIENT>(
+            simd,
+            ellipsoidal,
+            nearest as usize,
+            rotation,
+            local,
+            blocks,
+            fresh,
+            out,
+        );
     }
-    let runs = sort(&workspace.levels[..count], lanes, &mut workspace.order);
+    let runs = sort(&workspace.form_indices[..count], lanes, &mut workspace.order);
     for (sorted, local) in workspace.sorted.iter_mut().zip(&workspace.local) {
         let order = &workspace.order[..runs[MOST_FORMS - 1].end.next_multiple_of(lanes)];
         sorted.iter_mut().zip(order).for_each(|(to, from)| *to = local[*from as usize]);
     }
-    for (level, Range { start, end }) in runs.into_iter().enumerate() {
+    for (form_index, Range { start, end }) in runs.into_iter().enumerate() {
         let blocks = start / lanes..end.div_ceil(lanes);
         evaluate::<S, GRADIENT>(
             simd,
             ellipsoidal,
-            level,
-            turn,
+            form_index,
+            rotation,
             &workspace.sorted,
             blocks,
             true,
-            &mut workspace.found,
+            &mut workspace.results,
         );
-        for (column, found) in workspace.out.iter_mut().zip(&workspace.found).take(width(GRADIENT)) {
-            for (place, found) in workspace.order[start..end].iter().zip(&found[start..end]) {
-                let sum = &mut column[*place as usize];
-                *sum = if fresh { *found } else { *sum + found };
+        for (column, results) in workspace.out.iter_mut().zip(&workspace.results).take(width(GRADIENT)) {
+            for (index, result) in workspace.order[start..end].iter().zip(&results[start..end]) {
+                let sum = &mut column[*index as usize];
+                *sum = if fresh { *result } else { *sum + result };
             }
         }
     }
@@ -184,40 +193,40 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
 fn evaluate<S: Simd, const GRADIENT: bool>(
     simd: S,
     ellipsoidal: &Ellipsoidal,
-    level: usize,
-    turn: &Mat3,
+    form_index: usize,
+    rotation: &Mat3,
     y: &[Vec<f64>; 3],
     blocks: Range<usize>,
     fresh: bool,
     out: &mut [Vec<f64>; 6],
 ) {
-    let Some(&(_, form)) = ellipsoidal.forms.get(level) else { return };
+    let Some(&(_, form)) = ellipsoidal.forms.get(form_index) else { return };
     let zero = Lanes::splat(simd, 0.0);
     for block in blocks {
         let Gravity { potential, field: [x, y, z], gradient } =
-            ellipsoidal.by(form, load_vector(simd, y, block)).turned_back(turn);
-        let found = if GRADIENT { gradient } else { [potential, x, y, z, zero, zero] };
+            ellipsoidal.evaluate(form, load_vector(simd, y, block)).rotate_back(rotation);
+        let results = if GRADIENT { gradient } else { [potential, x, y, z, zero, zero] };
         for k in 0..width(GRADIENT) {
-            let before = if fresh { zero } else { Lanes::load(simd, &out[k], block) };
-            (before + found[k]).store(&mut out[k], block);
+            let partial_sum = if fresh { zero } else { Lanes::load(simd, &out[k], block) };
+            (partial_sum + results[k]).store(&mut out[k], block);
         }
     }
 }
 
 /// Returns the range of each form's points after grouping, and writes the order that groups them. Each group
 /// is filled up to whole registers with copies of its first point.
-fn sort(levels: &[f64], lanes: usize, order: &mut [u16]) -> [Range<usize>; MOST_FORMS] {
+fn sort(form_indices: &[f64], lanes: usize, order: &mut [u16]) -> [Range<usize>; MOST_FORMS] {
     let mut runs = [const { 0..0_usize }; MOST_FORMS];
-    levels.iter().for_each(|level| runs[*level as usize].end += 1);
+    form_indices.iter().for_each(|form_index| runs[*form_index as usize].end += 1);
     let mut start = 0;
     for run in &mut runs {
         let count = run.end;
         (run.start, run.end) = (start, start);
         start += count.next_multiple_of(lanes);
     }
-    for (place, level) in levels.iter().enumerate() {
-        let next = &mut runs[*level as usize].end;
-        order[*next] = place as u16;
+    for (index, form_index) in form_indices.iter().enumerate() {
+        let next = &mut runs[*form_index as usize].end;
+        order[*next] = index as u16;
         *next += 1;
     }
     for run in runs.iter().filter(|run| !run.is_empty()) {

@@ -1,7 +1,7 @@
 //! The gravity of a body at points anywhere: the sum over its parts.
 
-use super::ellipsoidal::{turned, turned_back};
-use super::{Anywhere, Ellipsoidal, HarmonicField, PolyhedralField};
+use super::ellipsoidal::{rotate, rotate_back};
+use super::{Ellipsoidal, HarmonicField, PolyhedralField, PolyhedronGravity};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::lanes::{Lanes, minus};
@@ -26,7 +26,7 @@ pub(super) struct PartField {
     /// Whether the part is at the body's centre.
     centred: bool,
     /// The rotation from the body frame into the frame in which the part's axes are sorted.
-    pub turn: Mat3,
+    pub rotation: Mat3,
     pub kind: PartFieldKind,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct Pointwise {
 
 #[derive(Debug, Clone)]
 enum Source {
-    Polyhedron(Polyhedron, Anywhere),
+    Polyhedron(Polyhedron, PolyhedronGravity),
     Harmonics(HarmonicField),
 }
 
@@ -94,9 +94,9 @@ impl BodyField {
         let mut sum = [y[0].constant(0.0); 3];
         for part in &self.parts {
             let PartFieldKind::Ellipsoidal(kind) = &part.kind else { continue };
-            let own = part.field_outside(kind, y);
+            let part_gravity = part.field_outside(kind, y);
             for k in 0..3 {
-                sum[k] = sum[k] + own[k];
+                sum[k] = sum[k] + part_gravity[k];
             }
         }
         sum
@@ -108,7 +108,7 @@ impl BodyField {
         let mut sum = Vec3::zeros();
         for part in &self.parts {
             if let PartFieldKind::Pointwise(kind) = &part.kind {
-                sum += part.turn.tr_mul(&kind.outside(&(part.turn * (y - part.position))).field);
+                sum += part.rotation.tr_mul(&kind.outside(&(part.rotation * (y - part.position))).field);
             }
         }
         sum
@@ -127,9 +127,10 @@ impl PartField {
             _ => Mat3::identity(),
         };
         let source = match &part.shape {
-            Shape::Polyhedron(polyhedron) => {
-                Some(Source::Polyhedron(polyhedron.clone(), Anywhere::new(polyhedron, arch, interrupt)?))
-            }
+            Shape::Polyhedron(polyhedron) => Some(Source::Polyhedron(
+                polyhedron.clone(),
+                PolyhedronGravity::new(polyhedron, arch, interrupt)?,
+            )),
             Shape::Stokes(stokes) => {
                 Some(Source::Harmonics(HarmonicField::new(stokes.moments(), stokes.radius())))
             }
@@ -139,8 +140,8 @@ impl PartField {
             Some(source) => PartFieldKind::Pointwise(Box::new(Pointwise { gm, source })),
             None => PartFieldKind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm))),
         };
-        let (position, turn) = (part.position(), canonical * part.rotation().transpose());
-        Ok(Self { position, centred: position == Vec3::zeros(), turn, kind })
+        let (position, rotation) = (part.position(), canonical * part.rotation().transpose());
+        Ok(Self { position, centred: position == Vec3::zeros(), rotation, kind })
     }
 
     /// Returns g of an ellipsoidal part at points of the body frame outside the body.
@@ -151,13 +152,16 @@ impl PartField {
         if kind.is_central() {
             return kind.central_field(y);
         }
-        turned_back(kind.at(turned(y, &self.turn)).field, &self.turn)
+        rotate_back(kind.at(rotate(y, &self.rotation)).field, &self.rotation)
     }
 
     /// Returns the part's centre in the frame of the points, and the rotation from that frame into the part's
     /// frame.
     pub fn placed(&self, attractor: &Attractor<'_>) -> (Vec3, Mat3) {
-        (attractor.position + attractor.rotation * self.position, self.turn * attractor.rotation.transpose())
+        (
+            attractor.position + attractor.rotation * self.position,
+            self.rotation * attractor.rotation.transpose(),
+        )
     }
 }
 
@@ -206,7 +210,7 @@ impl Pointwise {
     /// sphere that contains Stokes coefficients.
     fn outside(&self, x: &Vec3) -> PolyhedralField {
         let f = match &self.source {
-            Source::Polyhedron(_, anywhere) => anywhere.at(x),
+            Source::Polyhedron(_, gravity) => gravity.at(x),
             Source::Harmonics(field) => field.at(x),
         };
         PolyhedralField {

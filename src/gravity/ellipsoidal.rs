@@ -5,7 +5,7 @@
 //! the gradient is -GM diag(R_i), whose trace is -4 pi G rho. For the outside see
 //! [`super::PointField::gradient_factors`].
 
-use super::{FarCut, FarSeries, Near, gradient_from_factors};
+use super::{FarSeries, FarTruncation, Near, gradient_from_factors};
 use crate::math::Mat3;
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::{Ellipsoid, Shape};
@@ -52,16 +52,16 @@ pub struct Ellipsoidal {
     series: FarSeries,
     /// The forms of the field from the nearest on, each with the least square of the distance at which it is
     /// used.
-    pub(super) forms: Vec<(f64, Form)>,
+    pub(super) forms: Vec<(f64, FieldForm)>,
 }
 
 /// The form in which the field is evaluated.
 #[derive(Debug, Clone, Copy)]
-pub enum Form {
+pub enum FieldForm {
     /// Carlson's integrals.
     Near(Near),
     /// The far series.
-    Far(FarCut),
+    Far(FarTruncation),
     /// The field of a point, with numbers that stay in range at any distance.
     Point,
 }
@@ -93,7 +93,7 @@ impl Ellipsoidal {
         let series = FarSeries::new(&shape);
         let forms = match &shape {
             Shape::Ellipsoid(ellipsoid) => forms(ellipsoid, &series),
-            _ => vec![(0.0, Form::Point)],
+            _ => vec![(0.0, FieldForm::Point)],
         };
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
         let central = match &shape {
@@ -112,21 +112,21 @@ impl Ellipsoidal {
         let square = dot(x, x);
         let [nearest, farthest] = [square.reduce_min(), square.reduce_max()];
         let zero = square.constant(0.0);
-        let mut found = Gravity { potential: zero, field: [zero; 3], gradient: [zero; 6] };
+        let mut gravity = Gravity { potential: zero, field: [zero; 3], gradient: [zero; 6] };
         for (index, &(from, form)) in self.forms.iter().enumerate() {
             let to = self.forms.get(index + 1).map_or(f64::INFINITY, |next| next.0);
             // The first form takes the lanes whose distance is not a number.
             if to <= nearest || (index > 0 && from > farthest) {
                 continue;
             }
-            found = found.replaced(square, square.constant(from), self.by(form, x));
+            gravity = gravity.replaced(square, square.constant(from), self.evaluate(form, x));
         }
-        found
+        gravity
     }
 
     /// Returns whether this is the gravity of a point.
     pub fn is_point(&self) -> bool {
-        matches!(self.forms[0].1, Form::Point)
+        matches!(self.forms[0].1, FieldForm::Point)
     }
 
     /// Returns whether the field outside is that of a point.
@@ -146,13 +146,13 @@ impl Ellipsoidal {
 
     /// Returns the index of the form that a point at a distance needs.
     #[inline(always)]
-    pub(super) fn level<S: Simd>(&self, distance_square: Lanes<S>) -> Lanes<S> {
+    pub(super) fn form_index<S: Simd>(&self, distance_square: Lanes<S>) -> Lanes<S> {
         let c = |value| distance_square.constant(value);
-        let mut level = c(0.0);
+        let mut form_index = c(0.0);
         for &(from, _) in &self.forms[1..] {
-            level = level + distance_square.if_less(c(from), c(0.0), c(1.0));
+            form_index = form_index + distance_square.if_less(c(from), c(0.0), c(1.0));
         }
-        level
+        form_index
     }
 
     #[inline(always)]
@@ -163,26 +163,32 @@ impl Ellipsoidal {
 
     /// Evaluates one form at points in the unit of length.
     #[inline(always)]
-    pub(super) fn by<S: Simd>(&self, form: Form, x: [Lanes<S>; 3]) -> Gravity<S> {
+    pub(super) fn evaluate<S: Simd>(&self, form: FieldForm, x: [Lanes<S>; 3]) -> Gravity<S> {
         let (potential, field, outside) = match form {
-            Form::Near(near) => near.anywhere(x),
-            Form::Far(cut) => {
-                let (potential, field) = self.series.cut(cut).potential_and_field(x);
+            FieldForm::Near(near) => near.anywhere(x),
+            FieldForm::Far(truncation) => {
+                let (potential, field) = self.series.truncated(truncation).potential_and_field(x);
                 (potential, field, x[0].constant(1.0))
             }
-            Form::Point => return self.point(x),
+            FieldForm::Point => return self.point(x),
         };
         let zero = x[0].constant(0.0);
         let (n, factor) = field.gradient_factors(x);
         // In the centre there is no normal.
         let factor = zero.if_less(outside, factor, zero);
         let rd = field.rd;
-        let [one, minus_two, three] = [self.scales[0], -self.scales[1], self.scales[2]];
-        let (one, minus_two, three) = (x[0].constant(one), x[0].constant(minus_two), x[0].constant(three));
+        let [potential_scale, field_scale, gradient_scale] =
+            [self.scales[0], -self.scales[1], self.scales[2]];
+        let (potential_scale, field_scale, gradient_scale) =
+            (x[0].constant(potential_scale), x[0].constant(field_scale), x[0].constant(gradient_scale));
         Gravity {
-            potential: one * potential,
-            field: [minus_two * rd[0] * x[0], minus_two * rd[1] * x[1], minus_two * rd[2] * x[2]],
-            gradient: gradient_from_factors(n, three * factor, [three * rd[0], three * rd[1], three * rd[2]]),
+            potential: potential_scale * potential,
+            field: [field_scale * rd[0] * x[0], field_scale * rd[1] * x[1], field_scale * rd[2] * x[2]],
+            gradient: gradient_from_factors(
+                n,
+                gradient_scale * factor,
+                [gradient_scale * rd[0], gradient_scale * rd[1], gradient_scale * rd[2]],
+            ),
         }
     }
 
@@ -206,59 +212,59 @@ impl Ellipsoidal {
     }
 }
 
-fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
+fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, FieldForm)> {
     let longest = ellipsoid.sorted()[0].powi(2);
-    let mut forms: Vec<(f64, Form)> = vec![(0.0, Form::Near(Near::new(ellipsoid, 0.0)))];
+    let mut forms: Vec<(f64, FieldForm)> = vec![(0.0, FieldForm::Near(Near::new(ellipsoid, 0.0)))];
     for share in NEAR {
         let kappa = share * longest;
         let near = Near::new(ellipsoid, kappa);
-        if !matches!(forms.last(), Some((_, Form::Near(last))) if *last == near) {
-            forms.push((longest + kappa, Form::Near(near)));
+        if !matches!(forms.last(), Some((_, FieldForm::Near(last))) if *last == near) {
+            forms.push((longest + kappa, FieldForm::Near(near)));
         }
     }
     for terms in TERMS {
         let kappa = series.kappa_from(terms, TOLERANCE).max(0.0);
-        if let Some(cut) = series.cut_for(kappa, TOLERANCE)
-            && !matches!(forms.last(), Some((_, Form::Far(last))) if *last == cut)
+        if let Some(truncation) = series.truncation_for(kappa, TOLERANCE)
+            && !matches!(forms.last(), Some((_, FieldForm::Far(last))) if *last == truncation)
         {
             // Where the series is valid, Carlson's integrals are not needed.
             forms.retain(|(from, _)| *from < longest + kappa);
-            forms.push((longest + kappa, Form::Far(cut)));
+            forms.push((longest + kappa, FieldForm::Far(truncation)));
         }
     }
-    forms.push((POINT_FROM, Form::Point));
+    forms.push((POINT_FROM, FieldForm::Point));
     forms
 }
 
 impl<S: Simd> Gravity<S> {
     /// Rotates field and gradient by the transposed matrix.
     #[inline(always)]
-    pub fn turned_back(self, m: &Mat3) -> Self {
+    pub fn rotate_back(self, m: &Mat3) -> Self {
         let g = self.gradient;
         let c = |value| self.potential.constant(value);
         // The gradient is multiplied by the matrix, and the transposed matrix by the result.
         let rows = [[g[0], g[1], g[2]], [g[1], g[3], g[4]], [g[2], g[4], g[5]]];
         let mut right = rows;
         for i in 0..3 {
-            right[i] = turned_back(rows[i], m);
+            right[i] = rotate_back(rows[i], m);
         }
         let mut out = [c(0.0); 6];
         for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
             out[k] = dot([c(m[(0, i)]), c(m[(1, i)]), c(m[(2, i)])], [right[0][j], right[1][j], right[2][j]]);
         }
-        Self { potential: self.potential, field: turned_back(self.field, m), gradient: out }
+        Self { potential: self.potential, field: rotate_back(self.field, m), gradient: out }
     }
 }
 
 /// Returns the matrix times a vector.
 #[inline(always)]
-pub fn turned<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
-    turned_back(v, &m.transpose())
+pub fn rotate<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
+    rotate_back(v, &m.transpose())
 }
 
 /// Returns the transposed matrix times a vector.
 #[inline(always)]
-pub fn turned_back<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
+pub fn rotate_back<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
     let mut out = v;
     for i in 0..3 {
         let c = |k: usize| v[0].constant(m[(k, i)]);

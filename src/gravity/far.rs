@@ -87,11 +87,11 @@ impl FarSeries {
 
     /// Returns how many terms of the series meet a relative tolerance wherever kappa >= `kappa_min`, or
     /// `None` where that takes too many.
-    pub fn cut_for(&self, kappa_min: f64, tolerance: f64) -> Option<FarCut> {
+    pub fn truncation_for(&self, kappa_min: f64, tolerance: f64) -> Option<FarTruncation> {
         let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let ratio = deviation / (kappa_min.max(0.0) + self.mean);
         if deviation == 0.0 {
-            return Some(FarCut::default());
+            return Some(FarTruncation::default());
         }
         // The coefficients of z^n are below (n + 1) max|d|^n; the factor 3/(2n + 3) compensates the n + 1.
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
@@ -103,7 +103,7 @@ impl FarSeries {
             r if r < 0.17 => 3,
             _ => 4,
         };
-        (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
+        (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarTruncation { terms: terms as usize, newton })
     }
 
     /// Returns the kappa beyond which this many terms meet a relative tolerance; it may be below zero.
@@ -113,10 +113,10 @@ impl FarSeries {
         deviation / (tolerance.powf(1.0 / f64::from(terms)) * (1.0 - 1e-9)) - self.mean
     }
 
-    /// Returns the kernel with the terms of a cut.
+    /// Returns the kernel with the terms of a truncation.
     #[inline]
-    pub fn cut(&self, cut: FarCut) -> Far<'_> {
-        Far { series: self, cut }
+    pub fn truncated(&self, truncation: FarTruncation) -> Far<'_> {
+        Far { series: self, truncation }
     }
 }
 
@@ -135,16 +135,16 @@ fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
 
 /// The numbers of terms and of Newton steps that a distance needs; the default is that of a point mass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FarCut {
+pub struct FarTruncation {
     terms: usize,
     newton: u32,
 }
 
-/// A series with the cut that says which of its terms are summed.
+/// A series with the truncation that says which of its terms are summed.
 #[derive(Debug, Clone, Copy)]
 pub struct Far<'a> {
     series: &'a FarSeries,
-    cut: FarCut,
+    truncation: FarTruncation,
 }
 
 impl Far<'_> {
@@ -154,7 +154,7 @@ impl Far<'_> {
         let [xx, yy, zz] = squares;
         let c = |value| xx.constant(value);
         let inverse = c(1.0) / (xx + yy + zz);
-        if self.cut.newton == 0 {
+        if self.truncation.newton == 0 {
             return (c(0.0), inverse);
         }
         let series = self.series;
@@ -168,13 +168,13 @@ impl Far<'_> {
         let pure = p.mul_add(p.mul_add(p.mul_add(p.mul_add(c(42.0), c(14.0)), c(5.0)), c(2.0)), c(1.0));
         let mixed = p.mul_add(p.mul_add(p.mul_add(c(84.0), c(21.0)), c(5.0)), c(1.0));
         let mut eta = p.mul_add(pure, q * q.mul_add(p.mul_add(c(28.0), c(3.0)), mixed));
-        for _ in 0..self.cut.newton {
+        for _ in 0..self.truncation.newton {
             let w = eta + c(1.0);
             let slope = q.mul_add(w, p);
             let f = eta - w * w * slope;
             // The derivative of f is 1 - d.
             let d = w * (slope + slope + q * w);
-            let correction = if self.cut.newton == 1 {
+            let correction = if self.truncation.newton == 1 {
                 // The number d is so small that (1 + d) (1 + d^2) (1 + d^4) equals 1 / (1 - d) to round-off.
                 let d2 = d * d;
                 let d4 = d2 * d2;
@@ -200,12 +200,12 @@ impl Far<'_> {
     /// accurate to their own last digits. With w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2)
     /// (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
-    pub fn excess_field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
+    pub fn field_perturbation<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let c = |value| eta.constant(value);
         let w = eta + c(1.0);
         let u = w * inverse;
-        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let [first, second, third] = polynomials(&self.series.rd[..self.truncation.terms], u);
         let cube = w * w.sqrt();
         let stretched = eta * eta.mul_add(eta + c(3.0), c(3.0)) / (cube + c(1.0));
         let unit = inverse * inverse.sqrt();
@@ -233,21 +233,21 @@ impl Far<'_> {
         let v = w.sqrt();
         let near = inverse.sqrt();
         let u = w * inverse;
-        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
-        let [rf] = polynomials(&self.series.rf[..self.cut.terms], u);
+        let [first, second, third] = polynomials(&self.series.rd[..self.truncation.terms], u);
+        let [rf] = polynomials(&self.series.rf[..self.truncation.terms], u);
         let rf = u * u * rf;
         let beyond = [u * first, u * (first + second), u * (first + third)];
         let weighted = dot(squares, beyond) * inverse;
         // v - 1 = eta / (v + 1) has no cancellation.
         let v_minus_one = eta / (v + c(1.0));
-        let excess =
+        let perturbation =
             c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0)) + c(1.5) * v * rf + c(-0.5) * v * w * weighted;
         let cube = u * v * near;
         let rd =
             [cube.mul_add(beyond[0], cube), cube.mul_add(beyond[1], cube), cube.mul_add(beyond[2], cube)];
         let (second, third) = (cube * u * second, cube * u * third);
         let rd_difference = [third - second, -third, second];
-        (excess, near, PointField { rd, rd_difference, squares: self.squares(u) })
+        (perturbation, near, PointField { rd, rd_difference, squares: self.squares(u) })
     }
 
     /// Returns Phi of a unit GM and the field.
@@ -256,8 +256,8 @@ impl Far<'_> {
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>) {
-        let (excess, near, field) = self.share(x);
-        (near.mul_add(excess, near), field)
+        let (perturbation, near, field) = self.share(x);
+        (near.mul_add(perturbation, near), field)
     }
 }
 
@@ -268,7 +268,7 @@ impl FieldKernel for Far<'_> {
         let u = (eta + eta.constant(1.0)) * inverse;
         let cube = u * u.sqrt();
         let fifth = cube * u;
-        let [first, second, third] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let [first, second, third] = polynomials(&self.series.rd[..self.truncation.terms], u);
         let first = fifth.mul_add(first, cube);
         let (second, third) = (fifth * second, fifth * third);
         PointField {
@@ -288,11 +288,11 @@ impl FieldKernel for Far<'_> {
         let u = (eta + c(1.0)) * inverse;
         let cube = u * u.sqrt();
         let fifth = cube * u;
-        // The monopole's cut has no terms, but the first term of these integrals is not zero.
-        let terms = self.cut.terms.max(1);
+        // The truncation of the monopole has no terms, but the first term of these integrals is not zero.
+        let terms = self.truncation.terms.max(1);
         let [r23, r31, r12] = polynomials(&self.series.second_integrals[..terms], u);
         let second = [fifth * r23, fifth * r31, fifth * r12];
-        let [first, ..] = polynomials(&self.series.rd[..self.cut.terms], u);
+        let [first, ..] = polynomials(&self.series.rd[..self.truncation.terms], u);
         let first = fifth.mul_add(first, cube);
         let [bc, ca, ab] = self.series.differences;
         let rd_difference = [c(-bc) * second[0], c(-ca) * second[1], c(-ab) * second[2]];
@@ -305,11 +305,11 @@ impl FieldKernel for Far<'_> {
     }
 
     #[inline(always)]
-    fn excess_potential<S: Simd, const N: usize>(
+    fn potential_perturbation<S: Simd, const N: usize>(
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>) {
-        let (excess, near, field) = self.share(x);
-        (excess * near, field)
+        let (perturbation, near, field) = self.share(x);
+        (perturbation * near, field)
     }
 }

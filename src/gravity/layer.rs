@@ -68,14 +68,14 @@ impl WithSimd for Attraction<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, Vec3, Mat3) {
-        let place: [Lanes<S>; 3] = splat_vector(simd, self.x);
+        let position: [Lanes<S>; 3] = splat_vector(simd, self.x);
         let zero = Total::zero(simd);
         let (mut potential, mut field, mut outer) = (zero, [zero; 3], [zero; 6]);
         let mut trace = zero;
         let [x, y, z] = &self.layer.points;
         let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
         for (((x, y), z), weight) in points.zip(Lanes::blocks(simd, &self.layer.weights)) {
-            let d = [x - place[0], y - place[1], z - place[2]];
+            let d = [x - position[0], y - position[1], z - position[2]];
             let inverse_square = x.constant(1.0) / dot(d, d);
             let attraction = weight * inverse_square.sqrt();
             potential.add(attraction);

@@ -55,7 +55,7 @@ impl LayerAttraction {
             let field = self.facets.field(Arch::Scalar, x).field;
             return Some((field + x * inverse_cube, x.cross(&field)));
         };
-        let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        let (mut perturbation, mut moment) = (Vec3::zeros(), Vec3::zeros());
         for k in 0..layer.count {
             let p = Vec3::new(layer.points[0][k], layer.points[1][k], layer.points[2][k]);
             let square = p.norm_squared() * inverse_square;
@@ -66,10 +66,10 @@ impl LayerAttraction {
             let h = -e * (1.0 + s + s * s) / s3;
             let beyond = e * e * (1.5 * s3 + 3.0 * s * s + 2.0 * s + 1.0) / s3;
             let weight = layer.weights[k];
-            excess += (p * h - x * (beyond - 1.5 * square)) * weight;
+            perturbation += (p * h - x * (beyond - 1.5 * square)) * weight;
             moment += p * (h * weight);
         }
-        Some((excess * inverse_cube, x.cross(&moment) * inverse_cube))
+        Some((perturbation * inverse_cube, x.cross(&moment) * inverse_cube))
     }
 
     /// Returns the derivatives as [`super::ExtendedAttraction::jacobian`] does. The dipole of a layer's
@@ -97,7 +97,7 @@ impl LayerAttraction {
             by_position += weighted * (p * (1.0 + h5) - x * h5).transpose() * (3.0 * inverse_square);
         }
         let inverse_cube = inverse_square / square.sqrt();
-        let turning = (moment.cross_matrix() - cross_times(x, &by_position)) * inverse_cube;
-        (layer.at(Arch::Scalar, x).2, turning)
+        let torque_gradient = (moment.cross_matrix() - cross_times(x, &by_position)) * inverse_cube;
+        (layer.at(Arch::Scalar, x).2, torque_gradient)
     }
 }

@@ -15,7 +15,7 @@
 //! coefficients belong to the body, and by [`Near`], Newton's iteration for kappa and Carlson's duplication,
 //! right down to the surface.
 
-mod anywhere;
+mod polyhedron_gravity;
 mod block;
 mod body_field;
 mod ellipsoidal;
@@ -23,13 +23,11 @@ mod far;
 mod harmonic_field;
 mod layer;
 mod layer_attraction;
-mod many;
+mod points;
 mod near;
 mod polyhedral;
 mod attraction;
 
-#[doc(hidden)]
-pub use anywhere::Anywhere;
 pub(crate) use attraction::point_jacobian;
 #[doc(hidden)]
 pub use attraction::{BodyAttraction, BodyChange, ExtendedAttraction};
@@ -37,18 +35,20 @@ pub use body_field::{Attractor, BodyField};
 #[doc(hidden)]
 pub use ellipsoidal::{Ellipsoidal, Gravity};
 #[doc(hidden)]
-pub use far::{Far, FarCut, FarSeries};
+pub use far::{Far, FarSeries, FarTruncation};
 #[doc(hidden)]
 pub use harmonic_field::HarmonicField;
 #[doc(hidden)]
 pub use layer::Layer;
 #[doc(hidden)]
 pub use layer_attraction::LayerAttraction;
-pub use many::{Points, Wanted};
 #[doc(hidden)]
 pub use near::{Near, kappa};
+pub use points::{GravityOutput, Points};
 #[doc(hidden)]
 pub use polyhedral::{Facets, PolyhedralField};
+#[doc(hidden)]
+pub use polyhedron_gravity::PolyhedronGravity;
 
 use crate::math::lanes::{INTERLEAVED, Lanes, dot};
 use pulp::Simd;
@@ -136,9 +136,9 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         let mut out = x;
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let own = last * inverse[i] - second_integrals[j] - second_integrals[k];
+            let diagonal_part = last * inverse[i] - second_integrals[j] - second_integrals[k];
             let others = squares[j].mul_add(second_integrals[k], squares[k] * second_integrals[j]);
-            out[i] = half * (squares[i].mul_add(own, others) - self.rd[i]);
+            out[i] = half * (squares[i].mul_add(diagonal_part, others) - self.rd[i]);
         }
         out
     }
@@ -199,7 +199,7 @@ pub trait FieldKernel: Copy {
     fn square_differences(&self) -> [f64; 3];
 
     /// Returns Phi - 1/r and the field.
-    fn excess_potential<S: Simd, const N: usize>(
+    fn potential_perturbation<S: Simd, const N: usize>(
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>);
@@ -207,6 +207,6 @@ pub trait FieldKernel: Copy {
     /// Returns Phi.
     #[inline(always)]
     fn potential<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> Lanes<S, N> {
-        x[0].constant(1.0) / dot(x, x).sqrt() + self.excess_potential(x).0
+        x[0].constant(1.0) / dot(x, x).sqrt() + self.potential_perturbation(x).0
     }
 }

@@ -45,12 +45,12 @@ impl Near {
         let c = |value| x[0].constant(value);
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let [a2, b2, c2] = self.squares;
-        let level = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
+        let normalised_square = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
         // Points that are meant to lie on the surface may round to just inside it.
         let surface = c(1.0 - 1e-12);
-        let outside = level.if_less(surface, c(0.0), c(1.0));
+        let outside = normalised_square.if_less(surface, c(0.0), c(1.0));
         // A point inside is replaced by the end of the longest axis, where the iteration has converged.
-        let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(surface, c(inner), x2);
+        let outer = |inner: f64, x2: Lanes<S, N>| normalised_square.if_less(surface, c(inner), x2);
         let kappa =
             root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
         let (phi, field) = self.beyond(x2, kappa);
@@ -92,7 +92,7 @@ fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f
     let squares = [c(a2[0]), c(a2[1]), c(a2[2])];
     let r2 = x2[0] + x2[1] + x2[2];
     let mut kappa = (r2 - dot(x2, squares) / r2).max(c(0.0));
-    let mut excess = c(1.0);
+    let mut error = c(1.0);
     for _ in 0..MAX_NEWTON {
         // One division serves three reciprocals.
         let s = [kappa + squares[0], kappa + squares[1], kappa + squares[2]];
@@ -106,12 +106,12 @@ fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f
         // Newton's step on 1/s is (1 - 1/s) / (1/s)' = s (s - 1) / slope.
         let mut step = s * (s - c(1.0)) / slope;
         if APART {
-            step = c(0.0).if_less(excess, step, c(0.0));
+            step = c(0.0).if_less(error, step, c(0.0));
         }
         kappa = (kappa + step).max(c(0.0));
         // After the last correction the error is its square.
-        excess = step.abs() - c(1e-9) * (kappa + c(a2[2]));
-        if excess.reduce_max() <= 0.0 {
+        error = step.abs() - c(1e-9) * (kappa + c(a2[2]));
+        if error.reduce_max() <= 0.0 {
             break;
         }
     }
@@ -143,7 +143,7 @@ impl FieldKernel for Near {
     }
 
     #[inline(always)]
-    fn excess_potential<S: Simd, const N: usize>(
+    fn potential_perturbation<S: Simd, const N: usize>(
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>) {
@@ -160,7 +160,7 @@ impl FieldKernel for Near {
         if self.is_flat() {
             self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).0
         } else {
-            x[0].constant(1.0) / dot(x, x).sqrt() + self.excess_potential(x).0
+            x[0].constant(1.0) / dot(x, x).sqrt() + self.potential_perturbation(x).0
         }
     }
 }

@@ -47,13 +47,13 @@ pub struct Facets {
     faces: Vec<Vec<f64>>,
     /// For each edge whose faces do not lie in one plane, an end (3), the vector to the other end (3) and the
     /// inverse of that vector's square.
-    sharp: Vec<Vec<f64>>,
+    ridges: Vec<Vec<f64>>,
     volume: f64,
 }
 
 const EDGE: usize = 13;
 const FACE: usize = 13;
-const SHARP: usize = 7;
+const RIDGE: usize = 7;
 /// The size of an edge's dyad below which the field is smooth to round-off across the edge.
 const FLAT: f64 = 1e-14;
 
@@ -67,7 +67,7 @@ impl Facets {
         let normals: Vec<Vec3> =
             all.clone().map(corners).zip(&areas).map(|(face, area)| normal(face, area)).collect();
         // Rows that fill up the last block of edges and faces have no weight.
-        let (mut edges, mut sharp) = (Columns::new(EDGE), Columns::new(SHARP));
+        let (mut edges, mut ridges) = (Columns::new(EDGE), Columns::new(RIDGE));
         for edge in polyhedron.edges() {
             let [a, b] = edge.ends.map(|v| vertices[v as usize]);
             let along = b - a;
@@ -77,7 +77,7 @@ impl Facets {
             let dyad = 0.5 * (dyad + dyad.transpose());
             if dyad.norm() > FLAT {
                 let inverse = 1.0 / along.norm_squared();
-                sharp.push([a.x, a.y, a.z, along.x, along.y, along.z, inverse]);
+                ridges.push([a.x, a.y, a.z, along.x, along.y, along.z, inverse]);
             }
             let [xx, xy, xz] = [dyad[(0, 0)], dyad[(0, 1)], dyad[(0, 2)]];
             let [yy, yz, zz] = [dyad[(1, 1)], dyad[(1, 2)], dyad[(2, 2)]];
@@ -91,7 +91,7 @@ impl Facets {
         Self {
             edges: edges.padded(),
             faces: faces.padded(),
-            sharp: sharp.filled(),
+            ridges: ridges.filled(),
             volume: polyhedron.volume() / unit.powi(3),
         }
     }
@@ -167,7 +167,7 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
         let x = splat_vector(simd, self.x);
         let c = |value| Lanes::splat(simd, value);
         let zero = Total::zero(simd);
-        let (mut potential, mut turns) = ([zero; 2], zero);
+        let (mut potential, mut solid_angle) = ([zero; 2], zero);
         let (mut field, mut gradient) = ([[zero; 3]; 2], [[zero; 6]; 2]);
 
         let edges = &self.facets.edges;
@@ -214,15 +214,15 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
             let half = angle(height * Lanes::load(simd, &faces[12], block), under);
             let omega = half + half;
             let weighted = height * omega;
-            turns.add(omega);
+            solid_angle.add(omega);
             potential[1].add_product(height, weighted);
             for i in 0..3 {
                 field[1][i].add_product(n[i], weighted);
             }
             if GRADIENT {
-                let turned = [n[0] * omega, n[1] * omega, n[2] * omega];
+                let scaled = [n[0] * omega, n[1] * omega, n[2] * omega];
                 for (k, (i, j)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-                    gradient[1][k].add_product(turned[i], n[j]);
+                    gradient[1][k].add_product(scaled[i], n[j]);
                 }
             }
         }
@@ -234,7 +234,7 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
             potential: 0.5 * (potential[0].value() - potential[1].value()) / volume,
             field: (total_vector(field[1]) - total_vector(field[0])) / volume,
             gradient: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
-            solid_angle: turns.value(),
+            solid_angle: solid_angle.value(),
         }
     }
 }
@@ -249,17 +249,18 @@ impl WithSimd for NearestEdge<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let (x, sharp) = (splat_vector(simd, self.x), &self.facets.sharp);
+        let (x, ridges) = (splat_vector(simd, self.x), &self.facets.ridges);
         let c = |value| Lanes::splat(simd, value);
         // Squares are negated, since lanes have a maximum only.
         let mut nearest = c(f64::NEG_INFINITY);
-        for block in 0..sharp[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
-            let from: [Lanes<S>; 3] = minus(x, load_vector(simd, &sharp[0..], block));
-            let along = load_vector(simd, &sharp[3..], block);
-            let part = (dot(from, along) * Lanes::load(simd, &sharp[6], block)).max(c(0.0));
+        for block in 0..ridges[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
+            let from: [Lanes<S>; 3] = minus(x, load_vector(simd, &ridges[0..], block));
+            let along = load_vector(simd, &ridges[3..], block);
+            let part = (dot(from, along) * Lanes::load(simd, &ridges[6], block)).max(c(0.0));
             let part = -(-part).max(c(-1.0));
-            let rest = [from[0] - part * along[0], from[1] - part * along[1], from[2] - part * along[2]];
-            nearest = nearest.max(-dot(rest, rest));
+            let perpendicular =
+                [from[0] - part * along[0], from[1] - part * along[1], from[2] - part * along[2]];
+            nearest = nearest.max(-dot(perpendicular, perpendicular));
         }
         (-nearest.reduce_max()).sqrt()
     }

@@ -73,8 +73,8 @@ struct Unchecked {
 impl TryFrom<Unchecked> for Tolerance {
     type Error = Error;
 
-    fn try_from(given: Unchecked) -> Result<Self> {
-        Self::new(given.rtol, given.atol)
+    fn try_from(unchecked: Unchecked) -> Result<Self> {
+        Self::new(unchecked.rtol, unchecked.atol)
     }
 }
 

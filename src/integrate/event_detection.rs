@@ -39,21 +39,21 @@ const HALVINGS: u32 = 4;
 /// Finds the zeros of a function of the fraction of a step, given its values at these fractions.
 ///
 /// With a bound of the function's derivative, intervals are halved in which it may have zeros. Each zero is
-/// passed to `found` with its fraction and whether the function rises there along the step. Zeros that
-/// `wanted` rejects by their direction are not computed. A zero at the first sample belongs to the step
+/// passed to `take_zero` with its fraction and whether the function rises there along the step. Zeros that
+/// `accepts` rejects by their direction are not computed. A zero at the first sample belongs to the step
 /// before.
 pub fn zeros<E>(
     fractions: &[f64; POINTS],
     values: &[f64; POINTS],
     steepness: Option<f64>,
     mut f: impl FnMut(f64) -> Result<f64, E>,
-    wanted: impl Fn(bool) -> bool,
-    mut found: impl FnMut(f64, bool),
+    accepts: impl Fn(bool) -> bool,
+    mut take_zero: impl FnMut(f64, bool),
 ) -> Result<(), E> {
     let mut refine = |a: (f64, f64), b: (f64, f64), f: &mut dyn FnMut(f64) -> Result<f64, E>| {
         let rises = b.1 > a.1;
-        if wanted(rises) {
-            found(root(f, a, b)?, rises);
+        if accepts(rises) {
+            take_zero(root(f, a, b)?, rises);
         }
         Ok(())
     };

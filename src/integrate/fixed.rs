@@ -70,7 +70,7 @@ impl FixedStepper {
     }
 
     /// Takes the last step back.
-    pub fn retreat(&mut self) {
+    pub fn undo(&mut self) {
         self.time = self.last_time;
         self.high.copy_from_slice(&self.last_high);
         self.low.copy_from_slice(&self.last_low);
@@ -109,7 +109,7 @@ impl FixedStepper {
     }
 
     /// Continues from the memory of a stepper with the same composition and step.
-    pub fn recall(&mut self, memory: &Memory) {
+    pub fn restore_memory(&mut self, memory: &Memory) {
         self.time = Compensated { high: memory.time[0], low: memory.time[1] };
         self.high.copy_from_slice(&memory.high);
         self.low.copy_from_slice(&memory.low);
@@ -117,7 +117,7 @@ impl FixedStepper {
     }
 
     /// Moves the integration to a time and a vector.
-    pub fn place(&mut self, time: f64, y: &[f64]) {
+    pub fn move_to(&mut self, time: f64, y: &[f64]) {
         self.time = Compensated::new(time);
         self.high.copy_from_slice(y);
         self.low.fill(0.0);

@@ -13,11 +13,11 @@ pub fn root<E>(
     (mut b, mut fb): (f64, f64),
 ) -> Result<f64, E> {
     let (mut c, mut fc) = (a, fa);
-    let (mut step, mut before) = (b - a, b - a);
+    let (mut step, mut previous_step) = (b - a, b - a);
     for _ in 0..200 {
         if (fb > 0.0) == (fc > 0.0) {
             (c, fc) = (a, fa);
-            (step, before) = (b - a, b - a);
+            (step, previous_step) = (b - a, b - a);
         }
         if fc.abs() < fb.abs() {
             (a, fa) = (b, fb);
@@ -29,8 +29,8 @@ pub fn root<E>(
         if fb == 0.0 || half.abs() <= tolerance {
             break;
         }
-        if before.abs() < tolerance || fa.abs() <= fb.abs() {
-            (step, before) = (half, half);
+        if previous_step.abs() < tolerance || fa.abs() <= fb.abs() {
+            (step, previous_step) = (half, half);
         } else {
             let s = fb / fa;
             let (mut p, mut q) = if a == c {
@@ -43,11 +43,11 @@ pub fn root<E>(
                 q = -q;
             }
             p = p.abs();
-            if 2.0 * p < (3.0 * half * q - (tolerance * q).abs()).min((before * q).abs()) {
-                before = step;
+            if 2.0 * p < (3.0 * half * q - (tolerance * q).abs()).min((previous_step * q).abs()) {
+                previous_step = step;
                 step = p / q;
             } else {
-                (step, before) = (half, half);
+                (step, previous_step) = (half, half);
             }
         }
         (a, fa) = (b, fb);
@@ -66,7 +66,7 @@ const HALVINGS: u32 = 44;
 ///
 /// The roots are separated by Descartes' rule: an interval contains no more roots than there are changes of
 /// sign in the Bernstein coefficients, and exactly one root for one change. Other intervals are halved.
-pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
+pub fn polynomial_roots(polynomial: &[f64], take_root: &mut dyn FnMut(f64)) {
     let n = polynomial.iter().rposition(|c| *c != 0.0).unwrap_or(0);
     // The polynomial (1 + v)^n p((v - 1) / (v + 1)) has the Bernstein coefficients times the binomial ones.
     let (mut sum, mut power) = ([0.0; 9], [0.0; 9]);
@@ -80,9 +80,9 @@ pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
         sum[0] = c - sum[0];
     }
     (0..=n).for_each(|j| sum[j] /= power[j]);
-    separate(&polynomial[..=n], &sum, (-1.0, 1.0), HALVINGS, found);
+    separate(&polynomial[..=n], &sum, (-1.0, 1.0), HALVINGS, take_root);
     if sum[n] == 0.0 && sum[0] != 0.0 {
-        found(1.0);
+        take_root(1.0);
     }
 }
 
@@ -92,20 +92,20 @@ fn separate(
     b: &[f64; 9],
     (low, high): (f64, f64),
     left: u32,
-    found: &mut dyn FnMut(f64),
+    take_root: &mut dyn FnMut(f64),
 ) {
     let n = polynomial.len() - 1;
-    let (mut changes, mut before) = (0, b[0]);
+    let (mut changes, mut previous_sign) = (0, b[0]);
     for c in &b[1..=n] {
-        changes += u32::from(before * c < 0.0);
-        before = if *c == 0.0 { before } else { *c };
+        changes += u32::from(previous_sign * c < 0.0);
+        previous_sign = if *c == 0.0 { previous_sign } else { *c };
     }
     if changes == 1 && b[0] * b[n] < 0.0 {
         let value = |t: f64| {
             Ok::<_, std::convert::Infallible>(polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c))
         };
         let Ok(t) = root(value, (low, b[0]), (high, b[n]));
-        found(t);
+        take_root(t);
     } else if changes > 0 && left > 0 {
         let (mut first, mut second) = ([0.0; 9], *b);
         for k in 0..=n {
@@ -113,11 +113,11 @@ fn separate(
             (0..n - k).for_each(|j| second[j] = 0.5 * (second[j] + second[j + 1]));
         }
         let middle = 0.5 * (low + high);
-        separate(polynomial, &first, (low, middle), left - 1, found);
+        separate(polynomial, &first, (low, middle), left - 1, take_root);
         if second[0] == 0.0 {
-            found(middle);
+            take_root(middle);
         }
-        separate(polynomial, &second, (middle, high), left - 1, found);
+        separate(polynomial, &second, (middle, high), left - 1, take_root);
     }
 }
 
@@ -195,17 +195,17 @@ const NEAR: f64 = 1e-3;
 /// Returns the first root between 0 and `end` of a function that is not negative at 0, and an abscissa after
 /// it at which the function is negative.
 pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Result<Option<(f64, f64)>, E> {
-    let place = |k: usize| match k {
+    let abscissa = |k: usize| match k {
         1 => NEAR * end,
         k if k == INTERVALS + 1 => (1.0 - NEAR) * end,
         k if k > INTERVALS => end,
         k => k.saturating_sub(1) as f64 / INTERVALS as f64 * end,
     };
-    let (mut before, mut last) = (None, (0.0, f(0.0)?.max(0.0)));
+    let (mut earlier, mut last) = (None, (0.0, f(0.0)?.max(0.0)));
     for k in 1..INTERVALS + 3 {
-        let next = (place(k), f(place(k))?);
+        let next = (abscissa(k), f(abscissa(k))?);
         // Between three values of which the middle one is the least there is a minimum.
-        if let Some((from, above)) = before
+        if let Some((from, above)) = earlier
             && last.1 < above
             && last.1 <= next.1
         {
@@ -217,7 +217,7 @@ pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Resu
         if next.1 < 0.0 {
             return Ok(Some((root(&mut f, last, next)?, next.0)));
         }
-        (before, last) = (Some(last), next);
+        (earlier, last) = (Some(last), next);
     }
     Ok(None)
 }

@@ -125,13 +125,13 @@ impl Segment {
         let x = 2.0 * theta - 1.0;
         let (mut previous, mut present) = (x, 1.0);
         // These hold U_(k-2) and U_(k-1).
-        let (mut before, mut second) = (-1.0, 0.0);
+        let (mut second_previous, mut second) = (-1.0, 0.0);
         out.fill(0.0);
         for (k, row) in self.coefficients.chunks_exact(self.high.len()).enumerate() {
             let value = present + 2.0 * theta * k as f64 * second;
             out.iter_mut().zip(row).for_each(|(o, c)| *o += value * c);
             (previous, present) = (present, 2.0 * x * present - previous);
-            (before, second) = (second, 2.0 * x * second - before);
+            (second_previous, second) = (second, 2.0 * x * second - second_previous);
         }
     }
 

@@ -11,7 +11,7 @@ use super::tableau::Tableau;
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
-use crate::math::rows::{Advance, InOnePart, InTwoParts, Sums, Term, WeightedRows, stride, whole};
+use crate::math::rows::{Advance, InSinglePart, InTwoParts, Sums, Term, WeightedRows, stride, whole};
 
 /// The state of an integration. It holds numbers only: two equal steppers continue equally.
 #[derive(Debug, Clone)]
@@ -25,7 +25,7 @@ pub struct Stepper {
     next: f64,
     controller: Controller,
     /// The planned size and the controller before the last step.
-    before: (f64, Controller),
+    plan_before: (f64, Controller),
     statistics: Statistics,
     /// The rates of the stages, one row after the other.
     stages: Vec<f64>,
@@ -43,7 +43,7 @@ pub struct Stepper {
     /// The last step: its start, its size, and its polynomial if that has been requested.
     last: Segment,
     /// The number of stages of the last step that have been computed.
-    known: usize,
+    computed_stages: usize,
     /// Whether the polynomial of the last step has been formed.
     formed: bool,
 }
@@ -65,7 +65,7 @@ impl Stepper {
             time: Compensated::new(time),
             next: 0.0,
             controller: Controller::new(),
-            before: (0.0, Controller::new()),
+            plan_before: (0.0, Controller::new()),
             statistics: Statistics::default(),
             terms: tableau.terms(),
             counts: tableau.counts(),
@@ -75,7 +75,7 @@ impl Stepper {
             trial: vec![0.0; stride(dimension)],
             tail: vec![0.0; stride(dimension)],
             last: Segment::new(dimension, tableau.interpolant.terms()),
-            known: 0,
+            computed_stages: 0,
             formed: false,
             high,
             low,
@@ -106,7 +106,7 @@ impl Stepper {
     }
 
     /// Continues from the memory of a stepper with the same tableau and tolerance.
-    pub fn recall(&mut self, memory: &Memory) {
+    pub fn restore_memory(&mut self, memory: &Memory) {
         self.time = Compensated { high: memory.time[0], low: memory.time[1] };
         self.high.copy_from_slice(&memory.high);
         self.low.copy_from_slice(&memory.low);
@@ -114,7 +114,7 @@ impl Stepper {
         self.controller =
             Controller { previous: memory.previous_error, after_rejection: memory.after_rejection };
         self.statistics = memory.statistics;
-        self.known = 0;
+        self.computed_stages = 0;
     }
 
     /// Starts anew at a time and a vector and keeps nothing but the counts, so that the further steps depend
@@ -125,15 +125,15 @@ impl Stepper {
         self.low.copy_from_slice(low);
         self.next = next;
         self.controller = Controller::new();
-        self.known = 0;
+        self.computed_stages = 0;
     }
 
     /// Moves the integration to a time and a vector near the present ones; the planned step size stays.
-    pub fn place(&mut self, time: f64, y: &[f64]) {
+    pub fn move_to(&mut self, time: f64, y: &[f64]) {
         self.time = Compensated::new(time);
         self.high.copy_from_slice(y);
         self.low.fill(0.0);
-        self.known = 0;
+        self.computed_stages = 0;
     }
 
     /// Returns the counts so far.
@@ -151,13 +151,13 @@ impl Stepper {
     ) -> Result<()> {
         let direction = if end >= self.time() { 1.0 } else { -1.0 };
         self.fresh = false;
-        self.before = (self.next, self.controller);
+        self.plan_before = (self.next, self.controller);
         if self.next == 0.0 {
             self.next = self.first_step(equations, direction, end, interrupt)?;
         }
         self.next = self.next.abs() * direction;
         loop {
-            let (size, cut) = self.fit(end);
+            let (size, ends_there) = self.fit(end);
             // The remainder may be as short as the rounding of the time; it is then taken all the same.
             if size != self.remaining(end) {
                 self.refuse_tiny(size, "the error tolerance cannot be met")?;
@@ -168,8 +168,11 @@ impl Stepper {
                     self.accept(equations, size, end);
                     let factor = self.controller.accepted(error, self.tableau.error_order);
                     // A step that was cut short to end at `end` does not reduce the planned size.
-                    self.next =
-                        if cut { self.next.abs().max(size.abs() * factor) } else { size.abs() * factor };
+                    self.next = if ends_there {
+                        self.next.abs().max(size.abs() * factor)
+                    } else {
+                        size.abs() * factor
+                    };
                     self.next *= direction;
                     return Ok(());
                 }
@@ -188,18 +191,18 @@ impl Stepper {
     }
 
     /// Takes the last step back. Its stages stay until the next step.
-    pub fn retreat(&mut self) {
+    pub fn undo(&mut self) {
         self.time = self.last.time;
         self.high.copy_from_slice(&self.last.high);
         self.low.copy_from_slice(&self.last.low);
-        (self.next, self.controller) = self.before;
+        (self.next, self.controller) = self.plan_before;
         self.statistics.steps -= 1;
     }
 
     /// Takes the last step back and plans it half as long. Returns an error where that no longer advances the
     /// time.
     pub fn shorten(&mut self, reason: &str) -> Result<()> {
-        self.retreat();
+        self.undo();
         self.statistics.rejected += 1;
         self.next = 0.5 * self.last.size;
         self.controller.after_rejection = true;
@@ -238,7 +241,7 @@ impl Stepper {
         equations: &mut impl Equations,
         interrupt: &mut InterruptCheck,
     ) -> Result<&Segment> {
-        if self.known == 0 {
+        if self.computed_stages == 0 {
             return Err(Error::invalid("number of steps", 0, "a step before its interpolation"));
         }
         if !self.formed {
@@ -267,8 +270,8 @@ impl Stepper {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let dimension = self.high.len();
-        while self.known < self.tableau.a.len() {
-            let stage = self.known;
+        while self.computed_stages < self.tableau.a.len() {
+            let stage = self.computed_stages;
             self.fill_trial(equations, stage, self.last.size);
             let time = self.last.start() + self.tableau.c[stage] * self.last.size;
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
@@ -283,7 +286,7 @@ impl Stepper {
                     })
                 },
             )?;
-            self.known += 1;
+            self.computed_stages += 1;
         }
         Ok(())
     }
@@ -332,7 +335,7 @@ impl Stepper {
         self.from[0][..dimension].copy_from_slice(&self.high);
         self.from[1][..dimension].copy_from_slice(&self.low);
         let first = usize::from(self.fresh);
-        self.known = first;
+        self.computed_stages = first;
         let work = equations.work() * self.tableau.stages as u64;
         let quick = equations.parts() == 1 && interrupt.try_charge(work);
         for stage in first..self.tableau.stages {
@@ -349,7 +352,7 @@ impl Stepper {
                 evaluate(equations, at, trial, rates, self.counts[stage], interrupt)?;
             }
             self.fresh = true;
-            self.known = stage + 1;
+            self.computed_stages = stage + 1;
         }
         self.trial.fill(0.0);
         for (stage, (b, b_hat)) in self.tableau.b.iter().zip(&self.tableau.b_hat).enumerate() {
@@ -375,7 +378,7 @@ impl Stepper {
     fn fill_trial(&mut self, equations: &impl Equations, stage: usize, size: f64) {
         let numbers = whole(equations.dependent(self.high.len()));
         let advance = advance(&self.terms[stage], &self.stages, &self.from, numbers, size);
-        equations.arch().dispatch(InOnePart(advance, &mut self.trial[..numbers]));
+        equations.arch().dispatch(InSinglePart(advance, &mut self.trial[..numbers]));
     }
 
     fn accept(&mut self, equations: &mut impl Equations, size: f64, end: f64) {

@@ -41,7 +41,7 @@ pub fn add(high: &mut f64, low: &mut f64, change: f64) {
 
 /// Adds multiples of three numbers to three numbers that are held in two parts, as [`add`] does.
 #[inline(always)]
-pub fn add_each<const N: usize>(high: &mut [f64; N], low: &mut [f64; N], size: f64, changes: &[f64; N]) {
+pub fn add_multiples<const N: usize>(high: &mut [f64; N], low: &mut [f64; N], size: f64, changes: &[f64; N]) {
     // All sums are read first and written last, so that the compiler adds them side by side.
     let (mut sums, mut tails) = (*high, *low);
     for c in 0..N {

@@ -47,11 +47,11 @@ impl<S: Simd, const N: usize> Dual<S, N> {
     /// Returns the three variables themselves as dual numbers.
     #[inline(always)]
     pub fn variables(values: [Lanes<S, N>; 3]) -> [Self; 3] {
-        let (zero, one) = (values[0].constant(0.0), values[0].constant(1.0));
+        let (zero, unit) = (values[0].constant(0.0), values[0].constant(1.0));
         let mut all = [Self { value: zero, by: [zero; 3] }; 3];
         for k in 0..3 {
             all[k].value = values[k];
-            all[k].by[k] = one;
+            all[k].by[k] = unit;
         }
         all
     }
@@ -92,8 +92,8 @@ impl<S: Simd, const N: usize> Add for Dual<S, N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let one = self.value.constant(1.0);
-        Self::chain(self.value + other.value, self, one, other, one)
+        let unit = self.value.constant(1.0);
+        Self::chain(self.value + other.value, self, unit, other, unit)
     }
 }
 
@@ -101,8 +101,8 @@ impl<S: Simd, const N: usize> Sub for Dual<S, N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        let one = self.value.constant(1.0);
-        Self::chain(self.value - other.value, self, one, other, -one)
+        let unit = self.value.constant(1.0);
+        Self::chain(self.value - other.value, self, unit, other, -unit)
     }
 }
 

@@ -15,7 +15,7 @@
 //! that K has three blocks: between cosines of even l - m, between sines of odd l - m, and between sines of
 //! even l - m and cosines of odd l - m.
 
-use super::harmonics::{count, place};
+use super::harmonics::{count, index};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The most orders of one parity in a degree up to [`Exchange::MAX_DEGREE`].
@@ -52,19 +52,19 @@ impl Parities {
 
 /// The blocks of the matrix of one degree, each by columns.
 #[derive(Debug, Clone, PartialEq)]
-struct Blocks {
+struct ExchangeBlocks {
     cosines: Vec<f64>,
     sines: Vec<f64>,
-    /// From the odd cosines to the even sines.
+    /// The block that maps odd cosines to even sines.
     mixed: Vec<f64>,
-    /// From the even sines to the odd cosines.
+    /// The block that maps even sines to odd cosines.
     transposed: Vec<f64>,
 }
 
 /// The matrices of the exchange of y and z for all degrees up to a highest one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exchange {
-    degrees: Vec<Blocks>,
+    degrees: Vec<ExchangeBlocks>,
 }
 
 impl Exchange {
@@ -74,10 +74,10 @@ impl Exchange {
     /// Computes the matrices up to a degree, at most [`Self::MAX_DEGREE`].
     pub fn new(degree: usize) -> Self {
         let mut matrix = vec![vec![1.0]];
-        let mut degrees = vec![Blocks::of(&matrix, 0)];
+        let mut degrees = vec![ExchangeBlocks::of(&matrix, 0)];
         for l in 1..=degree.min(Self::MAX_DEGREE) {
             matrix = next_degree(&matrix, l);
-            degrees.push(Blocks::of(&matrix, l));
+            degrees.push(ExchangeBlocks::of(&matrix, l));
         }
         Self { degrees }
     }
@@ -101,7 +101,7 @@ impl Exchange {
     }
 }
 
-impl Blocks {
+impl ExchangeBlocks {
     /// Sorts the matrix of a degree, whose rows and columns belong to the orders from -l to l.
     fn of(matrix: &[Vec<f64>], l: usize) -> Self {
         let [even, odd] = Parities::counts(l);
@@ -161,8 +161,8 @@ pub fn displaced(moments: &[f64], axis: usize) -> Vec<f64> {
                 1 => derivative_by_y(l, m),
                 _ => [along_z, None],
             };
-            out[place(l, m)] =
-                terms.iter().flatten().map(|(n, factor)| factor * moments[place(l - 1, *n)]).sum();
+            out[index(l, m)] =
+                terms.iter().flatten().map(|(n, factor)| factor * moments[index(l - 1, *n)]).sum();
         }
     }
     out

@@ -51,10 +51,10 @@ impl Gauss {
     pub fn factors(&self, c: f64, out: &mut [f64]) {
         let x = 2.0 * c - 1.0;
         out.fill(0.0);
-        let (mut before, mut present) = (0.0, 1.0);
+        let (mut previous, mut present) = (0.0, 1.0);
         for k in 0..self.nodes.len() {
             out.iter_mut().zip(&self.legendre).for_each(|(out, row)| *out += row[k] * present);
-            (before, present) = (present, next(k, x, before, present));
+            (previous, present) = (present, next(k, x, previous, present));
         }
     }
 }
@@ -63,13 +63,13 @@ impl Gauss {
 fn legendre(x: f64, n: usize) -> Vec<f64> {
     let mut all = vec![1.0];
     for k in 0..n {
-        let before = if k == 0 { 0.0 } else { all[k - 1] };
-        all.push(next(k, x, before, all[k]));
+        let previous = if k == 0 { 0.0 } else { all[k - 1] };
+        all.push(next(k, x, previous, all[k]));
     }
     all
 }
 
 /// Returns P_(k+1) by the recurrence from P_(k-1) and P_k.
-fn next(k: usize, x: f64, before: f64, present: f64) -> f64 {
-    ((2 * k + 1) as f64 * x * present - k as f64 * before) / (k + 1) as f64
+fn next(k: usize, x: f64, previous: f64, present: f64) -> f64 {
+    ((2 * k + 1) as f64 * x * present - k as f64 * previous) / (k + 1) as f64
 }

@@ -21,11 +21,11 @@ pub const fn count(degree: usize) -> usize {
 }
 
 /// Returns the index of S_nm in a list of harmonics.
-pub const fn place(n: usize, m: isize) -> usize {
+pub const fn index(n: usize, m: isize) -> usize {
     (n * n + n).wrapping_add_signed(m)
 }
 
-/// Computes all harmonics up to a degree, in the order of [`place`].
+/// Computes all harmonics up to a degree, in the order of [`index`].
 #[inline(always)]
 fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
     let c = |value| x[0].constant(value);
@@ -38,19 +38,19 @@ fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
             let (cos, sin) = if m == 1 {
                 (c(1.0), c(0.0))
             } else {
-                (out[place(m - 1, m as isize - 1)], out[place(m - 1, 1 - m as isize)])
+                (out[index(m - 1, m as isize - 1)], out[index(m - 1, 1 - m as isize)])
             };
-            out[place(m, m as isize)] = factor * (x[0] * cos - x[1] * sin);
-            out[place(m, -(m as isize))] = factor * x[0].mul_add(sin, x[1] * cos);
+            out[index(m, m as isize)] = factor * (x[0] * cos - x[1] * sin);
+            out[index(m, -(m as isize))] = factor * x[0].mul_add(sin, x[1] * cos);
         }
         for sign in [1, -1] {
             let m = m as isize * sign;
             for n in m.unsigned_abs() + 1..=degree {
                 let scale = 1.0 / root(n * n - m.unsigned_abs() * m.unsigned_abs());
-                let next = c((2 * n - 1) as f64 * scale) * x[2] * out[place(n - 1, m)];
-                out[place(n, m)] = if n > m.unsigned_abs() + 1 {
+                let next = c((2 * n - 1) as f64 * scale) * x[2] * out[index(n - 1, m)];
+                out[index(n, m)] = if n > m.unsigned_abs() + 1 {
                     let back = root((n - 1) * (n - 1) - m.unsigned_abs() * m.unsigned_abs()) * scale;
-                    next - c(back) * square * out[place(n - 2, m)]
+                    next - c(back) * square * out[index(n - 2, m)]
                 } else {
                     next
                 };
@@ -71,7 +71,7 @@ pub struct WeightedHarmonics<'a> {
     pub weights: &'a [f64],
     /// The highest degree.
     pub degree: usize,
-    /// The sums, in the order of [`place`].
+    /// The sums, in the order of [`index`].
     pub sums: &'a mut [f64],
 }
 
@@ -82,8 +82,8 @@ impl WithSimd for WeightedHarmonics<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let [x, y, z] = self.points;
         let points = || Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
-        // The harmonics of an order and its own degree, times the weights. Those of higher degrees have a factor that
-        // cosine and sine share, so that three numbers of a point stay in registers.
+        // The harmonics of an order and its own degree, times the weights. Those of higher degrees have a
+        // factor that cosine and sine share, so that three numbers of a point stay in registers.
         let mut seeds: Vec<[Lanes<S>; 2]> =
             Lanes::blocks(simd, self.weights).map(|weight| [weight, Lanes::splat(simd, 0.0)]).collect();
         let root = |value: usize| (value as f64).sqrt();
@@ -117,9 +117,9 @@ impl WithSimd for WeightedHarmonics<'_> {
                 }
             }
             for (n, [cos, sin]) in (m..).zip(totals) {
-                self.sums[place(n, m as isize)] += cos.value();
+                self.sums[index(n, m as isize)] += cos.value();
                 if m > 0 {
-                    self.sums[place(n, -(m as isize))] += sin.value();
+                    self.sums[index(n, -(m as isize))] += sin.value();
                 }
             }
         }
@@ -130,7 +130,7 @@ impl WithSimd for WeightedHarmonics<'_> {
 pub struct HarmonicSeries<'a> {
     /// The coordinates of the points, in whole blocks.
     pub points: [&'a [f64]; 3],
-    /// The coefficients of each series, in the order of [`place`].
+    /// The coefficients of each series, in the order of [`index`].
     pub series: &'a [&'a [f64]],
     /// The highest degree of all series.
     pub degree: usize,

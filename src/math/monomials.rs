@@ -14,8 +14,8 @@ pub const fn offset(degree: usize) -> usize {
 
 /// Returns the index of x^i y^j z^(degree-i-j) among the monomials of its degree.
 pub const fn position(degree: usize, i: usize, j: usize) -> usize {
-    let rest = degree - i;
-    rest * (rest + 1) / 2 + (rest - j)
+    let power_of_yz = degree - i;
+    power_of_yz * (power_of_yz + 1) / 2 + (power_of_yz - j)
 }
 
 /// Returns the index of x^i y^j z^l among all monomials.
@@ -26,17 +26,18 @@ pub fn index(e: [usize; 3]) -> usize {
 
 /// Iterates over the exponents (i, j) of the monomials of a degree, in the order of [`position`].
 pub fn exponents(degree: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..=degree).flat_map(move |rest| (0..=rest).map(move |l| (degree - rest, rest - l)))
+    (0..=degree)
+        .flat_map(move |power_of_yz| (0..=power_of_yz).map(move |l| (degree - power_of_yz, power_of_yz - l)))
 }
 
-/// A row of monomials x^power y^(rest - l) z^l for l from 0 to `rest`. The rows of a degree follow each other
-/// by falling power of x, and within a row l rises.
+/// A row of monomials x^power y^(rest - l) z^l for l from 0 to `power_of_yz`. The rows of a degree follow
+/// each other by falling power of x, and within a row l rises.
 #[derive(Clone, Copy)]
 pub struct Row {
     /// The power of x.
     pub power: usize,
     /// The power of y and z together.
-    pub rest: usize,
+    pub power_of_yz: usize,
     /// The index of the row's first monomial among the monomials of the degree.
     pub start: usize,
 }
@@ -44,24 +45,28 @@ pub struct Row {
 impl Row {
     /// Returns the indices of the row's monomials.
     pub fn monomials(self) -> Range<usize> {
-        self.start..self.start + self.rest + 1
+        self.start..self.start + self.power_of_yz + 1
     }
 
     /// Returns the indices, one degree higher, of a monomial times x, y and z.
-    pub fn times_one(self, place: usize) -> [usize; 3] {
-        [place, place + self.rest + 1, place + self.rest + 2]
+    pub fn raised_once(self, index: usize) -> [usize; 3] {
+        [index, index + self.power_of_yz + 1, index + self.power_of_yz + 2]
     }
 
     /// Returns the indices, two degrees higher, of a monomial times xx, xy, xz, yy, yz and zz.
-    pub fn times_two(self, place: usize) -> [usize; 6] {
-        let (one, two) = (place + self.rest + 1, place + 2 * self.rest + 3);
-        [place, one, one + 1, two, two + 1, two + 2]
+    pub fn raised_twice(self, index: usize) -> [usize; 6] {
+        let (next_row, row_after_next) = (index + self.power_of_yz + 1, index + 2 * self.power_of_yz + 3);
+        [index, next_row, next_row + 1, row_after_next, row_after_next + 1, row_after_next + 2]
     }
 }
 
 /// Iterates over the rows of a degree.
 pub fn rows(degree: usize) -> impl Iterator<Item = Row> {
-    (0..=degree).map(move |rest| Row { power: degree - rest, rest, start: rest * (rest + 1) / 2 })
+    (0..=degree).map(move |power_of_yz| Row {
+        power: degree - power_of_yz,
+        power_of_yz,
+        start: power_of_yz * (power_of_yz + 1) / 2,
+    })
 }
 
 /// Adds a multiple of one homogeneous polynomial to another one.

@@ -31,14 +31,14 @@ pub fn matrix(q: [f64; 4]) -> Mat3 {
 
 /// Returns the product of a matrix and a vector. It is inlined, unlike the generic product of `nalgebra`.
 #[inline(always)]
-pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
+pub fn rotate(m: &Mat3, v: &Vec3) -> Vec3 {
     let row = |i: usize| m[(i, 0)] * v.x + m[(i, 1)] * v.y + m[(i, 2)] * v.z;
     Vec3::new(row(0), row(1), row(2))
 }
 
 /// Returns the product of a transposed matrix and a vector, which is the inverse rotation.
 #[inline(always)]
-pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {
+pub fn rotate_back(m: &Mat3, v: &Vec3) -> Vec3 {
     let column = |i: usize| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z;
     Vec3::new(column(0), column(1), column(2))
 }

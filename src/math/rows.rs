@@ -42,10 +42,10 @@ impl WithSimd for LargestChanges<'_> {
         for column in columns {
             let first = rows[column];
             let mut largest = simd.splat_f64s(0.0);
-            let mut place = column + width;
-            while place < rows.len() {
-                largest = simd.max_f64s(largest, simd.abs_f64s(simd.sub_f64s(rows[place], first)));
-                place += width;
+            let mut index = column + width;
+            while index < rows.len() {
+                largest = simd.max_f64s(largest, simd.abs_f64s(simd.sub_f64s(rows[index], first)));
+                index += width;
             }
             out[column] = largest;
         }
@@ -119,9 +119,9 @@ impl Advance<'_> {
 }
 
 /// Writes the result of [`Advance`] as one vector.
-pub struct InOnePart<'a>(pub Advance<'a>, pub &'a mut [f64]);
+pub struct InSinglePart<'a>(pub Advance<'a>, pub &'a mut [f64]);
 
-impl InOnePart<'_> {
+impl InSinglePart<'_> {
     #[inline(always)]
     fn group<S: Simd, const N: usize>(&mut self, simd: S, column: usize) {
         let [change, low] = self.0.changes::<S, N>(simd, column);
@@ -133,7 +133,7 @@ impl InOnePart<'_> {
     }
 }
 
-impl WithSimd for InOnePart<'_> {
+impl WithSimd for InSinglePart<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -6,15 +6,15 @@ use crate::error::{Error, Result, require_finite};
 /// are one polynomial, and so are the last two.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spline<const W: usize> {
-    places: Vec<f64>,
+    abscissae: Vec<f64>,
     /// The coefficients of every piece, by powers of the distance from its first abscissa.
     pieces: Vec<[[f64; W]; 4]>,
 }
 
 impl<const W: usize> Spline<W> {
     /// Interpolates values at four or more increasing abscissae; `what` names the abscissae in errors.
-    pub fn new(what: &str, places: &[f64], values: &[[f64; W]]) -> Result<Self> {
-        let n = places.len();
+    pub fn new(what: &str, abscissae: &[f64], values: &[[f64; W]]) -> Result<Self> {
+        let n = abscissae.len();
         if n < 4 || values.len() != n {
             let expected = "four or more, and as many values";
             return Err(Error::invalid(
@@ -23,8 +23,8 @@ impl<const W: usize> Spline<W> {
                 expected,
             ));
         }
-        require_finite(what, places)?;
-        if let Some(pair) = places.windows(2).find(|pair| pair[1] <= pair[0]) {
+        require_finite(what, abscissae)?;
+        if let Some(pair) = abscissae.windows(2).find(|pair| pair[1] <= pair[0]) {
             return Err(Error::invalid(
                 what,
                 format!("{} followed by {}", pair[0], pair[1]),
@@ -32,7 +32,7 @@ impl<const W: usize> Spline<W> {
             ));
         }
         values.iter().try_for_each(|value| require_finite(&format!("values at {what}"), value))?;
-        let width: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let width: Vec<f64> = abscissae.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mut pieces = vec![[[0.0; W]; 4]; n - 1];
         for c in 0..W {
             let chord: Vec<f64> = (0..n - 1).map(|i| (values[i + 1][c] - values[i][c]) / width[i]).collect();
@@ -45,19 +45,19 @@ impl<const W: usize> Spline<W> {
                 pieces[i][3][c] = (slope[i] + slope[i + 1] - 2.0 * m) / (h * h);
             }
         }
-        Ok(Self { places: places.to_vec(), pieces })
+        Ok(Self { abscissae: abscissae.to_vec(), pieces })
     }
 
     /// Returns the first and the last abscissa.
     pub fn range(&self) -> (f64, f64) {
-        (self.places[0], self.places[self.places.len() - 1])
+        (self.abscissae[0], self.abscissae[self.abscissae.len() - 1])
     }
 
     /// Returns the value and the first derivative. Outside of the range the nearest piece is extrapolated.
-    pub fn at(&self, place: f64) -> ([f64; W], [f64; W]) {
-        let after = self.places.partition_point(|p| *p <= place);
+    pub fn at(&self, abscissa: f64) -> ([f64; W], [f64; W]) {
+        let after = self.abscissae.partition_point(|p| *p <= abscissa);
         let index = after.clamp(1, self.pieces.len()) - 1;
-        let t = place - self.places[index];
+        let t = abscissa - self.abscissae[index];
         let [a, b, c, d] = &self.pieces[index];
         (
             std::array::from_fn(|k| a[k] + t * (b[k] + t * (c[k] + t * d[k]))),

@@ -16,7 +16,7 @@
 //! The field body's torque follows from M + N + o x F = 0.
 
 use super::gradient::{ABREAST, gradient, trace_free};
-use super::jacobian::Turns;
+use super::jacobian::FrameRotations;
 use super::means::NodePositions;
 use super::rule::Kernel;
 use super::{Balance, Interaction, Pair, PartGravity, Pose, Roles};
@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::interrupt::InterruptCheck;
 use crate::math::lanes::{Lanes, Total};
-use crate::math::rotation::turned;
+use crate::math::rotation::rotate;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
@@ -83,15 +83,18 @@ impl Pair {
         let (arch, nodes) = (self.arch, &*nodes.nodes);
         let derivatives = match &rule.kernel {
             Kernel::Near(near) => sum_derivatives(arch, *near, nodes, [field, set], &roles),
-            Kernel::Far(cut) => sum_derivatives(arch, field.series.cut(*cut), nodes, [field, set], &roles),
+            Kernel::Far(truncation) => {
+                sum_derivatives(arch, field.series.truncated(*truncation), nodes, [field, set], &roles)
+            }
             // Kernels of polyhedra were handled above, by [`Pair::is_faceted`].
             Kernel::Facets | Kernel::Layer(_) => return Ok(out),
         };
-        let turns = Turns::new(rule.integrated, &pose, &roles, [field, set]);
+        let frame_rotations = FrameRotations::new(rule.integrated, &pose, &roles, [field, set]);
         for (which, body) in [field, set].into_iter().enumerate() {
-            let place = if which == 1 { rule.integrated } else { 1 - rule.integrated };
+            let body_index = if which == 1 { rule.integrated } else { 1 - rule.integrated };
             for (axis, row) in body.rows_of_axes().into_iter().enumerate() {
-                out.axes[place][axis] = self.loads_in_unit(&turns.in_bodies(&derivatives[which][row]), 1);
+                out.axes[body_index][axis] =
+                    self.loads_in_unit(&frame_rotations.in_bodies(&derivatives[which][row]), 1);
             }
         }
         Ok(out)
@@ -125,15 +128,15 @@ fn sum_derivatives(
     roles: &Roles,
 ) -> [[Balance; 3]; 2] {
     let focal = set.focal_axes();
-    let arms: [Vec3; 2] = std::array::from_fn(|k| roles.turn.column(k) * focal[k]);
+    let arms: [Vec3; 2] = std::array::from_fn(|k| roles.rotation.column(k) * focal[k]);
     let sums = arch.dispatch(AxisSum { kernel, nodes, origin: roles.origin, arms });
     let (of_field, of_set) = (field.semi_axes(), set.semi_axes());
     let zero = Vec3::zeros();
     let mut all = [[Balance { force: zero, torque: zero, torque_field: zero }; 3]; 2];
     for i in 0..3 {
-        let e = Vec3::new(roles.turn[(0, i)], roles.turn[(1, i)], roles.turn[(2, i)]);
+        let e = Vec3::new(roles.rotation[(0, i)], roles.rotation[(1, i)], roles.rotation[(2, i)]);
         let factor = of_set[i] / 5.0;
-        let twist = e.cross(&turned(&sums.gradient, &e)) * (2.0 * factor);
+        let twist = e.cross(&rotate(&sums.gradient, &e)) * (2.0 * factor);
         for (which, balance) in all.iter_mut().enumerate() {
             let balance = &mut balance[i];
             let mut means = [zero; 3];
@@ -239,26 +242,26 @@ impl<S: Simd> AxisAccumulator<S> {
     /// Adds the nodes of `N` registers, starting from one.
     #[inline(always)]
     fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &AxisSum<'_, K>, register: usize) {
-        let place: NodePositions<S, 2, N> = NodePositions::new(simd, &sum.origin, &sum.arms);
+        let positions: NodePositions<S, 2, N> = NodePositions::new(simd, &sum.origin, &sum.arms);
         let (nodes, from) = (sum.nodes, register * S::F64_LANES);
         let [u, v] =
             [Lanes::load(simd, &nodes.points[0][from..], 0), Lanes::load(simd, &nodes.points[1][from..], 0)];
         let weight: Lanes<S, N> = Lanes::load(simd, &nodes.weights[from..], 0);
         let w = weight.constant(0.0);
-        let x = place.of([u, v, w]);
+        let x = positions.of([u, v, w]);
         let c = |value: f64| weight.constant(value);
         let (field, second_integrals) = sum.kernel.second_integrals(x);
         let (n, f) = field.gradient_factors(x);
         let (inverse, _) = field.reciprocals();
         let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
-        let level = square[0] + square[1] + square[2];
+        let normal_square = square[0] + square[1] + square[2];
         let bent = square[0].mul_add(inverse[0], square[1].mul_add(inverse[1], square[2] * inverse[2]));
-        let per_level = c(2.0) / level;
-        let common = bent.mul_add(per_level, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
+        let twice_inverse = c(2.0) / normal_square;
+        let common = bent.mul_add(twice_inverse, c(-0.5) * (inverse[0] + inverse[1] + inverse[2]));
         // T_ijk = f (delta_ij n_k / s_i + ...) + 2 f n_i n_j n_k (common - 1/s_i - 1/s_j - 1/s_k) / S.
         let [i1, i2, i3] = inverse;
         let [n1, n2, n3] = n;
-        let high = f * per_level;
+        let high = f * twice_inverse;
         let (h11, h12, h22) = (high * square[0], high * n1 * n2, high * square[1]);
         let from = common - i1 - i2;
         let third = [

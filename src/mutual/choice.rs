@@ -9,7 +9,7 @@ use crate::gravity::Near;
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::exchange::Exchange;
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::quadrature::{Order, closest_confocal, focal_vectors, guess_degree};
 
 /// The highest polynomial degree of a rule; beyond it the pair counts as not converged.
@@ -28,7 +28,7 @@ impl Pair {
     pub fn memory(&self) -> Option<RuleMemory> {
         let series = self.series().map(|(harmonic, truncation)| RuleMemory::Harmonic {
             degrees: truncation.degrees.map(|degree| degree as u32),
-            known: harmonic.known().map(|degree| degree as u32),
+            moment_degrees: harmonic.moment_degrees().map(|degree| degree as u32),
             valid_from: truncation.valid_from,
         });
         let rule = self.rule.as_ref().map(|rule| RuleMemory::Quadrature {
@@ -41,7 +41,11 @@ impl Pair {
     }
 
     /// Puts a rule from an archive in use again.
-    pub fn recall(&mut self, memory: Option<&RuleMemory>, interrupt: &mut InterruptCheck) -> Result<()> {
+    pub fn restore_memory(
+        &mut self,
+        memory: Option<&RuleMemory>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
         self.reset();
         let Some(memory) = memory else { return Ok(()) };
         let unknown = || Error::invalid("rule of a pair", format!("{memory:?}"), "one that a pair has had");
@@ -49,12 +53,13 @@ impl Pair {
             RuleMemory::Quadrature { integrated, order, degree, valid_from } => {
                 (integrated, order, degree, valid_from)
             }
-            RuleMemory::Harmonic { degrees, known, valid_from } => {
-                let [degrees, known] = [degrees, known].map(|both| both.map(|degree| degree as usize));
-                if degrees.iter().chain(&known).any(|degree| *degree > Exchange::MAX_DEGREE) {
+            RuleMemory::Harmonic { degrees, moment_degrees, valid_from } => {
+                let [degrees, moment_degrees] =
+                    [degrees, moment_degrees].map(|both| both.map(|degree| degree as usize));
+                if degrees.iter().chain(&moment_degrees).any(|degree| *degree > Exchange::MAX_DEGREE) {
                     return Err(unknown());
                 }
-                return self.recall_series(degrees, known, valid_from, interrupt);
+                return self.restore_series(degrees, moment_degrees, valid_from, interrupt);
             }
         };
         if integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {
@@ -115,8 +120,8 @@ impl Pair {
                 self.adopt(integrated, degree, order, reach, interrupt)
             }
             (None, Some((integrated, degrees))) => {
-                let kept = self.rule.as_ref().filter(|rule| self.suits(rule, integrated, degrees));
-                let (degree, order) = kept.map_or_else(
+                let reusable = self.rule.as_ref().filter(|rule| self.suits(rule, integrated, degrees));
+                let (degree, order) = reusable.map_or_else(
                     || (degrees[0], self.order(integrated, degrees)),
                     |rule| (rule.degree, rule.order),
                 );
@@ -147,7 +152,7 @@ impl Pair {
                 0 => (&pose.rotation_first, pose.separation),
                 _ => (&pose.rotation_second, -pose.separation),
             };
-            let centre = turned(&set.canonical, &turned_back(rotation, &separation));
+            let centre = rotate(&set.canonical, &rotate_back(rotation, &separation));
             let (degrees, other) = (&mut self.degrees[integrated], field.focal_axes()[0]);
             match self.method {
                 Method::Surface => degrees.surface(ellipsoid, &centre, other).map(|degree| [degree; 2]),
@@ -165,7 +170,7 @@ impl Pair {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let ellipsoid = set.ellipsoid()?;
             let roles = self.roles(integrated, pose);
-            let from_field = roles.turn.transpose();
+            let from_field = roles.rotation.transpose();
             let [p, q] = field.ellipsoid().map_or([Vec3::zeros(); 2], |e| focal_vectors(e, &from_field));
             let kappa = closest_confocal(ellipsoid, &(from_field * -roles.origin), &p, &q);
             Some([guess_degree(ellipsoid, self.method == Method::Focal, kappa, self.tolerance); 2])
@@ -179,7 +184,7 @@ impl Pair {
         let in_use = self.rule.as_ref().map(|rule| rule.integrated);
         let cost = |integrated: usize| {
             let hysteresis = if in_use.is_some_and(|used| used != integrated) { SLACK } else { 0 };
-            let degrees = degrees[integrated].filter(|_| self.turns(integrated, reach));
+            let degrees = degrees[integrated].filter(|_| self.torque_keeps_digits(integrated, reach));
             degrees.map(|[degree, _]| (degree + hysteresis, integrated))
         };
         let (_, integrated) = [cost(0), cost(1)].into_iter().flatten().min()?;
@@ -189,7 +194,7 @@ impl Pair {
     /// Returns whether the torque on the field body keeps its digits. It is computed from differences of the
     /// R_i, which become the more equal the further away a point is in sizes of that body; only the far
     /// kernel has the differences without cancellation.
-    fn turns(&self, integrated: usize, reach: f64) -> bool {
+    fn torque_keeps_digits(&self, integrated: usize, reach: f64) -> bool {
         const SIZES: f64 = 30.0;
         let size = self.bodies[1 - integrated].shape.circumradius();
         reach < SIZES * size || matches!(self.kernel(integrated, MARGIN * reach), Kernel::Far(_))
@@ -301,16 +306,16 @@ impl Pair {
     /// Returns the largest difference of two evaluations: of the force relative to its size, and of the
     /// torques relative to theirs, or to a hundredth of the force times the body's radius where symmetry
     /// makes them small.
-    fn difference(&self, one: &Interaction, other: &Interaction) -> f64 {
-        let force = one.force_on_first.norm();
+    fn difference(&self, reference: &Interaction, other: &Interaction) -> f64 {
+        let force = reference.force_on_first.norm();
         let torque = |a: &Vec3, b: &Vec3, body: usize| {
             let size = a.norm().max(0.01 * force * self.bodies[body].shape.circumradius());
             if size > 0.0 { (a - b).norm() / size } else { 0.0 }
         };
         // A torque has the round-off error of its lever arm times the force.
-        ((one.force_on_first - other.force_on_first).norm() / force)
-            .max(0.1 * torque(&one.torque_first, &other.torque_first, 0))
-            .max(0.1 * torque(&one.torque_second, &other.torque_second, 1))
+        ((reference.force_on_first - other.force_on_first).norm() / force)
+            .max(0.1 * torque(&reference.torque_first, &other.torque_first, 0))
+            .max(0.1 * torque(&reference.torque_second, &other.torque_second, 1))
     }
 
     pub(super) fn kernel(&self, integrated: usize, distance: f64) -> Kernel {
@@ -327,9 +332,9 @@ impl Pair {
         let field = &self.bodies[1 - integrated];
         let closest = closest.max(0.0);
         let kappa_min = closest * closest - field.shape.circumradius().powi(2);
-        match (field.series.cut_for(kappa_min, 0.1 * self.tolerance), field.ellipsoid()) {
+        match (field.series.truncation_for(kappa_min, 0.1 * self.tolerance), field.ellipsoid()) {
             (None, Some(ellipsoid)) => Kernel::Near(Near::new(ellipsoid, kappa_min)),
-            (cut, _) => Kernel::Far(cut.unwrap_or_default()),
+            (truncation, _) => Kernel::Far(truncation.unwrap_or_default()),
         }
     }
 }

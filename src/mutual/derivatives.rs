@@ -16,36 +16,36 @@ impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
         for d in 1..=degree {
             let n = d as f64;
             let (once, twice) = ((2.0 * n - 1.0) / (n * r2), (n - 1.0) / (n * r2));
-            let (lower, own) = values.split_at_mut(offset(d));
+            let (lower, present) = values.split_at_mut(offset(d));
             let (below, lowest) = (&lower[offset(d - 1)..], &lower[offset(d.max(2) - 2)..]);
-            for Row { power, rest, start } in rows(d) {
+            for Row { power, power_of_yz, start } in rows(d) {
                 // The recurrence refers to the row above for a monomial without one y or z, and to the one
                 // above that for a monomial without two of them.
                 let (above, second) =
-                    (start.wrapping_sub(rest), start.wrapping_sub(2 * rest).wrapping_add(1));
+                    (start.wrapping_sub(power_of_yz), start.wrapping_sub(2 * power_of_yz).wrapping_add(1));
                 let i = power as f64;
-                for l in 0..=rest {
-                    let (j, k) = ((rest - l) as f64, l as f64);
-                    let (mut one, mut two) = (0.0, 0.0);
+                for l in 0..=power_of_yz {
+                    let (j, k) = ((power_of_yz - l) as f64, l as f64);
+                    let (mut first_sum, mut second_sum) = (0.0, 0.0);
                     if power >= 1 {
-                        one += i * x.x * below[start + l];
+                        first_sum += i * x.x * below[start + l];
                     }
-                    if l < rest {
-                        one += j * x.y * below[above + l];
+                    if l < power_of_yz {
+                        first_sum += j * x.y * below[above + l];
                     }
                     if l >= 1 {
-                        one += k * x.z * below[above + l - 1];
+                        first_sum += k * x.z * below[above + l - 1];
                     }
                     if power >= 2 {
-                        two += i * (i - 1.0) * lowest[start + l];
+                        second_sum += i * (i - 1.0) * lowest[start + l];
                     }
-                    if l + 1 < rest {
-                        two += j * (j - 1.0) * lowest[second + l];
+                    if l + 1 < power_of_yz {
+                        second_sum += j * (j - 1.0) * lowest[second + l];
                     }
                     if l >= 2 {
-                        two += k * (k - 1.0) * lowest[second + l - 2];
+                        second_sum += k * (k - 1.0) * lowest[second + l - 2];
                     }
-                    own[start + l] = -(once * one + twice * two);
+                    present[start + l] = -(once * first_sum + twice * second_sum);
                 }
             }
         }
@@ -62,7 +62,7 @@ impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
         let mut sum = Vec3::zeros();
         for row in rows(degree) {
             for k in row.monomials() {
-                for (axis, raised_by) in row.times_one(k).into_iter().enumerate() {
+                for (axis, raised_by) in row.raised_once(k).into_iter().enumerate() {
                     sum[axis] += p[k] * raised[raised_by];
                 }
             }
@@ -75,7 +75,7 @@ impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
         let raised = &self.values[offset(degree + 2)..];
         for row in rows(degree) {
             for k in row.monomials() {
-                for (sum, raised_by) in sum.iter_mut().zip(row.times_two(k)) {
+                for (sum, raised_by) in sum.iter_mut().zip(row.raised_twice(k)) {
                     *sum += p[k] * raised[raised_by];
                 }
             }

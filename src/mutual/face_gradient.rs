@@ -21,7 +21,7 @@
 use super::faces::{Faces, blocks, points};
 use super::gradient::CanonicalJacobian;
 use super::rule::Rule;
-use super::surface::place;
+use super::surface::position_from_field;
 use super::{Balance, Roles, sampled};
 use crate::gravity::FieldKernel;
 use crate::math::lanes::{Lanes, Total, cross, dot, splat_vector, total_matrix, total_vector};
@@ -40,7 +40,7 @@ pub(super) struct FaceSums {
     /// The sum (n g^T).
     by_position: Mat3,
     /// The sum (n (z x g)^T).
-    by_turn: Mat3,
+    by_rotation: Mat3,
     /// The sum ((z x n) (z x g)^T).
     torque_by_rotation: Mat3,
     /// The sums (g.z n) and (g.z z x n).
@@ -52,7 +52,7 @@ impl AddAssign for FaceSums {
         self.force += other.force;
         self.torque += other.torque;
         self.by_position += other.by_position;
-        self.by_turn += other.by_turn;
+        self.by_rotation += other.by_rotation;
         self.torque_by_rotation += other.torque_by_rotation;
         (0..2).for_each(|k| self.by_scale[k] += other.by_scale[k]);
     }
@@ -64,7 +64,7 @@ impl FaceSums {
         let symmetric = |m: &Mat3| 0.5 * (m + m.transpose());
         let (force, torque) = (self.force, self.torque);
         let force_by_position = symmetric(&self.by_position);
-        let force_by_rotation = self.by_turn - force.cross_matrix();
+        let force_by_rotation = self.by_rotation - force.cross_matrix();
         let torque_by_rotation = symmetric(&self.torque_by_rotation) - 0.5 * torque.cross_matrix();
         let on_field = |torque: &Vec3, force: &Vec3| -(torque + roles.origin.cross(force));
         let by_scale = [self.by_scale[0] - force, self.by_scale[1]];
@@ -91,7 +91,7 @@ struct FaceAccumulator<S: Simd> {
     force: [Total<S>; 3],
     torque: [Total<S>; 3],
     by_position: [[Total<S>; 3]; 3],
-    by_turn: [[Total<S>; 3]; 3],
+    by_rotation: [[Total<S>; 3]; 3],
     torque_by_rotation: [[Total<S>; 3]; 3],
     by_scale: [[Total<S>; 3]; 2],
 }
@@ -104,7 +104,7 @@ impl<S: Simd> FaceAccumulator<S> {
             force: zero,
             torque: zero,
             by_position: [zero; 3],
-            by_turn: [zero; 3],
+            by_rotation: [zero; 3],
             torque_by_rotation: [zero; 3],
             by_scale: [zero; 2],
         }
@@ -120,7 +120,7 @@ impl<S: Simd> FaceAccumulator<S> {
         n: [Lanes<S, N>; 3],
         g: [Lanes<S, N>; 3],
     ) {
-        let (lever, turning) = (cross(z, n), cross(z, g));
+        let (lever, torque) = (cross(z, n), cross(z, g));
         let (pressure, growth) = (weight * potential, weight * dot(g, z));
         for i in 0..3 {
             self.force[i].add_product(pressure, n[i]);
@@ -130,8 +130,8 @@ impl<S: Simd> FaceAccumulator<S> {
             let (area, moment) = (weight * n[i], weight * lever[i]);
             for j in 0..3 {
                 self.by_position[i][j].add_product(area, g[j]);
-                self.by_turn[i][j].add_product(area, turning[j]);
-                self.torque_by_rotation[i][j].add_product(moment, turning[j]);
+                self.by_rotation[i][j].add_product(area, torque[j]);
+                self.torque_by_rotation[i][j].add_product(moment, torque[j]);
             }
         }
     }
@@ -142,7 +142,7 @@ impl<S: Simd> FaceAccumulator<S> {
             force: total_vector(self.force),
             torque: total_vector(self.torque),
             by_position: total_matrix(self.by_position),
-            by_turn: total_matrix(self.by_turn),
+            by_rotation: total_matrix(self.by_rotation),
             torque_by_rotation: total_matrix(self.torque_by_rotation),
             by_scale: [total_vector(self.by_scale[0]), total_vector(self.by_scale[1])],
         }
@@ -151,7 +151,7 @@ impl<S: Simd> FaceAccumulator<S> {
 
 /// Returns the sums over the cells in the field of an ellipsoid, a sphere or a point.
 pub(super) fn sums(kernel: impl FieldKernel, faces: Faces<'_>) -> FaceSums {
-    faces.arch.dispatch(GradientSum { kernel, faces })
+    faces.arch.dispatch(FaceGradientSum { kernel, faces })
 }
 
 /// Returns the sums over the cells in the field of another polyhedron.
@@ -161,9 +161,9 @@ pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule) -> FaceSums 
     let lane = |value: f64| Lanes::<Scalar, 1>::splat(Scalar, value);
     let (at_centre, _) = sampled::field(arch, field, &rule.kernel, &roles.origin);
     for cell in faces.gradient_cells() {
-        let n = splat_vector(Scalar, &(roles.turn * cell.normal));
+        let n = splat_vector(Scalar, &(roles.rotation * cell.normal));
         for (y, weight) in sampled::points(&rule.nodes, &cell) {
-            let z = roles.turn * y;
+            let z = roles.rotation * y;
             let (potential, g) = sampled::field(arch, field, &rule.kernel, &(roles.origin + z));
             let (z, g) = (splat_vector(Scalar, &z), splat_vector(Scalar, &g));
             running.add(lane(weight), lane(potential - at_centre), z, n, g);
@@ -172,12 +172,12 @@ pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule) -> FaceSums 
     running.sums()
 }
 
-struct GradientSum<'a, K> {
+struct FaceGradientSum<'a, K> {
     kernel: K,
     faces: Faces<'a>,
 }
 
-impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
+impl<K: FieldKernel> WithSimd for FaceGradientSum<'_, K> {
     type Output = FaceSums;
 
     #[inline(always)]
@@ -187,12 +187,12 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
         let at_centre = self.kernel.potential(origin);
         let mut running = FaceAccumulator::new(simd);
         for cell in self.faces.gradient_cells() {
-            let n = splat_vector(simd, &(roles.turn * cell.normal));
+            let n = splat_vector(simd, &(roles.rotation * cell.normal));
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.faces.nodes, &cell, block);
-                let x = place(y, roles);
-                let (excess, field) = self.kernel.excess_potential(x);
-                let potential = weight.constant(1.0) / dot(x, x).sqrt() + excess - at_centre;
+                let x = position_from_field(y, roles);
+                let (perturbation, field) = self.kernel.potential_perturbation(x);
+                let potential = weight.constant(1.0) / dot(x, x).sqrt() + perturbation - at_centre;
                 let z = [x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]];
                 let g = [-(x[0] * field.rd[0]), -(x[1] * field.rd[1]), -(x[2] * field.rd[2])];
                 running.add(weight, potential, z, n, g);
@@ -205,15 +205,15 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
 /// Returns the contribution of the cells to the derivatives of the loads with respect to the semi-axes of the
 /// field body.
 pub(super) fn semi_axis_derivatives(kernel: impl FieldKernel, faces: Faces<'_>) -> [[Vec3; 2]; 3] {
-    faces.arch.dispatch(AxisSum { kernel, faces })
+    faces.arch.dispatch(FaceAxisSum { kernel, faces })
 }
 
-struct AxisSum<'a, K> {
+struct FaceAxisSum<'a, K> {
     kernel: K,
     faces: Faces<'a>,
 }
 
-impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
+impl<K: FieldKernel> WithSimd for FaceAxisSum<'_, K> {
     /// The force and the torque on the polyhedron, for each semi-axis.
     type Output = [[Vec3; 2]; 3];
 
@@ -224,10 +224,10 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
         let zero = Total::zero(simd);
         let mut totals = [[[zero; 3]; 2]; 3];
         for cell in self.faces.gradient_cells() {
-            let n = splat_vector(simd, &(roles.turn * cell.normal));
+            let n = splat_vector(simd, &(roles.rotation * cell.normal));
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.faces.nodes, &cell, block);
-                let x = place(y, roles);
+                let x = position_from_field(y, roles);
                 let (field, second) = self.kernel.second_integrals(x);
                 let potential = field.potential_by_axes(x, second);
                 let lever = cross([x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]], n);

@@ -9,7 +9,7 @@
 //! As over an ellipsoid (see [`super::surface`]) the constant and the linear part of the monopole's potential
 //! about the centre are integrated in closed form, and the monopole exerts no torque on its own body.
 
-use super::surface::{BeyondLinear, flux, place};
+use super::surface::{BeyondLinear, flux, position_from_field};
 use super::{Balance, PartGravity, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
@@ -62,7 +62,7 @@ impl<'a> Faces<'a> {
             power: if field.facets.is_some() { power } else { 0 },
         };
         Cells::new(polyhedron, demand, range, move |y| {
-            field.singular_distance(arch, &(roles.origin + roles.turn * y))
+            field.singular_distance(arch, &(roles.origin + roles.rotation * y))
         })
     }
 }
@@ -70,15 +70,15 @@ impl<'a> Faces<'a> {
 /// Returns the contribution of the cells to force and torques. Terms in closed form belong to the first cell.
 pub(super) fn force_and_torque(kernel: impl FieldKernel, faces: Faces<'_>) -> Balance {
     let roles = faces.roles;
-    let [monopole, excess] = faces.arch.dispatch(PressureSum { kernel, faces });
-    let [force, force_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.force);
-    let [torque, torque_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.torque);
+    let [monopole, perturbation] = faces.arch.dispatch(PressureSum { kernel, faces });
+    let [force, force_perturbation] = [&monopole, &perturbation].map(|sums| roles.rotation * sums.force);
+    let [torque, torque_perturbation] = [&monopole, &perturbation].map(|sums| roles.rotation * sums.torque);
     let r = roles.origin.norm();
     let force = if faces.range.start == 0 { force - roles.origin / r / r / r } else { force };
     Balance {
-        force: force + force_excess,
-        torque: torque + torque_excess,
-        torque_field: -(torque_excess + roles.origin.cross(&force_excess)),
+        force: force + force_perturbation,
+        torque: torque + torque_perturbation,
+        torque_field: -(torque_perturbation + roles.origin.cross(&force_perturbation)),
     }
 }
 
@@ -122,30 +122,31 @@ struct PressureSum<'a, K> {
 }
 
 /// The sums for one part of the potential, in the polyhedron's frame.
-struct FaceSums {
+struct PressureSums {
     force: Vec3,
     torque: Vec3,
 }
 
 impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
     /// The sums for the monopole and for the rest of the potential.
-    type Output = [FaceSums; 2];
+    type Output = [PressureSums; 2];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [FaceSums; 2] {
+    fn with_simd<S: Simd>(self, simd: S) -> [PressureSums; 2] {
         let roles = self.faces.roles;
         let origin = splat_vector(simd, &roles.origin);
         let beyond_linear = BeyondLinear::new(simd, roles);
-        let (excess_at_centre, _) = self.kernel.excess_potential(origin);
+        let (perturbation_at_centre, _) = self.kernel.potential_perturbation(origin);
         let zero = Total::zero(simd);
         let (mut force, mut torque) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for cell in self.faces.cells() {
             let n = splat_vector(simd, &cell.normal);
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.faces.nodes, &cell, block);
-                let x = place(y, roles);
-                let (excess, _) = self.kernel.excess_potential(x);
-                let parts = [weight * beyond_linear.at(y, x), weight * (excess - excess_at_centre)];
+                let x = position_from_field(y, roles);
+                let (perturbation, _) = self.kernel.potential_perturbation(x);
+                let parts =
+                    [weight * beyond_linear.at(y, x), weight * (perturbation - perturbation_at_centre)];
                 let lever = cross(y, n);
                 for (part, f) in parts.into_iter().enumerate() {
                     for i in 0..3 {
@@ -156,8 +157,8 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
             }
         }
         [
-            FaceSums { force: total_vector(force[0]), torque: total_vector(torque[0]) },
-            FaceSums { force: total_vector(force[1]), torque: total_vector(torque[1]) },
+            PressureSums { force: total_vector(force[0]), torque: total_vector(torque[0]) },
+            PressureSums { force: total_vector(force[1]), torque: total_vector(torque[1]) },
         ]
     }
 }
@@ -179,9 +180,9 @@ impl<K: FieldKernel> WithSimd for FaceEnergySum<'_, K> {
             let n = splat_vector(simd, &cell.normal);
             for block in blocks::<S>(&cell) {
                 let (y, weight) = points(simd, self.faces.nodes, &cell, block);
-                let x = place(y, roles);
-                let (excess, field) = self.kernel.excess_potential(x);
-                let phi = splat(1.0) / dot(x, x).sqrt() + excess;
+                let x = position_from_field(y, roles);
+                let (perturbation, field) = self.kernel.potential_perturbation(x);
+                let phi = splat(1.0) / dot(x, x).sqrt() + perturbation;
                 let flux = flux(n, x, field.rd, roles);
                 let value = phi * dot(y, n) - splat(0.5) * dot(y, y) * flux;
                 total.add_product(weight, value);

@@ -66,12 +66,12 @@ impl Pair {
     ) -> Result<()> {
         let cost = |k: usize| self.layer(k, reach).map(|degree| (degree, k));
         if let Some((degree, integrated)) = [cost(0), cost(1)].into_iter().flatten().min() {
-            let kept = self.rule.as_ref().filter(|rule| {
+            let reusable = self.rule.as_ref().filter(|rule| {
                 rule.node_kind == NodeKind::Layer
                     && rule.integrated == integrated
                     && (degree..=degree + 2).contains(&rule.degree)
             });
-            let degree = kept.map_or(degree, |rule| rule.degree);
+            let degree = reusable.map_or(degree, |rule| rule.degree);
             return self.adopt(integrated, degree, layer(degree), reach, interrupt);
         }
         self.over_faces(pose, reach, interrupt)
@@ -114,14 +114,14 @@ impl Pair {
         let (mut coarse, mut difference) = (None, f64::INFINITY);
         let mut settled = false;
         while digits + FINER <= MOST_DIGITS {
-            let Some(own) = coarse.or(self.by_cells(integrated, digits, pose, reach, interrupt)?) else {
+            let Some(coarser) = coarse.or(self.by_cells(integrated, digits, pose, reach, interrupt)?) else {
                 break;
             };
             let Some(fine) = self.by_cells(integrated, digits + FINER, pose, reach, interrupt)? else {
                 break;
             };
             let scale = self.natural_force(pose).max(fine.force_on_first.norm());
-            let last = std::mem::replace(&mut difference, self.change(&fine, &own) / scale);
+            let last = std::mem::replace(&mut difference, self.change(&fine, &coarser) / scale);
             settled |= difference >= SETTLED * last;
             let permitted = if settled { CANCELLED } else { AGREEMENT_OVER_FACES };
             if difference <= self.tolerance.max(permitted) {
@@ -140,12 +140,12 @@ impl Pair {
         let why = if difference.is_finite() {
             format!("two rules differ by {difference:.1e}, more than the tolerance {:e}", self.tolerance)
         } else {
-            self.too_many()
+            self.too_many_evaluations()
         };
         Err(self.not_converged(integrated, pose, &why))
     }
 
-    pub(super) fn too_many(&self) -> String {
+    pub(super) fn too_many_evaluations(&self) -> String {
         format!("the tolerance {:e} takes more than {:e} evaluations of a face", self.tolerance, MOST as f64)
     }
 
@@ -171,7 +171,7 @@ impl Pair {
         let Some(faces) = self.faces(rule, &roles, &Self::ALL) else { return Ok(None) };
         let division = faces.energy_cells().divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
         let Some(Division { begins, .. }) = division else {
-            return Err(self.not_converged(rule.integrated, pose, &self.too_many()));
+            return Err(self.not_converged(rule.integrated, pose, &self.too_many_evaluations()));
         };
         let starts = [0].into_iter().chain(begins.iter().copied());
         let ends = begins.iter().copied().chain([usize::MAX]);
@@ -218,20 +218,21 @@ impl Pair {
     }
 
     /// Returns the force of two points at this separation, or where the circumscribed spheres overlap, at the
-    /// sum of their radii. The bodies' own force may vanish by symmetry, as at the centre of a ring, while the
-    /// terms of its sum do not.
+    /// sum of their radii. The bodies' own force may vanish by symmetry, as at the centre of a ring, while
+    /// the terms of its sum do not.
     fn natural_force(&self, pose: &Pose) -> f64 {
         let touching: f64 = self.bodies.iter().map(|body| body.shape.circumradius()).sum();
         pose.separation.norm().max(touching).powi(-2)
     }
 
-    /// Returns the largest difference of two evaluations: of the force, or of a torque over its body's radius.
-    pub(super) fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
+    /// Returns the largest difference of two evaluations: of the force, or of a torque over its body's
+    /// radius.
+    pub(super) fn change(&self, reference: &Interaction, other: &Interaction) -> f64 {
         let torque =
             |a: &Vec3, b: &Vec3, body: usize| (a - b).norm() / self.bodies[body].shape.circumradius();
-        let change = (one.force_on_first - other.force_on_first).norm();
-        change.max(torque(&one.torque_first, &other.torque_first, 0)).max(torque(
-            &one.torque_second,
+        let change = (reference.force_on_first - other.force_on_first).norm();
+        change.max(torque(&reference.torque_first, &other.torque_first, 0)).max(torque(
+            &reference.torque_second,
             &other.torque_second,
             1,
         ))

@@ -14,7 +14,7 @@ use super::face_gradient::{self, FaceSums};
 use super::faces::Faces;
 use super::faceted::{FINER, MOST, MOST_DIGITS};
 use super::gradient::CanonicalJacobian;
-use super::jacobian::Turns;
+use super::jacobian::FrameRotations;
 use super::rule::{FacetedRules, Kernel, Rule};
 use super::store::NodeKind;
 use super::{Balance, Interaction, Jacobian, Pair, Pose, Roles, ShapeDerivatives, means, sampled};
@@ -39,20 +39,20 @@ impl Pair {
         lengths: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let before = self.faceted_rules.take();
-        let Some(own) = self.rule.clone() else { return Ok(()) };
+        let previous_rules = self.faceted_rules.take();
+        let Some(rule_in_use) = self.rule.clone() else { return Ok(()) };
         let pose = self.scaled(pose);
-        let of_pose = self.rule_for_derivatives(own.clone(), &pose, interrupt)?;
-        let round = self.bodies[own.integrated].ellipsoid().is_some();
+        let of_pose = self.rule_for_derivatives(rule_in_use.clone(), &pose, interrupt)?;
+        let round = self.bodies[rule_in_use.integrated].ellipsoid().is_some();
         let of_lengths = if lengths && round {
             // The choice of the rules keeps the tables of those before.
-            self.rule = before.and_then(|rules| rules.lengths);
+            self.rule = previous_rules.and_then(|rules| rules.lengths);
             let reach = self
                 .rule
                 .as_ref()
                 .map_or(pose.separation.norm(), |rule| rule.valid_from / super::choice::MARGIN);
             let chosen = self.prepare_over_polyhedron(&pose, reach.min(pose.separation.norm()), interrupt);
-            let rule = self.rule.replace(own);
+            let rule = self.rule.replace(rule_in_use);
             chosen?;
             rule.map(|rule| self.rule_for_derivatives(rule, &pose, interrupt)).transpose()?
         } else {
@@ -76,17 +76,17 @@ impl Pair {
         let (mut coarse, mut difference) = (None, f64::INFINITY);
         let mut digits = rule.degree;
         while digits + FINER <= MOST_DIGITS {
-            let own = match coarse.take() {
-                Some(own) => Some(own),
+            let coarser = match coarse.take() {
+                Some(coarser) => Some(coarser),
                 None => self.over_cells(&mut rule, digits, &roles, interrupt)?,
             };
-            let Some(own) = own else { break };
-            let kept = (rule.points, rule.begins.clone());
+            let Some(coarser) = coarser else { break };
+            let saved = (rule.points, rule.begins.clone());
             let Some(fine) = self.over_cells(&mut rule, digits + FINER, &roles, interrupt)? else { break };
-            difference = self.difference_of_jacobians(rule.integrated, &fine, &own);
+            difference = self.difference_of_jacobians(rule.integrated, &fine, &coarser);
             if difference <= self.tolerance.max(AGREEMENT_OF_DERIVATIVES) {
                 rule.order = Order { gauss: digits, angles: digits };
-                (rule.points, rule.begins) = kept;
+                (rule.points, rule.begins) = saved;
                 return Ok(rule);
             }
             coarse = Some(fine);
@@ -99,7 +99,7 @@ impl Pair {
                  {tolerance:e}"
             )
         } else {
-            self.too_many()
+            self.too_many_evaluations()
         };
         Err(self.not_converged(rule.integrated, pose, &why))
     }
@@ -130,24 +130,24 @@ impl Pair {
     fn difference_of_jacobians(
         &self,
         integrated: usize,
-        one: &CanonicalJacobian,
+        reference: &CanonicalJacobian,
         other: &CanonicalJacobian,
     ) -> f64 {
         let [set, field] = [integrated, 1 - integrated].map(|k| self.bodies[k].shape.circumradius());
         // A point has no radius, and no torque.
         let over = |value: f64, radius: f64| if radius > 0.0 { value / radius } else { 0.0 };
         let by = |a: &Mat3, b: &Mat3| (a - b).norm();
-        let grown = [&one.by_scale, &other.by_scale];
+        let grown = [&reference.by_scale, &other.by_scale];
         let all = [
-            by(&one.force_by_position, &other.force_by_position),
-            over(by(&one.force_by_rotation, &other.force_by_rotation), set),
-            over(over(by(&one.torque_by_rotation, &other.torque_by_rotation), set), set),
-            over(by(&one.field_by_position, &other.field_by_position), field),
-            over(over(by(&one.field_by_rotation, &other.field_by_rotation), field), set),
+            by(&reference.force_by_position, &other.force_by_position),
+            over(by(&reference.force_by_rotation, &other.force_by_rotation), set),
+            over(over(by(&reference.torque_by_rotation, &other.torque_by_rotation), set), set),
+            over(by(&reference.field_by_position, &other.field_by_position), field),
+            over(over(by(&reference.field_by_rotation, &other.field_by_rotation), field), set),
             over((grown[0].force - grown[1].force).norm(), set),
             over(over((grown[0].torque - grown[1].torque).norm(), set), set),
         ];
-        all.into_iter().fold(0.0, f64::max) / one.force_by_position.norm()
+        all.into_iter().fold(0.0, f64::max) / reference.force_by_position.norm()
     }
 
     /// Returns the derivatives of force and torques with respect to the pose, after
@@ -172,10 +172,12 @@ impl Pair {
         let [field, set] = self.field_and_set(rule);
         if let Some(faces) = self.faces(rule, roles, &Self::ALL) {
             let mut sums = FaceSums::default();
-            self.each_piece(rule, interrupt, |range| {
+            self.for_each_piece(rule, interrupt, |range| {
                 let faces = Faces { range: &range, ..faces };
                 sums += match &rule.kernel {
-                    Kernel::Far(cut) => face_gradient::sums(field.series.cut(*cut), faces),
+                    Kernel::Far(truncation) => {
+                        face_gradient::sums(field.series.truncated(*truncation), faces)
+                    }
                     Kernel::Near(near) => face_gradient::sums(*near, faces),
                     Kernel::Facets | Kernel::Layer(_) => face_gradient::sums_beside_polyhedron(faces, rule),
                 };
@@ -183,15 +185,19 @@ impl Pair {
             return Ok(sums.jacobian(roles));
         }
         match &rule.kernel {
-            Kernel::Far(cut) => {
-                Ok(self.canonical_jacobian(field.series.cut(*cut), rule.node_kind, &rule.nodes, set, roles))
-            }
+            Kernel::Far(truncation) => Ok(self.canonical_jacobian(
+                field.series.truncated(*truncation),
+                rule.node_kind,
+                &rule.nodes,
+                set,
+                roles,
+            )),
             Kernel::Near(near) => Ok(self.canonical_jacobian(*near, rule.node_kind, &rule.nodes, set, roles)),
             Kernel::Facets | Kernel::Layer(_) => {
                 let mut canonical = CanonicalJacobian::default();
-                self.each_piece(rule, interrupt, |range| {
+                self.for_each_piece(rule, interrupt, |range| {
                     for k in range.start..range.end.min(rule.nodes.len()) {
-                        let z = roles.turn * sampled::vector(&rule.nodes.points, k);
+                        let z = roles.rotation * sampled::vector(&rule.nodes.points, k);
                         let x = roles.origin + z;
                         let (g, h) = sampled::gradient(self.arch, field, &rule.kernel, &x);
                         canonical.add_point(rule.nodes.weights[k], &x, &z, &g, &h);
@@ -203,7 +209,7 @@ impl Pair {
     }
 
     /// Calls a function for each piece of a rule, with an interrupt check before each. Allocates nothing.
-    fn each_piece(
+    fn for_each_piece(
         &self,
         rule: &Rule,
         interrupt: &mut InterruptCheck,
@@ -211,10 +217,10 @@ impl Pair {
     ) -> Result<()> {
         /// The cost of potential, field and gradient in units of the cost of the potential.
         const GRADIENT: usize = 2;
-        let each = GRADIENT * self.work_of_node(rule);
+        let work_per_node = GRADIENT * self.work_of_node(rule);
         if rule.node_kind == NodeKind::Faces {
             let pieces = rule.begins.len() + 1;
-            let work = (rule.points * each / pieces) as u64;
+            let work = (rule.points * work_per_node / pieces) as u64;
             for piece in 0..pieces {
                 let begin = if piece == 0 { 0 } else { rule.begins[piece - 1] };
                 let end = rule.begins.get(piece).copied().unwrap_or(usize::MAX);
@@ -223,9 +229,9 @@ impl Pair {
             }
             return Ok(());
         }
-        let length = (UNITS as usize / each).max(1);
+        let length = (UNITS as usize / work_per_node).max(1);
         for begin in (0..rule.nodes.len()).step_by(length) {
-            interrupt.charge((length * each) as u64, 0.0)?;
+            interrupt.charge((length * work_per_node) as u64, 0.0)?;
             run(begin..begin + length);
         }
         Ok(())
@@ -245,8 +251,8 @@ impl Pair {
         let roles = self.roles(rule.integrated, pose);
         let canonical = self.canonical_by_rule(rule, &roles, interrupt)?;
         let bodies = self.field_and_set(rule);
-        let turns = Turns::new(rule.integrated, pose, &roles, bodies);
-        let own = turns.in_bodies(&canonical.by_scale);
+        let frame_rotations = FrameRotations::new(rule.integrated, pose, &roles, bodies);
+        let by_scale = frame_rotations.in_bodies(&canonical.by_scale);
         let jacobian = Jacobian::from_canonical(&canonical, rule.integrated, pose, &roles, bodies);
         let by_separation = |block: &Mat3| block * pose.separation;
         let loads = &jacobian.loads;
@@ -254,11 +260,11 @@ impl Pair {
         let other = Interaction {
             force_on_first: -2.0 * loads.force_on_first
                 - by_separation(&jacobian.force_by_separation)
-                - own.force_on_first,
-            torque_first: -(loads.torque_first + by_separation(first) + own.torque_first),
-            torque_second: -(loads.torque_second + by_separation(second) + own.torque_second),
+                - by_scale.force_on_first,
+            torque_first: -(loads.torque_first + by_separation(first) + by_scale.torque_first),
+            torque_second: -(loads.torque_second + by_separation(second) + by_scale.torque_second),
         };
-        for (body, loads) in [(rule.integrated, own), (1 - rule.integrated, other)] {
+        for (body, loads) in [(rule.integrated, by_scale), (1 - rule.integrated, other)] {
             if self.bodies[body].polyhedron().is_some() {
                 out.scale[body] = self.loads_in_unit(&loads, 0);
             }
@@ -268,13 +274,17 @@ impl Pair {
         if field.ellipsoid().is_some() {
             let roles = self.roles(rule.integrated, pose);
             let balances = match &rule.kernel {
-                Kernel::Far(cut) => self.by_field_axes(field.series.cut(*cut), rule, &roles, interrupt)?,
+                Kernel::Far(truncation) => {
+                    self.by_field_axes(field.series.truncated(*truncation), rule, &roles, interrupt)?
+                }
                 Kernel::Near(near) => self.by_field_axes(*near, rule, &roles, interrupt)?,
                 Kernel::Facets | Kernel::Layer(_) => return Ok(out),
             };
-            let turns = Turns::new(rule.integrated, pose, &roles, self.field_and_set(rule));
+            let frame_rotations =
+                FrameRotations::new(rule.integrated, pose, &roles, self.field_and_set(rule));
             for (axis, row) in field.rows_of_axes().into_iter().enumerate() {
-                out.axes[1 - rule.integrated][axis] = self.loads_in_unit(&turns.in_bodies(&balances[row]), 1);
+                out.axes[1 - rule.integrated][axis] =
+                    self.loads_in_unit(&frame_rotations.in_bodies(&balances[row]), 1);
             }
         }
         Ok(out)
@@ -292,14 +302,14 @@ impl Pair {
         let semi_axes = self.bodies[1 - rule.integrated].semi_axes();
         let mut sums = [[Vec3::zeros(); 2]; 3];
         if let Some(faces) = self.faces(rule, roles, &Self::ALL) {
-            self.each_piece(rule, interrupt, |range| {
+            self.for_each_piece(rule, interrupt, |range| {
                 let more = face_gradient::semi_axis_derivatives(kernel, Faces { range: &range, ..faces });
                 sums.iter_mut().flatten().zip(more.iter().flatten()).for_each(|(sum, more)| *sum += more);
             })?;
         } else {
-            let arms = [0, 1, 2].map(|k| roles.turn.column(k).into_owned());
+            let arms = [0, 1, 2].map(|k| roles.rotation.column(k).into_owned());
             let origin = roles.origin;
-            let all = rule.nodes.sum(|nodes| self.arch.dispatch(AxisSum { kernel, nodes, origin, arms }));
+            let all = rule.nodes.sum(|nodes| self.arch.dispatch(NodeAxisSum { kernel, nodes, origin, arms }));
             for (axis, sum) in sums.iter_mut().enumerate() {
                 let mean = |m: usize| all.0[m].row(axis).transpose();
                 *sum = [mean(0), (0..3).map(|k| arms[k].cross(&mean(1 + k))).sum()];
@@ -317,26 +327,26 @@ impl CanonicalJacobian {
     fn add_point(&mut self, weight: f64, x: &Vec3, z: &Vec3, field: &Vec3, gradient: &Mat3) {
         let (g, h) = (field * weight, gradient * weight);
         // These are the derivatives of n = -x cross g.
-        let turning = g.cross_matrix() - cross_times(x, &h);
-        let by_turn = times_cross(&h, z);
+        let torque_gradient = g.cross_matrix() - cross_times(x, &h);
+        let by_rotation = times_cross(&h, z);
         self.balance.force += g;
         self.balance.torque += z.cross(&g);
         self.balance.torque_field -= x.cross(&g);
         self.force_by_position += h;
-        self.force_by_rotation -= by_turn;
+        self.force_by_rotation -= by_rotation;
         self.torque_by_rotation +=
-            z * g.transpose() - Mat3::from_diagonal_element(z.dot(&g)) - cross_times(z, &by_turn);
-        self.field_by_position += turning;
-        self.field_by_rotation -= times_cross(&turning, z);
+            z * g.transpose() - Mat3::from_diagonal_element(z.dot(&g)) - cross_times(z, &by_rotation);
+        self.field_by_position += torque_gradient;
+        self.field_by_rotation -= times_cross(&torque_gradient, z);
         let grown = h * z;
         self.by_scale.force += grown;
         self.by_scale.torque += z.cross(&(g + grown));
-        self.by_scale.torque_field += turning * z;
+        self.by_scale.torque_field += torque_gradient * z;
     }
 }
 
 /// The means of dg_j/da_i over a_i in row i, and the means of these times the coordinates of the nodes.
-struct AxisSum<'a, K> {
+struct NodeAxisSum<'a, K> {
     kernel: K,
     nodes: NodeRange<'a>,
     origin: Vec3,
@@ -351,16 +361,17 @@ impl AddAssign for Means {
     }
 }
 
-impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
+impl<K: FieldKernel> WithSimd for NodeAxisSum<'_, K> {
     type Output = Means;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Means {
-        let place: means::NodePositions<S, 3, 2> = means::NodePositions::new(simd, &self.origin, &self.arms);
+        let positions: means::NodePositions<S, 3, 2> =
+            means::NodePositions::new(simd, &self.origin, &self.arms);
         let mut totals = [[[Total::zero(simd); 3]; 3]; 4];
         for register in 0..self.nodes.weights.len() / (2 * S::F64_LANES) {
             let (y, weight): ([Lanes<S, 2>; 3], _) = means::load(simd, &self.nodes, 2 * register);
-            let x = place.of(y);
+            let x = positions.of(y);
             let (field, second) = self.kernel.second_integrals(x);
             let rows = field.semi_axis_derivatives(x, field.gradient_factors(x), second);
             let shares = [weight, weight * y[0], weight * y[1], weight * y[2]];

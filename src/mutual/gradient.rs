@@ -21,7 +21,7 @@ use super::{Balance, Roles};
 use crate::gravity::{FieldKernel, PointField};
 use crate::math::lanes::{Lanes, Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
-use crate::math::rotation::turned;
+use crate::math::rotation::rotate;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
@@ -60,7 +60,7 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
     node_scales: [f64; D],
     roles: &Roles,
 ) -> CanonicalJacobian {
-    let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
+    let axes: [Vec3; D] = std::array::from_fn(|k| roles.rotation.column(k) * node_scales[k]);
     let origin = roles.origin;
     let sums = nodes
         .sum(|nodes| arch.dispatch(GradientSum::<_, D, M>(NodesInField { kernel, nodes, origin, axes })));
@@ -76,17 +76,17 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
         jacobian.balance.torque += axes[k].cross(attraction);
         jacobian.force_by_rotation -= times_cross(&sums.gradient[1 + k], &axes[k]);
         jacobian.field_by_rotation -= times_cross(&sums.torque_gradient[1 + k], &axes[k]);
-        jacobian.by_scale.force += turned(&sums.gradient[1 + k], &axes[k]);
-        jacobian.by_scale.torque_field += turned(&sums.torque_gradient[1 + k], &axes[k]);
+        jacobian.by_scale.force += rotate(&sums.gradient[1 + k], &axes[k]);
+        jacobian.by_scale.torque_field += rotate(&sums.torque_gradient[1 + k], &axes[k]);
         // This is the term (alpha x e) x g.
         jacobian.torque_by_rotation +=
             axes[k] * attraction.transpose() - Mat3::from_diagonal_element(axes[k].dot(attraction));
         for l in k..D {
             let product = times_cross(&cross_times(&axes[k], &sums.gradient[second]), &axes[l]);
             jacobian.torque_by_rotation -= if l == k { product } else { product + product.transpose() };
-            jacobian.by_scale.torque += axes[k].cross(&turned(&sums.gradient[second], &axes[l]));
+            jacobian.by_scale.torque += axes[k].cross(&rotate(&sums.gradient[second], &axes[l]));
             if l > k {
-                jacobian.by_scale.torque += axes[l].cross(&turned(&sums.gradient[second], &axes[k]));
+                jacobian.by_scale.torque += axes[l].cross(&rotate(&sums.gradient[second], &axes[k]));
             }
             second += 1;
         }
@@ -196,9 +196,9 @@ impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
         sum: &NodesInField<'_, K, D>,
         register: usize,
     ) {
-        let place: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
+        let positions: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
-        let x = place.of(y);
+        let x = positions.of(y);
         let field = sum.kernel.field(x);
         let (n, f) = field.gradient_factors(x);
         let gradient = gradient(&field, (n, f));

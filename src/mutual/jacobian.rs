@@ -10,7 +10,7 @@ use crate::gravity::FieldKernel;
 use crate::interrupt::InterruptCheck;
 use crate::math::Mat3;
 use crate::math::matrix::{times, times_cross, times_transposed, transposed_times};
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::quadrature::Nodes;
 
 /// Derivatives of force and torques of a pair, per unit G m_first m_second.
@@ -60,11 +60,11 @@ impl Jacobian {
         bodies: [&PartGravity; 2],
     ) -> Self {
         let s = canonical;
-        let turns = Turns::new(integrated, pose, roles, bodies);
-        let Turns { of_set, of_field, to_inertial, .. } = &turns;
-        let sign = if turns.first { 1.0 } else { -1.0 };
-        let loads = turns.in_bodies(&s.balance);
-        let torque_set = if turns.first { loads.torque_first } else { loads.torque_second };
+        let frame_rotations = FrameRotations::new(integrated, pose, roles, bodies);
+        let FrameRotations { of_set, of_field, to_inertial, .. } = &frame_rotations;
+        let sign = if frame_rotations.first { 1.0 } else { -1.0 };
+        let loads = frame_rotations.in_bodies(&s.balance);
+        let torque_set = if frame_rotations.first { loads.torque_first } else { loads.torque_second };
         // The position is the separation for the second body in the field of the first, and minus the
         // separation otherwise.
         let by_separation = |slope: &Mat3| times_transposed(slope, to_inertial) * -sign;
@@ -119,7 +119,7 @@ impl Jacobian {
 /// The rotations from the frames of the bodies into the field body's canonical frame, and from there into the
 /// inertial frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Turns {
+pub(super) struct FrameRotations {
     pub of_set: Mat3,
     pub of_field: Mat3,
     pub to_inertial: Mat3,
@@ -127,12 +127,12 @@ pub(super) struct Turns {
     pub first: bool,
 }
 
-impl Turns {
+impl FrameRotations {
     pub fn new(integrated: usize, pose: &Pose, roles: &Roles, [field, set]: [&PartGravity; 2]) -> Self {
         let first = integrated == 0;
         let rotation = if first { &pose.rotation_second } else { &pose.rotation_first };
         Self {
-            of_set: times(&roles.turn, &set.canonical),
+            of_set: times(&roles.rotation, &set.canonical),
             of_field: field.canonical,
             to_inertial: times_transposed(rotation, &field.canonical),
             first,
@@ -142,9 +142,9 @@ impl Turns {
     /// Converts loads in the field body's canonical frame to those of the first and the second body.
     #[inline(always)]
     pub fn in_bodies(&self, balance: &Balance) -> Interaction {
-        let force = turned(&self.to_inertial, &balance.force);
-        let torque_field = turned_back(&self.of_field, &balance.torque_field);
-        let torque_set = turned_back(&self.of_set, &balance.torque);
+        let force = rotate(&self.to_inertial, &balance.force);
+        let torque_field = rotate_back(&self.of_field, &balance.torque_field);
+        let torque_set = rotate_back(&self.of_set, &balance.torque);
         if self.first {
             return Interaction {
                 force_on_first: force,
@@ -194,14 +194,14 @@ impl Pair {
             _ if set.focal_axes()[0] > 0.0 => NodeKind::FocalEllipse(0.0),
             _ => NodeKind::Centre,
         };
-        let (own, degree) = (rule.nodes.clone(), rule.degree);
-        let mut nodes = |wanted| {
-            let nodes = if wanted == node_kind {
-                own.clone()
+        let (nodes_in_use, degree) = (rule.nodes.clone(), rule.degree);
+        let mut nodes = |kind| {
+            let nodes = if kind == node_kind {
+                nodes_in_use.clone()
             } else {
-                self.nodes.get(order_for(wanted, [degree; 2]), wanted, set, self.arch, interrupt)?
+                self.nodes.get(order_for(kind, [degree; 2]), kind, set, self.arch, interrupt)?
             };
-            Ok(Some(GradientNodes { integrated, order, node_kind: wanted, nodes }))
+            Ok(Some(GradientNodes { integrated, order, node_kind: kind, nodes }))
         };
         (self.gradient_nodes, self.axis_nodes) = (nodes(smooth)?, nodes(flat)?);
         Ok(())
@@ -232,9 +232,13 @@ impl Pair {
         let roles = self.roles(rule.integrated, pose);
         let canonical = match &rule.kernel {
             Kernel::Near(near) => self.canonical_jacobian(*near, nodes.node_kind, &nodes.nodes, set, &roles),
-            Kernel::Far(cut) => {
-                self.canonical_jacobian(field.series.cut(*cut), nodes.node_kind, &nodes.nodes, set, &roles)
-            }
+            Kernel::Far(truncation) => self.canonical_jacobian(
+                field.series.truncated(*truncation),
+                nodes.node_kind,
+                &nodes.nodes,
+                set,
+                &roles,
+            ),
             // Kernels of polyhedra were handled above, by [`Pair::is_faceted`].
             Kernel::Facets | Kernel::Layer(_) => return Jacobian::monopole(pose),
         };

@@ -3,7 +3,7 @@
 use super::{Interaction, Jacobian, Method, Pair, PartGravity, Pose, ShapeDerivatives, Store};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Order;
 use crate::shape::{Body, Part, PartDerivative, Placement, Shape};
@@ -33,7 +33,7 @@ struct PartOffsets {
     parts: [usize; 2],
     /// The product of the parts' shares of the masses of their bodies.
     share: f64,
-    places: [Option<Placement>; 2],
+    placements: [Option<Placement>; 2],
 }
 
 /// The predicted motion of two bodies in the time for which a rule is chosen.
@@ -42,7 +42,7 @@ pub struct PredictedMotion {
     /// The least separation of their centres.
     pub reach: f64,
     /// The angle by which each body rotates, in rad.
-    pub turns: [f64; 2],
+    pub rotation_angles: [f64; 2],
     /// The factor by which the bodies would have to grow to touch; infinite where it is not known.
     pub growth: f64,
 }
@@ -85,14 +85,14 @@ impl Link {
         let [first, second] = [0, 1].map(|k| &bodies[k].parts()[parts[k]]);
         let gravity =
             [gravity(bodies[0], parts[0], first, store), gravity(bodies[1], parts[1], second, store)];
-        if first.place.is_none() && second.place.is_none() {
+        if first.placement.is_none() && second.placement.is_none() {
             return Self { pair: pair(gravity, tolerance), offsets: None, inverse_masses };
         }
         // The forces of voids and of the matter around them cancel, but their errors do not.
         let terms = bodies.map(|body| body.mass_without_signs() / body.mass);
         let tolerance = (tolerance / (terms[0] * terms[1])).max(tolerance.min(LEAST_TOLERANCE));
         let share = (first.mass / bodies[0].mass) * (second.mass / bodies[1].mass);
-        let offsets = Box::new(PartOffsets { parts, share, places: [first.place, second.place] });
+        let offsets = Box::new(PartOffsets { parts, share, placements: [first.placement, second.placement] });
         Self { pair: pair(gravity, tolerance), offsets: Some(offsets), inverse_masses }
     }
 
@@ -104,20 +104,20 @@ impl Link {
         predicted: Option<&PredictedMotion>,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let own = self.pose(pose);
-        let closing = predicted.map_or(0.0, |predicted| self.closing(pose, &own, predicted));
-        self.pair.prepare(&own, closing, interrupt)
+        let part_pose = self.pose(pose);
+        let closing = predicted.map_or(0.0, |predicted| self.closing(pose, &part_pose, predicted));
+        self.pair.prepare(&part_pose, closing, interrupt)
     }
 
     /// Returns the share of the parts' separation that may close without overlap.
-    fn closing(&self, pose: &Pose, own: &Pose, predicted: &PredictedMotion) -> f64 {
-        let distance = own.separation.norm();
+    fn closing(&self, pose: &Pose, part_pose: &Pose, predicted: &PredictedMotion) -> f64 {
+        let distance = part_pose.separation.norm();
         let (mut reach, mut growth) = (predicted.reach, predicted.growth);
         if let Some(offsets) = &self.offsets {
             // A chord is at most as long as its arc, and at most two radii long.
             let swing = |body: usize| {
-                predicted.turns[body].min(2.0)
-                    * offsets.places[body].map_or(0.0, |place| place.position.norm())
+                predicted.rotation_angles[body].min(2.0)
+                    * offsets.placements[body].map_or(0.0, |placement| placement.position.norm())
             };
             reach = distance - (pose.separation.norm() - predicted.reach) - swing(0) - swing(1);
             growth = f64::INFINITY;
@@ -127,7 +127,7 @@ impl Link {
         } else if growth.is_finite() {
             1.0 / growth
         } else {
-            1.0 / self.pair.growth(own)
+            1.0 / self.pair.growth(part_pose)
         };
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }
@@ -284,42 +284,42 @@ impl PartOffsets {
     #[inline(never)]
     fn separation(&self, pose: &Pose) -> Vec3 {
         let mut separation = pose.separation;
-        if let Some(place) = &self.places[0] {
-            separation -= turned(&pose.rotation_first, &place.position);
+        if let Some(placement) = &self.placements[0] {
+            separation -= rotate(&pose.rotation_first, &placement.position);
         }
-        if let Some(place) = &self.places[1] {
-            separation += turned(&pose.rotation_second, &place.position);
+        if let Some(placement) = &self.placements[1] {
+            separation += rotate(&pose.rotation_second, &placement.position);
         }
         separation
     }
 
     #[inline]
     fn pose(&self, pose: &Pose) -> Pose {
-        let mut own = Pose { separation: self.separation(pose), ..*pose };
-        if let Some(place) = &self.places[0] {
-            own.rotation_first *= place.rotation;
+        let mut part_pose = Pose { separation: self.separation(pose), ..*pose };
+        if let Some(placement) = &self.placements[0] {
+            part_pose.rotation_first *= placement.rotation;
         }
-        if let Some(place) = &self.places[1] {
-            own.rotation_second *= place.rotation;
+        if let Some(placement) = &self.placements[1] {
+            part_pose.rotation_second *= placement.rotation;
         }
-        own
+        part_pose
     }
 
     /// Converts loads about the parts' centres to those about the bodies' centres, in the bodies' frames.
     #[inline]
     fn about_centres(&self, pose: &Pose, parts: Interaction) -> Interaction {
         let force = parts.force_on_first * self.share;
-        let about = |place: &Option<Placement>, rotation, torque: Vec3, force: Vec3| match place {
+        let about = |placement: &Option<Placement>, rotation, torque: Vec3, force: Vec3| match placement {
             None => torque * self.share,
-            Some(place) => {
-                turned(&place.rotation, &torque) * self.share
-                    + place.position.cross(&turned_back(rotation, &force))
+            Some(placement) => {
+                rotate(&placement.rotation, &torque) * self.share
+                    + placement.position.cross(&rotate_back(rotation, &force))
             }
         };
         Interaction {
             force_on_first: force,
-            torque_first: about(&self.places[0], &pose.rotation_first, parts.torque_first, force),
-            torque_second: about(&self.places[1], &pose.rotation_second, parts.torque_second, -force),
+            torque_first: about(&self.placements[0], &pose.rotation_first, parts.torque_first, force),
+            torque_second: about(&self.placements[1], &pose.rotation_second, parts.torque_second, -force),
         }
     }
 }
@@ -330,32 +330,36 @@ impl PartOffsets {
     fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let signs = [1.0, -1.0];
-        let turn = [0, 1].map(|i| self.places[i].map_or(Mat3::identity(), |place| place.rotation));
-        let lever =
-            [0, 1].map(|i| self.places[i].map_or(Mat3::zeros(), |place| place.position.cross_matrix()));
+        let part_rotations =
+            [0, 1].map(|i| self.placements[i].map_or(Mat3::identity(), |placement| placement.rotation));
+        let lever = [0, 1]
+            .map(|i| self.placements[i].map_or(Mat3::zeros(), |placement| placement.position.cross_matrix()));
         let k = &parts.force_by_separation;
         let force = parts.loads.force_on_first;
         let moved = [0, 1].map(|i| rotations[i] * lever[i] * signs[i]);
-        let by_turn =
-            [0, 1].map(|i| k * moved[i] - parts.torque_by_separation[i].transpose() * turn[i].transpose());
+        let force_by_rotation = [0, 1].map(|i| {
+            k * moved[i] - parts.torque_by_separation[i].transpose() * part_rotations[i].transpose()
+        });
         let by_separation = [0, 1].map(|i| {
-            turn[i] * parts.torque_by_separation[i] + lever[i] * rotations[i].transpose() * k * signs[i]
+            part_rotations[i] * parts.torque_by_separation[i]
+                + lever[i] * rotations[i].transpose() * k * signs[i]
         });
-        let by_own = [0, 1].map(|i| {
-            let own =
-                parts.torque_by_separation[i] * moved[i] + parts.torque_by_rotation[i] * turn[i].transpose();
-            let attraction =
-                (rotations[i].transpose() * force).cross_matrix() + rotations[i].transpose() * by_turn[i];
-            (turn[i] * own + lever[i] * attraction * signs[i]) * self.share
+        let torque_by_rotation = [0, 1].map(|i| {
+            let part_torque_by_rotation = parts.torque_by_separation[i] * moved[i]
+                + parts.torque_by_rotation[i] * part_rotations[i].transpose();
+            let attraction = (rotations[i].transpose() * force).cross_matrix()
+                + rotations[i].transpose() * force_by_rotation[i];
+            (part_rotations[i] * part_torque_by_rotation + lever[i] * attraction * signs[i]) * self.share
         });
-        let other =
-            parts.torque_by_separation[0] * moved[1] + parts.torque_first_by_second * turn[1].transpose();
-        let first_by_second = turn[0] * other + lever[0] * rotations[0].transpose() * by_turn[1];
+        let other = parts.torque_by_separation[0] * moved[1]
+            + parts.torque_first_by_second * part_rotations[1].transpose();
+        let first_by_second =
+            part_rotations[0] * other + lever[0] * rotations[0].transpose() * force_by_rotation[1];
         Jacobian {
             loads: self.about_centres(pose, parts.loads),
             force_by_separation: k * self.share,
             torque_by_separation: by_separation.map(|block| block * self.share),
-            torque_by_rotation: by_own,
+            torque_by_rotation,
             torque_first_by_second: first_by_second * self.share,
         }
     }
@@ -366,39 +370,45 @@ impl PartOffsets {
     /// dP, and the rotation is Q^T phi in the part's own frame, with Q the rotation from there to the body's
     /// frame.
     fn by_part(&self, pose: &Pose, parts: &Jacobian, which: usize, by: &PartDerivative) -> Interaction {
-        let (own, rotation, sign) = match which {
+        let (torque_by_rotation, rotation, sign) = match which {
             0 => (parts.torque_by_rotation[0], &pose.rotation_first, 1.0),
             _ => (parts.torque_by_rotation[1], &pose.rotation_second, -1.0),
         };
         let crossed = parts.torque_first_by_second;
-        let (position, turn) =
-            (by.positions[self.parts[which]], self.places[which].map_or(Mat3::identity(), |p| p.rotation));
+        let (position, part_rotation) = (
+            by.positions[self.parts[which]],
+            self.placements[which].map_or(Mat3::identity(), |p| p.rotation),
+        );
         let mass = if self.parts[which] == by.part { by.relative_mass } else { 0.0 };
-        let step = turned(rotation, &position) * -sign;
-        let spin = turned_back(&turn, &by.turn);
+        let step = rotate(rotation, &position) * -sign;
+        let spin = rotate_back(&part_rotation, &by.rotation_change);
         let [first, second] = &parts.torque_by_separation;
-        let by_turn =
-            if which == 0 { [own * spin, crossed.transpose() * spin] } else { [crossed * spin, own * spin] };
+        let torque_change = if which == 0 {
+            [torque_by_rotation * spin, crossed.transpose() * spin]
+        } else {
+            [crossed * spin, torque_by_rotation * spin]
+        };
         let loads = &parts.loads;
         let changed = Interaction {
             force_on_first: parts.force_by_separation * step
                 - parts.torque_by_separation[which].transpose() * spin
                 + loads.force_on_first * mass,
-            torque_first: first * step + by_turn[0] + loads.torque_first * mass,
-            torque_second: second * step + by_turn[1] + loads.torque_second * mass,
+            torque_first: first * step + torque_change[0] + loads.torque_first * mass,
+            torque_second: second * step + torque_change[1] + loads.torque_second * mass,
         };
         let mut changed = self.about_centres(pose, changed);
-        let force = turned_back(rotation, &(loads.force_on_first * (sign * self.share)));
+        let force = rotate_back(rotation, &(loads.force_on_first * (sign * self.share)));
         let torque = if which == 0 { &mut changed.torque_first } else { &mut changed.torque_second };
-        let own = if which == 0 { &loads.torque_first } else { &loads.torque_second };
-        *torque += by.turn.cross(&turned(&turn, own)) * self.share + position.cross(&force);
+        let part_torque = if which == 0 { &loads.torque_first } else { &loads.torque_second };
+        *torque += by.rotation_change.cross(&rotate(&part_rotation, part_torque)) * self.share
+            + position.cross(&force);
         changed
     }
 }
 
 /// Returns the state-independent part of a part's gravity, with the name for errors.
 fn gravity(body: &Body, index: usize, part: &Part, store: &Arc<Store>) -> PartGravity {
-    if part.place.is_none() {
+    if part.placement.is_none() {
         return PartGravity::new(&body.name, &part.shape, store);
     }
     PartGravity::new(&format!("part {index} of {}", body.name), &part.shape, store)

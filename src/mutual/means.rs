@@ -31,7 +31,7 @@ pub(super) fn force_and_torque<const D: usize>(
     node_scales: [f64; D],
     roles: &Roles,
 ) -> Balance {
-    let axes = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
+    let axes = std::array::from_fn(|k| roles.rotation.column(k) * node_scales[k]);
     let origin = roles.origin;
     let sums =
         nodes.sum(|nodes| arch.dispatch(ForceSum(NodesInField::<_, D> { kernel, nodes, origin, axes })));
@@ -50,7 +50,7 @@ pub(super) fn mean_potential<const D: usize>(
     node_scales: [f64; D],
     roles: &Roles,
 ) -> f64 {
-    let axes = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
+    let axes = std::array::from_fn(|k| roles.rotation.column(k) * node_scales[k]);
     let origin = roles.origin;
     nodes.sum(|nodes| arch.dispatch(PotentialSum(NodesInField::<_, D> { kernel, nodes, origin, axes })))
 }
@@ -128,9 +128,9 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
         sum: &NodesInField<'_, K, D>,
         register: usize,
     ) {
-        let place: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
+        let positions: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
-        let x = place.of(y);
+        let x = positions.of(y);
         let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
         for i in 0..3 {
@@ -156,10 +156,10 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
         let [u, v, w] = nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, nodes.weights);
-        let place: NodePositions<S, D> = NodePositions::new(simd, &origin, &axes);
+        let positions: NodePositions<S, D> = NodePositions::new(simd, &origin, &axes);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
-            sum.add_product(weight, kernel.potential(place.of([u, v, w])));
+            sum.add_product(weight, kernel.potential(positions.of([u, v, w])));
         }
         sum.value()
     }

@@ -92,7 +92,7 @@ struct Roles {
     /// The vector from the field body's centre to the other's.
     origin: Vec3,
     /// The rotation from the other body's canonical frame into that of the field body.
-    turn: Mat3,
+    rotation: Mat3,
 }
 
 /// The results of a quadrature, in the field body's canonical frame, per unit G m m.

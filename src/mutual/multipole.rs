@@ -16,13 +16,13 @@ use crate::math::monomials::{add, count, offset, rows};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 
-/// Runs a method of [`Cut`] for arrays of the size that half the degree requires.
+/// Runs a method of [`SizedExpansion`] for arrays of the size that half the degree requires.
 macro_rules! sized {
     ($half:expr, $method:ident($($argument:expr),*)) => {
         match $half {
-            0 | 1 => Cut::<1, 2, { count(2) }, { offset(4) }>::$method($($argument),*),
-            2 => Cut::<2, 3, { count(4) }, { offset(6) }>::$method($($argument),*),
-            _ => Cut::<3, 4, { count(6) }, { offset(8) }>::$method($($argument),*),
+            0 | 1 => SizedExpansion::<1, 2, { count(2) }, { offset(4) }>::$method($($argument),*),
+            2 => SizedExpansion::<2, 3, { count(4) }, { offset(6) }>::$method($($argument),*),
+            _ => SizedExpansion::<3, 4, { count(6) }, { offset(8) }>::$method($($argument),*),
         }
     };
 }
@@ -35,8 +35,8 @@ pub struct Multipole {
 }
 
 impl Multipole {
-    /// Prepares the expansion of ellipsoids or points to a total degree of 2 or 4; `None` for other shapes and
-    /// degrees.
+    /// Prepares the expansion of ellipsoids or points to a total degree of 2 or 4; `None` for other shapes
+    /// and degrees.
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Option<Self> {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
         let other = |shape: &&Shape| matches!(shape, Shape::Polyhedron(_) | Shape::Stokes(_));
@@ -90,10 +90,10 @@ impl Multipole {
 
 /// The expansion to half-degree `HALF`. `TERMS` is HALF + 1, `MONOMIALS` the number of monomials of degree 2
 /// HALF, and `DERIVATIVES` the number of partial derivatives up to degree 2 HALF + 1.
-struct Cut<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>;
+struct SizedExpansion<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>;
 
 impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>
-    Cut<HALF, TERMS, MONOMIALS, DERIVATIVES>
+    SizedExpansion<HALF, TERMS, MONOMIALS, DERIVATIVES>
 {
     /// Returns the gradient of U and the torques, inertial.
     fn forces(spreads: &[Mat3; 2], x: &Vec3) -> (Vec3, [Vec3; 2]) {
@@ -217,7 +217,7 @@ fn times_quadratic<const MONOMIALS: usize>(
     let mut out = [0.0; MONOMIALS];
     for row in rows(degree) {
         for k in row.monomials() {
-            for (q, raised) in form.iter().zip(row.times_two(k)) {
+            for (q, raised) in form.iter().zip(row.raised_twice(k)) {
                 out[raised] += p[k] * q;
             }
         }

@@ -12,7 +12,7 @@ use crate::gravity::FieldKernel;
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::Vec3;
 use crate::math::matrix::times;
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::quadrature::{Cell, Degrees, Order};
 use crate::shape::{Shape, growth};
 use pulp::Arch;
@@ -151,7 +151,7 @@ impl Pair {
         };
         let begin = move |k: usize| match k.checked_sub(1) {
             None => 0,
-            Some(before) => begins.get(before).copied().unwrap_or(length.saturating_mul(k)),
+            Some(previous) => begins.get(previous).copied().unwrap_or(length.saturating_mul(k)),
         };
         (0..count).map(move |k| begin(k)..begin(k + 1))
     }
@@ -260,7 +260,9 @@ impl Pair {
                 let field = &self.bodies[1 - rule.integrated];
                 let roles = self.roles(rule.integrated, &pose);
                 match &rule.kernel {
-                    Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, &roles, nodes),
+                    Kernel::Far(truncation) => {
+                        self.potential(field.series.truncated(*truncation), rule, &roles, nodes)
+                    }
                     Kernel::Near(near) => self.potential(*near, rule, &roles, nodes),
                     Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles, &nodes) {
                         Some(faces) => sampled::mutual_potential_over(faces, rule),
@@ -305,7 +307,7 @@ impl Pair {
         let [field, set] = self.field_and_set(rule);
         let roles = self.roles(rule.integrated, pose);
         let balance = match &rule.kernel {
-            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, &roles, nodes),
+            Kernel::Far(truncation) => self.balance(field.series.truncated(*truncation), rule, &roles, nodes),
             Kernel::Near(near) => self.balance(*near, rule, &roles, nodes),
             Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles, &nodes) {
                 Some(faces) => sampled::force_and_torque_over(faces, rule),
@@ -313,16 +315,16 @@ impl Pair {
             },
         };
         let torque_field = field.in_body(balance.torque_field);
-        let torque_set = set.in_body(turned_back(&roles.turn, &balance.torque));
+        let torque_set = set.in_body(rotate_back(&roles.rotation, &balance.torque));
         let force = field.in_body(balance.force);
         match rule.integrated {
             0 => Interaction {
-                force_on_first: turned(&pose.rotation_second, &force),
+                force_on_first: rotate(&pose.rotation_second, &force),
                 torque_first: torque_set,
                 torque_second: torque_field,
             },
             _ => Interaction {
-                force_on_first: turned(&pose.rotation_first, &-force),
+                force_on_first: rotate(&pose.rotation_first, &-force),
                 torque_first: torque_field,
                 torque_second: torque_set,
             },
@@ -387,8 +389,8 @@ impl Pair {
         };
         let to_field = field.to_canonical(rotation_field.transpose());
         Roles {
-            origin: turned(&to_field, &separation),
-            turn: set.out_of_canonical(times(&to_field, rotation_set)),
+            origin: rotate(&to_field, &separation),
+            rotation: set.out_of_canonical(times(&to_field, rotation_set)),
         }
     }
 }

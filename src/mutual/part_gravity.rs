@@ -4,7 +4,7 @@ use super::Store;
 use crate::error::{Error, Result};
 use crate::gravity::{Facets, FarSeries, Layer};
 use crate::interrupt::InterruptCheck;
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::focal_distance;
 use crate::shape::{Ellipsoid, Polyhedron, Shape};
@@ -51,19 +51,19 @@ impl PartGravity {
     /// Rotates a vector from the canonical frame into the body frame.
     #[inline(always)]
     pub(super) fn in_body(&self, v: Vec3) -> Vec3 {
-        if self.sorted { v } else { turned_back(&self.canonical, &v) }
+        if self.sorted { v } else { rotate_back(&self.canonical, &v) }
     }
 
     /// Converts a rotation into the body frame to a rotation into the canonical frame.
     #[inline(always)]
-    pub(super) fn to_canonical(&self, turn: Mat3) -> Mat3 {
-        if self.sorted { turn } else { self.canonical * turn }
+    pub(super) fn to_canonical(&self, rotation: Mat3) -> Mat3 {
+        if self.sorted { rotation } else { self.canonical * rotation }
     }
 
     /// Converts a rotation that starts in the body frame to one that starts in the canonical frame.
     #[inline(always)]
-    pub(super) fn out_of_canonical(&self, turn: Mat3) -> Mat3 {
-        if self.sorted { turn } else { turn * self.canonical.transpose() }
+    pub(super) fn out_of_canonical(&self, rotation: Mat3) -> Mat3 {
+        if self.sorted { rotation } else { rotation * self.canonical.transpose() }
     }
 
     pub(super) fn polyhedron(&self) -> Option<&Polyhedron> {

@@ -4,7 +4,7 @@
 use super::PartGravity;
 use super::store::{NodeKind, Store};
 use crate::error::Result;
-use crate::gravity::{FarCut, Layer, Near};
+use crate::gravity::{FarTruncation, Layer, Near};
 use crate::interrupt::InterruptCheck;
 use crate::quadrature::{Nodes, Order};
 use pulp::Arch;
@@ -61,7 +61,7 @@ pub(super) struct FacetedRules {
 /// The form in which the other body's field is evaluated.
 #[derive(Debug, Clone)]
 pub(super) enum Kernel {
-    Far(FarCut),
+    Far(FarTruncation),
     Near(Near),
     /// A polyhedron's exact field.
     Facets,
@@ -88,7 +88,7 @@ pub enum RuleMemory {
         /// The highest degrees of both bodies.
         degrees: [u32; 2],
         /// The degrees to which their moments are known.
-        known: [u32; 2],
+        moment_degrees: [u32; 2],
         /// The smallest separation for which they reach the tolerance.
         valid_from: f64,
     },
@@ -109,13 +109,13 @@ type NodeKey = (Order, NodeKind, Option<(usize, u64)>);
 /// The nodes that a pair has used.
 #[derive(Debug, Clone)]
 pub(super) struct NodeStore {
-    own: Vec<(NodeKey, Arc<Nodes>)>,
+    local: Vec<(NodeKey, Arc<Nodes>)>,
     shared: Arc<Store>,
 }
 
 impl NodeStore {
     pub(super) fn new(shared: Arc<Store>) -> Self {
-        Self { own: Vec::new(), shared }
+        Self { local: Vec::new(), shared }
     }
 
     /// Returns the nodes of a body, computing those of a layer from its moments.
@@ -130,14 +130,14 @@ impl NodeStore {
         let order = node_kind.order(order);
         let owner = set.polyhedron().filter(|_| node_kind == NodeKind::Layer).map(|p| p.identity());
         let key = (order, node_kind, owner);
-        if let Some((_, nodes)) = self.own.iter().find(|(known, _)| *known == key) {
+        if let Some((_, nodes)) = self.local.iter().find(|(stored, _)| *stored == key) {
             return Ok(nodes.clone());
         }
         let nodes = match self.shared.nodes(order, node_kind) {
             Some(nodes) => nodes,
             None => Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, interrupt)?)),
         };
-        self.own.push((key, nodes.clone()));
+        self.local.push((key, nodes.clone()));
         Ok(nodes)
     }
 }

@@ -58,7 +58,7 @@ pub(super) fn force_and_torque(
     let nodes = &*rule.nodes;
     let (mut force, mut torque, mut torque_field) = (Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
     for k in range.start..range.end.min(nodes.len()) {
-        let y = roles.turn * vector(&nodes.points, k);
+        let y = roles.rotation * vector(&nodes.points, k);
         let x = roles.origin + y;
         let attraction = field(arch, body, &rule.kernel, &x).1 * nodes.weights[k];
         force += attraction;
@@ -77,8 +77,9 @@ pub(super) fn mutual_potential(
     range: Range<usize>,
 ) -> f64 {
     let nodes = &*rule.nodes;
-    let potential =
-        |k: usize| field(arch, body, &rule.kernel, &(roles.origin + roles.turn * vector(&nodes.points, k))).0;
+    let potential = |k: usize| {
+        field(arch, body, &rule.kernel, &(roles.origin + roles.rotation * vector(&nodes.points, k))).0
+    };
     (range.start..range.end.min(nodes.len())).map(|k| nodes.weights[k] * potential(k)).sum()
 }
 
@@ -98,9 +99,9 @@ pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule) -> Balance {
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
     let (at_centre, _) = field(arch, body, &rule.kernel, &roles.origin);
     for cell in faces.cells() {
-        let normal = roles.turn * cell.normal;
+        let normal = roles.rotation * cell.normal;
         for (y, weight) in points(&rule.nodes, &cell) {
-            let y = roles.turn * y;
+            let y = roles.rotation * y;
             let (potential, _) = field(arch, body, &rule.kernel, &(roles.origin + y));
             let pressure = normal * (weight * (potential - at_centre));
             force += pressure;
@@ -115,9 +116,9 @@ pub(super) fn mutual_potential_over(faces: Faces<'_>, rule: &Rule) -> f64 {
     let Faces { arch, roles, field: body, .. } = faces;
     let mut sum = 0.0;
     for cell in faces.energy_cells() {
-        let normal = roles.turn * cell.normal;
+        let normal = roles.rotation * cell.normal;
         for (y, weight) in points(&rule.nodes, &cell) {
-            let y = roles.turn * y;
+            let y = roles.rotation * y;
             let (potential, attraction) = field(arch, body, &rule.kernel, &(roles.origin + y));
             sum += weight * (potential * y.dot(&normal) - 0.5 * y.norm_squared() * attraction.dot(&normal));
         }

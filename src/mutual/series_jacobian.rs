@@ -11,7 +11,7 @@ use super::multipole::{Multipole, Terms};
 use super::{Interaction, Jacobian, Pose, ShapeDerivatives};
 use crate::math::matrix::{times, transposed_times};
 use crate::math::monomials::{count, exponents, offset, position};
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 
 /// Calls [`contractions`] with arrays of the size that half the degree needs.
@@ -31,7 +31,7 @@ impl Multipole {
         let (spreads, scale) = self.scaled_spreads(pose);
         let s = series_jacobian(&spreads, &sized!(self.half(), &spreads, &(pose.separation / scale)));
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let torques = [0, 1].map(|b| turned_back(rotations[b], &s.torques[b]) / scale);
+        let torques = [0, 1].map(|b| rotate_back(rotations[b], &s.torques[b]) / scale);
         let by_rotation = |b: usize, c: usize| {
             transposed_times(rotations[b], &times(&s.by_rotation[b][c], rotations[c])) / scale
         };
@@ -62,8 +62,8 @@ impl Multipole {
                 let force = Vec3::from_fn(|l, _| contracted(&change, |i, j| c.third[body][index([i, j, l])]));
                 let torque = |of: usize| {
                     let moved = c.moved(of + body, &change);
-                    let own = if of == body { axial(&change, &c.by_spread(of)) } else { Vec3::zeros() };
-                    turned_back(rotations[of], &(axial(&spreads[of], &moved) + own)) / scale
+                    let direct = if of == body { axial(&change, &c.by_spread(of)) } else { Vec3::zeros() };
+                    rotate_back(rotations[of], &(axial(&spreads[of], &moved) + direct)) / scale
                 };
                 out.axes[body][axis] = Interaction {
                     force_on_first: -force / (scale * scale),
@@ -165,11 +165,11 @@ fn series_jacobian(spreads: &[Mat3; 2], c: &Contractions) -> SeriesJacobian {
     let by_rotation = [0, 1].map(|b| {
         [0, 1].map(|other| {
             Mat3::from_columns(&[Vec3::x(), Vec3::y(), Vec3::z()].map(|theta| {
-                let turn = theta.cross_matrix();
-                let change = times(&turn, &spreads[other]) - times(&spreads[other], &turn);
+                let generator = theta.cross_matrix();
+                let change = times(&generator, &spreads[other]) - times(&spreads[other], &generator);
                 let moved = c.moved(b + other, &change);
-                let own = if b == other { axial(&change, &m[b]) } else { Vec3::zeros() };
-                axial(&spreads[b], &moved) + own
+                let direct = if b == other { axial(&change, &m[b]) } else { Vec3::zeros() };
+                axial(&spreads[b], &moved) + direct
             }))
         })
     });

@@ -126,8 +126,8 @@ impl Store {
         interrupt: &mut InterruptCheck,
     ) -> Result<Arc<Layer>> {
         let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
-        let found = self.layers.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(layer) = found {
+        let stored = self.layers.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(layer) = stored {
             return Ok(layer);
         }
         let layer = Layer::new(polyhedron, degree, arch, interrupt)?;
@@ -159,8 +159,8 @@ fn cached<K: Eq + Hash, V>(
     make: impl FnOnce() -> V,
 ) -> Arc<V> {
     let mut map = map.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(found) = map.get(&key) {
-        return found.clone();
+    if let Some(stored) = map.get(&key) {
+        return stored.clone();
     }
     let made = Arc::new(make());
     if map.values().map(|value| size(value)).sum::<usize>() > most {

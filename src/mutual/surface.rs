@@ -34,19 +34,19 @@ pub(super) fn force_and_torque(
     semi_axes: [f64; 3],
     roles: &Roles,
 ) -> Balance {
-    let [monopole, excess] =
+    let [monopole, perturbation] =
         nodes.sum(|nodes| arch.dispatch(MomentSum { kernel, nodes, semi_axes, roles })).0;
     let [a, b, c] = semi_axes;
     let ratio = |x: f64, y: f64| (x - y) * (x + y) / (x * y);
     let lever = Vec3::new(ratio(b, c), ratio(c, a), ratio(a, b));
-    let force = |m: &SurfaceMoments| roles.turn * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
-    let torque = |m: &SurfaceMoments| roles.turn * (3.0 * lever.component_mul(&m.second));
-    let (force_excess, torque_excess) = (force(&excess), torque(&excess));
+    let force = |m: &SurfaceMoments| roles.rotation * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
+    let torque = |m: &SurfaceMoments| roles.rotation * (3.0 * lever.component_mul(&m.second));
+    let (force_perturbation, torque_perturbation) = (force(&perturbation), torque(&perturbation));
     let r = roles.origin.norm();
     Balance {
-        force: force(&monopole) - roles.origin / r / r / r + force_excess,
-        torque: torque(&monopole) + torque_excess,
-        torque_field: -(torque_excess + roles.origin.cross(&force_excess)),
+        force: force(&monopole) - roles.origin / r / r / r + force_perturbation,
+        torque: torque(&monopole) + torque_perturbation,
+        torque_field: -(torque_perturbation + roles.origin.cross(&force_perturbation)),
     }
 }
 
@@ -71,19 +71,19 @@ fn surface_point<S: Simd>(
 ) -> ([Lanes<S>; 3], [Lanes<S>; 3]) {
     let c = |value| unit[0].constant(value);
     let y = [unit[0] * c(semi_axes[0]), unit[1] * c(semi_axes[1]), unit[2] * c(semi_axes[2])];
-    let x = place(y, roles);
+    let x = position_from_field(y, roles);
     (y, x)
 }
 
 /// Returns the position of a point y of the body from the field body's centre, in the canonical frame of the
 /// field body.
 #[inline(always)]
-pub(super) fn place<S: Simd>(y: [Lanes<S>; 3], roles: &Roles) -> [Lanes<S>; 3] {
+pub(super) fn position_from_field<S: Simd>(y: [Lanes<S>; 3], roles: &Roles) -> [Lanes<S>; 3] {
     let c = |value| y[0].constant(value);
     let mut x = [c(roles.origin.x), c(roles.origin.y), c(roles.origin.z)];
     for i in 0..3 {
         for k in 0..3 {
-            x[i] = y[k].mul_add(c(roles.turn[(i, k)]), x[i]);
+            x[i] = y[k].mul_add(c(roles.rotation[(i, k)]), x[i]);
         }
     }
     x
@@ -100,7 +100,7 @@ pub(super) fn flux<S: Simd>(
     let c = |value| n[0].constant(value);
     let mut flux = c(0.0);
     for i in 0..3 {
-        let row = [c(roles.turn[(i, 0)]), c(roles.turn[(i, 1)]), c(roles.turn[(i, 2)])];
+        let row = [c(roles.rotation[(i, 0)]), c(roles.rotation[(i, 1)]), c(roles.rotation[(i, 2)])];
         flux = (dot(n, row) * x[i]).mul_add(-rd[i], flux);
     }
     flux
@@ -125,7 +125,7 @@ impl<S: Simd> BeyondLinear<S> {
             inverse_centre,
             inverse_square: inverse_centre * inverse_centre,
             half_inverse_centre: splat(0.5) * inverse_centre,
-            twice_origin: splat_vector(simd, &(roles.turn.transpose() * roles.origin * 2.0)),
+            twice_origin: splat_vector(simd, &(roles.rotation.transpose() * roles.origin * 2.0)),
         }
     }
 
@@ -181,15 +181,15 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
         let weights = Lanes::blocks(simd, self.nodes.weights);
         let beyond_linear = BeyondLinear::new(simd, self.roles);
         let at_centre = splat_vector(simd, &self.roles.origin);
-        let (excess_at_centre, _) = self.kernel.excess_potential(at_centre);
+        let (perturbation_at_centre, _) = self.kernel.potential_perturbation(at_centre);
         let zero = Total::zero(simd);
         let (mut first, mut second) = ([[zero; 3]; 2], [[zero; 3]; 2]);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
-            let (excess, _) = self.kernel.excess_potential(x);
+            let (perturbation, _) = self.kernel.potential_perturbation(x);
             let monopole = beyond_linear.at(y, x);
-            let parts = [weight * monopole, weight * (excess - excess_at_centre)];
+            let parts = [weight * monopole, weight * (perturbation - perturbation_at_centre)];
             for i in 0..3 {
                 let product = unit[(i + 1) % 3] * unit[(i + 2) % 3];
                 for (part, f) in parts.into_iter().enumerate() {
@@ -225,9 +225,9 @@ impl<K: FieldKernel> WithSimd for SurfaceEnergySum<'_, K> {
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             let unit = [u, v, w];
             let (y, x) = surface_point(unit, self.semi_axes, self.roles);
-            let (excess, field) = self.kernel.excess_potential(x);
+            let (perturbation, field) = self.kernel.potential_perturbation(x);
             let distance = dot(x, x).sqrt();
-            let phi = splat(1.0) / distance + excess;
+            let phi = splat(1.0) / distance + perturbation;
             // The normal is n = u_i / a_i.
             let [a, b, c] = self.semi_axes;
             let normal = [unit[0] * splat(1.0 / a), unit[1] * splat(1.0 / b), unit[2] * splat(1.0 / c)];

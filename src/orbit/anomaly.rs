@@ -63,8 +63,8 @@ pub(super) fn hyperbolic_mean(sine: f64, gap: f64) -> f64 {
 
 /// Reduces an angle to [0, 2 pi); a result that would round to 2 pi becomes 0.
 pub(super) fn wrapped(angle: f64) -> f64 {
-    let turns = (angle / TAU).floor();
-    let inside = turns.mul_add(-TAU, turns.mul_add(-TAU_LOW, angle));
+    let revolutions = (angle / TAU).floor();
+    let inside = revolutions.mul_add(-TAU, revolutions.mul_add(-TAU_LOW, angle));
     // Adding zero turns -0 into 0.
     if (0.0..TAU).contains(&inside) { inside + 0.0 } else { 0.0 }
 }
@@ -78,7 +78,7 @@ fn elliptic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
         Curve {
             value: elliptic_mean(x, eccentricity, gap),
             slope: gap + eccentricity * (2.0 * half * half),
-            bend: eccentricity * x.sin(),
+            curvature: eccentricity * x.sin(),
         }
     })
 }
@@ -92,7 +92,7 @@ fn hyperbolic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
         Curve {
             value: hyperbolic_mean(x, gap),
             slope: gap + (x / cosine) * (x / (1.0 + cosine)),
-            bend: x / cosine / cosine / cosine,
+            curvature: x / cosine / cosine / cosine,
         }
     })
 }
@@ -101,7 +101,7 @@ fn hyperbolic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
 struct Curve {
     value: f64,
     slope: f64,
-    bend: f64,
+    curvature: f64,
 }
 
 /// Returns the root of curve(x) = `target` in [0, `above`], where the curve rises from 0 and bends upwards.
@@ -115,15 +115,15 @@ fn root_from_above(target: f64, above: f64, curve: impl Fn(f64) -> Curve) -> Res
     }
     let (mut low, mut high, mut x) = (0.0, above, above);
     for _ in 0..LIMIT {
-        let Curve { value, slope, bend } = curve(x);
-        let excess = value - target;
-        if excess > 0.0 {
+        let Curve { value, slope, curvature } = curve(x);
+        let residual = value - target;
+        if residual > 0.0 {
             high = x;
         } else {
             low = x;
         }
-        let newton = excess / slope;
-        let next = x - newton / (1.0 - 0.5 * newton * (bend / slope));
+        let newton = residual / slope;
+        let next = x - newton / (1.0 - 0.5 * newton * (curvature / slope));
         // The error falls with the cube of the step: after a step this short the next one would be round-off.
         if (next - x).abs() <= 1e-8 * x {
             return Ok(next);

@@ -118,7 +118,7 @@ impl KeplerElements {
     /// # Errors
     /// [`Error::InvalidInput`] if an element is invalid.
     pub fn eccentric_anomaly(&self) -> Result<f64> {
-        Ok(self.in_range(self.place()?.anomaly))
+        Ok(self.in_range(self.solve()?.anomaly))
     }
 
     /// Returns the true anomaly: the angle at the focus from periapsis to the body, in [0, 2 pi) on an
@@ -127,8 +127,8 @@ impl KeplerElements {
     /// # Errors
     /// [`Error::InvalidInput`] if an element is invalid.
     pub fn true_anomaly(&self) -> Result<f64> {
-        let place = self.place()?;
-        let anomaly = (self.width() * place.sine).atan2(self.gap() - place.versine);
+        let solved = self.solve()?;
+        let anomaly = (self.width() * solved.sine).atan2(self.gap() - solved.versine);
         Ok(self.in_range(anomaly))
     }
 
@@ -174,7 +174,7 @@ impl KeplerElements {
         Ok(())
     }
 
-    fn place(&self) -> Result<EccentricAnomaly> {
+    fn solve(&self) -> Result<EccentricAnomaly> {
         self.check()?;
         EccentricAnomaly::from_mean(self.mean_anomaly, self.eccentricity)
     }

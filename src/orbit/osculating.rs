@@ -61,7 +61,7 @@ impl KeplerElements {
         let longitude_of_node = if h.x == 0.0 && h.y == 0.0 { 0.0 } else { wrapped(h.x.atan2(-h.y)) };
         let axes = OrbitAxes::new(longitude_of_node, inclination);
         let latitude = axes.ahead.dot(position).atan2(axes.node.dot(position));
-        let (argument_of_periapsis, mean_anomaly) = match orbit.place {
+        let (argument_of_periapsis, mean_anomaly) = match orbit.anomalies {
             None => (0.0, wrapped(latitude)),
             Some(Anomalies { true_anomaly, mean }) => {
                 let mean = if orbit.eccentricity < 1.0 { wrapped(mean) } else { mean };
@@ -83,7 +83,7 @@ impl KeplerElements {
 struct PlaneOrbit {
     eccentricity: f64,
     /// The position along the orbit; `None` on a circle.
-    place: Option<Anomalies>,
+    anomalies: Option<Anomalies>,
 }
 
 struct Anomalies {
@@ -105,7 +105,7 @@ impl PlaneOrbit {
         let e =
             if one_minus_square.abs() < 0.5 { (1.0 - one_minus_square).sqrt() } else { cosine.hypot(sine) };
         if e < CIRCULAR {
-            return Ok(Self { eccentricity: 0.0, place: None });
+            return Ok(Self { eccentricity: 0.0, anomalies: None });
         }
         if e == 1.0 {
             return Err(Error::invalid(
@@ -122,7 +122,7 @@ impl PlaneOrbit {
         } else {
             hyperbolic_mean(eccentric_sine / e, gap)
         };
-        Ok(Self { eccentricity: e, place: Some(Anomalies { true_anomaly, mean }) })
+        Ok(Self { eccentricity: e, anomalies: Some(Anomalies { true_anomaly, mean }) })
     }
 }
 

@@ -73,14 +73,15 @@ impl OrbitPath {
         EccentricAnomaly::from_mean(self.mean_anomaly + self.mean_motion * time, self.eccentricity)
     }
 
-    fn at(&self, place: &EccentricAnomaly) -> Result<(Vec3, Vec3)> {
+    fn at(&self, anomaly: &EccentricAnomaly) -> Result<(Vec3, Vec3)> {
         // Lengths are in units of |a|. Every sum but that of `x` has terms of one sign, and `x` is never
         // larger than `radius`.
-        let radius = self.gap + self.eccentricity * place.versine;
-        let (x, y) = (self.gap - place.versine, self.width * place.sine);
+        let radius = self.gap + self.eccentricity * anomaly.versine;
+        let (x, y) = (self.gap - anomaly.versine, self.width * anomaly.sine);
         let speed = self.speed / radius;
         let position = (self.to_periapsis * x + self.across * y) * self.size;
-        let velocity = (self.across * (self.width * place.cosine) - self.to_periapsis * place.sine) * speed;
+        let velocity =
+            (self.across * (self.width * anomaly.cosine) - self.to_periapsis * anomaly.sine) * speed;
         require_finite("position on the orbit", position.as_slice())?;
         require_finite("velocity on the orbit", velocity.as_slice())?;
         Ok((position, velocity))
@@ -95,12 +96,13 @@ impl OrbitPath {
     /// # Errors
     /// Returns the errors of [`Self::after`].
     pub fn derivatives(&self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
-        let place = self.anomaly(time)?;
-        let (position, velocity) = self.at(&place)?;
+        let anomaly = self.anomaly(time)?;
+        let (position, velocity) = self.at(&anomaly)?;
         let sign = if self.eccentricity < 1.0 { 1.0 } else { -1.0 };
-        let turned = sign * place.sine / (self.gap + self.eccentricity * place.versine);
-        let along = -place.sine * turned - sign;
-        let aside = self.width * place.cosine * turned - sign * self.eccentricity / self.width * place.sine;
+        let anomaly_by_eccentricity = sign * anomaly.sine / (self.gap + self.eccentricity * anomaly.versine);
+        let along = -anomaly.sine * anomaly_by_eccentricity - sign;
+        let aside = self.width * anomaly.cosine * anomaly_by_eccentricity
+            - sign * self.eccentricity / self.width * anomaly.sine;
         let derivatives = [
             (position - velocity * (1.5 * time)) / (sign * self.size),
             (self.to_periapsis * along + self.across * aside) * self.size,
@@ -224,7 +226,7 @@ impl OrbitCells {
         let widths = time * self.per_half_width;
         let x = match self.cells[0].within(widths) {
             Some(x) => x,
-            None => self.turn_to(widths)?,
+            None => self.select_interval(widths)?,
         };
         // Powers of x^4 are summed in two sums, so that neither waits for the other.
         let (square, mut sums) = (simd.splat_f64s(x * x), [0.0; WIDEST]);
@@ -243,7 +245,7 @@ impl OrbitCells {
 
     /// Computes the polynomial of the interval that holds a time. Returns the scaled time in it.
     #[cold]
-    fn turn_to(&mut self, widths: f64) -> Result<f64> {
+    fn select_interval(&mut self, widths: f64) -> Result<f64> {
         self.cells.swap(0, 1);
         if self.cells[0].within(widths).is_none() {
             self.fill(2.0 * (0.5 * widths).floor() + 1.0)?;

@@ -55,8 +55,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let residual = (r0 * s - time) * inverse + (eta * g[2] + zeta * g[3]);
         let r = 1.0 + (eta * g[1] + zeta * g[2]);
         // Where the residual overflows, far out, it has the sign of s.
-        let excess = if residual.is_finite() { residual } else { s };
-        if excess > 0.0 {
+        let signed_residual = if residual.is_finite() { residual } else { s };
+        if signed_residual > 0.0 {
             high = high.min(s)
         } else {
             low = low.max(s)
@@ -88,7 +88,7 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         } else if low.is_finite() && high.is_finite() {
             0.5 * (low + high)
         } else {
-            s + 2.0 * slope.abs().copysign(-excess)
+            s + 2.0 * slope.abs().copysign(-signed_residual)
         };
         let change = (next - s).abs();
         s = next;

@@ -9,7 +9,7 @@ use crate::gravity::BodyField;
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::lanes::{BLOCK, Lanes, dot};
-use crate::math::rotation::{matrix, turned, turned_back};
+use crate::math::rotation::{matrix, rotate, rotate_back};
 use crate::shape::Body;
 use pulp::{Arch, Simd};
 
@@ -20,7 +20,7 @@ pub struct ParticleAttractor {
     /// G times the sum of the magnitudes of the parts' masses.
     pub strength: f64,
     /// Whether the field depends on the attitude.
-    turns: bool,
+    depends_on_attitude: bool,
     is_pointwise: bool,
 }
 
@@ -34,8 +34,8 @@ impl ParticleAttractor {
     ) -> Result<Self> {
         let field = BodyField::new(body, gravitational_constant, arch, interrupt)?;
         let strength = gravitational_constant * body.mass_without_signs();
-        let (turns, is_pointwise) = (!field.is_central(), field.is_pointwise());
-        Ok(Self { field, strength, turns, is_pointwise })
+        let (depends_on_attitude, is_pointwise) = (!field.is_central(), field.is_pointwise());
+        Ok(Self { field, strength, depends_on_attitude, is_pointwise })
     }
 
     /// Returns G times the mass.
@@ -68,7 +68,7 @@ impl ParticleAttractor {
                 square.if_less(nearest, square, nearest).store(&mut near[0], block);
                 (load(&near[1]) + c(self.gm()) / square.sqrt()).store(&mut near[1], block);
             }
-            let g = if self.turns {
+            let g = if self.depends_on_attitude {
                 let q = [load(&columns[3]), load(&columns[4]), load(&columns[5]), load(&columns[6])];
                 let rows = rotation(q);
                 let y = [column(&rows, 0, r), column(&rows, 1, r), column(&rows, 2, r)];
@@ -90,9 +90,9 @@ impl ParticleAttractor {
         }
         for lane in 0..BLOCK {
             let number = |column: usize| columns[column][lane];
-            let turn = matrix([3, 4, 5, 6].map(number));
+            let rotation = matrix([3, 4, 5, 6].map(number));
             let r = Vec3::from([0, 1, 2].map(|c| x[c][lane] - number(c)));
-            let g = turned(&turn, &self.field.pointwise_outside(&turned_back(&turn, &r)));
+            let g = rotate(&rotation, &self.field.pointwise_outside(&rotate_back(&rotation, &r)));
             (0..3).for_each(|c| out[c][lane] += g[c]);
         }
     }
@@ -113,11 +113,11 @@ fn rotation<S: Simd>(q: [Lanes<S>; 4]) -> [[Lanes<S>; 3]; 3] {
     let (wx, wy, wz) = (w * xs, w * ys, w * zs);
     let (xx, xy, xz) = (x * xs, x * ys, x * zs);
     let (yy, yz, zz) = (y * ys, y * zs, z * zs);
-    let one = c(1.0);
+    let unit = c(1.0);
     [
-        [one - (yy + zz), xy - wz, xz + wy],
-        [xy + wz, one - (xx + zz), yz - wx],
-        [xz - wy, yz + wx, one - (xx + yy)],
+        [unit - (yy + zz), xy - wz, xz + wy],
+        [xy + wz, unit - (xx + zz), yz - wx],
+        [xz - wy, yz + wx, unit - (xx + yy)],
     ]
 }
 

@@ -9,7 +9,7 @@ use super::events::{Origin, ParticleEvent, ParticleOccurrence, scan};
 use super::external_forces::ExternalForces;
 use super::fate::{BEYOND, End, Fate, Particle, ParticleStatus, Rules};
 use super::stage::{FlightModel, MotionBlock, Stages};
-use super::surface::{Surface, SurfaceHit, motion_at};
+use super::surface::{BodySurface, SurfaceHit, motion_at};
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, root};
 use crate::math::Vec3;
@@ -31,7 +31,7 @@ pub struct BatchContext<'a> {
     /// The external forces on the particles.
     pub external_forces: &'a ExternalForces,
     /// The bodies' surfaces.
-    pub surfaces: &'a [Surface],
+    pub surfaces: &'a [BodySurface],
     /// G times the mass of all bodies.
     pub mu: f64,
     /// The rules of the flight.
@@ -284,9 +284,9 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
         let size = self.stages.size[lane];
         surfaces.iter().zip(&model.ephemeris.bounds).enumerate().all(|(body, (surface, bounds))| {
-            let bend = 0.125 * size * size * (attraction + bounds.acceleration);
+            let sagitta = 0.125 * size * size * (attraction + bounds.acceleration);
             let near = near(body);
-            bend + MARGIN * near <= 0.5 * (near - surface.radius)
+            sagitta + MARGIN * near <= 0.5 * (near - surface.radius)
         })
     }
 
@@ -299,11 +299,11 @@ impl<'a, 'b> Batch<'a, 'b> {
         let start = self.segment.start();
         let leaving = self.particles[index].status == ParticleStatus::Flying { leaving: true };
         let mut stop = end.0;
-        let mut met: Option<(usize, SurfaceHit)> = None;
+        let mut impact: Option<(usize, SurfaceHit)> = None;
         for (body, surface) in surfaces.iter().enumerate() {
             if let Some(hit) = surface.search(model.ephemeris, body, &self.segment, stop, leaving) {
                 stop = hit.time;
-                met = Some((body, hit));
+                impact = Some((body, hit));
             }
         }
         let mut escaped = false;
@@ -319,7 +319,7 @@ impl<'a, 'b> Batch<'a, 'b> {
                 stop = if first > 0.0 { start } else { root(gone, (start, first), (stop, last))? };
             }
         }
-        while let Some(time) = self.due(index, stop, escaped || met.is_some()) {
+        while let Some(time) = self.due(index, stop, escaped || impact.is_some()) {
             let (x, v) = motion_at(&self.segment, time);
             self.record(index, &x, &v);
         }
@@ -337,7 +337,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             particle.end = End { fate: Fate::Escape, time: stop, ..End::default() };
             return Ok(true);
         }
-        let Some((body, hit)) = met else { return Ok(false) };
+        let Some((body, hit)) = impact else { return Ok(false) };
         debug_assert!((stop - start) * direction >= 0.0);
         self.strike(index, body, hit, &x, &v)?;
         Ok(true)
@@ -347,8 +347,8 @@ impl<'a, 'b> Batch<'a, 'b> {
     /// `then`.
     pub(super) fn due(&self, index: usize, time: f64, then: bool) -> Option<f64> {
         let next = *self.flying.output.get(self.particles[index].recorded)?;
-        let before = (time - next) * self.flying.direction;
-        (before > 0.0 || (then && before == 0.0)).then_some(next)
+        let remaining = (time - next) * self.flying.direction;
+        (remaining > 0.0 || (then && remaining == 0.0)).then_some(next)
     }
 
     pub(super) fn record(&mut self, index: usize, x: &Vec3, v: &Vec3) {

@@ -141,12 +141,12 @@ impl<'a> BodyEphemeris<'a> {
             let length = |index: usize| high[index..index + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
             for (body, bounds) in self.bounds.iter_mut().enumerate() {
                 let (v, s) = (layout.velocity(body), layout.spin(body));
-                let (faster, turning) = (segment.rates(v, 3)[0] + offset_rate, segment.rates(s, 3)[0]);
+                let (faster, faster_spin) = (segment.rates(v, 3)[0] + offset_rate, segment.rates(s, 3)[0]);
                 let drift = self.frame.barycentre_offset(high).1.norm();
                 bounds.speed = bounds.speed.max(length(v) + drift + faster);
                 bounds.acceleration = bounds.acceleration.max(faster / size);
-                bounds.spin = bounds.spin.max(length(s) + turning);
-                bounds.spin_rate = bounds.spin_rate.max(turning / size);
+                bounds.spin = bounds.spin.max(length(s) + faster_spin);
+                bounds.spin_rate = bounds.spin_rate.max(faster_spin / size);
             }
         }
         self.step_range = step_range;
@@ -155,7 +155,7 @@ impl<'a> BodyEphemeris<'a> {
     /// Writes the columns of all bodies at the times of a block's lanes, which must be within the packed
     /// range. `cursors` are the steps in which the lanes were last.
     #[inline(always)]
-    pub fn places<S: Simd>(
+    pub fn columns_at<S: Simd>(
         &self,
         simd: S,
         times: &LaneBlock,
@@ -248,14 +248,14 @@ fn sum<S: Simd>(
     let count = out.len().min(row - first);
     let out = &mut out[..count];
     out.copy_from_slice(&registers[row + first..][..count]);
-    let mut place = 2 * row + first;
+    let mut offset = 2 * row + first;
     for term in 0..registers.len() / row - 2 {
         let value = simd.splat_f64s(basis[term]);
-        let part = &registers[place..][..count];
+        let part = &registers[offset..][..count];
         for k in 0..count {
             out[k] = simd.mul_add_e_f64s(value, part[k], out[k]);
         }
-        place += row;
+        offset += row;
     }
     let part = &registers[first..][..count];
     for k in 0..count {

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::integrate::{Controller, root};
 use crate::math::Vec3;
 use crate::math::lanes::BLOCK;
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 
 /// The number of times in each step of the bodies at which a lift-off is tested.
 const LIFT_TESTS: usize = 4;
@@ -30,7 +30,7 @@ impl Batch<'_, '_> {
     /// whether it flies from there.
     pub(super) fn carry(&mut self, index: usize) -> Result<bool> {
         let particle = &self.particles[index];
-        let ParticleStatus::On { body, place, normal, held } = particle.status else {
+        let ParticleStatus::On { body, point, normal, held } = particle.status else {
             return Ok(
                 matches!(particle.status, ParticleStatus::Flying { .. }) && particle.time != self.flying.end
             );
@@ -38,14 +38,14 @@ impl Batch<'_, '_> {
         let (start, end) = (particle.time, self.flying.end);
         // Particles lift off only in flights forwards in time.
         let from = start.max(held);
-        let off = if from < end { self.lift(index, body, (&place, &normal), from, end)? } else { None };
+        let off = if from < end { self.lift(index, body, (&point, &normal), from, end)? } else { None };
         let until = off.unwrap_or(end);
         let ephemeris = self.flying.model.ephemeris;
         while let Some(time) = self.due(index, until, true) {
-            let (x, v) = ephemeris.pose(body, time).without(&place, &Vec3::zeros());
+            let (x, v) = ephemeris.pose(body, time).without(&point, &Vec3::zeros());
             self.record(index, &x, &v);
         }
-        let (x, v) = ephemeris.pose(body, until).without(&place, &Vec3::zeros());
+        let (x, v) = ephemeris.pose(body, until).without(&point, &Vec3::zeros());
         let particle = &mut self.particles[index];
         particle.put(until, &x, &v);
         if off.is_some() {
@@ -69,60 +69,63 @@ impl Batch<'_, '_> {
         let time = hit.time;
         let pose = self.flying.model.ephemeris.pose(body, time);
         let landing = self.flying.surfaces[body].landing(&pose, hit.part, (x, v));
-        let Landing { place, normal, velocity } = landing;
+        let Landing { point, normal, velocity } = landing;
         let inwards = velocity.dot(&normal);
         let across = velocity - normal * inwards;
         let end = End {
             fate: Fate::Impact,
             time,
             body: Some(body),
-            longitude: place.y.atan2(place.x),
-            latitude: place.z.atan2(place.x.hypot(place.y)),
+            longitude: point.y.atan2(point.x),
+            latitude: point.z.atan2(point.x.hypot(point.y)),
             speed: velocity.norm(),
             incidence: across.norm().atan2(-inwards),
         };
-        let held = |until: f64| ParticleStatus::On { body, place, normal, held: until };
+        let held = |until: f64| ParticleStatus::On { body, point, normal, held: until };
         self.particles[index].strikes += 1;
-        let (moving, end, place) = match self.flying.rules.contact {
-            ContactResponse::Stop => (pose.without(&place, &Vec3::zeros()), end, held(f64::INFINITY)),
+        let (moving, end, status) = match self.flying.rules.contact {
+            ContactResponse::Stop => (pose.without(&point, &Vec3::zeros()), end, held(f64::INFINITY)),
             ContactResponse::Remove => ((*x, *v), end, ParticleStatus::Gone),
             ContactResponse::Bounce { normal: along, tangential, rest } => {
                 let out = across * tangential - normal * (along * inwards);
-                let distance = place.norm();
+                let distance = point.norm();
                 let passing = distance / (v.norm() + (self.flying.mu / distance).sqrt());
                 let particle = &mut self.particles[index];
                 let at_once = (time - particle.left).abs() <= AT_ONCE * passing;
                 particle.returns = if at_once { particle.returns + 1 } else { 0 };
                 let stays = particle.returns > RETURNS;
                 let slow = -along * inwards < rest;
-                // The push is computed with the velocity after the bounce: where a particle at rest would be
-                // lifted, one that moves against the rotation may be pressed down, and would bounce forever.
+                // The acceleration is computed with the velocity after the bounce: where a particle at rest
+                // would be lifted, one that moves against the rotation may be pressed down, and would bounce
+                // forever.
                 if stays
-                    || slow && self.pushes(index, body, (&place, &normal, &out), [time; BLOCK])?[0] <= LIFT
+                    || slow
+                        && self.outward_acceleration(index, body, (&point, &normal, &out), [time; BLOCK])?[0]
+                            <= LIFT
                 {
                     let end = End { fate: Fate::Rest, ..end };
                     let until = if stays { time + STAY * passing } else { time };
-                    (pose.without(&place, &Vec3::zeros()), end, held(until))
+                    (pose.without(&point, &Vec3::zeros()), end, held(until))
                 } else {
                     let particle = &mut self.particles[index];
                     (particle.next, particle.controller, particle.left) = (0.0, Controller::new(), time);
-                    (pose.without(&place, &out), End::default(), ParticleStatus::Flying { leaving: true })
+                    (pose.without(&point, &out), End::default(), ParticleStatus::Flying { leaving: true })
                 }
             }
         };
         let particle = &mut self.particles[index];
-        (particle.end, particle.status) = (end, place);
+        (particle.end, particle.status) = (end, status);
         particle.put(time, &moving.0, &moving.1);
         Ok(())
     }
 
     /// Returns the outward acceleration along the normal of a particle on a body, with a velocity relative to
     /// the surface, at the times of a block: divided by the sum of the magnitudes of all accelerations.
-    fn pushes(
+    fn outward_acceleration(
         &mut self,
         index: usize,
         body: usize,
-        (place, normal, velocity): (&Vec3, &Vec3, &Vec3),
+        (point, normal, velocity): (&Vec3, &Vec3, &Vec3),
         times: LaneBlock,
     ) -> Result<LaneBlock> {
         let ephemeris = self.flying.model.ephemeris;
@@ -131,19 +134,19 @@ impl Batch<'_, '_> {
         probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
         let poses = times.map(|time| ephemeris.pose(body, time));
         for (lane, pose) in poses.iter().enumerate() {
-            let (x, v) = pose.without(place, &Vec3::zeros());
+            let (x, v) = pose.without(point, &Vec3::zeros());
             for c in 0..3 {
                 (probe.motion[c][lane], probe.motion[3 + c][lane]) = (x[c], v[c]);
             }
         }
         probe.begin()?;
         Ok(std::array::from_fn(|lane| {
-            let (acceleration, turning) = ephemeris.rates(body, times[lane]);
+            let (acceleration, angular_acceleration) = ephemeris.rates(body, times[lane]);
             let spin = poses[lane].spin;
             let parts = [
-                turned_back(&poses[lane].rotation, &(probe.first(lane) - acceleration)),
-                -turning.cross(place),
-                -spin.cross(&spin.cross(place)),
+                rotate_back(&poses[lane].rotation, &(probe.first(lane) - acceleration)),
+                -angular_acceleration.cross(point),
+                -spin.cross(&spin.cross(point)),
                 -2.0 * spin.cross(velocity),
             ];
             let size: f64 = parts.iter().map(Vec3::norm).sum();
@@ -162,7 +165,7 @@ impl Batch<'_, '_> {
     ) -> Result<Option<f64>> {
         let ephemeris = self.flying.model.ephemeris;
         let at = (at.0, at.1, &Vec3::zeros());
-        let mut last = (start, self.pushes(index, body, at, [start; BLOCK])?[0] - LIFT);
+        let mut last = (start, self.outward_acceleration(index, body, at, [start; BLOCK])?[0] - LIFT);
         if last.1 > 0.0 {
             return Ok(Some(start));
         }
@@ -175,11 +178,12 @@ impl Batch<'_, '_> {
                 time = if end - time > stride { time + stride } else { end };
                 time
             });
-            let pushes = self.pushes(index, body, at, times)?;
-            for next in times.into_iter().zip(pushes.map(|push| push - LIFT)) {
+            let accelerations = self.outward_acceleration(index, body, at, times)?;
+            for next in times.into_iter().zip(accelerations.map(|outward| outward - LIFT)) {
                 if next.1 > 0.0 {
-                    let push = |time: f64| Ok(self.pushes(index, body, at, [time; BLOCK])?[0] - LIFT);
-                    return root(push, last, next).map(Some);
+                    let outward =
+                        |time: f64| Ok(self.outward_acceleration(index, body, at, [time; BLOCK])?[0] - LIFT);
+                    return root(outward, last, next).map(Some);
                 }
                 last = next;
             }

@@ -112,12 +112,12 @@ pub fn scan(
         }
         // The next step begins at these values, so that a zero is found in exactly one of the two.
         values[POINTS - 1] = value(after)?;
-        let wanted = |rises| counts(event.direction, rises);
-        let found = |theta, rising| {
+        let accepts = |rises| counts(event.direction, rises);
+        let take_zero = |theta, rising| {
             let (time, position, velocity) = at_fraction(step, theta);
             out.push(ParticleOccurrence { event: index, particle, time, position, velocity, rising });
         };
-        zeros(&fractions, &values, None, |theta| value(at_fraction(step, theta)), wanted, found)?;
+        zeros(&fractions, &values, None, |theta| value(at_fraction(step, theta)), accepts, take_zero)?;
     }
     out[first..].sort_by(|a, b| (a.time * along).total_cmp(&(b.time * along)));
     Ok(())

@@ -28,11 +28,11 @@ pub struct Radiation {
 #[derive(Debug, Clone)]
 pub struct ExternalForces {
     attractions: Vec<PointAttraction>,
-    light: Option<Light>,
+    light: Option<RadiationSource>,
 }
 
 #[derive(Debug, Clone)]
-struct Light {
+struct RadiationSource {
     /// The index of the source among the third bodies.
     source: usize,
     strength: f64,
@@ -58,7 +58,11 @@ impl ExternalForces {
                     return Err(Error::invalid(format!("{what} of Radiation"), value, "zero or more"));
                 }
             }
-            Ok(Light { source, strength: radiation.strength, disc: Disc::new(radiation.radius, bodies) })
+            Ok(RadiationSource {
+                source,
+                strength: radiation.strength,
+                disc: Disc::new(radiation.radius, bodies),
+            })
         };
         Ok(Self { light: radiation.map(light).transpose()?, attractions })
     }
@@ -90,13 +94,13 @@ impl ExternalForces {
     ) -> Result<Vec3> {
         let mut sum = Vec3::zeros();
         for (index, attraction) in self.attractions.iter_mut().enumerate() {
-            let place = attraction.place(time)?;
-            sum += attraction.acceleration(&place, x);
+            let source = attraction.position(time)?;
+            sum += attraction.acceleration(&source, x);
             if let Some(light) = &mut self.light
                 && light.source == index
                 && area_to_mass != 0.0
             {
-                let towards = place.position - x;
+                let towards = source.position - x;
                 let seen = light.disc.visible(&towards, |body| {
                     let number = |c: usize| columns[COLUMNS * body + c][lane];
                     (matrix([3, 4, 5, 6].map(number)), x - Vec3::from([0, 1, 2].map(number)))
@@ -108,12 +112,12 @@ impl ExternalForces {
         Ok(sum)
     }
 
-    /// Returns the visible part of the source's disc from a position; `place` returns a body's rotation and
-    /// the position relative to its centre. Without radiation it is one.
-    pub fn seen(&mut self, time: f64, x: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
+    /// Returns the visible part of the source's disc from a position; `pose_from` returns a body's rotation
+    /// and the position relative to its centre. Without radiation it is one.
+    pub fn seen(&mut self, time: f64, x: &Vec3, pose_from: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
         let Some(light) = &mut self.light else { return Ok(1.0) };
-        let towards = self.attractions[light.source].place(time)?.position - x;
-        Ok(light.disc.visible(&towards, place))
+        let towards = self.attractions[light.source].position(time)?.position - x;
+        Ok(light.disc.visible(&towards, pose_from))
     }
 }
 
@@ -131,11 +135,11 @@ pub fn visible_from(
     external_forces.covers(state.time, state.time)?;
     let (frame, ..) = BarycentricFrame::new(system.layout(), &system.masses(), state);
     let origin = frame.nominal_at(state.time);
-    let turns: Vec<Mat3> = state.attitude.iter().map(|&q| matrix(q)).collect();
+    let rotations: Vec<Mat3> = state.attitude.iter().map(|&q| matrix(q)).collect();
     let part = |point: &Vec3| {
         interrupt.charge(100, state.time)?;
         external_forces
-            .seen(state.time, &(point - origin), |body| (turns[body], point - state.position[body]))
+            .seen(state.time, &(point - origin), |body| (rotations[body], point - state.position[body]))
     };
     points.iter().map(part).collect()
 }

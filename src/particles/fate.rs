@@ -124,7 +124,7 @@ pub enum ParticleStatus {
     Flying { leaving: bool },
     /// The particle is on a body, at a point of the body frame with this normal; it is `held` up to a time,
     /// and rests from then on until it lifts off.
-    On { body: usize, place: Vec3, normal: Vec3, held: f64 },
+    On { body: usize, point: Vec3, normal: Vec3, held: f64 },
     /// The particle has been removed.
     Gone,
 }

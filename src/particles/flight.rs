@@ -8,7 +8,7 @@ use super::events::{ParticleCondition, ParticleEvent, ParticleOccurrence};
 use super::external_forces::{ExternalForces, Radiation};
 use super::fate::{ContactResponse, Particle, ParticleStatus, Rules};
 use super::stage::FlightModel;
-use super::surface::Surface;
+use super::surface::BodySurface;
 use crate::dynamics::System;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
@@ -103,8 +103,8 @@ pub struct FlightRecord {
 }
 
 impl FlightPlan<'_> {
-    /// Flies particles that are all at one time, in the coordinates of the states. What the record held before
-    /// is replaced.
+    /// Flies particles that are all at one time, in the coordinates of the states. What the record held
+    /// before is replaced.
     ///
     /// On an error, particles stay where they are. The hook is called at the start, about every 25 ms and at
     /// the end, in the caller's thread, and stops the flight by [`ControlFlow::Break`].
@@ -128,7 +128,7 @@ impl FlightPlan<'_> {
             }
         };
         moved(particles, -1.0);
-        let outcome = self.push(start, particles, record, hook);
+        let outcome = self.fly_from(start, particles, record, hook);
         moved(particles, 1.0);
         let count = self.output.len();
         if count > 0 {
@@ -150,7 +150,7 @@ impl FlightPlan<'_> {
     }
 
     /// Flies particles whose motion is given relative to the nominal barycentre.
-    fn push(
+    fn fly_from(
         &self,
         start: f64,
         particles: &mut [Particle],
@@ -173,7 +173,7 @@ impl FlightPlan<'_> {
             return Ok(());
         }
         with_workers(self.threads, WorkerThread::run, |pool| {
-            self.push_along(start, &bodies, &external_forces, particles, record, hook, pool)
+            self.fly_steps(start, &bodies, &external_forces, particles, record, hook, pool)
         })??;
         self.ask(hook, start, self.until)
     }
@@ -224,14 +224,14 @@ impl FlightPlan<'_> {
     }
 
     /// Places the particles among the bodies, and prepares the bodies' surfaces and gravity.
-    fn prepare(&self, start: f64, particles: &mut [Particle], hook: &mut Hook) -> Result<Bodies> {
+    fn prepare(&self, start: f64, particles: &mut [Particle], hook: &mut Hook) -> Result<FlightBodies> {
         let mut inside = || hook(Progress { start, time: start, end: self.until });
         let interrupt = &mut InterruptCheck::new(&mut inside);
         let bodies = self.system.bodies();
         let ephemeris = BodyEphemeris::new(self.dense.frame(), self.dense.pieces());
-        let surfaces: Vec<Surface> = bodies.iter().map(Surface::new).collect();
+        let surfaces: Vec<BodySurface> = bodies.iter().map(BodySurface::new).collect();
         let poses: Vec<BodyMotion> = (0..surfaces.len()).map(|body| ephemeris.pose(body, start)).collect();
-        let work: u64 = surfaces.iter().map(Surface::work).sum();
+        let work: u64 = surfaces.iter().map(BodySurface::work).sum();
         for (index, particle) in particles.iter_mut().enumerate() {
             interrupt.charge(work, start)?;
             particle.check(index)?;
@@ -243,15 +243,15 @@ impl FlightPlan<'_> {
         }
         let (constant, arch) = (self.system.gravitational_constant(), self.system.arch());
         let puller = |body| ParticleAttractor::new(body, constant, arch, interrupt);
-        Ok(Bodies { attractors: bodies.iter().map(puller).collect::<Result<_>>()?, surfaces })
+        Ok(FlightBodies { attractors: bodies.iter().map(puller).collect::<Result<_>>()?, surfaces })
     }
 
     /// Integrates the particles along the run, range by range.
     #[expect(clippy::too_many_arguments)]
-    fn push_along(
+    fn fly_steps(
         &self,
         start: f64,
-        Bodies { surfaces, attractors }: &Bodies,
+        FlightBodies { surfaces, attractors }: &FlightBodies,
         external_forces: &ExternalForces,
         particles: &mut [Particle],
         record: &mut FlightRecord,
@@ -320,23 +320,23 @@ impl FlightPlan<'_> {
 }
 
 /// The surfaces and the gravity of the bodies.
-struct Bodies {
-    surfaces: Vec<Surface>,
+struct FlightBodies {
+    surfaces: Vec<BodySurface>,
     attractors: Vec<ParticleAttractor>,
 }
 
 /// Places a particle at the start. Returns an error for one that is inside a body.
 fn begin(
     poses: &[BodyMotion],
-    surfaces: &[Surface],
+    surfaces: &[BodySurface],
     system: &System,
     index: usize,
     particle: &mut Particle,
 ) -> Result<()> {
     let (x, v) = (particle.position(), particle.velocity());
     for (body, (surface, pose)) in surfaces.iter().zip(poses).enumerate() {
-        let (place, _) = pose.within(&x, &v);
-        if surface.contains(&place) {
+        let (point, _) = pose.within(&x, &v);
+        if surface.contains(&point) {
             let name = &system.bodies()[body].name;
             let value = format!("inside {name}");
             return Err(Error::invalid(
@@ -345,7 +345,7 @@ fn begin(
                 "a place outside all bodies",
             ));
         }
-        if surface.contains(&(place * (1.0 - 1e-10))) {
+        if surface.contains(&(point * (1.0 - 1e-10))) {
             particle.status = ParticleStatus::Flying { leaving: true };
         }
     }

@@ -26,4 +26,4 @@ pub use fate::LARGEST;
 pub use fate::{ContactResponse, End, Escape, Fate, Particle, Rules};
 pub use flight::{FlightPlan, FlightRecord};
 #[doc(hidden)]
-pub use surface::Surface;
+pub use surface::BodySurface;

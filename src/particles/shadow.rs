@@ -12,7 +12,7 @@
 //! its kind: where the cone's section begins and ends, and where it crosses the circle.
 
 use crate::integrate::polynomial_roots;
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3, perpendicular};
 use crate::shape::{Body, Shape};
 use gauss_quad::GaussLegendre;
@@ -71,8 +71,8 @@ impl Occulter {
 
     /// Returns which directions the occulter hides. `r` is the particle's position relative to the body's
     /// centre, `s` the direction to the source's centre, inertial.
-    fn hides(&self, turn: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
-        let p = r - turned(turn, &self.position);
+    fn hides(&self, rotation: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
+        let p = r - rotate(rotation, &self.position);
         let ahead = -p.dot(s);
         if ahead < -self.radius {
             return Hidden::Nothing;
@@ -86,11 +86,15 @@ impl Occulter {
         if ahead > 0.0 && aside.sqrt() + tau * ahead < self.inner {
             return Hidden::Everything;
         }
-        let own =
-            |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
+        let in_canonical =
+            |v: &Vec3| rotate_back(&self.rotation, &rotate_back(rotation, v)).component_div(&self.semi_axes);
         // From here on, vectors are in the frame in which the ellipsoid is the unit sphere.
-        let p = own(&p);
-        let directions = Mat3::from_columns(&[own(s), own(across[0]) * tau, own(across[1]) * tau]);
+        let p = in_canonical(&p);
+        let directions = Mat3::from_columns(&[
+            in_canonical(s),
+            in_canonical(across[0]) * tau,
+            in_canonical(across[1]) * tau,
+        ]);
         let height = (p.norm_squared() - 1.0).max(f64::EPSILON);
         let towards = directions.tr_mul(&p);
         let q = towards * towards.transpose() - directions.tr_mul(&directions) * height;
@@ -193,7 +197,7 @@ impl Disc {
 
     /// Returns the visible part of the disc, where the source lies in the direction `towards`, inertial;
     /// `place` returns a body's rotation and the position relative to its centre.
-    pub fn visible(&mut self, towards: &Vec3, mut place: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
+    pub fn visible(&mut self, towards: &Vec3, mut pose_from: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
         let square = towards.norm_squared();
         let s = towards / square.sqrt();
         let tau = self.radius / (square - self.radius * self.radius).max(f64::MIN_POSITIVE).sqrt();
@@ -201,8 +205,8 @@ impl Disc {
         let second = s.cross(&first);
         self.cones.clear();
         for occulter in &self.occulters {
-            let (turn, r) = place(occulter.body);
-            match occulter.hides(&turn, &r, &s, [&first, &second], tau) {
+            let (rotation, r) = pose_from(occulter.body);
+            match occulter.hides(&rotation, &r, &s, [&first, &second], tau) {
                 Hidden::Nothing => {}
                 Hidden::Everything => return 0.0,
                 Hidden::Within(cone) => self.cones.push(cone),
@@ -228,8 +232,8 @@ impl Disc {
         let mut hidden = 0.0;
         for pair in breaks.windows(2) {
             let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
-            for [weight, place] in &*rule {
-                hidden += half * weight * covered(cones, middle + half * place, intervals);
+            for [weight, abscissa] in &*rule {
+                hidden += half * weight * covered(cones, middle + half * abscissa, intervals);
             }
         }
         (1.0 - hidden / PI).clamp(0.0, 1.0)

@@ -175,13 +175,13 @@ impl<'a> Stages<'a> {
             out,
         });
         let ([x, y, z, ..], [_, _, _, ax, ay, az]) = (&self.trial, out);
-        let (place, mut acceleration) = ([*x, *y, *z], [*ax, *ay, *az]);
+        let (position, mut acceleration) = ([*x, *y, *z], [*ax, *ay, *az]);
         for (puller, columns) in self.model.attractors.iter().zip(by_body(&self.columns)) {
-            puller.add_pointwise(columns, &place, &mut acceleration);
+            puller.add_pointwise(columns, &position, &mut acceleration);
         }
         if !self.external_forces.is_empty() {
             for lane in 0..BLOCK {
-                let x = Vec3::from([0, 1, 2].map(|c| place[c][lane]));
+                let x = Vec3::from([0, 1, 2].map(|c| position[c][lane]));
                 let (time, ratio) = (self.times[lane], self.area_to_mass[lane]);
                 let more = self.external_forces.acceleration(time, &x, ratio, &self.columns, lane)?;
                 (0..3).for_each(|c| acceleration[c][lane] += more[c]);
@@ -242,7 +242,7 @@ impl WithSimd for Rates<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        self.model.ephemeris.places(simd, self.times, self.cursors, self.columns);
+        self.model.ephemeris.columns_at(simd, self.times, self.cursors, self.columns);
         let [x, y, z, vx, vy, vz] = *self.at;
         let mut acceleration = [[0.0; BLOCK]; 3];
         for (puller, columns) in self.model.attractors.iter().zip(by_body(self.columns)) {

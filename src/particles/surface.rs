@@ -9,7 +9,7 @@
 
 use super::body_ephemeris::{BodyEphemeris, BodyMotion};
 use crate::integrate::Segment;
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Part, Polyhedron, Shape};
 
@@ -29,7 +29,7 @@ const LONG: u32 = 10_000;
 
 /// The surface of a body.
 #[derive(Debug, Clone)]
-pub struct Surface {
+pub struct BodySurface {
     /// An upper bound of the distance of the body's points from its centre; zero for a point.
     pub radius: f64,
     /// How far an equivalent mass distribution with the same exterior field extends from the centre.
@@ -63,7 +63,7 @@ pub struct SurfaceHit {
 #[derive(Debug, Clone, Copy)]
 pub struct Landing {
     /// The point of the surface.
-    pub place: Vec3,
+    pub point: Vec3,
     /// The outward normal.
     pub normal: Vec3,
     /// The velocity relative to the surface.
@@ -73,15 +73,15 @@ pub struct Landing {
 impl BodyMotion {
     /// Converts position and velocity to the body frame, with the velocity relative to the rotating body.
     pub fn within(&self, position: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
-        let place = turned_back(&self.rotation, &(position - self.position));
-        let velocity = turned_back(&self.rotation, &(velocity - self.velocity)) - self.spin.cross(&place);
-        (place, velocity)
+        let local = rotate_back(&self.rotation, &(position - self.position));
+        let velocity = rotate_back(&self.rotation, &(velocity - self.velocity)) - self.spin.cross(&local);
+        (local, velocity)
     }
 
     /// Converts position and velocity from the body frame: the inverse of [`Self::within`].
-    pub fn without(&self, place: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
-        let moving = velocity + self.spin.cross(place);
-        (self.position + turned(&self.rotation, place), self.velocity + turned(&self.rotation, &moving))
+    pub fn without(&self, local: &Vec3, velocity: &Vec3) -> (Vec3, Vec3) {
+        let moving = velocity + self.spin.cross(local);
+        (self.position + rotate(&self.rotation, local), self.velocity + rotate(&self.rotation, &moving))
     }
 }
 
@@ -97,7 +97,7 @@ pub fn motion_at_fraction(segment: &Segment, theta: f64) -> (Vec3, Vec3) {
     (Vec3::new(y[0], y[1], y[2]), Vec3::new(y[3], y[4], y[5]))
 }
 
-impl Surface {
+impl BodySurface {
     /// Takes the outer parts of a body.
     pub fn new(body: &Body) -> Self {
         let part = |part: &Part| {
@@ -131,13 +131,13 @@ impl Surface {
         let d = direction.normalize();
         let far = |index: usize| {
             let part = &self.parts[index];
-            let (from, along) = (part.own(&Vec3::zeros()), turned_back(&part.rotation, &d));
+            let (from, along) = (part.part_frame(&Vec3::zeros()), rotate_back(&part.rotation, &d));
             Some((part.exit(&from, &along)?, index))
         };
         let (distance, index) = (0..self.parts.len()).filter_map(far).max_by(|a, b| a.0.total_cmp(&b.0))?;
         let part = &self.parts[index];
-        let place = d * distance;
-        Some((place, turned(&part.rotation, &part.normal(&part.own(&place)))))
+        let local = d * distance;
+        Some((local, rotate(&part.rotation, &part.normal(&part.part_frame(&local)))))
     }
 
     /// Returns the units of work of [`Self::contains`], for [`crate::interrupt::InterruptCheck`].
@@ -150,9 +150,9 @@ impl Surface {
     }
 
     /// Returns whether a point of the body frame is inside by more than rounding.
-    pub fn contains(&self, place: &Vec3) -> bool {
+    pub fn contains(&self, local: &Vec3) -> bool {
         self.parts.iter().any(|part| {
-            let y = part.own(place);
+            let y = part.part_frame(local);
             match &part.form {
                 SurfaceForm::Ellipsoid { inverse, .. } => {
                     y.component_mul(inverse).norm_squared() < 1.0 - 1e-12
@@ -185,15 +185,15 @@ impl Surface {
 
     /// Describes a particle at the surface of a part.
     pub fn landing(&self, pose: &BodyMotion, part: usize, (position, velocity): (&Vec3, &Vec3)) -> Landing {
-        let (place, velocity) = pose.within(position, velocity);
+        let (point, velocity) = pose.within(position, velocity);
         let part = &self.parts[part];
-        let normal = turned(&part.rotation, &part.normal(&part.own(&place)));
-        Landing { place, normal, velocity }
+        let normal = rotate(&part.rotation, &part.normal(&part.part_frame(&point)));
+        Landing { point, normal, velocity }
     }
 }
 
 /// How far a particle is outside a part: q for an ellipsoid, the distance from a polyhedron.
-struct Level {
+struct Clearance {
     value: f64,
     /// The rate of change of the value, where it matters.
     rate: f64,
@@ -216,14 +216,14 @@ struct Worst {
     /// A bound of |w|.
     speed: f64,
     /// A bound of |y| |w'|.
-    bend: f64,
+    curvature: f64,
     /// Size of the part, where levels are lengths.
     scale: f64,
 }
 
 impl PartSurface {
-    fn own(&self, place: &Vec3) -> Vec3 {
-        turned_back(&self.rotation, &(place - self.position))
+    fn part_frame(&self, local: &Vec3) -> Vec3 {
+        rotate_back(&self.rotation, &(local - self.position))
     }
 
     /// Returns the distance at which a ray leaves the part for good.
@@ -274,11 +274,11 @@ impl PartSurface {
         let worst = self.worst(ephemeris, body, step, length);
         // A shorter advance would be lost in the rounding of `passed`, and the search would not end.
         let floor = (FLOOR * length.min(self.form.size() / worst.speed)).max(f64::EPSILON * length);
-        let level = |passed: f64| self.level(ephemeris, body, step, start + direction * passed);
+        let clearance = |passed: f64| self.clearance(ephemeris, body, step, start + direction * passed);
         let first = if leaving { floor } else { 0.0 };
         let (mut passed, mut followed) = (first, 0_u32);
         while passed <= length {
-            let Level { value, rate, rounding, still } = level(passed);
+            let Clearance { value, rate, rounding, still } = clearance(passed);
             // A particle that lies on the surface to rounding does not reach it. A particle that follows the
             // surface for long does reach it: otherwise it would follow the surface forever at a meaningless
             // distance.
@@ -291,23 +291,23 @@ impl PartSurface {
             let lies = value >= -rounding && rate.abs() <= still;
             if value <= rounding && rate * direction < 0.0 && !lies {
                 // Newton's iteration refines the contact from here.
-                let mut met = passed - value / (rate * direction);
+                let mut contact = passed - value / (rate * direction);
                 for _ in 0..2 {
-                    let Level { value, rate, .. } = level(met.clamp(0.0, length));
-                    met -= value / (rate * direction);
+                    let Clearance { value, rate, .. } = clearance(contact.clamp(0.0, length));
+                    contact -= value / (rate * direction);
                 }
                 // The contact is not before the beginning of the search: a particle that has just left moves
                 // on.
-                let near = met.clamp((passed - 2.0 * floor).max(first), passed + floor);
+                let near = contact.clamp((passed - 2.0 * floor).max(first), passed + floor);
                 return Some(start + direction * near.clamp(0.0, length));
             }
             let ahead = match &self.form {
                 SurfaceForm::Ellipsoid { shortest, .. } => {
-                    let (rate, bend) = (rate * direction, 2.0 * worst.bend / (shortest * shortest));
+                    let (rate, curvature) = (rate * direction, 2.0 * worst.curvature / (shortest * shortest));
                     let value = value.max(0.0);
-                    let root = (rate * rate + 2.0 * bend * value).sqrt();
+                    let root = (rate * rate + 2.0 * curvature * value).sqrt();
                     // In neither form nearly equal numbers are subtracted.
-                    if rate < 0.0 { 2.0 * value / (root - rate) } else { (rate + root) / bend }
+                    if rate < 0.0 { 2.0 * value / (root - rate) } else { (rate + root) / curvature }
                 }
                 SurfaceForm::Polyhedron(_) => value / worst.speed,
             };
@@ -317,18 +317,18 @@ impl PartSurface {
     }
 
     /// Returns how far a particle is outside at a time.
-    fn level(&self, ephemeris: &BodyEphemeris, body: usize, step: &Segment, time: f64) -> Level {
+    fn clearance(&self, ephemeris: &BodyEphemeris, body: usize, step: &Segment, time: f64) -> Clearance {
         let (position, velocity) = motion_at(step, time);
         let pose = ephemeris.pose(body, time);
-        let (place, w) = pose.within(&position, &velocity);
-        let still = ROUNDING * (velocity.norm() + pose.spin.norm() * place.norm());
-        let (y, w) = (self.own(&place), turned_back(&self.rotation, &w));
+        let (local, w) = pose.within(&position, &velocity);
+        let still = ROUNDING * (velocity.norm() + pose.spin.norm() * local.norm());
+        let (y, w) = (self.part_frame(&local), rotate_back(&self.rotation, &w));
         let away = position.norm();
         match &self.form {
             SurfaceForm::Ellipsoid { inverse, shortest } => {
                 let (y, w) = (y.component_mul(inverse), w.component_mul(inverse));
                 let rounding = ROUNDING * (1.0 + away / shortest);
-                Level {
+                Clearance {
                     value: y.norm_squared() - 1.0,
                     rate: 2.0 * y.dot(&w),
                     rounding,
@@ -338,12 +338,12 @@ impl PartSurface {
             SurfaceForm::Polyhedron(polyhedron) => {
                 let (distance, size) = (polyhedron.distance(&y), polyhedron.circumradius());
                 if distance > 1e-3 * size {
-                    return Level { value: distance, rate: 0.0, rounding: 0.0, still };
+                    return Clearance { value: distance, rate: 0.0, rounding: 0.0, still };
                 }
                 // A little above the surface the nearest face tells whether the point is inside or outside.
                 let (normal, height) = polyhedron.outward(&y);
                 let value = distance.copysign(height);
-                Level { value, rate: normal.dot(&w), rounding: ROUNDING * (size + away), still }
+                Clearance { value, rate: normal.dot(&w), rounding: ROUNDING * (size + away), still }
             }
         }
     }
@@ -355,16 +355,16 @@ impl PartSurface {
         let pose = ephemeris.pose(body, step.start());
         let speed = (velocity - pose.velocity).norm() + acceleration * length;
         let reach = (position - pose.position).norm() + speed * length;
-        let turning = bounds.spin * reach;
+        let rotation_speed = bounds.spin * reach;
         let scale = match &self.form {
             SurfaceForm::Ellipsoid { .. } => 1.0,
             SurfaceForm::Polyhedron(_) => self.form.size(),
         };
         Worst {
             scale,
-            speed: speed + turning,
-            bend: (reach + self.position.norm())
-                * (acceleration + bounds.spin * (2.0 * speed + turning) + bounds.spin_rate * reach),
+            speed: speed + rotation_speed,
+            curvature: (reach + self.position.norm())
+                * (acceleration + bounds.spin * (2.0 * speed + rotation_speed) + bounds.spin_rate * reach),
         }
     }
 }

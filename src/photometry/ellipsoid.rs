@@ -18,7 +18,7 @@ use super::strips::{Moments, Strips};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
-use crate::math::rotation::turned_back;
+use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -71,8 +71,8 @@ pub struct Lit<'a> {
 }
 
 impl<'a> Lit<'a> {
-    /// Takes an ellipsoid, its law, the time, unit vectors to the observer and to the Sun, and the ellipsoids that may hide
-    /// either of them from it.
+    /// Takes an ellipsoid, its law, the time, unit vectors to the observer and to the Sun, and the ellipsoids
+    /// that may hide either of them from it.
     #[inline]
     pub fn new(
         placed: &'a Placed,
@@ -81,7 +81,7 @@ impl<'a> Lit<'a> {
         directions: [Vec3; 2],
         before: impl Iterator<Item = (Light, Placed)>,
     ) -> Self {
-        let lights = directions.map(|direction| turned_back(&placed.rotation, &direction));
+        let lights = directions.map(|direction| rotate_back(&placed.rotation, &direction));
         let [p, q] = lights.map(|light| light.component_div(&placed.semi_axes));
         let lune = Lune::new(&p, &q);
         let (mut hiding, mut outlines) = (Vec::new(), Vec::<Outline>::new());

@@ -98,7 +98,7 @@ impl Scene {
 /// Returns the semi-axes of a body that is one ellipsoid about its centre; `None` for another body.
 fn ellipsoid(body: &Body) -> Option<Vec3> {
     match body.parts() {
-        [Part { shape: Shape::Ellipsoid(ellipsoid), place: None, .. }] => {
+        [Part { shape: Shape::Ellipsoid(ellipsoid), placement: None, .. }] => {
             Some(Vec3::from(ellipsoid.semi_axes()))
         }
         _ => None,
@@ -116,8 +116,8 @@ fn disc(radius: f64) -> Vec<[f64; 3]> {
     let ring = |(index, (x, weight)): (usize, (&f64, &f64))| {
         let distance = radius.tan() * (0.5 * (1.0 + x)).sqrt();
         let weight = 0.5 * weight / PLACES as f64;
-        (0..PLACES).map(move |place| {
-            let angle = TAU * (place as f64 + 0.5 * (index % 2) as f64) / PLACES as f64;
+        (0..PLACES).map(move |placement| {
+            let angle = TAU * (placement as f64 + 0.5 * (index % 2) as f64) / PLACES as f64;
             [distance * angle.cos(), distance * angle.sin(), weight]
         })
     };

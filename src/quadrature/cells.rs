@@ -50,17 +50,21 @@ impl Demand {
         /// The error of a rule for the singular part, relative to that part, if it vanishes like the
         /// distance; the square of this number if it vanishes like the square.
         const SMOOTH: f64 = 0.1;
-        let (reach, own) = (distance + radius, self.radius);
-        let strength = if reach < own { (reach / own).powi(self.power) / own } else { 1.0 / reach };
-        let wanted = area * strength / self.error;
-        if wanted <= 1.0 {
+        let (reach, singular_radius) = (distance + radius, self.radius);
+        let strength = if reach < singular_radius {
+            (reach / singular_radius).powi(self.power) / singular_radius
+        } else {
+            1.0 / reach
+        };
+        let reduction = area * strength / self.error;
+        if reduction <= 1.0 {
             return Some(2);
         }
-        if wanted * SMOOTH.powi(self.power) <= 1.0 {
+        if reduction * SMOOTH.powi(self.power) <= 1.0 {
             return Some(4);
         }
         let x = distance / (std::f64::consts::SQRT_2 * radius);
-        let degree = wanted.ln() / (x + 1.0f64.hypot(x)).ln();
+        let degree = reduction.ln() / (x + 1.0f64.hypot(x)).ln();
         let points = (0.5 * degree).ceil() + 1.0;
         (points <= MOST as f64).then_some((points as usize).max(2))
     }
@@ -116,14 +120,19 @@ impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
         Self { polyhedron, demand, distance, range, face, volume, stack: [none; DEEPEST + 1], length: 0 }
     }
 
-    /// Divides all cells into pieces of a few milliseconds, where each point takes the work `each`. Returns
-    /// `None` if all points together take more than `most`.
-    pub fn divide(self, each: u64, most: u64, interrupt: &mut InterruptCheck) -> Result<Option<Division>> {
+    /// Divides all cells into pieces of a few milliseconds, where each point takes the work `work_per_point`.
+    /// Returns `None` if all points together take more than `most`.
+    pub fn divide(
+        self,
+        work_per_point: u64,
+        most: u64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<Division>> {
         let (mut division, mut work, mut all) = (Division::default(), 0, 0);
         for cell in self {
-            interrupt.charge(1 + each / 8, 0.0)?;
+            interrupt.charge(1 + work_per_point / 8, 0.0)?;
             let points = cell.points * cell.points;
-            let more = points as u64 * each;
+            let more = points as u64 * work_per_point;
             if work + more > WORK && division.begins.last().copied().unwrap_or(0) < cell.unit {
                 division.begins.push(cell.unit);
                 work = 0;
@@ -143,7 +152,7 @@ impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
         self.length += 1;
     }
 
-    fn push_face(&mut self) -> bool {
+    fn push_whole_face(&mut self) -> bool {
         if self.face * UNITS >= self.range.end {
             return false;
         }
@@ -182,7 +191,7 @@ impl<D: FnMut(&Vec3) -> f64> Iterator for Cells<'_, D> {
 
     fn next(&mut self) -> Option<Cell> {
         loop {
-            if self.length == 0 && !self.push_face() {
+            if self.length == 0 && !self.push_whole_face() {
                 return None;
             }
             self.length -= 1;

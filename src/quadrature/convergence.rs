@@ -88,16 +88,16 @@ const SLOWEST_RATE: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct Degrees {
     tolerance: f64,
-    surface: Known,
-    radial: Known,
-    angular: Known,
+    surface: DegreeRange,
+    radial: DegreeRange,
+    angular: DegreeRange,
     /// A number of radii with the result of [`outermost_ring`] for it.
     ring: (usize, f64),
 }
 
 /// A degree and the range of rates for which it is known to be needed.
 #[derive(Debug, Clone, Copy)]
-struct Known {
+struct DegreeRange {
     degree: usize,
     slowest: f64,
     fastest: f64,
@@ -106,8 +106,8 @@ struct Known {
 impl Degrees {
     /// Starts without remembered ranges.
     pub fn new(tolerance: f64) -> Self {
-        let known = Known { degree: 0, slowest: f64::INFINITY, fastest: 0.0 };
-        let [surface, radial, angular] = [known; 3];
+        let unknown_range = DegreeRange { degree: 0, slowest: f64::INFINITY, fastest: 0.0 };
+        let [surface, radial, angular] = [unknown_range; 3];
         Self { tolerance, surface, radial, angular, ring: (0, 0.0) }
     }
 
@@ -145,7 +145,7 @@ impl Degrees {
     }
 }
 
-impl Known {
+impl DegreeRange {
     /// Returns [`degree_for`] a rate, from the remembered range if that contains the rate.
     fn degree_for(&mut self, rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
         if !(self.slowest..=self.fastest).contains(&rate) {
@@ -206,8 +206,8 @@ fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usiz
 
 /// Returns [`degree_for`] a rate that is given by its logarithm.
 fn degree_of(speed: f64, tolerance: f64, power: f64, more: usize) -> usize {
-    let plain = -tolerance.ln() / speed;
-    (plain - power * plain.ln_1p() / speed).ceil().max(0.0) as usize + more
+    let without_power = -tolerance.ln() / speed;
+    (without_power - power * without_power.ln_1p() / speed).ceil().max(0.0) as usize + more
 }
 
 /// Returns a first guess of the degree for close bodies: by the ratio of the conformal radii of two confocal

@@ -2,7 +2,7 @@
 
 use super::composite::Assembly;
 use super::frame::WorkingFrame;
-use super::{GivenPart, Part, Shape};
+use super::{InputPart, Part, Shape};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,7 @@ pub struct Body {
     outer: Vec<usize>,
     circumradius: f64,
     /// The description of a composite as it was given, with its working frame.
-    given: Option<(Vec<GivenPart>, WorkingFrame)>,
+    input: Option<(Vec<InputPart>, WorkingFrame)>,
 }
 
 impl Body {
@@ -40,8 +40,8 @@ impl Body {
             inertia: shape.inertia_per_mass() * mass,
             outer: vec![0],
             circumradius: shape.circumradius(),
-            parts: vec![Part { shape, mass, place: None }],
-            given: None,
+            parts: vec![Part { shape, mass, placement: None }],
+            input: None,
         })
     }
 
@@ -65,12 +65,12 @@ impl Body {
     /// # Errors
     /// [`Error::InvalidInput`] names the part whose mass or place is not finite; the mass and the moments of
     /// inertia of the whole have to be those of a possible body.
-    pub fn composite(name: impl Into<String>, given: Vec<GivenPart>) -> Result<Self> {
+    pub fn composite(name: impl Into<String>, input: Vec<InputPart>) -> Result<Self> {
         let name = name.into();
-        let Assembly { mass, parts, inertia, outer, frame } = Assembly::new(&name, &given)?;
+        let Assembly { mass, parts, inertia, outer, frame } = Assembly::new(&name, &input)?;
         let reach = |part: &Part| part.position().norm() + part.shape.circumradius();
         let circumradius = parts.iter().map(reach).fold(0.0, f64::max);
-        Ok(Self { name, mass, inertia, outer, circumradius, parts, given: Some((given, frame)) })
+        Ok(Self { name, mass, inertia, outer, circumradius, parts, input: Some((input, frame)) })
     }
 
     /// Returns the name that errors and tables use.
@@ -108,13 +108,13 @@ impl Body {
 
     /// Returns the sum of the magnitudes of the parts' masses.
     pub fn mass_without_signs(&self) -> f64 {
-        if self.given.is_none() { self.mass } else { self.parts.iter().map(|part| part.mass.abs()).sum() }
+        if self.input.is_none() { self.mass } else { self.parts.iter().map(|part| part.mass.abs()).sum() }
     }
 
     /// Returns the volume of an ordinary body, zero for a point. For a composite, whose parts may overlap, it
     /// is that of the ellipsoid with its [`Self::semi_axes`].
     pub fn volume(&self) -> f64 {
-        if self.given.is_none() {
+        if self.input.is_none() {
             return self.parts[0].shape.volume();
         }
         let [a, b, c] = self.semi_axes();
@@ -125,7 +125,7 @@ impl Body {
     /// composite, a polyhedron or Stokes coefficients those of the homogeneous ellipsoid with the same mass
     /// and moments of inertia.
     pub fn semi_axes(&self) -> [f64; 3] {
-        if self.given.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_) | Shape::Stokes(_)) {
+        if self.input.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_) | Shape::Stokes(_)) {
             return self.parts[0].shape.semi_axes();
         }
         let all = self.inertia.sum();
@@ -145,14 +145,14 @@ impl Body {
     }
 
     /// Returns the parts of a composite as they were given, in its working frame; none for an ordinary body.
-    pub fn given(&self) -> &[GivenPart] {
-        self.given.as_ref().map_or(&[], |(parts, _)| parts)
+    pub fn input_parts(&self) -> &[InputPart] {
+        self.input.as_ref().map_or(&[], |(parts, _)| parts)
     }
 
     /// Returns where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body
     /// frame; `None` for other bodies.
     pub fn working_frame(&self) -> Option<WorkingFrame> {
-        match (&self.given, &self.parts[0].shape) {
+        match (&self.input, &self.parts[0].shape) {
             (Some((_, frame)), _) => Some(*frame),
             (None, Shape::Polyhedron(polyhedron)) => Some(polyhedron.working_frame()),
             (None, Shape::Stokes(stokes)) => Some(stokes.working_frame()),
@@ -162,7 +162,7 @@ impl Body {
 
     /// Returns whether the body has several parts, or one that is not at the origin.
     pub fn is_composite(&self) -> bool {
-        self.given.is_some()
+        self.input.is_some()
     }
 }
 
@@ -179,7 +179,7 @@ enum BodyDescription {
     },
     Composite {
         name: String,
-        parts: Vec<GivenPart>,
+        parts: Vec<InputPart>,
     },
 }
 
@@ -197,7 +197,7 @@ impl TryFrom<BodyDescription> for Body {
 impl From<Body> for BodyDescription {
     fn from(body: Body) -> Self {
         match body {
-            Body { name, given: Some((parts, _)), .. } => Self::Composite { name, parts },
+            Body { name, input: Some((parts, _)), .. } => Self::Composite { name, parts },
             Body { name, mass, mut parts, .. } => {
                 Self::Ordinary { name, shape: parts.swap_remove(0).shape, mass }
             }

@@ -5,7 +5,7 @@
 
 use super::frame::{WorkingFrame, check_inertia, principal_axes, quaternion};
 use super::tree::{BoundingBox, Tree};
-use super::{GivenPart, Part, Placement, Shape};
+use super::{InputPart, Part, Placement, Shape};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3};
@@ -22,37 +22,37 @@ pub(super) struct Assembly {
 
 impl Assembly {
     /// Assembles the parts; `name` is the body's name in error messages.
-    pub fn new(name: &str, given: &[GivenPart]) -> Result<Self> {
-        if given.is_empty() {
+    pub fn new(name: &str, input: &[InputPart]) -> Result<Self> {
+        if input.is_empty() {
             return Err(Error::invalid(format!("number of parts of {name}"), 0, "at least one"));
         }
-        for (index, part) in given.iter().enumerate() {
+        for (index, part) in input.iter().enumerate() {
             part.check(&format!("part {index} of {name}"))?;
         }
-        let mass = sum(given.iter().map(|part| part.mass));
-        let without_signs: f64 = given.iter().map(|part| part.mass.abs()).sum();
+        let mass = sum(input.iter().map(|part| part.mass));
+        let without_signs: f64 = input.iter().map(|part| part.mass.abs()).sum();
         // A total that is only the rounding of its terms counts as zero.
         if !(mass > 1e-13 * without_signs && mass.is_finite()) {
             let expected = "a finite sum above zero: the voids take away less than there is";
             return Err(Error::invalid(format!("mass of {name}, the sum of its parts',"), mass, expected));
         }
-        let places: Vec<Placement> = given.iter().map(GivenPart::place).collect();
+        let placements: Vec<Placement> = input.iter().map(InputPart::placement).collect();
         let weighted =
-            |c: usize| sum(given.iter().zip(&places).map(|(part, place)| part.mass * place.position[c]));
+            |c: usize| sum(input.iter().zip(&placements).map(|(part, place)| part.mass * place.position[c]));
         let centre = Vec3::new(weighted(0), weighted(1), weighted(2)) / mass;
-        let (tensor, size) = inertia(given, &places, &centre);
+        let (tensor, size) = inertia(input, &placements, &centre);
         let axes = principal_axes(&tensor, size);
         let inertia = (axes * tensor * axes.transpose()).diagonal();
         check_inertia(name, &inertia, size)?;
-        let parts: Vec<Part> = given
+        let parts: Vec<Part> = input
             .iter()
-            .zip(&places)
-            .map(|(part, place)| Part {
+            .zip(&placements)
+            .map(|(part, placement)| Part {
                 shape: part.shape.clone(),
                 mass: part.mass,
-                place: Some(Placement {
-                    position: axes * (place.position - centre),
-                    rotation: axes * place.rotation,
+                placement: Some(Placement {
+                    position: axes * (placement.position - centre),
+                    rotation: axes * placement.rotation,
                 }),
             })
             .collect();
@@ -62,14 +62,14 @@ impl Assembly {
 }
 
 /// Returns the inertia tensor about a point, and the size of the terms that add up to it.
-fn inertia(given: &[GivenPart], places: &[Placement], centre: &Vec3) -> (Mat3, f64) {
-    let mut tensors = Vec::with_capacity(given.len());
+fn inertia(input: &[InputPart], placements: &[Placement], centre: &Vec3) -> (Mat3, f64) {
+    let mut tensors = Vec::with_capacity(input.len());
     let mut size = 0.0;
-    for (part, place) in given.iter().zip(places) {
-        let own = part.shape.inertia_tensor_per_mass();
-        let arm = place.position - centre;
+    for (part, placement) in input.iter().zip(placements) {
+        let central = part.shape.inertia_tensor_per_mass();
+        let arm = placement.position - centre;
         let shifted = Mat3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose();
-        let tensor = (place.rotation * own * place.rotation.transpose() + shifted) * part.mass;
+        let tensor = (placement.rotation * central * placement.rotation.transpose() + shifted) * part.mass;
         size += tensor.trace().abs();
         tensors.push(tensor);
     }
@@ -112,7 +112,7 @@ fn outer(parts: &[Part]) -> Vec<usize> {
 fn inside(part: &Part, other: &Part) -> bool {
     // For a polyhedron as the other part this is not decided, and the answer is always no.
     if let Shape::Polyhedron(_) = other.shape {
-        return part.shape == other.shape && part.place == other.place;
+        return part.shape == other.shape && part.placement == other.placement;
     }
     let apart = part.position() - other.position();
     if apart.norm() > (1.0 + ROOM) * other.shape.circumradius() {
@@ -121,11 +121,11 @@ fn inside(part: &Part, other: &Part) -> bool {
     let stretch = Vec3::from(other.shape.semi_axes()).map(|a| 1.0 / a);
     let into = Mat3::from_diagonal(&stretch) * other.rotation().transpose();
     let centre = into * apart;
-    let turned = into * part.rotation();
+    let rotation = into * part.rotation();
     // A point as the other part yields NaN or infinity here, which is not below one.
     if let Shape::Polyhedron(polyhedron) = &part.shape {
-        return polyhedron.vertices().all(|v| (centre + turned * v).norm() <= 1.0 + ROOM);
+        return polyhedron.vertices().all(|v| (centre + rotation * v).norm() <= 1.0 + ROOM);
     }
-    let axes = turned * Mat3::from_diagonal(&Vec3::from(part.shape.semi_axes()));
+    let axes = rotation * Mat3::from_diagonal(&Vec3::from(part.shape.semi_axes()));
     centre.norm() + axes.singular_values().max() <= 1.0 + ROOM
 }

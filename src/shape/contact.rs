@@ -43,8 +43,8 @@ impl Growth {
 
     /// Adds the rounding of the parts' positions, for two parts at this distance from each other, with this
     /// sum of their circumradii and these positions in their bodies.
-    pub fn with_levers(self, distance: f64, circumradii: f64, places: [Option<Placement>; 2]) -> Self {
-        let levers: f64 = places.iter().flatten().map(|place| place.position.norm()).sum();
+    pub fn with_levers(self, distance: f64, circumradii: f64, placements: [Option<Placement>; 2]) -> Self {
+        let levers: f64 = placements.iter().flatten().map(|placement| placement.position.norm()).sum();
         if levers == 0.0 || self.factor == 0.0 {
             return self;
         }
@@ -104,8 +104,11 @@ pub fn growth(
 /// the part of it that can be removed before the shapes touch; for two spheres it equals their growth.
 fn shrinkage(gap: f64, distance: f64, circumradii: f64) -> Growth {
     // A shape in a concavity of another one may have a gap longer than the separation.
-    let rest = (distance - gap).max(1e-3 * distance);
-    Growth { factor: distance / rest, uncertainty: 8.0 * f64::EPSILON * (distance + circumradii) / rest }
+    let remaining = (distance - gap).max(1e-3 * distance);
+    Growth {
+        factor: distance / remaining,
+        uncertainty: 8.0 * f64::EPSILON * (distance + circumradii) / remaining,
+    }
 }
 
 /// Returns the contact function of Perram & Wertheim: the square of the factor by which two bodies must grow
@@ -155,7 +158,7 @@ struct Trial {
     /// The ratio n.r / (h_A(n) + h_B(n)), a lower bound of its maximum over n.
     growth: Growth,
     /// The difference ln(h_A/h_B) - ln t, which is zero at the solution.
-    excess: f64,
+    residual: f64,
     /// The derivative of the excess with respect to ln t, with the sign reversed.
     slope: f64,
 }
@@ -178,10 +181,10 @@ impl TwoEllipsoids {
             if trial.growth.factor > best.factor {
                 best = trial.growth;
             }
-            let bound = if trial.excess > 0.0 { &mut low } else { &mut high };
+            let bound = if trial.residual > 0.0 { &mut low } else { &mut high };
             *bound = u;
             // A derivative without a correct digit leads out of the bracket.
-            let newton = u + trial.excess / trial.slope;
+            let newton = u + trial.residual / trial.slope;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - u).abs() <= ENOUGH {
                 break;
@@ -240,11 +243,11 @@ impl TwoEllipsoids {
         };
         let uncertainty = moved / thickness + 0.5 * (moved / thinnest).powi(2);
 
-        let turned = inverse * second.iter().fold(Vec3::zeros(), |sum, row| sum + row * row.dot(&w));
-        let shared = first.iter().map(|row| row.dot(&w) * row.dot(&turned)).sum::<f64>();
+        let weighted = inverse * second.iter().fold(Vec3::zeros(), |sum, row| sum + row * row.dot(&w));
+        let shared = first.iter().map(|row| row.dot(&w) * row.dot(&weighted)).sum::<f64>();
         Trial {
             growth: Growth { factor, uncertainty },
-            excess: (h_first / h_second_times_root).ln() - 0.5 * u,
+            residual: (h_first / h_second_times_root).ln() - 0.5 * u,
             slope: shared * (h_first.powi(-2) + h_second_times_root.powi(-2)),
         }
     }

@@ -19,19 +19,19 @@ pub fn first_crossing(
 ) -> Result<Option<[usize; 2]>> {
     let corners = |face: [u32; 3]| face.map(|v| vertices[v as usize]);
     for (i, face) in faces.iter().enumerate() {
-        let mut found = None;
-        let mut looked = 1;
+        let mut partner = None;
+        let mut tested = 1;
         tree.meeting(&BoundingBox::of(&corners(*face)), |j| {
             let j = j as usize;
-            if j > i && found.is_none_or(|k| j < k) {
-                looked += 1;
+            if j > i && partner.is_none_or(|k| j < k) {
+                tested += 1;
                 if cross(vertices, *face, faces[j]) {
-                    found = Some(j);
+                    partner = Some(j);
                 }
             }
         });
-        interrupt.charge(PAIR * looked, 0.0)?;
-        if let Some(j) = found {
+        interrupt.charge(PAIR * tested, 0.0)?;
+        if let Some(j) = partner {
             return Ok(Some([i, j]));
         }
     }
@@ -43,21 +43,21 @@ fn cross(vertices: &[Vec3], first: [u32; 3], second: [u32; 3]) -> bool {
     let corners = |face: [u32; 3]| face.map(|v| vertices[v as usize]);
     let shared: Vec<u32> = first.into_iter().filter(|v| second.contains(v)).collect();
     let (a, b) = (corners(first), corners(second));
-    let rest =
+    let unshared =
         |face: [u32; 3]| face.into_iter().filter(|v| !shared.contains(v)).map(|v| vertices[v as usize]);
     match shared[..] {
         [] => (0..3)
             .any(|k| segment_meets([a[k], a[(k + 1) % 3]], &b) || segment_meets([b[k], b[(k + 1) % 3]], &a)),
         // Both faces extend from the common vertex until one of them ends, at the side opposite to it.
         [_] => {
-            let side = |face| -> Vec<Vec3> { rest(face).collect() };
+            let side = |face| -> Vec<Vec3> { unshared(face).collect() };
             let (p, q) = (side(first), side(second));
             segment_meets([p[0], p[1]], &b) || segment_meets([q[0], q[1]], &a)
         }
         // Two faces with a common edge share more than it only where one is folded onto the other.
         [u, v] => {
             let (u, v) = (vertices[u as usize], vertices[v as usize]);
-            let [Some(p), Some(q)] = [rest(first).next(), rest(second).next()] else { return true };
+            let [Some(p), Some(q)] = [unshared(first).next(), unshared(second).next()] else { return true };
             side_of(&[u, v, p], &q) == 0.0 && {
                 let axis = (v - u).cross(&(p - u)).iamax();
                 (flat_side(axis, &u, &v, &p) > 0.0) == (flat_side(axis, &u, &v, &q) > 0.0)

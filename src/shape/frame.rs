@@ -35,21 +35,21 @@ pub(super) fn principal_axes(tensor: &Mat3, size: f64) -> Mat3 {
     let vector = |k: usize| eigen.eigenvectors.column(order[k]).into_owned();
     match (middle - low <= small, high - middle <= small) {
         (true, true) => Mat3::identity(),
-        (true, false) => turned_least_about(vector(2)),
-        (false, true) => turned_least_about(vector(0)),
+        (true, false) => least_rotation(vector(2)),
+        (false, true) => least_rotation(vector(0)),
         (false, false) => nearest_frame([vector(0), vector(1), vector(2)]),
     }
 }
 
 /// Returns the smallest rotation that turns the nearest axis of the working frame into the direction of this
 /// vector.
-fn turned_least_about(vector: Vec3) -> Mat3 {
+fn least_rotation(vector: Vec3) -> Mat3 {
     let axis = vector.iamax();
     let along = vector * vector[axis].signum();
     let mut unit = Vec3::zeros();
     unit[axis] = 1.0;
     // The two directions are less than 60 degrees apart.
-    Rotation3::rotation_between(&along, &unit).map_or_else(Mat3::identity, |turn| turn.into_inner())
+    Rotation3::rotation_between(&along, &unit).map_or_else(Mat3::identity, |rotation| rotation.into_inner())
 }
 
 /// Returns the frame along these three vectors, ordered and directed so that it is nearest to the working

@@ -24,8 +24,12 @@ pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]
         [Shape::Polyhedron(a), Shape::Polyhedron(b)] => {
             between_polyhedra([a, b], &first.tr_mul(separation), &first.tr_mul(second))
         }
-        [Shape::Polyhedron(a), other] => beside(a, other, &first.tr_mul(separation), &first.tr_mul(second)),
-        [other, Shape::Polyhedron(b)] => beside(b, other, &-second.tr_mul(separation), &second.tr_mul(first)),
+        [Shape::Polyhedron(a), corner_of_first] => {
+            beside(a, corner_of_first, &first.tr_mul(separation), &first.tr_mul(second))
+        }
+        [corner_of_first, Shape::Polyhedron(b)] => {
+            beside(b, corner_of_first, &-second.tr_mul(separation), &second.tr_mul(first))
+        }
         _ => return None,
     };
     Some(gap.max(spheres))
@@ -33,9 +37,9 @@ pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]
 
 /// Returns the gap of an ellipsoid or a point beside a polyhedron; its centre and rotation are given in the
 /// polyhedron's frame.
-fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3) -> f64 {
+fn beside(polyhedron: &Polyhedron, corner_of_first: &Shape, centre: &Vec3, rotation: &Mat3) -> f64 {
     let within = polyhedron.contains(centre);
-    let Shape::Ellipsoid(ellipsoid) = other else {
+    let Shape::Ellipsoid(ellipsoid) = corner_of_first else {
         let distance = polyhedron.distance(centre);
         return if within { -distance } else { distance };
     };
@@ -55,24 +59,24 @@ fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3
 
 /// Returns the gap of two polyhedra; the position and rotation of the second one are given in the frame of
 /// the first.
-fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64 {
+fn between_polyhedra([a, b]: [&Polyhedron; 2], position: &Vec3, rotation: &Mat3) -> f64 {
     let depth = |inner: &Polyhedron, outer: &Polyhedron, into: &dyn Fn(&Vec3) -> Vec3| {
         let points = inner.vertices().map(|v| into(&v)).filter(|v| outer.contains(v));
         points.map(|v| outer.distance(&v)).fold(0.0, f64::max)
     };
-    let least = a.nearest_to(b, place, turn);
+    let least = a.nearest_to(b, position, rotation);
     let apart = least > 0.0 && {
         // Surfaces that do not meet belong to polyhedra that are apart, or of which one lies within the
         // other.
-        let one = b.vertices().next().map(|v| place + turn * v);
-        let other = a.vertices().next().map(|v| turn.tr_mul(&(v - place)));
-        !one.is_some_and(|v| a.contains(&v)) && !other.is_some_and(|v| b.contains(&v))
+        let corner_of_second = b.vertices().next().map(|v| position + rotation * v);
+        let corner_of_first = a.vertices().next().map(|v| rotation.tr_mul(&(v - position)));
+        !corner_of_second.is_some_and(|v| a.contains(&v)) && !corner_of_first.is_some_and(|v| b.contains(&v))
     };
     if apart {
         return least;
     }
-    let into_a = |v: &Vec3| place + turn * v;
-    let into_b = |v: &Vec3| turn.tr_mul(&(v - place));
+    let into_a = |v: &Vec3| position + rotation * v;
+    let into_b = |v: &Vec3| rotation.tr_mul(&(v - position));
     // Edges that cross without a vertex inside the other polyhedron count as overlap too.
     let least_depth = 1e-12 * (a.circumradius() + b.circumradius());
     -depth(b, a, &into_a).max(depth(a, b, &into_b)).max(least_depth)

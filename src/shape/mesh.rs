@@ -66,7 +66,7 @@ pub fn check_solid(
             "faces that meet at common edges alone",
         ));
     }
-    check_turned_outward(vertices, faces, edges, interrupt)
+    check_orientation(vertices, faces, edges, interrupt)
 }
 
 fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {
@@ -147,7 +147,7 @@ fn doubled(mut first: [u32; 3], mut second: [u32; 3]) -> bool {
 
 /// Checks that every closed surface has the solid on its inner side, or, for a hollow within another surface,
 /// on its outer side.
-fn check_turned_outward(
+fn check_orientation(
     vertices: &[Vec3],
     faces: &[[u32; 3]],
     edges: &[Edge],
@@ -164,14 +164,14 @@ fn check_turned_outward(
                 a.dot(&b.cross(&c))
             })
             .sum();
-        let mut turns = 0.0;
+        let mut enclosures = 0.0;
         for other in surfaces.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| other)
         {
             interrupt.charge(4 * other.len() as u64, 0.0)?;
             let angle: f64 = other.iter().map(|&face| solid_angle(corners(face).map(|v| v - origin))).sum();
-            turns += angle / (4.0 * std::f64::consts::PI);
+            enclosures += angle / (4.0 * std::f64::consts::PI);
         }
-        let (within, first) = (turns.round() as i64, surface[0]);
+        let (within, first) = (enclosures.round() as i64, surface[0]);
         match (volume > 0.0, within) {
             (true, 0) | (false, 1) => {}
             (false, 0) => {
@@ -216,14 +216,14 @@ fn surfaces(count: usize, edges: &[Edge]) -> Vec<Vec<usize>> {
         parent[i.max(j)] = i.min(j);
     }
     let mut surfaces: Vec<Vec<usize>> = Vec::new();
-    let mut place = vec![usize::MAX; count];
+    let mut index = vec![usize::MAX; count];
     for face in 0..count {
         let first = root(&mut parent, face);
         if first == face {
-            place[face] = surfaces.len();
+            index[face] = surfaces.len();
             surfaces.push(Vec::new());
         }
-        surfaces[place[first]].push(face);
+        surfaces[index[first]].push(face);
     }
     surfaces
 }

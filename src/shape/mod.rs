@@ -35,7 +35,7 @@ pub use gap::gap_between;
 pub use mesh::{Edge, solid_angle};
 #[doc(hidden)]
 pub use part::Placement;
-pub use part::{GivenPart, Part};
+pub use part::{InputPart, Part};
 #[doc(hidden)]
 pub use part_derivative::{PartDerivative, PartNumber};
 #[doc(hidden)]
@@ -43,7 +43,7 @@ pub use plane::{across_separating_plane, normal, support, tip};
 pub use polyhedron::Polyhedron;
 #[doc(hidden)]
 pub use proximity::Proximity;
-pub use stokes::{GivenCoefficients, StokesCoefficients, StokesNumber};
+pub use stokes::{InputCoefficients, StokesCoefficients, StokesNumber};
 #[doc(hidden)]
 pub use tree::{BoundingBox, Tree};
 
@@ -81,7 +81,7 @@ impl TryFrom<Option<[f64; 3]>> for Shape {
 enum ShapeDescription {
     Axes(Option<[f64; 3]>),
     Mesh { vertices: Vec<[f64; 3]>, faces: Vec<[u32; 3]> },
-    Stokes(GivenCoefficients),
+    Stokes(InputCoefficients),
 }
 
 impl TryFrom<ShapeDescription> for Shape {
@@ -103,10 +103,11 @@ impl From<Shape> for ShapeDescription {
     fn from(shape: Shape) -> Self {
         match shape {
             Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
-            Shape::Polyhedron(p) => {
-                Self::Mesh { vertices: p.given().map(Into::into).collect(), faces: p.faces().to_vec() }
-            }
-            Shape::Stokes(stokes) => Self::Stokes(stokes.given().clone()),
+            Shape::Polyhedron(p) => Self::Mesh {
+                vertices: p.input_vertices().map(Into::into).collect(),
+                faces: p.faces().to_vec(),
+            },
+            Shape::Stokes(stokes) => Self::Stokes(stokes.input().clone()),
             Shape::Point => Self::Axes(None),
         }
     }

@@ -20,8 +20,8 @@ pub fn cached_moments(
     key: MomentKey,
     make: impl FnOnce() -> Result<Vec<f64>>,
 ) -> Result<Arc<Vec<f64>>> {
-    let found = cache.lock().ok().and_then(|cache| cache.iter().find(|(other, _)| *other == key).cloned());
-    if let Some((_, values)) = found {
+    let cached = cache.lock().ok().and_then(|cache| cache.iter().find(|(other, _)| *other == key).cloned());
+    if let Some((_, values)) = cached {
         return Ok(values);
     }
     let values = Arc::new(make()?);

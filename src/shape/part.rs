@@ -23,25 +23,25 @@ pub struct Part {
     pub mass: f64,
     /// The position and rotation in the body's frame; `None` for the one part of an ordinary body, which is
     /// at the origin and not rotated.
-    pub place: Option<Placement>,
+    pub placement: Option<Placement>,
 }
 
 impl Part {
     /// Returns the part's centre in the body's frame.
     pub fn position(&self) -> Vec3 {
-        self.place.map_or_else(Vec3::zeros, |place| place.position)
+        self.placement.map_or_else(Vec3::zeros, |placement| placement.position)
     }
 
     /// Returns the rotation from the part's frame into the body's frame.
     pub fn rotation(&self) -> Mat3 {
-        self.place.map_or_else(Mat3::identity, |place| place.rotation)
+        self.placement.map_or_else(Mat3::identity, |placement| placement.rotation)
     }
 }
 
 /// A part of a composite as it was given, in the working frame that the caller chose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct GivenPart {
+pub struct InputPart {
     /// The shape.
     #[serde(rename = "semi_axes")]
     pub shape: Shape,
@@ -53,7 +53,7 @@ pub struct GivenPart {
     pub attitude: [f64; 4],
 }
 
-impl GivenPart {
+impl InputPart {
     /// Returns the mass of a part from its density, of either sign; `what` names the part in errors.
     ///
     /// # Errors
@@ -86,7 +86,7 @@ impl GivenPart {
         require_positive(&format!("length of the attitude of {what}"), length)
     }
 
-    pub(super) fn place(&self) -> Placement {
+    pub(super) fn placement(&self) -> Placement {
         let rotation = rotation::matrix(rotation::normalised(self.attitude));
         let position = Vec3::from(self.position);
         let Shape::Polyhedron(polyhedron) = &self.shape else { return Placement { position, rotation } };

@@ -33,7 +33,7 @@ pub struct PartDerivative {
     /// The derivatives of the positions of all parts.
     pub positions: Vec<Vec3>,
     /// The derivative of the rotation of all parts, as a rotation vector.
-    pub turn: Vec3,
+    pub rotation_change: Vec3,
     /// The derivatives of the moments of inertia.
     pub inertia: Vec3,
     /// A change of the parameter that is small for the body.
@@ -46,15 +46,19 @@ impl PartDerivative {
     pub fn changed(
         &self,
         index: usize,
-        place: &Placement,
+        placement: &Placement,
         share: f64,
         mass: f64,
         by: f64,
     ) -> (Placement, f64) {
-        let own = if index == self.part { self.relative_mass } else { 0.0 };
-        let rotation = rotation::matrix(rotation::exponential(&(self.turn * by))) * place.rotation;
-        let position = place.position + self.positions[index] * by;
-        (Placement { position, rotation }, share * (1.0 + own * by) / (1.0 + self.mass * by / mass))
+        let relative_change = if index == self.part { self.relative_mass } else { 0.0 };
+        let rotation =
+            rotation::matrix(rotation::exponential(&(self.rotation_change * by))) * placement.rotation;
+        let position = placement.position + self.positions[index] * by;
+        (
+            Placement { position, rotation },
+            share * (1.0 + relative_change * by) / (1.0 + self.mass * by / mass),
+        )
     }
 }
 
@@ -70,27 +74,27 @@ impl Body {
         let square = |arm: &Vec3, by: &Vec3| {
             Mat3::from_diagonal_element(arm.dot(by)) - 0.5 * (arm * by.transpose() + by * arm.transpose())
         };
-        let (relative_mass, mass, own, centre, tensor, size) = match number {
+        let (relative_mass, mass, shift, centre, tensor, size) = match number {
             PartNumber::Mass => {
-                let turn = part.rotation();
-                let tensor =
-                    turn * part.shape.inertia_tensor_per_mass() * turn.transpose() + square(&arm, &arm);
+                let rotation = part.rotation();
+                let tensor = rotation * part.shape.inertia_tensor_per_mass() * rotation.transpose()
+                    + square(&arm, &arm);
                 (1.0 / part.mass, 1.0, Vec3::zeros(), arm / self.mass, tensor, part.mass.abs())
             }
             PartNumber::Position(axis) => {
-                let own = axes.column(axis).into_owned();
-                let tensor = 2.0 * part.mass * square(&arm, &own);
-                (0.0, 0.0, own, own * (part.mass / self.mass), tensor, self.circumradius())
+                let shift = axes.column(axis).into_owned();
+                let tensor = 2.0 * part.mass * square(&arm, &shift);
+                (0.0, 0.0, shift, shift * (part.mass / self.mass), tensor, self.circumradius())
             }
         };
         let inertia = self.inertia();
         let all = inertia.sum();
-        let mut turn = Vec3::zeros();
+        let mut rotation_change = Vec3::zeros();
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let (product, difference) = (tensor[(k, j)], inertia[k] - inertia[j]);
             if difference.abs() > ROUNDING * all {
-                turn[i] = product / difference;
+                rotation_change[i] = product / difference;
             } else if (product * size).abs() > ROUNDING * all {
                 let number = match number {
                     PartNumber::Mass => "mass".to_owned(),
@@ -104,18 +108,26 @@ impl Body {
             }
         }
         let moved = |(k, part): (usize, &Part)| {
-            let own = if k == index { own } else { Vec3::zeros() };
-            turn.cross(&part.position()) + own - centre
+            let shift = if k == index { shift } else { Vec3::zeros() };
+            rotation_change.cross(&part.position()) + shift - centre
         };
         let positions = parts.iter().enumerate().map(moved).collect();
         let part = index;
-        Ok(PartDerivative { part, relative_mass, mass, positions, turn, inertia: tensor.diagonal(), size })
+        Ok(PartDerivative {
+            part,
+            relative_mass,
+            mass,
+            positions,
+            rotation_change,
+            inertia: tensor.diagonal(),
+            size,
+        })
     }
 
     /// Returns the body with a parameter of a part changed.
     #[doc(hidden)]
     pub fn with_part(&self, index: usize, number: PartNumber, by: f64) -> Result<Self> {
-        let mut parts = self.given().to_vec();
+        let mut parts = self.input_parts().to_vec();
         match number {
             PartNumber::Mass => parts[index].mass += by,
             PartNumber::Position(axis) => parts[index].position[axis] += by,
@@ -131,7 +143,7 @@ impl Body {
         if !self.is_composite() {
             return Self::with_mass(self.name.clone(), self.parts()[0].shape.clone(), mass);
         }
-        let mut parts = self.given().to_vec();
+        let mut parts = self.input_parts().to_vec();
         parts.iter_mut().for_each(|part| part.mass *= mass / self.mass);
         Self::composite(self.name.clone(), parts)
     }

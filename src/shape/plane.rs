@@ -41,9 +41,9 @@ pub fn normal(
     // n = [(1 - s) A + s B]^-1 r is computed from the factors of A and B, which keeps the digits of thin
     // bodies.
     let at = |u: f64| {
-        let (s, rest) = (1.0 / (1.0 + (-u).exp()), 1.0 / (1.0 + u.exp()));
+        let (s, complement) = (1.0 / (1.0 + (-u).exp()), 1.0 / (1.0 + u.exp()));
         let mut rows = Matrix6x3::zeros();
-        rows.fixed_rows_mut::<3>(0).copy_from(&(a * rest.sqrt()));
+        rows.fixed_rows_mut::<3>(0).copy_from(&(a * complement.sqrt()));
         rows.fixed_rows_mut::<3>(3).copy_from(&(b * s.sqrt()));
         let triangle = rows.qr().unpack_r();
         triangle.solve_upper_triangular(&triangle.tr_solve_upper_triangular(&r)?)
@@ -60,15 +60,15 @@ pub fn normal(
     let mut last: Option<(f64, f64)> = None;
     let mut n = at(u)?;
     for _ in 0..60 {
-        let excess = ((a * n).norm() / (b * n).norm()).ln() - u;
-        if excess > 0.0 {
+        let residual = ((a * n).norm() / (b * n).norm()).ln() - u;
+        if residual > 0.0 {
             low = u
         } else {
             high = u
         }
-        let secant = last.map_or(u + excess, |(v, other)| u - excess * (u - v) / (excess - other));
+        let secant = last.map_or(u + residual, |(v, other)| u - residual * (u - v) / (residual - other));
         let next = if secant > low && secant < high { secant } else { 0.5 * (low + high) };
-        last = Some((u, excess));
+        last = Some((u, residual));
         let moved = (next - u).abs();
         u = next;
         n = at(u)?;
@@ -89,14 +89,14 @@ pub fn normal(
 /// near as rounding, it is the vector between the centres.
 pub fn across_separating_plane(shapes: [&Shape; 2], rotations: [&Mat3; 2], separation: &Vec3) -> Vec3 {
     let distance = separation.norm();
-    let found = if distance > shapes[0].circumradius() + shapes[1].circumradius() {
+    let normal_vector = if distance > shapes[0].circumradius() + shapes[1].circumradius() {
         None
     } else if shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_))) {
         between_hulls(shapes, rotations, separation)
     } else {
         normal(shapes, rotations, separation, &mut 0.0).map(|n| n * distance)
     };
-    found.unwrap_or(*separation)
+    normal_vector.unwrap_or(*separation)
 }
 
 /// Approaches the point of the difference of two convex hulls that is nearest to the origin on straight lines
@@ -118,16 +118,16 @@ fn between_hulls(shapes: [&Shape; 2], rotations: [&Mat3; 2], separation: &Vec3) 
 
 /// Returns the point of a shape, relative to its centre, that is farthest along a vector.
 pub fn tip(shape: &Shape, rotation: &Mat3, n: &Vec3) -> Vec3 {
-    let own = rotation.tr_mul(n);
+    let local = rotation.tr_mul(n);
     let tip = match shape {
         Shape::Point => Vec3::zeros(),
-        Shape::Stokes(stokes) => own.normalize() * stokes.radius(),
+        Shape::Stokes(stokes) => local.normalize() * stokes.radius(),
         Shape::Ellipsoid(ellipsoid) => {
             let axes = Vec3::from(ellipsoid.semi_axes());
-            axes.component_mul(&axes.component_mul(&own).normalize())
+            axes.component_mul(&axes.component_mul(&local).normalize())
         }
         Shape::Polyhedron(polyhedron) => {
-            let farther = |a: Vec3, b: Vec3| if b.dot(&own) > a.dot(&own) { b } else { a };
+            let farther = |a: Vec3, b: Vec3| if b.dot(&local) > a.dot(&local) { b } else { a };
             polyhedron.vertices().reduce(farther).unwrap_or_default()
         }
     };

@@ -38,7 +38,7 @@ pub struct Polyhedron {
 #[derive(Debug)]
 struct Solid {
     /// The vertices as they were given, in the working frame.
-    given: Vec<Vec3>,
+    input_vertices: Vec<Vec3>,
     vertices: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
     edges: Vec<Edge>,
@@ -55,7 +55,7 @@ struct Solid {
 
 impl PartialEq for Polyhedron {
     fn eq(&self, other: &Self) -> bool {
-        let same = |a: &Solid, b: &Solid| a.given == b.given && a.faces == b.faces;
+        let same = |a: &Solid, b: &Solid| a.input_vertices == b.input_vertices && a.faces == b.faces;
         self.scale == other.scale
             && (Arc::ptr_eq(&self.solid, &other.solid) || same(&self.solid, &other.solid))
     }
@@ -77,18 +77,18 @@ impl Polyhedron {
     ///
     /// # Errors
     /// [`Error::InvalidInput`] names the vertex, edge or face at fault, and [`Error::Interrupted`].
-    pub fn new(given: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck) -> Result<Self> {
-        let edges = check(given, faces)?;
-        check_solid(given, faces, &edges, interrupt)?;
-        let polyhedron = Self::from_edges(given, faces, edges)?;
+    pub fn new(input_vertices: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck) -> Result<Self> {
+        let edges = check(input_vertices, faces)?;
+        check_solid(input_vertices, faces, &edges, interrupt)?;
+        let polyhedron = Self::from_edges(input_vertices, faces, edges)?;
         polyhedron.solid.checked.store(true, Ordering::Relaxed);
         Ok(polyhedron)
     }
 
     /// Makes a polyhedron from a description, where no interrupt can be checked: [`Self::check`] makes the
     /// long checks before the polyhedron is used.
-    pub(super) fn unchecked(given: &[Vec3], faces: &[[u32; 3]]) -> Result<Self> {
-        Self::from_edges(given, faces, check(given, faces)?)
+    pub(super) fn unchecked(input_vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Self> {
+        Self::from_edges(input_vertices, faces, check(input_vertices, faces)?)
     }
 
     /// Checks that the faces bound a solid, where that is not yet known.
@@ -97,20 +97,21 @@ impl Polyhedron {
     /// Returns the errors of [`Self::new`].
     pub fn check(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         if !self.solid.checked.load(Ordering::Relaxed) {
-            check_solid(&self.solid.given, &self.solid.faces, &self.solid.edges, interrupt)?;
+            check_solid(&self.solid.input_vertices, &self.solid.faces, &self.solid.edges, interrupt)?;
             self.solid.checked.store(true, Ordering::Relaxed);
         }
         Ok(())
     }
 
-    fn from_edges(given: &[Vec3], faces: &[[u32; 3]], edges: Vec<Edge>) -> Result<Self> {
+    fn from_edges(input_vertices: &[Vec3], faces: &[[u32; 3]], edges: Vec<Edge>) -> Result<Self> {
         // Vertices that belong to no face do not count.
-        let mut used = vec![false; given.len()];
+        let mut used = vec![false; input_vertices.len()];
         faces.iter().flatten().for_each(|&v| used[v as usize] = true);
         let count = used.iter().filter(|used| **used).count();
         let middle =
-            given.iter().zip(&used).filter(|(_, used)| **used).map(|(v, _)| v).sum::<Vec3>() / count as f64;
-        let vertices: Vec<Vec3> = given.iter().map(|v| v - middle).collect();
+            input_vertices.iter().zip(&used).filter(|(_, used)| **used).map(|(v, _)| v).sum::<Vec3>()
+                / count as f64;
+        let vertices: Vec<Vec3> = input_vertices.iter().map(|v| v - middle).collect();
         let (volume, first, _) = sums(&vertices, faces);
         let reach = |face: &[u32; 3], vertices: &[Vec3]| {
             face.map(|v| vertices[v as usize].norm()).into_iter().fold(0.0, f64::max)
@@ -129,7 +130,7 @@ impl Polyhedron {
         let blocks: Vec<BoundingBox> =
             faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
         let solid = Solid {
-            given: given.to_vec(),
+            input_vertices: input_vertices.to_vec(),
             circumradius: faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max),
             inertia: (axes * tensor * axes.transpose()).diagonal(),
             frame: WorkingFrame { position: -(axes * (middle + shift)), attitude: quaternion(&axes) },
@@ -162,8 +163,8 @@ impl Polyhedron {
     }
 
     /// Iterates over the vertices as they were given, in the working frame.
-    pub fn given(&self) -> impl Iterator<Item = Vec3> {
-        self.solid.given.iter().map(|v| v * self.scale)
+    pub fn input_vertices(&self) -> impl Iterator<Item = Vec3> {
+        self.solid.input_vertices.iter().map(|v| v * self.scale)
     }
 
     /// Returns the triangles as indices of vertices.
@@ -226,20 +227,21 @@ impl Polyhedron {
     /// tells whether the point is outside. On an edge or a corner the normals of all adjacent faces are
     /// weighted by their angles (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243).
     pub fn outward(&self, point: &Vec3) -> (Vec3, f64) {
-        let (place, size) = (point / self.scale, self.solid.circumradius);
-        let (distance, there) = self.closest(&place);
+        let (local, size) = (point / self.scale, self.solid.circumradius);
+        let (distance, there) = self.closest(&local);
         // Faces count as nearest within rounding.
         let most = distance * (1.0 + 1e-12) + 1e-14 * size;
         let (mut normal, mut height) = (Vec3::zeros(), 0.0);
-        let around = BoundingBox::of(&[place.add_scalar(-most), place.add_scalar(most)]);
+        let around = BoundingBox::of(&[local.add_scalar(-most), local.add_scalar(most)]);
         self.solid.tree.meeting(&around, |face| {
             let triangle @ [a, b, c] = self.solid.corners(face);
-            let closest = closest_point(&place, &triangle);
-            let from = place - closest;
+            let closest = closest_point(&local, &triangle);
+            let from = local - closest;
             if from.norm() <= most && (closest - there).norm() <= 1e-7 * size {
-                let own = (b - a).cross(&(c - a)).normalize() * angle_at(&closest, &triangle, 1e-7 * size);
-                normal += own;
-                height += own.dot(&from);
+                let face_normal =
+                    (b - a).cross(&(c - a)).normalize() * angle_at(&closest, &triangle, 1e-7 * size);
+                normal += face_normal;
+                height += face_normal.dot(&from);
             }
         });
         (normal.normalize(), height * self.scale)
@@ -253,15 +255,15 @@ impl Polyhedron {
 
     /// Returns the distance of the nearest faces of this polyhedron and of another one at this position and
     /// rotation; zero where they meet.
-    pub fn nearest_to(&self, other: &Self, place: &Vec3, turn: &Mat3) -> f64 {
+    pub fn nearest_to(&self, other: &Self, position: &Vec3, rotation: &Mat3) -> f64 {
         let whole = self.solid.tree.whole().scaled(self.scale);
         // Each face of the other polyhedron is searched against the tree of this one.
         let bound = |block: &BoundingBox| {
             let (centre, radius) = block.scaled(other.scale).sphere();
-            whole.distance(&(place + turn * centre)) - radius
+            whole.distance(&(position + rotation * centre)) - radius
         };
         other.solid.tree.least(f64::INFINITY, bound, |face, most| {
-            let triangle = other.corners(face as usize).map(|v| place + turn * v);
+            let triangle = other.corners(face as usize).map(|v| position + rotation * v);
             let around = BoundingBox::of(&triangle);
             let bound = |block: &BoundingBox| block.scaled(self.scale).apart(&around);
             self.solid
@@ -275,12 +277,12 @@ impl Polyhedron {
         if point.norm() > self.circumradius() {
             return false;
         }
-        let turned = |face| solid_angle(self.corners(face).map(|v| v - point));
-        (0..self.faces().len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
+        let solid_angle_of = |face| solid_angle(self.corners(face).map(|v| v - point));
+        (0..self.faces().len()).map(solid_angle_of).sum::<f64>() > 2.0 * std::f64::consts::PI
     }
 
     /// Returns the means over the solid of the solid harmonics of x / circumradius up to a degree, in the
-    /// order of [`harmonics::place`]. They are cached.
+    /// order of [`harmonics::index`]. They are cached.
     ///
     /// # Errors
     /// [`Error::Interrupted`].

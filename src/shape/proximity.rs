@@ -37,14 +37,14 @@ impl Proximity {
         for a in first.outer_parts() {
             for b in second.outer_parts() {
                 interrupt.charge(1, time)?;
-                let (mut r, mut turn_a, mut turn_b) = (*separation, *rotations[0], *rotations[1]);
-                if let Some(place) = &a.place {
-                    r -= turn_a * place.position;
-                    turn_a *= place.rotation;
+                let (mut r, mut rotation_a, mut rotation_b) = (*separation, *rotations[0], *rotations[1]);
+                if let Some(placement) = &a.placement {
+                    r -= rotation_a * placement.position;
+                    rotation_a *= placement.rotation;
                 }
-                if let Some(place) = &b.place {
-                    r += turn_b * place.position;
-                    turn_b *= place.rotation;
+                if let Some(placement) = &b.placement {
+                    r += rotation_b * placement.position;
+                    rotation_b *= placement.rotation;
                 }
                 let circumradii = a.shape.circumradius() + b.shape.circumradius();
                 let spheres = r.norm() / circumradii;
@@ -56,10 +56,10 @@ impl Proximity {
                     continue;
                 }
                 interrupt.charge(NEAR, time)?;
-                let growth = growth(&a.shape, &b.shape, &r, &turn_a, &turn_b).with_levers(
+                let growth = growth(&a.shape, &b.shape, &r, &rotation_a, &rotation_b).with_levers(
                     r.norm(),
                     circumradii,
-                    [a.place, b.place],
+                    [a.placement, b.placement],
                 );
                 nearest.overlap |= growth.overlap(&first.name, &second.name)?;
                 nearest.factor = nearest.factor.min(growth.factor);

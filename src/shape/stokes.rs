@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// and the axes along the principal axes of inertia.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StokesCoefficients {
-    given: Arc<GivenCoefficients>,
+    input: Arc<InputCoefficients>,
     moments: Arc<Vec<f64>>,
     radius: f64,
     inertia: Vec3,
@@ -32,8 +32,8 @@ const VANISHING: [usize; 6] = [1, 2, 3, 4, 5, 7];
 /// Stokes coefficients as they were given, in the working frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct GivenCoefficients {
-    /// The coefficients in the 4 pi normalisation, in the order of [`crate::math::harmonics::place`].
+pub struct InputCoefficients {
+    /// The coefficients in the 4 pi normalisation, in the order of [`crate::math::harmonics::index`].
     pub coefficients: Vec<f64>,
     /// The radius to which the coefficients refer.
     pub reference_radius: f64,
@@ -50,8 +50,8 @@ impl StokesCoefficients {
     /// [`Error::InvalidInput`] refuses numbers that are not finite, a number of coefficients that is not that
     /// of whole degrees from 2 to 60, a coefficient of degree zero other than one, moments of inertia that no
     /// body has, and those of a body that does not fit into the sphere.
-    pub fn new(given: GivenCoefficients) -> Result<Self> {
-        let GivenCoefficients { coefficients, reference_radius, mean_inertia, radius } = &given;
+    pub fn new(input: InputCoefficients) -> Result<Self> {
+        let InputCoefficients { coefficients, reference_radius, mean_inertia, radius } = &input;
         let degree = coefficients.len().isqrt().saturating_sub(1);
         if coefficients.len() != count(degree) || !(2..=Exchange::MAX_DEGREE).contains(&degree) {
             let expected = format!("(L + 1)^2 for a degree L from 2 to {}", Exchange::MAX_DEGREE);
@@ -95,12 +95,12 @@ impl StokesCoefficients {
             moments[index] = 0.0;
         }
         let frame = WorkingFrame { position: -(axes * centre), attitude: quaternion(&axes) };
-        Ok(Self { given: Arc::new(given), moments: Arc::new(moments), radius, inertia, frame })
+        Ok(Self { input: Arc::new(input), moments: Arc::new(moments), radius, inertia, frame })
     }
 
     /// Returns the coefficients as they were given.
-    pub fn given(&self) -> &GivenCoefficients {
-        &self.given
+    pub fn input(&self) -> &InputCoefficients {
+        &self.input
     }
 
     /// Returns the means of the harmonics in the body frame, in units of the radius.
@@ -131,14 +131,14 @@ impl StokesCoefficients {
     /// Returns the shape with all lengths multiplied by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let given = GivenCoefficients {
-            coefficients: self.given.coefficients.clone(),
-            reference_radius: self.given.reference_radius * factor,
-            mean_inertia: self.given.mean_inertia * factor * factor,
-            radius: self.given.radius * factor,
+        let input = InputCoefficients {
+            coefficients: self.input.coefficients.clone(),
+            reference_radius: self.input.reference_radius * factor,
+            mean_inertia: self.input.mean_inertia * factor * factor,
+            radius: self.input.radius * factor,
         };
         Self {
-            given: Arc::new(given),
+            input: Arc::new(input),
             moments: self.moments.clone(),
             radius: self.radius * factor,
             inertia: self.inertia * factor * factor,
@@ -190,7 +190,7 @@ impl StokesCoefficients {
 
     /// Returns the derivatives of the moments of inertia of unit mass with respect to a number.
     pub fn inertia_by(&self, number: StokesNumber) -> Vec3 {
-        let reference_radius = self.given.reference_radius;
+        let reference_radius = self.input.reference_radius;
         match number {
             StokesNumber::MeanInertia => Vec3::repeat(1.0),
             StokesNumber::Coefficient(index) if index < count(2) => {
@@ -207,19 +207,19 @@ impl StokesCoefficients {
     /// # Errors
     /// Returns the errors of [`Self::new`].
     pub fn with(&self, number: StokesNumber, by: f64) -> Result<Self> {
-        let GivenCoefficients { reference_radius, mean_inertia, .. } = *self.given;
+        let InputCoefficients { reference_radius, mean_inertia, .. } = *self.input;
         let value = |index| self.number(StokesNumber::Coefficient(index), reference_radius);
-        let mut given = GivenCoefficients {
+        let mut input = InputCoefficients {
             coefficients: (0..self.moments.len()).map(value).collect(),
             reference_radius,
             mean_inertia,
             radius: self.radius,
         };
         match number {
-            StokesNumber::Coefficient(index) => given.coefficients[index] += by,
-            StokesNumber::MeanInertia => given.mean_inertia += by,
+            StokesNumber::Coefficient(index) => input.coefficients[index] += by,
+            StokesNumber::MeanInertia => input.mean_inertia += by,
         }
-        Self::new(given)
+        Self::new(input)
     }
 }
 

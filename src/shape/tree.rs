@@ -92,8 +92,8 @@ impl Tree {
         if items.len() > LEAF {
             let axis = (block.high - block.low).imax();
             let middle = items.len() / 2;
-            let place = |i: &u32| blocks[*i as usize].low[axis] + blocks[*i as usize].high[axis];
-            items.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.cmp(b)));
+            let centre = |i: &u32| blocks[*i as usize].low[axis] + blocks[*i as usize].high[axis];
+            items.select_nth_unstable_by(middle, |a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
             let (left, right) = items.split_at_mut(middle);
             self.grow(blocks, left, start);
             let second = self.grow(blocks, right, start + middle);

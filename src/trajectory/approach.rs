@@ -54,7 +54,7 @@ pub(super) struct Approach {
     extended: bool,
     /// The largest deviation of each body's path from a straight line, without the part that the unknown
     /// accelerations by the other bodies cause.
-    bends: Vec<f64>,
+    sagittas: Vec<f64>,
     /// The largest change of the rates from stage to stage, in the layout of the vector of rates.
     changes: Vec<f64>,
     /// The largest acceleration of each body, and the largest accelerations of two bodies together at unit
@@ -107,7 +107,7 @@ impl Approach {
         Self {
             extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
             bodies,
-            bends: vec![0.0; n],
+            sagittas: vec![0.0; n],
             changes: Vec::new(),
             attractions: vec![0.0; n],
             attraction,
@@ -135,10 +135,11 @@ impl Approach {
         let velocities = layout.velocity(0)..layout.velocity(self.bodies.len());
         self.changes.resize(step.stride(), 0.0);
         step.changes(arch, velocities.clone(), &mut self.changes);
-        let [known, unknown] = step.spread();
+        let [first_coefficient, change_coefficient] = step.spread();
         let square = step.size * step.size;
-        let bend =
-            |first: f64, change: f64| square * ((0.125 + unknown) * first.sqrt() + known * change.sqrt());
+        let sagitta = |first: f64, change: f64| {
+            square * ((0.125 + change_coefficient) * first.sqrt() + first_coefficient * change.sqrt())
+        };
         let (first, change) = (&step.first_rates()[velocities.clone()], &self.changes[velocities]);
         let largest = |values: &[f64]| {
             values
@@ -149,14 +150,19 @@ impl Approach {
                 .fold(0.0, larger)
         };
         let lines = Lines { layout, time: step.time, start: step.start, end: step.end, tangent: 0.0 };
-        if self.roughly_apart(&lines, bend(largest(first), largest(change)), square * unknown, interrupt)? {
+        if self.roughly_apart(
+            &lines,
+            sagitta(largest(first), largest(change)),
+            square * change_coefficient,
+            interrupt,
+        )? {
             return Ok(true);
         }
-        for (body, own) in self.bends.iter_mut().enumerate() {
+        for (body, body_sagitta) in self.sagittas.iter_mut().enumerate() {
             let squared = |values: &[f64]| vector(values, 3 * body).norm_squared();
-            *own = bend(squared(first), squared(change));
+            *body_sagitta = sagitta(squared(first), squared(change));
         }
-        self.apart(&lines, square * unknown, interrupt)
+        self.apart(&lines, square * change_coefficient, interrupt)
     }
 
     /// Returns whether no two bodies can touch between the ends of a fixed step, on the motion that is
@@ -181,12 +187,12 @@ impl Approach {
         if self.roughly_apart(&lines, 0.0, weight, interrupt)? {
             return Ok(true);
         }
-        self.bends.fill(0.0);
+        self.sagittas.fill(0.0);
         self.apart(&lines, weight, interrupt)
     }
 
-    /// Returns whether all pairs stay apart where bodies move along their lines, except for their `bends` and
-    /// for `weight` times the largest acceleration.
+    /// Returns whether all pairs stay apart where bodies move along their lines, except for their `sagittas`
+    /// and for `weight` times the largest acceleration.
     ///
     /// While two bodies are no nearer than half way from the least separation on their lines to contact,
     /// their acceleration is at most G m / (d - p_1 - p_2)^2 there: each attracts like mass on its focal
@@ -216,8 +222,9 @@ impl Approach {
         let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
         // A NaN makes the answer false.
         Ok(pairs.all(|((i, j), near)| {
-            let bend = self.bends[i] + self.bends[j] + weight * (self.attractions[i] + self.attractions[j]);
-            bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
+            let sagitta =
+                self.sagittas[i] + self.sagittas[j] + weight * (self.attractions[i] + self.attractions[j]);
+            sagitta + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
         }))
     }
 
@@ -226,7 +233,7 @@ impl Approach {
     fn roughly_apart(
         &self,
         lines: &Lines,
-        bend: f64,
+        sagitta: f64,
         weight: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
@@ -248,7 +255,7 @@ impl Approach {
             }
         }
         let square = inner * inner;
-        Ok(inner > 0.0 && 2.0 * bend * square + weight * self.attraction <= 0.5 * gap * square)
+        Ok(inner > 0.0 && 2.0 * sagitta * square + weight * self.attraction <= 0.5 * gap * square)
     }
 
     /// Returns the first contact on a piece, which has this index in the step.
@@ -268,9 +275,9 @@ impl Approach {
             let p = layout.position(body);
             let at = |basis| Vec3::from([0, 1, 2].map(|c| piece.number(basis, p + c)));
             self.ends[body] = [at(&ends[0]), at(&ends[1])];
-            self.bends[body] = 0.125 * piece.rates(p, 3)[1];
+            self.sagittas[body] = 0.125 * piece.rates(p, 3)[1];
         }
-        let mut found: Option<Contact> = None;
+        let mut contact: Option<Contact> = None;
         for i in 0..n {
             interrupt.charge(n as u64, piece.start())?;
             for j in i + 1..n {
@@ -278,8 +285,8 @@ impl Approach {
                 let touching = a.radius + b.radius;
                 let [from, to] = [0, 1].map(|k| self.ends[j][k] - self.ends[i][k]);
                 let near = least_distance(&from, &(to - from));
-                let bend = self.bends[i] + self.bends[j];
-                if !(near - bend).is_finite() {
+                let sagitta = self.sagittas[i] + self.sagittas[j];
+                if !(near - sagitta).is_finite() {
                     return Err(Error::NotConverged {
                         what: format!(
                             "the search for a contact of {} and {} at time {}",
@@ -290,22 +297,22 @@ impl Approach {
                         detail: "the squares of their coordinates overflow".to_owned(),
                     });
                 }
-                if touching == 0.0 || near - bend > touching + MARGIN * near {
+                if touching == 0.0 || near - sagitta > touching + MARGIN * near {
                     continue;
                 }
                 for parts in
                     a.parts.iter().flat_map(|first| b.parts.iter().map(move |second| [first, second]))
                 {
-                    let until = found.map_or(1.0, |contact| contact.theta);
+                    let until = contact.map_or(1.0, |contact| contact.theta);
                     let mut encounter = Encounter::new(piece, layout, [i, j], parts, [&a.name, &b.name]);
                     if let Some(theta) = encounter.first(until, interrupt)? {
                         let time = piece.time_at(theta);
-                        found = Some(Contact { bodies: [i, j], piece: index, theta, time });
+                        contact = Some(Contact { bodies: [i, j], piece: index, theta, time });
                     }
                 }
             }
         }
-        Ok(found)
+        Ok(contact)
     }
 }
 

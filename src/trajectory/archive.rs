@@ -162,10 +162,10 @@ impl Simulation {
 
 fn read(bytes: &[u8]) -> Result<Contents> {
     let expected = format!("the contents of format {ARCHIVE_FORMAT}");
-    let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
+    let (contents, trailing): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
         .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
-    if !rest.is_empty() {
-        return Err(refuse(format!("of {} bytes more than its contents", rest.len()), &expected));
+    if !trailing.is_empty() {
+        return Err(refuse(format!("of {} bytes more than its contents", trailing.len()), &expected));
     }
     Ok(contents)
 }
@@ -194,10 +194,10 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
             &format!("{length} bytes"),
         ));
     }
-    let found = crc32fast::hash(contents);
-    if u64::from(found) != checksum {
+    let computed = crc32fast::hash(contents);
+    if u64::from(computed) != checksum {
         return Err(refuse(
-            format!("altered: its checksum is {found:08x}"),
+            format!("altered: its checksum is {computed:08x}"),
             &format!("the checksum {checksum:08x} that it was written with"),
         ));
     }
@@ -241,7 +241,7 @@ impl Contents {
             return Err(refuse(format!("of {} scales", self.start.scales.len()), &expected));
         }
         self.start.check()?;
-        let (time, high, low) = self.now.place();
+        let (time, high, low) = self.now.vector();
         let State { time: now, position, velocity, attitude, spin } = frame.state(time, high, low);
         State::new(now, position, velocity, attitude, spin)?;
         let mut motion = Motion::new(system.dynamics(&frame, interrupt)?, high);
@@ -251,7 +251,7 @@ impl Contents {
             motion,
             integrator: description.integrator,
             propagator,
-            given: false,
+            starts_from_given: false,
             start: Invariants::from_numbers(self.start.conserved),
             nominal: None,
             notes: self.notes,

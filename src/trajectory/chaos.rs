@@ -82,16 +82,16 @@ impl TangentGrowth {
     pub fn integrate_between(
         &self,
         [from, to]: [f64; 2],
-        [before, after]: [f64; 2],
+        [growth_before, growth_after]: [f64; 2],
         [first, second]: &mut [f64; INTEGRALS],
     ) {
         let half = 0.5 * (to - from);
         let rate = |time: f64, growth: f64, inner: f64| {
             if time == 0.0 { 0.0 } else { 2.0 * (growth - inner / time) }
         };
-        let start = rate(from, before, *first);
-        *first += half * (before + after);
-        *second += half * (start + rate(to, after, *first));
+        let start = rate(from, growth_before, *first);
+        *first += half * (growth_before + growth_after);
+        *second += half * (start + rate(to, growth_after, *first));
     }
 
     /// Records the growth at the end of a step, and scales a long vector back. Returns whether it was long.

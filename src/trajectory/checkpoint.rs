@@ -28,12 +28,12 @@ pub(super) struct Checkpoint {
     /// Which external forces are switched on.
     switches: Vec<Option<Switch>>,
     /// Whether the present state was given rather than reached by a step.
-    given: bool,
+    starts_from_given: bool,
 }
 
 impl Checkpoint {
     /// Returns the time, and the vector in two parts.
-    pub fn place(&self) -> (f64, &[f64], &[f64]) {
+    pub fn vector(&self) -> (f64, &[f64], &[f64]) {
         (self.memory.time[0], &self.memory.high, &self.memory.low)
     }
 
@@ -89,9 +89,9 @@ impl Checkpoint {
         if lengths == (dimension, dimension) && loads == layout.bodies {
             return Ok(());
         }
-        let found = format!("{}, {} and {loads}", lengths.0, lengths.1);
+        let lengths_text = format!("{}, {} and {loads}", lengths.0, lengths.1);
         let expected = format!("{dimension}, {dimension} and {}", layout.bodies);
-        Err(Error::invalid("length of the vectors of a simulation", found, expected))
+        Err(Error::invalid("length of the vectors of a simulation", lengths_text, expected))
     }
 }
 
@@ -99,16 +99,16 @@ impl Simulation {
     pub(super) fn checkpoint(&self) -> Checkpoint {
         let (memory, loads) = self.propagator.memory();
         let (rules, switches) = self.motion.equations.memory();
-        Checkpoint { memory, loads, rules, switches, given: self.given }
+        Checkpoint { memory, loads, rules, switches, starts_from_given: self.starts_from_given }
     }
 
     /// Continues from a checkpoint of this system and integrator.
     pub(super) fn go_back(&mut self, checkpoint: &Checkpoint, interrupt: &mut InterruptCheck) -> Result<()> {
-        let Checkpoint { memory, loads, rules, switches, given } = checkpoint;
+        let Checkpoint { memory, loads, rules, switches, starts_from_given } = checkpoint;
         checkpoint.check(self.frame().layout)?;
-        self.motion.equations.recall(rules, switches, interrupt)?;
-        self.propagator.recall(memory, loads.as_deref());
-        self.given = *given;
+        self.motion.equations.restore_memory(rules, switches, interrupt)?;
+        self.propagator.restore_memory(memory, loads.as_deref());
+        self.starts_from_given = *starts_from_given;
         Ok(())
     }
 }

@@ -37,7 +37,7 @@ pub(super) struct Encounter<'a> {
     bodies: [usize; 2],
     shapes: [&'a Shape; 2],
     /// Where the parts are in their bodies; `None` at the origin.
-    places: [Option<Placement>; 2],
+    placements: [Option<Placement>; 2],
     names: [&'a str; 2],
     /// Bounds of the first three derivatives with respect to the fraction of the piece, of the separation of
     /// the bodies and of the numbers of each attitude.
@@ -79,7 +79,7 @@ impl<'a> Encounter<'a> {
             layout,
             bodies,
             shapes: parts.map(|part| &part.shape),
-            places: parts.map(|part| part.place),
+            placements: parts.map(|part| part.placement),
             names,
             separation: [0, 1, 2].map(|k| first[k] + second[k]),
             attitudes: bodies.map(attitude),
@@ -93,8 +93,8 @@ impl<'a> Encounter<'a> {
         let mut half = 0.5 * until;
         while end - clear > if inside { SHORTEST } else { 0.0 } {
             interrupt.charge(WORK, self.piece.start())?;
-            let rest = 0.5 * (end - clear);
-            half = half.min(rest);
+            let remaining = 0.5 * (end - clear);
+            half = half.min(remaining);
             let middle = clear + half;
             let verdict = self.verdict(middle, half);
             let overlap = matches!(verdict, Verdict::Unknown) && self.overlap(middle)?;
@@ -102,7 +102,7 @@ impl<'a> Encounter<'a> {
                 (end, inside) = (middle, true);
                 half *= 0.5;
             } else if matches!(verdict, Verdict::Clear) || half <= SHORTEST {
-                clear = if half < rest { middle + half } else { end };
+                clear = if half < remaining { middle + half } else { end };
                 half *= 2.0;
             } else {
                 half *= 0.5;
@@ -113,14 +113,14 @@ impl<'a> Encounter<'a> {
 
     /// Returns where the surfaces touch before the overlap at `end`; there is no overlap up to `clear`.
     fn touch(&self, clear: f64, end: f64) -> f64 {
-        let gap = |theta: f64| Ok::<f64, std::convert::Infallible>(self.growth_less_one(theta));
+        let gap = |theta: f64| Ok::<f64, std::convert::Infallible>(self.growth_minus_one(theta));
         let (mut start, mut back) = (clear, SHORTEST);
         // Overlap within rounding counts as clear.
-        while start > 0.0 && self.growth_less_one(start) <= 0.0 {
+        while start > 0.0 && self.growth_minus_one(start) <= 0.0 {
             start = (end - back).clamp(0.0, start);
             back *= 2.0;
         }
-        let (first, last) = (self.growth_less_one(start), self.growth_less_one(end));
+        let (first, last) = (self.growth_minus_one(start), self.growth_minus_one(end));
         if first <= 0.0 || last >= 0.0 {
             return start;
         }
@@ -128,7 +128,7 @@ impl<'a> Encounter<'a> {
         theta
     }
 
-    fn growth_less_one(&self, theta: f64) -> f64 {
+    fn growth_minus_one(&self, theta: f64) -> f64 {
         let pose = self.pose(theta);
         let [a, b] = self.shapes;
         growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second).factor - 1.0
@@ -138,7 +138,7 @@ impl<'a> Encounter<'a> {
         let pose = self.pose(theta);
         let [a, b] = self.shapes;
         growth(a, b, &pose.separation, &pose.rotation_first, &pose.rotation_second)
-            .with_levers(pose.separation.norm(), a.circumradius() + b.circumradius(), self.places)
+            .with_levers(pose.separation.norm(), a.circumradius() + b.circumradius(), self.placements)
             .overlap(self.names[0], self.names[1])
     }
 
@@ -158,8 +158,8 @@ impl<'a> Encounter<'a> {
             [0, 1, 2].map(|c| self.piece.number(basis, second + c) - self.piece.number(basis, first + c)),
         );
         for (which, sign) in [(0, -1.0), (1, 1.0)] {
-            if let Some(place) = &self.places[which] {
-                separation += self.body_rotation(which, basis).0 * place.position * sign;
+            if let Some(placement) = &self.placements[which] {
+                separation += self.body_rotation(which, basis).0 * placement.position * sign;
             }
         }
         separation
@@ -168,7 +168,7 @@ impl<'a> Encounter<'a> {
     /// Returns the rotation of one of the parts, and the length of the quaternion of its body.
     fn rotation(&self, which: usize, basis: &Basis) -> (Mat3, f64) {
         let (rotation, length) = self.body_rotation(which, basis);
-        (self.places[which].map_or(rotation, |place| rotation * place.rotation), length)
+        (self.placements[which].map_or(rotation, |placement| rotation * placement.rotation), length)
     }
 
     /// Returns the rotation of one of the bodies, and the length of its quaternion.
@@ -187,24 +187,24 @@ impl<'a> Encounter<'a> {
     fn verdict(&mut self, middle: f64, half: f64) -> Verdict {
         /// The largest value of x (x^2 - 1) / 6 between 0 and 1: the error of the parabola through three
         /// points of a cubic.
-        const REST: f64 = 0.064_150_029_909_958_42;
-        let places = [middle - half, middle, middle + half].map(|theta| self.piece.basis(theta));
-        let r = places.each_ref().map(|basis| self.separation(basis));
+        const PARABOLA_ERROR: f64 = 0.064_150_029_909_958_42;
+        let bases = [middle - half, middle, middle + half].map(|theta| self.piece.basis(theta));
+        let r = bases.each_ref().map(|basis| self.separation(basis));
         let distance = r[1].norm();
         if distance == 0.0 {
             return Verdict::Unknown;
         }
-        let turn = r[1].cross(&(r[2] - r[0])) / (2.0 * half * distance * distance);
-        let along = Rotation3::new(turn * half);
-        let turned = |n: Vec3| [along.inverse_transform_vector(&n), n, along * n];
-        let w = turn.norm();
-        let Some([v, a, j]) = self.moving(&places[1], half) else { return Verdict::Unknown };
+        let rotation_vector = r[1].cross(&(r[2] - r[0])) / (2.0 * half * distance * distance);
+        let along = Rotation3::new(rotation_vector * half);
+        let following = |n: Vec3| [along.inverse_transform_vector(&n), n, along * n];
+        let w = rotation_vector.norm();
+        let Some([v, a, j]) = self.moving(&bases[1], half) else { return Verdict::Unknown };
         let cubic = j + 3.0 * w * (a + w * v) + w * w * w * (distance + v * half);
-        let least = |gap: [f64; 3], cubic: f64| parabola(gap) - REST * cubic * half * half * half;
+        let least = |gap: [f64; 3], cubic: f64| parabola(gap) - PARABOLA_ERROR * cubic * half * half * half;
 
         // The circumscribed spheres are tried first.
         let reach = self.shapes[0].circumradius() + self.shapes[1].circumradius();
-        let n = turned(r[1] / distance);
+        let n = following(r[1] / distance);
         let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - reach);
         let faceted = self.shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
         let spherical = !faceted && self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
@@ -216,15 +216,15 @@ impl<'a> Encounter<'a> {
         }
 
         if faceted {
-            return self.between_faces(&places[1], &r[1], v, half);
+            return self.between_faces(&bases[1], &r[1], v, half);
         }
 
-        let rotations = places.each_ref().map(|basis| [0, 1].map(|which| self.rotation(which, basis)));
+        let rotations = bases.each_ref().map(|basis| [0, 1].map(|which| self.rotation(which, basis)));
         let [(first, _), (second, _)] = &rotations[1];
         let Some(n) = normal(self.shapes, [first, second], &r[1], &mut self.balance) else {
             return Verdict::Unknown;
         };
-        let n = turned(n);
+        let n = following(n);
         let mut gap = [0, 1, 2].map(|k| n[k].dot(&r[k]));
         let (mut cubic, mut sizes) = (cubic, 0.0);
         for which in [0, 1] {
@@ -240,7 +240,7 @@ impl<'a> Encounter<'a> {
                 let other = support(shape, &rotations[k][which].0, &n[k]);
                 gap[k] -= 0.5 * (other * other / h + h);
             }
-            let Some([p1, p2, p3]) = self.turning(which, rotations[1][which].1, half) else {
+            let Some([p1, p2, p3]) = self.rotation_bounds(which, rotations[1][which].1, half) else {
                 return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
             };
             // The normal in the body's frame rotates with both; h^2 is c^2 plus the square of a vector no
@@ -266,8 +266,9 @@ impl<'a> Encounter<'a> {
         else {
             return Verdict::Unknown;
         };
-        let turning = [self.turning(0, first_length, half), self.turning(1, second_length, half)];
-        let [Some([first, ..]), Some([second, ..])] = turning else { return Verdict::Apart };
+        let rotation_bounds =
+            [self.rotation_bounds(0, first_length, half), self.rotation_bounds(1, second_length, half)];
+        let [Some([first, ..]), Some([second, ..])] = rotation_bounds else { return Verdict::Apart };
         let [a, b] = self.shapes.map(Shape::circumradius);
         if half * (speed + a * first + b * second) < gap { Verdict::Clear } else { Verdict::Apart }
     }
@@ -277,10 +278,11 @@ impl<'a> Encounter<'a> {
     fn moving(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
         let mut bounds = self.separation;
         for which in [0, 1] {
-            if let Some(place) = &self.places[which] {
-                let turning = self.turning(which, self.body_rotation(which, middle).1, half)?;
-                let arm = place.position.norm();
-                (0..3).for_each(|k| bounds[k] += arm * turning[k]);
+            if let Some(placement) = &self.placements[which] {
+                let rotation_bounds =
+                    self.rotation_bounds(which, self.body_rotation(which, middle).1, half)?;
+                let arm = placement.position.norm();
+                (0..3).for_each(|k| bounds[k] += arm * rotation_bounds[k]);
             }
         }
         Some(bounds)
@@ -292,7 +294,7 @@ impl<'a> Encounter<'a> {
     /// With k_n the bounds of the derivatives of the quaternion over its length, the angular velocity is
     /// below 2 k_1, and its first two derivatives are below 2 k_2 + 4 k_1^2 and 2 k_3 + 14 k_1 k_2 + 20
     /// k_1^3.
-    fn turning(&self, which: usize, length: f64, half: f64) -> Option<[f64; 3]> {
+    fn rotation_bounds(&self, which: usize, length: f64, half: f64) -> Option<[f64; 3]> {
         let rates = self.attitudes[which];
         let [w, dw, ddw] = match self.layout.chart {
             AttitudeChart::TaitBryan => rates,
@@ -319,9 +321,9 @@ fn focal_square(shape: &Shape) -> f64 {
 
 /// Returns the least value between -1 and 1 of the parabola with these values at -1, 0 and 1.
 fn parabola([left, middle, right]: [f64; 3]) -> f64 {
-    let (bend, slope) = (0.5 * (left + right) - middle, 0.5 * (right - left));
-    if bend > 0.0 && slope.abs() < 2.0 * bend {
-        middle - 0.25 * slope * slope / bend
+    let (curvature, slope) = (0.5 * (left + right) - middle, 0.5 * (right - left));
+    if curvature > 0.0 && slope.abs() < 2.0 * curvature {
+        middle - 0.25 * slope * slope / curvature
     } else {
         left.min(right)
     }

@@ -97,9 +97,9 @@ impl Equations for Motion {
             // The barycentre offset is measured like the bodies, and against its own size.
             let (present, initial) = (widest(&self.present), widest(&self.initial));
             let at = layout.barycentre_offset();
-            let own = |start: usize| y[start..start + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
-            worst(length(at, 3), present[0].max(own(at)), initial[0]);
-            worst(length(at + 3, 3), present[1].max(own(at + 3)), initial[1]);
+            let present_length = |start: usize| y[start..start + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
+            worst(length(at, 3), present[0].max(present_length(at)), initial[0]);
+            worst(length(at + 3, 3), present[1].max(present_length(at + 3)), initial[1]);
         }
         largest
     }

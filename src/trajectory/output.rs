@@ -110,7 +110,7 @@ impl<'a> Times<'a> {
     }
 
     /// Takes the next time off the list and returns it, if it lies before `now`.
-    pub fn before(&mut self, now: f64) -> Option<f64> {
+    pub fn take_before(&mut self, now: f64) -> Option<f64> {
         let time = self.pending(now)?;
         self.skip();
         Some(time)

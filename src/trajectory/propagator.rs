@@ -36,7 +36,7 @@ pub(super) struct FixedSteps {
     formed: bool,
     pieces: Vec<Segment>,
     /// The contact with which the pieces end.
-    met: Option<Contact>,
+    contact: Option<Contact>,
     /// Whether the last step was not taken because bodies touch in it.
     blocked: bool,
 }
@@ -72,7 +72,7 @@ impl Propagator {
                     in_step: None,
                     formed: false,
                     pieces: Vec::new(),
-                    met: None,
+                    contact: None,
                     blocked: false,
                 }))
             }
@@ -119,7 +119,7 @@ impl Propagator {
         match self {
             Self::Adaptive(stepper) => stepper.step(motion, end, interrupt),
             Self::Fixed(fixed) => {
-                (fixed.formed, fixed.blocked, fixed.met) = (false, false, None);
+                (fixed.formed, fixed.blocked, fixed.contact) = (false, false, None);
                 let mut flows =
                     SplitMotion { equations: &mut motion.equations, splitting: &mut fixed.splitting };
                 let Err(error) = fixed.stepper.step(&mut flows, end, interrupt) else { return Ok(()) };
@@ -131,7 +131,7 @@ impl Propagator {
                 match fixed.cross(motion, start.value() + fixed.stepper.last_size(), interrupt) {
                     // A caller's function may fail because the caller interrupts it.
                     Err(ended @ (Error::Interrupted { .. } | Error::ForceFailed { .. })) => Err(ended),
-                    Ok(()) if fixed.met.is_some() => {
+                    Ok(()) if fixed.contact.is_some() => {
                         (fixed.formed, fixed.blocked) = (true, true);
                         Ok(())
                     }
@@ -141,29 +141,29 @@ impl Propagator {
         }
     }
 
-    /// Returns the first contact in the last step. `looked` says that the step's polynomials are needed for
-    /// other reasons as well.
+    /// Returns the first contact in the last step. `needs_pieces` says that the step's polynomials are needed
+    /// for other reasons as well.
     pub fn contact(
         &mut self,
         motion: &mut Motion,
-        looked: bool,
+        needs_pieces: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<Contact>> {
         let layout = motion.equations.layout();
         match self {
             Self::Adaptive(stepper) => {
                 let arch = motion.equations.system().arch();
-                if !looked && motion.approach.excludes(arch, layout, &stepper.last(), interrupt)? {
+                if !needs_pieces && motion.approach.excludes(arch, layout, &stepper.last(), interrupt)? {
                     return Ok(None);
                 }
                 let piece = stepper.segment(motion, interrupt)?;
                 motion.approach.search(layout, piece, 0, interrupt)
             }
             Self::Fixed(fixed) => {
-                if !fixed.formed && (looked || !fixed.excludes(motion, interrupt)?) {
+                if !fixed.formed && (needs_pieces || !fixed.excludes(motion, interrupt)?) {
                     fixed.form(motion, interrupt)?;
                 }
-                Ok(fixed.met)
+                Ok(fixed.contact)
             }
         }
     }
@@ -208,13 +208,13 @@ impl Propagator {
     }
 
     /// Takes the last step back.
-    pub fn retreat(&mut self) {
+    pub fn undo(&mut self) {
         match self {
-            Self::Adaptive(stepper) => stepper.retreat(),
+            Self::Adaptive(stepper) => stepper.undo(),
             Self::Fixed(fixed) => {
                 fixed.splitting.reset();
                 if !fixed.blocked {
-                    fixed.stepper.retreat();
+                    fixed.stepper.undo();
                 }
             }
         }
@@ -226,19 +226,19 @@ impl Propagator {
         match (self, error) {
             (Self::Adaptive(stepper), Error::StepSizeTooSmall { reason, .. }) => stepper.shorten(&reason),
             (propagator, error) => {
-                propagator.retreat();
+                propagator.undo();
                 Err(error)
             }
         }
     }
 
     /// Moves the simulation to a time and a vector within the last step.
-    pub fn place(&mut self, time: f64, y: &[f64]) {
+    pub fn move_to(&mut self, time: f64, y: &[f64]) {
         match self {
-            Self::Adaptive(stepper) => stepper.place(time, y),
+            Self::Adaptive(stepper) => stepper.move_to(time, y),
             Self::Fixed(fixed) => {
                 fixed.splitting.reset();
-                fixed.stepper.place(time, y);
+                fixed.stepper.move_to(time, y);
             }
         }
     }
@@ -253,13 +253,13 @@ impl Propagator {
     }
 
     /// Restores what [`Self::memory`] returned.
-    pub fn recall(&mut self, memory: &Memory, loads: Option<&[[f64; 6]]>) {
+    pub fn restore_memory(&mut self, memory: &Memory, loads: Option<&[[f64; 6]]>) {
         match self {
-            Self::Adaptive(stepper) => stepper.recall(memory),
+            Self::Adaptive(stepper) => stepper.restore_memory(memory),
             Self::Fixed(fixed) => {
-                fixed.stepper.recall(memory);
+                fixed.stepper.restore_memory(memory);
                 match loads {
-                    Some(loads) => fixed.splitting.recall(loads),
+                    Some(loads) => fixed.splitting.set_loads(loads),
                     None => fixed.splitting.reset(),
                 }
             }
@@ -283,7 +283,7 @@ impl FixedSteps {
         let end = self.stepper.time();
         self.cross(motion, end, interrupt)?;
         self.formed = true;
-        let (Some(in_step), None) = (&self.in_step, self.met) else { return Ok(()) };
+        let (Some(in_step), None) = (&self.in_step, self.contact) else { return Ok(()) };
         let ((high, low), (reached, tail)) = (self.stepper.vector(), in_step.stepper.vector());
         let missed: Vec<f64> = (0..high.len()).map(|k| (high[k] - reached[k]) + (low[k] - tail[k])).collect();
         let size = (end - start.high) - start.low;
@@ -292,9 +292,9 @@ impl FixedSteps {
             let to = from + piece.size() / size;
             piece.tilt(from, to, &missed);
             from = to;
-            if self.met.is_none() {
+            if self.contact.is_none() {
                 let layout = motion.equations.layout();
-                self.met = motion.approach.search(layout, piece, index, interrupt)?;
+                self.contact = motion.approach.search(layout, piece, index, interrupt)?;
             }
         }
         Ok(())
@@ -319,8 +319,8 @@ impl FixedSteps {
         let evaluations = in_step.stepper.statistics().evaluations;
         let layout = motion.equations.layout();
         self.pieces.clear();
-        self.met = None;
-        while in_step.stepper.time() != end && self.met.is_none() {
+        self.contact = None;
+        while in_step.stepper.time() != end && self.contact.is_none() {
             let index = self.pieces.len();
             let passed = (in_step.stepper.time() - start.high) - start.low;
             // Even if the remaining pieces were each as long as all so far together, they would not reach the
@@ -347,7 +347,7 @@ impl FixedSteps {
                 }
                 Err(error) => return Err(error),
             };
-            self.met = in_step.motion.approach.search(layout, &piece, index, interrupt)?;
+            self.contact = in_step.motion.approach.search(layout, &piece, index, interrupt)?;
             self.pieces.push(piece);
         }
         self.stepper.count(in_step.stepper.statistics().evaluations - evaluations);

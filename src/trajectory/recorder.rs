@@ -37,7 +37,7 @@ pub(super) struct Recorder<'r, 'f> {
     pub until: f64,
     forward: bool,
     /// Whether the interior of every step is needed, for events or the continuous solution.
-    pub looks_inside: bool,
+    pub needs_interior: bool,
     times: Times<'r>,
     detector: EventDetector,
     events: &'r mut [Event<'f>],
@@ -50,7 +50,7 @@ pub(super) struct Recorder<'r, 'f> {
 
 /// The event or switch that ends a step before its own end.
 #[derive(Default)]
-struct Cut {
+struct StepEnd {
     /// The first terminal event, by its place in the list of events, and its time.
     event: Option<(usize, f64)>,
     contact: Option<Contact>,
@@ -74,11 +74,11 @@ impl<'r, 'f> Recorder<'r, 'f> {
         let equations = &simulation.motion.equations;
         let Run { output, events, dense, tangent_options } = run;
         let recorder = Self {
-            looks_inside: dense || !events.is_empty(),
+            needs_interior: dense || !events.is_empty(),
             until,
             forward: until >= start,
             times: Times::new(start, until, output)?,
-            detector: EventDetector::new(equations, events, simulation.given)?,
+            detector: EventDetector::new(equations, events, simulation.starts_from_given)?,
             events,
             tangents: Tangents::new(
                 tangent_options,
@@ -115,26 +115,26 @@ impl<'r, 'f> Recorder<'r, 'f> {
         simulation: &mut Simulation,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<StopReason>> {
-        let cut = self.advance(simulation, interrupt)?;
+        let step_end = self.advance(simulation, interrupt)?;
         let now = simulation.time();
-        let met = cut.contact.map_or(now, |contact| contact.time);
-        self.record_before(cut.event.map_or(met, |(_, time)| time), simulation, interrupt)?;
-        if let Some((event, time)) = cut.event {
-            self.tangents.place(&mut simulation.last_step(interrupt), time)?;
-            simulation.propagator.place(time, self.detector.vector());
-            simulation.given = true;
+        let reached = step_end.contact.map_or(now, |contact| contact.time);
+        self.record_before(step_end.event.map_or(reached, |(_, time)| time), simulation, interrupt)?;
+        if let Some((event, time)) = step_end.event {
+            self.tangents.move_to(&mut simulation.last_step(interrupt), time)?;
+            simulation.propagator.move_to(time, self.detector.vector());
+            simulation.starts_from_given = true;
             self.record_present(simulation, interrupt)?;
             return Ok(Some(StopReason::Event(event)));
         }
-        if let Some(contact) = cut.contact {
-            simulation.propagator.retreat();
+        if let Some(contact) = step_end.contact {
+            simulation.propagator.undo();
             return Err(contact.error(simulation.system()));
         }
         let advanced = self.tangents.advance(&mut simulation.motion, &simulation.propagator, interrupt);
         let tangents = Some(&mut self.tangents);
-        let advanced =
-            advanced.and_then(|()| cut.switch.map_or(Ok(()), |force| simulation.switch(force, tangents)));
-        advanced.inspect_err(|_| simulation.propagator.retreat())?;
+        let advanced = advanced
+            .and_then(|()| step_end.switch.map_or(Ok(()), |force| simulation.switch(force, tangents)));
+        advanced.inspect_err(|_| simulation.propagator.undo())?;
         if self.times.due(now) {
             self.record_present(simulation, interrupt)?;
         }
@@ -143,22 +143,22 @@ impl<'r, 'f> Recorder<'r, 'f> {
 
     /// Takes one step and finds the event or switch that ends it early. After an error within the step, the
     /// step is taken back with everything found in it, so that a run that continues misses nothing.
-    fn advance(&mut self, simulation: &mut Simulation, interrupt: &mut InterruptCheck) -> Result<Cut> {
+    fn advance(&mut self, simulation: &mut Simulation, interrupt: &mut InterruptCheck) -> Result<StepEnd> {
         let (until, with_tangents) = (self.until, self.with_tangents);
         simulation.switch_overdue(Some(&mut self.tangents))?;
-        if !self.looks_inside {
+        if !self.needs_interior {
             let due = |now| self.times.pending(now).is_some();
             let (contact, switch) = simulation.advance(until, with_tangents, due, interrupt)?;
-            return Ok(Cut { event: None, contact, switch });
+            return Ok(StepEnd { event: None, contact, switch });
         }
-        let (before, known) = (simulation.checkpoint(), self.record.events.len());
+        let (checkpoint, first_event) = (simulation.checkpoint(), self.record.events.len());
         let (contact, switch) = simulation.advance(until, with_tangents, |_| true, interrupt)?;
-        let found = self.look_inside(simulation, contact, interrupt);
-        match found.and_then(|event| self.differentiate(known, simulation, interrupt).map(|()| event)) {
-            Ok(event) => Ok(Cut { event, contact, switch }),
+        let event = self.examine_interior(simulation, contact, interrupt);
+        match event.and_then(|event| self.differentiate(first_event, simulation, interrupt).map(|()| event)) {
+            Ok(event) => Ok(StepEnd { event, contact, switch }),
             Err(error) => {
-                self.record.events.truncate(known);
-                simulation.go_back(&before, &mut InterruptCheck::never())?;
+                self.record.events.truncate(first_event);
+                simulation.go_back(&checkpoint, &mut InterruptCheck::never())?;
                 Err(error)
             }
         }
@@ -166,7 +166,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
 
     /// Finds the events of the last step and keeps its continuous solution, up to the first terminal event,
     /// whose index and time are returned, or up to the contact of two bodies.
-    fn look_inside(
+    fn examine_interior(
         &mut self,
         simulation: &Simulation,
         contact: Option<Contact>,
@@ -190,7 +190,9 @@ impl<'r, 'f> Recorder<'r, 'f> {
         if let Some(solution) = &mut record.dense {
             let last = match (record.events.last().filter(|_| stop.is_some()), contact) {
                 (Some(last), _) => last.state.clone(),
-                (None, Some(met)) => state_within(simulation.frame(), &pieces[met.piece], met.time, sample),
+                (None, Some(contact)) => {
+                    state_within(simulation.frame(), &pieces[contact.piece], contact.time, sample)
+                }
                 (None, None) => simulation.state(),
             };
             solution.extend(pieces, last);
@@ -199,14 +201,14 @@ impl<'r, 'f> Recorder<'r, 'f> {
     }
 
     /// Adds the derivatives of the state to each event of the last step; these are the events from the index
-    /// `known` on.
+    /// `first_event` on.
     fn differentiate(
         &mut self,
-        known: usize,
+        first_event: usize,
         simulation: &mut Simulation,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        for occurrence in &mut self.record.events[known..] {
+        for occurrence in &mut self.record.events[first_event..] {
             occurrence.derivatives =
                 self.tangents.at(&mut simulation.last_step(interrupt), &occurrence.state)?;
         }
@@ -221,7 +223,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let mut sample = std::mem::take(&mut self.sample);
-        while let Some(time) = self.times.before(reached) {
+        while let Some(time) = self.times.take_before(reached) {
             let piece = piece_at(simulation.propagator.pieces(), time, self.forward);
             let state = state_within(simulation.frame(), piece, time, &mut sample);
             self.record_state(simulation, &sample, &state, interrupt)?;

@@ -61,7 +61,7 @@ impl Simulation {
     ) -> Result<()> {
         record.check(self.system().bodies().len())?;
         let start = self.time();
-        let before = self.motion.equations.external_forces().switches();
+        let switches_before = self.motion.equations.external_forces().switches();
         let outcome = self.follow(until, run, record, hook).and_then(|reason| {
             let time = self.time();
             let last = hook(Some(self), Progress { start, time, end: until });
@@ -69,7 +69,7 @@ impl Simulation {
         });
         let after = self.motion.equations.external_forces().switches();
         record.switched_off.resize(after.len(), None);
-        for (count, switch) in record.switched_off.iter_mut().zip(before.iter().zip(&after)) {
+        for (count, switch) in record.switched_off.iter_mut().zip(switches_before.iter().zip(&after)) {
             if let (Some(before), Some(after)) = switch {
                 // A force that is off from the start on counts as switched off once.
                 *count = Some(count.unwrap_or(u64::from(!before.on)) + after.times - before.times);
@@ -124,9 +124,9 @@ impl Simulation {
             }
             // The clock is read only after enough work, since steps may be quick.
             unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
-            let look = recorder.looks_inside || unseen >= CLOCK_WORK;
-            unseen = if look { 0 } else { unseen };
-            if look && called.elapsed() >= HOOK_INTERVAL {
+            let check_clock = recorder.needs_interior || unseen >= CLOCK_WORK;
+            unseen = if check_clock { 0 } else { unseen };
+            if check_clock && called.elapsed() >= HOOK_INTERVAL {
                 called = Instant::now();
                 let time = self.time();
                 if hook(Some(self), Progress { start, time, end: until }).is_break() {

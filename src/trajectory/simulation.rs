@@ -42,8 +42,9 @@ pub struct Simulation {
     pub(super) propagator: Propagator,
     /// Whether the present state was given, by the caller or as that of a terminal event, rather than reached
     /// by a step.
-    pub(super) given: bool,
-    /// How the nominal barycentre changes with the state at the end of the last run, if it was differentiated.
+    pub(super) starts_from_given: bool,
+    /// How the nominal barycentre changes with the state at the end of the last run, if it was
+    /// differentiated.
     pub(super) nominal: Option<NominalChange>,
     /// Text that the caller keeps with the simulation and its archives, such as names of units. No number
     /// that the simulation works with belongs here.
@@ -85,7 +86,15 @@ impl Simulation {
         let angular_momentum = motion.equations.angular_momentum(state.time, &high);
         let start = Invariants { time: state.time, energy, angular_momentum };
         let propagator = Propagator::new(integrator, &motion, state.time, high, low)?;
-        Ok(Self { motion, integrator, propagator, given: true, start, nominal: None, notes: String::new() })
+        Ok(Self {
+            motion,
+            integrator,
+            propagator,
+            starts_from_given: true,
+            start,
+            nominal: None,
+            notes: String::new(),
+        })
     }
 
     /// Returns the system.
@@ -177,36 +186,36 @@ impl Simulation {
             (None, Some(force)) => self.switch(force, None),
             (None, None) => Ok(()),
         };
-        ended.inspect_err(|_| self.propagator.retreat())
+        ended.inspect_err(|_| self.propagator.undo())
     }
 
-    /// Takes one step and returns the first contact in it, or the force with whose switch it ends. `looked`
-    /// decides from a step's end whether the step's polynomials are needed for other reasons as well, and
-    /// `with_tangents` says whether tangent vectors are integrated.
+    /// Takes one step and returns the first contact in it, or the force with whose switch it ends.
+    /// `needs_pieces` decides from a step's end whether the step's polynomials are needed for other reasons
+    /// as well, and `with_tangents` says whether tangent vectors are integrated.
     pub(super) fn advance(
         &mut self,
         end: f64,
         with_tangents: bool,
-        looked: impl Fn(f64) -> bool,
+        needs_pieces: impl Fn(f64) -> bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<(Option<Contact>, Option<usize>)> {
         let (mut end, mut again) = (end, 0);
         loop {
             self.propagator.step(&mut self.motion, end, interrupt)?;
-            let looked = looked(self.time());
-            let mut contact = self.propagator.contact(&mut self.motion, looked, interrupt);
+            let needs_pieces = needs_pieces(self.time());
+            let mut contact = self.propagator.contact(&mut self.motion, needs_pieces, interrupt);
             if with_tangents && contact.is_ok() {
                 contact = self.propagator.form(&mut self.motion, interrupt).and(contact);
             }
-            let found =
+            let interruption =
                 contact.and_then(|contact| Ok((contact, self.next_switch(contact, again, interrupt)?)));
-            match found {
+            match interruption {
                 Ok((_, Some((_, time)))) if time != self.time() => {
-                    self.propagator.retreat();
+                    self.propagator.undo();
                     (end, again) = (time, again + 1);
                 }
                 Ok((contact, switch)) => {
-                    self.given &= contact.is_some();
+                    self.starts_from_given &= contact.is_some();
                     return Ok((contact, switch.map(|(force, _)| force)));
                 }
                 Err(error) => self.propagator.shorten(error)?,

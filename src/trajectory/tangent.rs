@@ -115,7 +115,7 @@ impl Tangents {
             all.push(tangent);
         }
         if tangent_options.chaos {
-            let variations = Variations::of_one(equations)?;
+            let variations = Variations::single(equations)?;
             let growth_monitor = TangentGrowth::new(motion, &variations);
             let column = growth_monitor.start();
             all.push(Tangent::new(variations, Some(growth_monitor), column, propagator, start));
@@ -152,8 +152,8 @@ impl Tangents {
     }
 
     /// Moves to a time within the last step.
-    pub fn place(&mut self, step: &mut LastStep, time: f64) -> Result<()> {
-        self.0.iter_mut().try_for_each(|tangent| tangent.place(step, time))
+    pub fn move_to(&mut self, step: &mut LastStep, time: f64) -> Result<()> {
+        self.0.iter_mut().try_for_each(|tangent| tangent.move_to(step, time))
     }
 
     /// Returns the derivatives of a state in the last step, at whose start the tangent vectors are; `None` where
@@ -216,7 +216,7 @@ impl Tangent {
         }
         let equations = &mut motion.equations;
         let mut step = LastStep { equations, pieces: propagator.pieces(), interrupt };
-        self.place(&mut step, propagator.time())
+        self.move_to(&mut step, propagator.time())
     }
 
     /// Applies the derivative of the map of a step of fixed size.
@@ -237,7 +237,7 @@ impl Tangent {
             columns: &mut present.columns,
             time: present.time,
             covered: 0.0,
-            known: false,
+            has_derivatives: false,
         };
         stepper.again(&mut mapped, interrupt)?;
         let now = propagator.time();
@@ -250,7 +250,7 @@ impl Tangent {
         Ok(())
     }
 
-    fn place(&mut self, step: &mut LastStep, time: f64) -> Result<()> {
+    fn move_to(&mut self, step: &mut LastStep, time: f64) -> Result<()> {
         self.present = self.follow(step, time, true)?;
         self.settle(time);
         Ok(())

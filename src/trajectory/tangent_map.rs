@@ -22,7 +22,7 @@ pub(super) struct StepTangentMap<'a> {
     pub time: f64,
     pub covered: f64,
     /// Whether the derivatives of the present loads are known.
-    pub known: bool,
+    pub has_derivatives: bool,
 }
 
 impl StepTangentMap<'_> {
@@ -36,7 +36,7 @@ impl StepTangentMap<'_> {
 
 impl Flows for StepTangentMap<'_> {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()> {
-        (self.time, self.covered, self.known) = (time, 0.0, false);
+        (self.time, self.covered, self.has_derivatives) = (time, 0.0, false);
         self.splitting.reset();
         self.splitting.begin(self.equations, time, y, step);
         self.equations.prepare_variations(self.variations, time, y, interrupt)
@@ -48,7 +48,7 @@ impl Flows for StepTangentMap<'_> {
         [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.known = false;
+        self.has_derivatives = false;
         self.covered += size;
         if self.splitting.drift_kind() == DriftKind::Free {
             let layout = self.equations.layout();
@@ -92,7 +92,7 @@ impl Flows for StepTangentMap<'_> {
         [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
-        if !self.known {
+        if !self.has_derivatives {
             interrupt.charge(self.variations.work(self.equations), self.time)?;
             let kepler = self.splitting.drift_kind() == DriftKind::Kepler;
             self.variations.evaluate_kick(
@@ -102,7 +102,7 @@ impl Flows for StepTangentMap<'_> {
                 kepler,
                 interrupt,
             )?;
-            self.known = true;
+            self.has_derivatives = true;
         }
         self.variations.kick(self.equations.system().arch(), size, self.columns);
         self.splitting.kick(self.equations, size, [high, low], interrupt)

@@ -6,14 +6,14 @@ use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Interaction, Link, Method, Pose, PredictedMotion};
-use fullbody::shape::{Body, GivenPart, Proximity, Shape, growth};
+use fullbody::shape::{Body, InputPart, Proximity, Shape, growth};
 use proptest::prelude::*;
 use std::sync::Arc;
 
 const STILL: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
-fn part(axes: [f64; 3], mass: f64, position: [f64; 3]) -> GivenPart {
-    GivenPart { shape: Shape::ellipsoid(axes).unwrap(), mass, position, attitude: STILL }
+fn part(axes: [f64; 3], mass: f64, position: [f64; 3]) -> InputPart {
+    InputPart { shape: Shape::ellipsoid(axes).unwrap(), mass, position, attitude: STILL }
 }
 
 /// A ball with a thin arm: the arm's end is far from the centre of mass.
@@ -43,7 +43,8 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
         rotation_first: about_z(angle),
         rotation_second: straight,
     };
-    let predicted = |turn| PredictedMotion { reach: 4.2, turns: [turn, 0.0], growth: f64::INFINITY };
+    let predicted =
+        |turn| PredictedMotion { reach: 4.2, rotation_angles: [turn, 0.0], growth: f64::INFINITY };
     let mut arm = links([&club, &stone], Method::Focal).swap_remove(1);
     arm.prepare(&at(-0.3), Some(&predicted(0.0)), &mut InterruptCheck::never()).unwrap();
     assert!(arm.too_near(&at(-0.3)).is_none());
@@ -160,8 +161,8 @@ proptest! {
         let mut attraction = BodyAttraction::new(&body).unwrap();
         let x = direction * distance;
         let g = field.field(&x).unwrap();
-        let (excess, moment) = attraction.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();
-        prop_assert!((excess - (g + x / distance.powi(3))).norm() < 2e-15 * g.norm());
+        let (perturbation, moment) = attraction.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();
+        prop_assert!((perturbation - (g + x / distance.powi(3))).norm() < 2e-15 * g.norm());
         prop_assert!((moment - x.cross(&g)).norm() < 3e-15 * g.norm() * distance);
     }
 }
@@ -220,7 +221,7 @@ fn hidden_parts_of_a_heap() {
     let given = |k: usize| {
         let at = [k % side, k / side % side, k / side / side].map(|c| 2.0 * c as f64);
         // Of the two in each place the smaller one is inside, whatever comes first.
-        let ball = |radius: f64, mass| GivenPart {
+        let ball = |radius: f64, mass| InputPart {
             shape: Shape::sphere(radius).unwrap(),
             mass,
             position: at,
@@ -228,13 +229,13 @@ fn hidden_parts_of_a_heap() {
         };
         if k.is_multiple_of(2) { [ball(1.0, 1.0), ball(0.4, 0.5)] } else { [ball(0.4, 0.5), ball(1.0, 1.0)] }
     };
-    let parts: Vec<GivenPart> = (0..side * side * side / 2).flat_map(given).collect();
+    let parts: Vec<InputPart> = (0..side * side * side / 2).flat_map(given).collect();
     let count = parts.len() / 2;
     let body = Body::composite("heap", parts).unwrap();
     assert_eq!(body.outer_parts().count(), count);
     assert!(body.outer_parts().all(|part| part.shape == Shape::sphere(1.0).unwrap()));
     // Parts that coincide: the first is kept. One that sticks out is kept too.
-    let part = |axes, x| GivenPart {
+    let part = |axes, x| InputPart {
         shape: Shape::ellipsoid(axes).unwrap(),
         mass: 1.0,
         position: [x, 0.0, 0.0],

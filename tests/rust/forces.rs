@@ -34,9 +34,9 @@ const FIELDS: [[[f64; 3]; 3]; 7] = [
 #[test]
 fn the_pull_of_an_extended_body_against_arbitrary_precision() {
     let mut attraction = attraction(AXES);
-    for [x, excess, moment] in FIELDS.map(|row| row.map(Vec3::from)) {
+    for [x, perturbation, moment] in FIELDS.map(|row| row.map(Vec3::from)) {
         let (more, turn) = at(&mut attraction, &x).unwrap();
-        assert!(relative(&more, &excess) < 1e-14, "{x}: {more} is not {excess}");
+        assert!(relative(&more, &perturbation) < 1e-14, "{x}: {more} is not {perturbation}");
         assert!(relative(&turn, &moment) < 5e-15, "{x}: {turn} is not {moment}");
     }
 }

@@ -173,14 +173,14 @@ proptest! {
         let series = FarSeries::new(&Shape::Ellipsoid(e));
         let reach = (1..)
             .map(|k| a * 1.1f64.powi(k))
-            .find(|r| series.cut_for(r * r - a * a, 1e-17).is_some())
+            .find(|r| series.truncation_for(r * r - a * a, 1e-17).is_some())
             .unwrap();
         let r = reach + d * a;
         let x = [u * r];
-        let cut = series.cut_for(r * r - a * a, 1e-17).unwrap();
-        let far = values(VectorPath::Portable, series.cut(cut), &x)[0];
+        let truncation = series.truncation_for(r * r - a * a, 1e-17).unwrap();
+        let far = values(VectorPath::Portable, series.truncated(truncation), &x)[0];
         let near = values(VectorPath::Portable, Near::new(&e, r * r - a * a), &x)[0];
-        close(1.0 / r + far.excess, 1.0 / r + near.excess, 2e-15);
+        close(1.0 / r + far.perturbation, 1.0 / r + near.perturbation, 2e-15);
         for i in 0..3 {
             close(far.rd[i], near.rd[i], 5e-15);
             // The differences are small; the near kernel gets them by subtraction.
@@ -216,7 +216,7 @@ fn sorted(mut axes: [f64; 3]) -> [f64; 3] {
 /// The values of a kernel at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Values {
-    excess: f64,
+    perturbation: f64,
     rd: [f64; 3],
     difference: [f64; 3],
 }
@@ -236,9 +236,9 @@ impl<K: FieldKernel> WithSimd for Evaluate<'_, K> {
         let length = size_of::<[S::f64s; 2]>() / size_of::<f64>();
         let mut out = vec![[0.0; 7]; x.len()];
         for (k, ((x, y), z)) in points.enumerate() {
-            let (field, (excess, other)) =
-                (self.kernel.field([x, y, z]), self.kernel.excess_potential([x, y, z]));
-            let all = [excess].into_iter().chain(field.rd).chain(field.rd_difference);
+            let (field, (perturbation, other)) =
+                (self.kernel.field([x, y, z]), self.kernel.potential_perturbation([x, y, z]));
+            let all = [perturbation].into_iter().chain(field.rd).chain(field.rd_difference);
             for (column, value) in all.enumerate() {
                 for lane in 0..length {
                     // The sum over a block that is one in this lane and zero elsewhere.
@@ -255,8 +255,8 @@ impl<K: FieldKernel> WithSimd for Evaluate<'_, K> {
             }
         }
         out.into_iter()
-            .map(|[excess, r1, r2, r3, d1, d2, d3]| Values {
-                excess,
+            .map(|[perturbation, r1, r2, r3, d1, d2, d3]| Values {
+                perturbation,
                 rd: [r1, r2, r3],
                 difference: [d1, d2, d3],
             })
@@ -285,8 +285,8 @@ fn every_path_gives_the_same_numbers() {
     };
     let near: Vec<_> = (0..100).map(|k| spiral(k, 1.001 + f64::from((k * k) % 17))).collect();
     let far: Vec<_> = near.iter().map(|x| x * 3.0).collect();
-    let cut = series.cut_for(8.0, 1e-17).unwrap();
-    let (near_kernel, far_kernel) = (Near::new(&e, 0.0), series.cut(cut));
+    let truncation = series.truncation_for(8.0, 1e-17).unwrap();
+    let (near_kernel, far_kernel) = (Near::new(&e, 0.0), series.truncated(truncation));
     let portable =
         [values(VectorPath::Portable, near_kernel, &near), values(VectorPath::Portable, far_kernel, &far)];
     for path in VectorPath::available() {
@@ -297,7 +297,11 @@ fn every_path_gives_the_same_numbers() {
                     assert_eq!(now, portable);
                 }
                 let r = x.norm();
-                within((now.excess - portable.excess).abs() * r, 1e-15, format!("{path:?} potential"));
+                within(
+                    (now.perturbation - portable.perturbation).abs() * r,
+                    1e-15,
+                    format!("{path:?} potential"),
+                );
                 for i in 0..3 {
                     close(now.rd[i], portable.rd[i], 4e-15);
                     let error = (now.difference[i] - portable.difference[i]).abs() / portable.rd[i];

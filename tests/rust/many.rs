@@ -1,11 +1,11 @@
 //! The gravity of bodies at many points: outside and inside, with its gradient, in blocks.
 
 use crate::support::*;
-use fullbody::gravity::{Attractor, BodyField, Ellipsoidal, Points, Wanted};
+use fullbody::gravity::{Attractor, BodyField, Ellipsoidal, GravityOutput, Points};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::{BLOCK, Lanes, VectorPath, load_vector};
 use fullbody::math::{Mat3, Vec3};
-use fullbody::shape::{Body, GivenPart, Shape};
+use fullbody::shape::{Body, InputPart, Shape};
 use proptest::prelude::*;
 use pulp::{Simd, WithSimd};
 use std::f64::consts::PI;
@@ -16,7 +16,7 @@ fn of(axes: [f64; 3]) -> Body {
 
 /// A composite of a ball, an ellipsoid, a void and a point.
 fn club() -> Body {
-    let part = |shape, mass, position, attitude| GivenPart { shape, mass, position, attitude };
+    let part = |shape, mass, position, attitude| InputPart { shape, mass, position, attitude };
     let ellipsoid = Shape::ellipsoid([0.4, 0.9, 0.3]).unwrap();
     let given = vec![
         part(Shape::sphere(1.0).unwrap(), 4.0, [0.0; 3], [1.0, 0.0, 0.0, 0.0]),
@@ -38,12 +38,12 @@ fn gravity(bodies: &[(&Body, Vec3, Mat3)], points: &[Vec3], path: VectorPath) ->
         .map(|(field, &(_, position, rotation))| Attractor { field, position, rotation })
         .collect();
     let coordinates: Vec<f64> = points.iter().flat_map(|x| [x.x, x.y, x.z]).collect();
-    let points = Points { coordinates: &coordinates, shape: &[points.len()], before: 0 };
+    let points = Points { coordinates: &coordinates, shape: &[points.len()], first_index: 0 };
     let count = coordinates.len() / 3;
     let mut out = [vec![0.0; count], vec![0.0; 3 * count], vec![0.0; 9 * count]];
     let [potential, field, gradient] = &mut out;
-    points.gravity(&attractors, Wanted::Field(potential, field), arch, interrupt).unwrap();
-    points.gravity(&attractors, Wanted::Gradient(gradient), arch, interrupt).unwrap();
+    points.gravity(&attractors, GravityOutput::Field(potential, field), arch, interrupt).unwrap();
+    points.gravity(&attractors, GravityOutput::Gradient(gradient), arch, interrupt).unwrap();
     out
 }
 
@@ -109,7 +109,7 @@ fn balls() -> (Body, Vec<(f64, f64, Vec3)>) {
         (0.3, 0.0, [0.2, 0.4, 1.4]),
     ];
     let shape = |radius: f64| if radius > 0.0 { Shape::sphere(radius).unwrap() } else { Shape::Point };
-    let part = |(mass, radius, position)| GivenPart {
+    let part = |(mass, radius, position)| InputPart {
         shape: shape(radius),
         mass,
         position,

@@ -5,12 +5,13 @@ use fullbody::forces::{Byorp, Force, Path, ThirdBody, Tide, WhoseOrbit, Yorp};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::orbit::KeplerElements;
-use fullbody::shape::{Body, GivenPart, Polyhedron, Shape};
+use fullbody::shape::{Body, InputPart, Polyhedron, Shape};
 use std::collections::BTreeMap;
 
 const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
-/// The numbers of a system of an ellipsoid, two lobes and a tetrahedron under five forces, as its maker has them.
+/// The numbers of a system of an ellipsoid, two lobes and a tetrahedron under five forces, as its maker has
+/// them.
 #[derive(Clone, Copy)]
 struct Numbers {
     g: f64,
@@ -47,7 +48,7 @@ const NUMBERS: Numbers = Numbers {
 };
 
 fn system(with: Numbers) -> System {
-    let lobe = |mass, x| GivenPart {
+    let lobe = |mass, x| InputPart {
         shape: Shape::ellipsoid([0.3, 0.2, 0.1]).unwrap(),
         mass,
         position: [x, 0.1 * x, 0.0],

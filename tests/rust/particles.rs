@@ -16,7 +16,7 @@ use fullbody::trajectory::{
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 
-/// The continuous motion of a system, with the events of its run.
+/// Returns the continuous motion of a system and the times of its events.
 fn motion(system: &System, state: &State, until: f64, events: &mut [Event]) -> (Dense, Vec<f64>) {
     let mut record = Trajectory::new(system.bodies().len());
     let run = Run { output: &Output::Ends, events, dense: true, tangent_options: &TangentOptions::default() };
@@ -62,7 +62,7 @@ fn proceed(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Particles on circles of several radii about a mass of one.
+/// Returns particles on circular orbits of several radii about a mass of one.
 fn circles(count: usize) -> Vec<Particle> {
     let circle = |k: usize| {
         let (radius, angle) = (4.0 + 0.01 * k as f64, k as f64);
@@ -80,7 +80,6 @@ fn function(f: impl Fn(f64) -> f64 + Sync + 'static) -> ParticleEvent {
     }
 }
 
-/// A particle moves as a point of next to no mass does, which feels each body by the forces of pairs.
 #[test]
 fn a_particle_moves_as_a_body_of_hardly_any_mass() {
     let (system, state) = contact_binary();
@@ -91,17 +90,17 @@ fn a_particle_moves_as_a_body_of_hardly_any_mass() {
     flight.outcome.unwrap();
     let mut bodies = system.bodies().to_vec();
     bodies.push(Body::with_mass("C", Shape::Point, 1e-17).unwrap());
-    let with = System::new(bodies, 1.0, *system.settings()).unwrap();
-    let and = |list: &[Vec3], last: Vec3| [list, &[last]].concat();
+    let extended = System::new(bodies, 1.0, *system.settings()).unwrap();
+    let append = |list: &[Vec3], last: Vec3| [list, &[last]].concat();
     let start = State::new(
         state.time(),
-        and(state.position(), position),
-        and(state.velocity(), velocity),
+        append(state.position(), position),
+        append(state.velocity(), velocity),
         [state.attitude(), &[[1.0, 0.0, 0.0, 0.0]]].concat(),
-        and(state.spin(), Vec3::zeros()),
+        append(state.spin(), Vec3::zeros()),
     )
     .unwrap();
-    let mut simulation = Simulation::new(&with, &start, verner98(1e-13)).unwrap();
+    let mut simulation = Simulation::new(&extended, &start, verner98(1e-13)).unwrap();
     let mut record = Trajectory::new(3);
     simulation.integrate(3.0, &Output::Ends, &mut record, &mut proceed).unwrap();
     let end = simulation.state();
@@ -117,11 +116,11 @@ fn two_zeros_near_a_minimum_are_found_for_bodies_and_particles() {
         let parabola = move |time: f64| (time - 5.0).powi(2) - width * width;
         let of_bodies = Condition::Function(Box::new(move |state: &State| Ok(parabola(state.time()))));
         let (dense, times) = motion(&system, &state, 24.0, &mut [Event::new(of_bodies)]);
-        // Thirty times as far away as the bodies are from each other: long steps.
+        // The particle is thirty times as far away as the bodies are from each other, so that its steps are long.
         let far = Particle::new(0.0, &Vec3::new(50.0, 0.0, 0.0), &Vec3::new(0.0, 0.14, 0.0), 0.0);
         let flight = fly((&system, &dense), &[far], 24.0, &[function(parabola)], 1, &mut proceed);
-        let found: Vec<f64> = flight.record.occurrences.iter().map(|event| event.time).collect();
-        for times in [times, found] {
+        let particle_times: Vec<f64> = flight.record.occurrences.iter().map(|event| event.time).collect();
+        for times in [times, particle_times] {
             assert_eq!(times.len(), 2, "{width}: {times:?}");
             assert!((times[0] - (5.0 - width)).abs() + (times[1] - (5.0 + width)).abs() < 1e-11, "{times:?}");
         }

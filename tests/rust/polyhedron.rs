@@ -3,9 +3,9 @@
 use crate::support::refusal;
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::Error;
-use fullbody::gravity::{Anywhere, Facets, Layer, LayerAttraction};
+use fullbody::gravity::{Facets, Layer, LayerAttraction, PolyhedronGravity};
 use fullbody::interrupt::InterruptCheck;
-use fullbody::math::harmonics::{count, place};
+use fullbody::math::harmonics::{count, index};
 use fullbody::math::lanes::{Lanes, VectorPath};
 use fullbody::math::logarithm::{angle, ln_one_plus};
 use fullbody::math::{Mat3, Vec3, triangle};
@@ -162,19 +162,19 @@ fn harmonic_moments_of_a_box_are_those_of_its_integrals() {
     for arch in arches() {
         let moments = body.harmonic_moments(30, arch, &mut InterruptCheck::never()).unwrap();
         close(moments[0], 1.0, 1e-14);
-        close(moments[place(2, 0)], (zz - 0.5 * (xx + yy)) / r2, 1e-15);
-        close(moments[place(2, 2)], 0.75_f64.sqrt() * (xx - yy) / r2, 1e-15);
+        close(moments[index(2, 0)], (zz - 0.5 * (xx + yy)) / r2, 1e-15);
+        close(moments[index(2, 2)], 0.75_f64.sqrt() * (xx - yy) / r2, 1e-15);
         // S_40 = (35 z^4 - 30 z^2 r^2 + 3 r^4) / 8.
         let (x4, y4, z4) = (fourth(2.0), fourth(1.4), fourth(0.6));
         let r4 = x4 + y4 + z4 + 2.0 * (xx * yy + yy * zz + zz * xx);
         let s40 = (35.0 * z4 - 30.0 * (z4 + zz * (xx + yy)) + 3.0 * r4) / 8.0;
-        close(moments[place(4, 0)], s40 / r2 / r2, 1e-15);
+        close(moments[index(4, 0)], s40 / r2 / r2, 1e-15);
         assert!(moments.len() >= count(30));
         // Harmonics that are odd in a coordinate, and sines, vanish over a box.
         for n in 0..=30 {
             for m in -(n as isize)..=n as isize {
                 if m < 0 || m % 2 == 1 || (n as isize - m) % 2 == 1 {
-                    close(moments[place(n, m)], 0.0, 1e-15);
+                    close(moments[index(n, m)], 0.0, 1e-15);
                 }
             }
         }
@@ -200,7 +200,7 @@ fn a_layer_attracts_like_its_body() {
             assert!((gradient - exact.gradient).norm() <= rounding * gradient.norm());
         }
         // From any distance the sum of both is the monopole and MacCullagh's quadrupole.
-        let anywhere = Anywhere::new(&body, arch, &mut InterruptCheck::never()).unwrap();
+        let anywhere = PolyhedronGravity::new(&body, arch, &mut InterruptCheck::never()).unwrap();
         for r in [1e4, 1e8, 1e120] {
             let x = u * r;
             let moment = body.inertia_per_mass();
@@ -219,10 +219,10 @@ fn a_pull_is_the_field_less_that_of_a_point() {
     for r in [1.4, 3.0, 7.0, 12.0, 40.0] {
         let x = Vec3::new(0.48, -0.6, 0.64) * r;
         let (square, cube) = (1.0 / (r * r), 1.0 / (r * r * r));
-        let (excess, moment) = attraction.at(&x, square, cube).unwrap();
+        let (perturbation, moment) = attraction.at(&x, square, cube).unwrap();
         let field = facets.field(Arch::Scalar, &x).field;
         let rounding = 1e-15 * r * r;
-        assert!((excess - (field + x * cube)).norm() <= rounding * square, "{r} {excess}");
+        assert!((perturbation - (field + x * cube)).norm() <= rounding * square, "{r} {perturbation}");
         assert!((moment - x.cross(&field)).norm() <= rounding / r, "{r} {moment}");
     }
     // Far away the moment is 3 u cross (I u) / r^3, with all its digits.

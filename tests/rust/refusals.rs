@@ -3,7 +3,7 @@
 
 use fullbody::dynamics::{Parameter, Settings, State, System};
 use fullbody::error::Error;
-use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+use fullbody::gravity::{Attractor, BodyField, GravityOutput, Points};
 use fullbody::integrate::{Tolerance, VERNER98};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Mat3, Vec3};
@@ -144,9 +144,9 @@ fn arrays_of_gravity_at_points() {
     let attractor = Attractor { field: &field, position: Vec3::zeros(), rotation: Mat3::identity() };
     for (coordinates, potentials, fields) in [(4, 1, 3), (6, 1, 3), (3, 2, 3), (3, 1, 6)] {
         let (coordinates, mut potential) = (vec![2.0; coordinates], vec![0.0; potentials]);
-        let asked = Points { coordinates: &coordinates, shape: &[1], before: 0 };
-        let wanted = Wanted::Field(&mut potential, &mut vec![0.0; fields]);
-        let outcome = asked.gravity(&[attractor], wanted, system.arch(), interrupt);
+        let asked = Points { coordinates: &coordinates, shape: &[1], first_index: 0 };
+        let output = GravityOutput::Field(&mut potential, &mut vec![0.0; fields]);
+        let outcome = asked.gravity(&[attractor], output, system.arch(), interrupt);
         refused(outcome, "lengths of the arrays of gravity at points");
     }
 }

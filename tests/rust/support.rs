@@ -1,7 +1,7 @@
 //! Reference data and comparisons.
 
 use fullbody::error::Result;
-use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+use fullbody::gravity::{Attractor, BodyField, GravityOutput, Points};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
@@ -139,22 +139,22 @@ impl FieldOf {
 
     pub fn potential(&self, x: &Vec3) -> Result<f64> {
         let mut found = [0.0];
-        self.ask(x, Wanted::Field(&mut found, &mut [0.0; 3])).map(|()| found[0])
+        self.ask(x, GravityOutput::Field(&mut found, &mut [0.0; 3])).map(|()| found[0])
     }
 
     pub fn field(&self, x: &Vec3) -> Result<Vec3> {
         let mut found = [0.0; 3];
-        self.ask(x, Wanted::Field(&mut [0.0], &mut found)).map(|()| Vec3::from(found))
+        self.ask(x, GravityOutput::Field(&mut [0.0], &mut found)).map(|()| Vec3::from(found))
     }
 
     pub fn gradient(&self, x: &Vec3) -> Result<Mat3> {
         let mut found = [0.0; 9];
-        self.ask(x, Wanted::Gradient(&mut found)).map(|()| Mat3::from_row_slice(&found))
+        self.ask(x, GravityOutput::Gradient(&mut found)).map(|()| Mat3::from_row_slice(&found))
     }
 
-    fn ask(&self, x: &Vec3, wanted: Wanted<'_>) -> Result<()> {
+    fn ask(&self, x: &Vec3, output: GravityOutput<'_>) -> Result<()> {
         let attractor = Attractor { field: &self.0, position: Vec3::zeros(), rotation: Mat3::identity() };
-        let points = Points { coordinates: x.as_slice(), shape: &[], before: 0 };
-        points.gravity(&[attractor], wanted, VectorPath::Auto.arch().unwrap(), &mut InterruptCheck::never())
+        let points = Points { coordinates: x.as_slice(), shape: &[], first_index: 0 };
+        points.gravity(&[attractor], output, VectorPath::Auto.arch().unwrap(), &mut InterruptCheck::never())
     }
 }

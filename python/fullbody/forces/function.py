@@ -177,7 +177,7 @@ def _from_python(model: Function, context: Context) -> Call:
             if model.depends_on_velocity:
                 core = _core.State(time, take(position), take(velocity), take(attitude, 4), take(spin))
             else:
-                core = _core.State.of_places(time, take(position), take(attitude, 4))
+                core = _core.State.from_poses(time, take(position), take(attitude, 4))
             state = wrap(core, context)
             answer = model.function(state.time, state)
             if isinstance(answer, tuple) and len(answer) != 2:

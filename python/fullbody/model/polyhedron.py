@@ -190,7 +190,7 @@ class Polyhedron:
 
     def _layer(self, fraction: float) -> Polyhedron:
         """Return the shape scaled about its centre of mass."""
-        vertices = self._made.given
+        vertices = self._made.input_vertices
         middle = vertices.mean(axis=0)
         corners = (vertices - middle)[self._faces]
         volumes = np.linalg.det(corners) / 6.0

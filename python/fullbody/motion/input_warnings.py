@@ -41,7 +41,7 @@ def _of_density(units: Units, name: str, body: _core.Body) -> Iterator[str]:
 
 def _of_cancelling(name: str, body: _core.Body, tolerance: float) -> Iterator[str]:
     """Return a warning about parts that cancel so far that the sum's rounding error is far above the tolerance."""
-    masses = np.array([mass for _, mass, *_ in body.given] or [1.0])
+    masses = np.array([mass for _, mass, *_ in body.input_parts] or [1.0])
     least, largest = int(np.argmin(masses)), int(np.argmax(masses))
     lost = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
     if masses[least] < 0.0 and lost > 100.0 * tolerance:

@@ -57,25 +57,25 @@ impl System {
     }
 }
 
-/// Returns the first place at which two descriptions differ by more than rounding. The coordinates of a vector
-/// or of a table of vectors have one scale.
-fn difference(place: &str, one: &Value, other: &Value, scale: f64) -> Option<String> {
-    match (one, other) {
+/// Returns the first place at which two descriptions differ by more than rounding. The coordinates of a
+/// vector or of a table of vectors have one scale.
+fn difference(path: &str, reference: &Value, other: &Value, scale: f64) -> Option<String> {
+    match (reference, other) {
         (Value::Number(a), Value::Number(b)) if a.is_f64() && b.is_f64() => {
             let [a, b] = [a, b].map(|number| number.as_f64().unwrap_or(f64::NAN));
             let is_same = (a - b).abs() <= ROUNDING * scale.max(a.abs()).max(b.abs());
-            (!is_same).then(|| place.to_owned())
+            (!is_same).then(|| path.to_owned())
         }
         (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
-            let scale = scale.max(largest(one)).max(largest(other));
+            let scale = scale.max(largest(reference)).max(largest(other));
             let mut pairs = a.iter().zip(b).enumerate();
-            pairs.find_map(|(k, (a, b))| difference(&format!("{place}[{k}]"), a, b, scale))
+            pairs.find_map(|(k, (a, b))| difference(&format!("{path}[{k}]"), a, b, scale))
         }
         (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
             let mut pairs = a.iter().zip(b.values());
-            pairs.find_map(|((name, a), b)| difference(format!("{place} {name}").trim_start(), a, b, 0.0))
+            pairs.find_map(|((name, a), b)| difference(format!("{path} {name}").trim_start(), a, b, 0.0))
         }
-        _ => (one != other).then(|| place.to_owned()),
+        _ => (reference != other).then(|| path.to_owned()),
     }
 }
 

@@ -39,7 +39,7 @@ impl System {
         };
         // The pair whose parts are being added, with its force and the truncation error.
         let (mut last, mut between, mut error) = ([0; 2], Vec3::zeros(), 0.0);
-        self.each_link(state, interrupt, |link, [i, j], pose, interrupt| {
+        self.for_each_link(state, interrupt, |link, [i, j], pose, interrupt| {
             if last != [i, j] {
                 result.truncation_error = result.truncation_error.max(error / between.norm());
                 (last, between, error) = ([i, j], Vec3::zeros(), 0.0);
@@ -100,7 +100,7 @@ impl System {
     /// too large for a double.
     pub fn energy(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
         let mut potential = 0.0;
-        self.each_link(state, interrupt, |link, [i, j], pose, interrupt| {
+        self.for_each_link(state, interrupt, |link, [i, j], pose, interrupt| {
             link.add_energy(pose, self.strength(i, j), &mut potential, state.time, interrupt)
         })?;
         let energy = invariants::energy(&self.bodies, state, potential);

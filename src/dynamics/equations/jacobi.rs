@@ -3,9 +3,9 @@
 //!
 //! Takes and gives vectors relative to the barycentre of all bodies, in two parts.
 
-use super::layout::Blocks;
+use super::layout::BodyBlocks;
 use crate::math::Vec3;
-use crate::math::compensated::{add_each, two_sum};
+use crate::math::compensated::{add_multiples, two_sum};
 use crate::orbit::{KeplerChange, kepler_change};
 
 /// The change before the first drift, filled with NaN.
@@ -45,7 +45,7 @@ impl Jacobi {
     /// Moves the bodies over a time. The error is the index of a body for which Kepler's equation has no
     /// solution in doubles.
     #[inline(always)]
-    pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Result<(), usize> {
+    pub fn drift(&mut self, time: f64, high: &mut BodyBlocks, low: &mut BodyBlocks) -> Result<(), usize> {
         let n = high.position.len();
         let (mu, shares, changes) = (&self.mu[..n], &self.shares[..n], &mut self.changes[..n]);
         let mut centre = Centre { high: high.position[0], low: low.position[0] };
@@ -69,8 +69,8 @@ impl Jacobi {
         for body in (0..n).rev() {
             let position = left(body, shares[body], &changes[body].position, &mut centre);
             let velocity = left(body, shares[body], &changes[body].velocity, &mut moving);
-            add_each(&mut high.position[body], &mut low.position[body], 1.0, &position.into());
-            add_each(&mut high.velocity[body], &mut low.velocity[body], 1.0, &velocity.into());
+            add_multiples(&mut high.position[body], &mut low.position[body], 1.0, &position.into());
+            add_multiples(&mut high.velocity[body], &mut low.velocity[body], 1.0, &velocity.into());
         }
         Ok(())
     }

@@ -6,7 +6,8 @@
 //! | velocity | 3 N | relative to the barycentre, inertial axes |
 //! | attitude | 4 N or 3 N | quaternion, or Tait-Bryan angles |
 //! | spin | 3 N | body frames |
-//! | barycentre offset | 6 or 0 | position and velocity of the barycentre relative to the nominal one, with external forces |
+//! | barycentre offset | 6 or 0 | position and velocity of the barycentre relative to the nominal one, with
+//! external forces |
 //! | work and impulse | 7 per force | work, impulse and angular impulse of each external force |
 //!
 //! Without external forces the barycentre moves uniformly. This nominal motion is kept apart from the vector,
@@ -14,7 +15,7 @@
 //! that is converted to a vector and back is the same state.
 
 use super::state::State;
-use crate::forces::{Snapshot, WORK_AND_IMPULSE};
+use crate::forces::{MotionSnapshot, WORK_AND_IMPULSE};
 use crate::math::compensated::{Compensated, sum, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::names::Named;
@@ -113,14 +114,14 @@ impl Layout {
 }
 
 /// The blocks of the bodies in a vector with quaternions.
-pub(super) struct Blocks<'a> {
+pub(super) struct BodyBlocks<'a> {
     pub position: &'a mut [[f64; 3]],
     pub velocity: &'a mut [[f64; 3]],
     pub attitude: &'a mut [[f64; 4]],
     pub spin: &'a mut [[f64; 3]],
 }
 
-impl<'a> Blocks<'a> {
+impl<'a> BodyBlocks<'a> {
     /// Splits a vector of this many bodies.
     #[inline(always)]
     pub fn new(bodies: usize, y: &'a mut [f64]) -> Self {
@@ -225,11 +226,11 @@ impl BarycentricFrame {
         y: &'a [f64],
         rotation: &'a [Mat3],
         attitude: &'a [[f64; 4]],
-    ) -> Snapshot<'a> {
+    ) -> MotionSnapshot<'a> {
         let layout = self.layout;
         let block = |start: usize| &y[start..].as_chunks().0[..layout.bodies];
         let (offset, offset_rate) = self.barycentre_offset(y);
-        Snapshot {
+        MotionSnapshot {
             time,
             position: block(layout.position(0)),
             velocity: block(layout.velocity(0)),
@@ -256,15 +257,17 @@ impl BarycentricFrame {
                 total + (first + second + third + low[index + c] + tail[c])
             }))
         };
-        let each = |f: &dyn Fn(usize) -> Vec3| (0..layout.bodies).map(f).collect::<Vec<_>>();
+        let per_body = |f: &dyn Fn(usize) -> Vec3| (0..layout.bodies).map(f).collect::<Vec<_>>();
         State {
             time,
-            position: each(&|b| placed(layout.position(b), self.barycentre, travelled, offset, offset_low)),
-            velocity: each(&|b| {
+            position: per_body(&|b| {
+                placed(layout.position(b), self.barycentre, travelled, offset, offset_low)
+            }),
+            velocity: per_body(&|b| {
                 placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3], offset_rate, offset_rate_low)
             }),
             attitude: (0..layout.bodies).map(|b| self.attitude(b, high)).collect(),
-            spin: each(&|b| vector(high, layout.spin(b))),
+            spin: per_body(&|b| vector(high, layout.spin(b))),
         }
     }
 }

@@ -135,7 +135,7 @@ impl Dynamics {
     /// part [`Self::loads`] returns them. Allocates nothing.
     pub fn load(&mut self, part: usize, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
         if part == 0 {
-            self.turn(y);
+            self.update_rotations(y);
             self.acceleration.fill(Vec3::zeros());
             self.torque.fill(Vec3::zeros());
         }
@@ -195,18 +195,18 @@ impl Dynamics {
             match layout.chart {
                 AttitudeChart::Quaternion => {
                     let q = [y[a], y[a + 1], y[a + 2], y[a + 3]];
-                    let turning = rotation::quaternion_rate(q, spin);
-                    rest[a - positions..a - positions + 4].copy_from_slice(&turning);
-                    total += turning.iter().sum::<f64>();
+                    let attitude_rate = rotation::quaternion_rate(q, spin);
+                    rest[a - positions..a - positions + 4].copy_from_slice(&attitude_rate);
+                    total += attitude_rate.iter().sum::<f64>();
                 }
                 AttitudeChart::TaitBryan => {
                     let angles = [y[a], y[a + 1], y[a + 2]];
                     if angles[1].cos() < POLE {
                         return Err(Rejected::Pole);
                     }
-                    let turning = rotation::tait_bryan_rate(angles, spin);
-                    rest[a - positions..a - positions + 3].copy_from_slice(&turning);
-                    total += turning.iter().sum::<f64>();
+                    let attitude_rate = rotation::tait_bryan_rate(angles, spin);
+                    rest[a - positions..a - positions + 3].copy_from_slice(&attitude_rate);
+                    total += attitude_rate.iter().sum::<f64>();
                 }
             }
             let s = layout.spin(body) - positions;
@@ -231,7 +231,7 @@ impl Dynamics {
         velocities: &[Vec3],
         interrupt: &mut InterruptCheck,
     ) -> Result<Energy> {
-        self.turn(y);
+        self.update_rotations(y);
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
             let pose = self.pose(y, *i, *j);
@@ -254,7 +254,7 @@ impl Dynamics {
         invariants::angular_momentum_of_vector(&self.system.bodies, &self.view.frame, time, y)
     }
 
-    pub(super) fn turn(&mut self, y: &[f64]) {
+    pub(super) fn update_rotations(&mut self, y: &[f64]) {
         for body in 0..self.layout.bodies {
             self.view.rotation[body] = self.attitude(y, body);
         }
@@ -302,8 +302,8 @@ fn euler(inertia: Vec3, spin: Vec3, torque: Vec3) -> Vec3 {
     let rate = |i: usize, j: usize, k: usize| {
         // The difference of the moments is formed first, so that the spin of a spheroid about its axis stays
         // exactly constant.
-        let turning = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
-        if inertia[i] > 0.0 { turning / inertia[i] } else { 0.0 }
+        let net_torque = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
+        if inertia[i] > 0.0 { net_torque / inertia[i] } else { 0.0 }
     };
     Vec3::new(rate(0, 1, 2), rate(1, 2, 0), rate(2, 0, 1))
 }

@@ -52,7 +52,7 @@ impl Parameter {
             if body.volume() > 0.0 && !body.is_composite() {
                 all.push((format!("density of {}", body.name), Self::Density(k, body.volume())));
             }
-            if let [Part { shape: Shape::Ellipsoid(_), place: None, .. }] = body.parts() {
+            if let [Part { shape: Shape::Ellipsoid(_), placement: None, .. }] = body.parts() {
                 let axes = ["a", "b", "c"].iter().enumerate();
                 all.extend(axes.map(|(axis, letter)| {
                     (format!("semi-axis {letter} of {}", body.name), Self::SemiAxis(k, axis))
@@ -64,12 +64,12 @@ impl Parameter {
                 ("position y", PartNumber::Position(1)),
                 ("position z", PartNumber::Position(2)),
             ];
-            for part in 0..body.given().len() {
+            for part in 0..body.input_parts().len() {
                 all.extend(numbers.iter().map(|(what, number)| {
                     (format!("{what} of part {part} of {}", body.name), Self::Part(k, part, *number))
                 }));
             }
-            if let [Part { shape: Shape::Polyhedron(_), place: None, .. }] = body.parts() {
+            if let [Part { shape: Shape::Polyhedron(_), placement: None, .. }] = body.parts() {
                 all.push((format!("scale of {}", body.name), Self::Scale(k)));
             }
             if let Some(stokes) = stokes(body) {
@@ -103,9 +103,9 @@ impl Parameter {
     /// derivative with respect to this one.
     pub fn named(name: &str, system: &System) -> Result<Self> {
         let all = Self::all(system.bodies(), system.forces());
-        let Some((_, parameter)) = all.iter().find(|(known, _)| known == name) else {
-            let known: Vec<_> = Self::of(system).iter().map(|(name, _)| format!("{name:?}")).collect();
-            let expected = format!("one of {}", known.join(", "));
+        let Some((_, parameter)) = all.iter().find(|(listed, _)| listed == name) else {
+            let names: Vec<_> = Self::of(system).iter().map(|(name, _)| format!("{name:?}")).collect();
+            let expected = format!("one of {}", names.join(", "));
             return Err(Error::invalid("parameter", format!("{name:?}"), expected));
         };
         parameter.of_part(system.bodies()).map(|_| *parameter)
@@ -120,7 +120,7 @@ impl Parameter {
     /// Returns an error for a parameter that [`Self::of`] does not list for the system.
     pub(in crate::dynamics) fn check(self, system: &System) -> Result<()> {
         let all = Self::all(system.bodies(), system.forces());
-        if all.iter().any(|(_, known)| *known == self) {
+        if all.iter().any(|(_, listed)| *listed == self) {
             return Ok(());
         }
         let expected = "one of those that Parameter::of lists for the system";
@@ -145,7 +145,7 @@ impl Parameter {
     pub(in crate::dynamics) fn of_moment(self, bodies: &[Body]) -> Option<(usize, usize, f64)> {
         let Self::Stokes(body, StokesNumber::Coefficient(index)) = self else { return None };
         let stokes = stokes(&bodies[body])?;
-        Some((body, index, stokes.moment_by_coefficient(index, stokes.given().reference_radius)))
+        Some((body, index, stokes.moment_by_coefficient(index, stokes.input().reference_radius)))
     }
 
     /// Returns the body of which the parameter is a length: a semi-axis or the scale.
@@ -160,12 +160,12 @@ impl Parameter {
     pub(in crate::dynamics) fn of_shape(
         self,
         bodies: [usize; 2],
-        known: &ShapeDerivatives,
+        derivatives: &ShapeDerivatives,
     ) -> Option<Interaction> {
         let which = bodies.iter().position(|other| Some(*other) == self.shaped())?;
         match self {
-            Self::SemiAxis(_, axis) => Some(known.axes[which][axis]),
-            _ => Some(known.scale[which]),
+            Self::SemiAxis(_, axis) => Some(derivatives.axes[which][axis]),
+            _ => Some(derivatives.scale[which]),
         }
     }
 
@@ -202,11 +202,11 @@ impl Parameter {
         match self {
             Self::GravitationalConstant if g != 0.0 => [external_forces.powers(force, on, on)[0] / g; 2],
             Self::Mass(k) | Self::Density(k, _) | Self::Part(k, _, PartNumber::Mass) => {
-                let own = if k == on { 1.0 } else { 0.0 };
+                let is_own = if k == on { 1.0 } else { 0.0 };
                 let (by, power) = (self.of_mass(k) / masses[k], external_forces.powers(force, k, on)[1]);
                 // The moments of a composite are accounted for by `of_inertia`.
-                let moments = if let Self::Part(..) = self { 0.0 } else { own };
-                [by * (power - own), by * (power - moments)]
+                let moments = if let Self::Part(..) = self { 0.0 } else { is_own };
+                [by * (power - is_own), by * (power - moments)]
             }
             _ => [0.0; 2],
         }
@@ -277,14 +277,14 @@ impl Parameter {
         let mut g = system.gravitational_constant();
         match self {
             Self::GravitationalConstant => {
-                let own = g;
+                let previous = g;
                 g += by;
                 for force in &mut forces {
                     if let Force::ThirdBody(body) = force
                         && body.mass.is_some()
-                        && own > 0.0
+                        && previous > 0.0
                     {
-                        body.mu *= g / own;
+                        body.mu *= g / previous;
                     }
                 }
             }
@@ -317,10 +317,10 @@ impl Parameter {
             Self::Density(k, volume) => bodies[k].mass / volume,
             Self::SemiAxis(k, axis) => bodies[k].semi_axes()[axis],
             Self::Scale(_) => 1.0,
-            Self::Part(k, part, PartNumber::Mass) => bodies[k].given()[part].mass,
-            Self::Part(k, part, PartNumber::Position(axis)) => bodies[k].given()[part].position[axis],
+            Self::Part(k, part, PartNumber::Mass) => bodies[k].input_parts()[part].mass,
+            Self::Part(k, part, PartNumber::Position(axis)) => bodies[k].input_parts()[part].position[axis],
             Self::Stokes(k, number) => stokes(&bodies[k])
-                .map_or(f64::NAN, |stokes| stokes.number(number, stokes.given().reference_radius)),
+                .map_or(f64::NAN, |stokes| stokes.number(number, stokes.input().reference_radius)),
             Self::OfForce(k, number) => system.forces()[k].parameter_value(number, g),
         }
     }
@@ -332,7 +332,7 @@ impl Parameter {
             // The reference radius may change too.
             Self::Stokes(k, number) => match [from, to].map(|system| stokes(&system.bodies()[k])) {
                 [Some(from), Some(to)] => {
-                    let radius = from.given().reference_radius;
+                    let radius = from.input().reference_radius;
                     to.number(number, radius) - from.number(number, radius)
                 }
                 _ => f64::NAN,

@@ -59,9 +59,10 @@ impl System {
                 (2.0 * self.gravitational_constant * (masses[body] + mass) * potential / mass).sqrt();
             Unbound { body, speed, escape }
         };
-        let ratio = |found: &Unbound| found.speed / found.escape;
+        let ratio = |unbound: &Unbound| unbound.speed / unbound.escape;
         // Without attraction no body is bound, and the run itself refuses numbers that are too large.
-        let all = (0..masses.len()).map(of).filter(|found| found.escape > 0.0 && ratio(found).is_finite());
+        let all =
+            (0..masses.len()).map(of).filter(|unbound| unbound.escape > 0.0 && ratio(unbound).is_finite());
         let fastest = all.reduce(|most, next| if ratio(&next) > ratio(&most) { next } else { most })?;
         (ratio(&fastest) > FAST).then_some(fastest)
     }

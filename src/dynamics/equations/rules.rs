@@ -19,19 +19,19 @@ impl Dynamics {
     }
 
     /// Restores the rules and switches that [`Self::memory`] returned.
-    pub fn recall(
+    pub fn restore_memory(
         &mut self,
         memory: &[Option<RuleMemory>],
         switches: &[Option<Switch>],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.external_forces.recall(switches)?;
+        self.external_forces.set_switches(switches)?;
         if memory.len() != self.links.len() {
             return Err(Error::invalid("number of rules", memory.len(), self.links.len().to_string()));
         }
         for ((.., link), memory) in self.links.iter_mut().zip(memory) {
             interrupt.charge(CHOICE, 0.0)?;
-            link.pair.recall(memory.as_ref(), interrupt)?;
+            link.pair.restore_memory(memory.as_ref(), interrupt)?;
             interrupt.charge(link.pair.work(), 0.0)?;
         }
         Ok(())
@@ -50,7 +50,7 @@ impl Dynamics {
 
     /// Checks a state and chooses the rules for a step of size `step` from it.
     pub fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()> {
-        self.turn(y);
+        self.update_rotations(y);
         if self.layout.chart == AttitudeChart::TaitBryan {
             for body in 0..self.layout.bodies {
                 // The cosine starts positive; a changed sign means that a step has passed over a pole.
@@ -88,8 +88,8 @@ impl Dynamics {
     /// is divided into several parts.
     fn divide(&mut self, work: u64) {
         let count = self.links.len();
-        let wanted = work.div_ceil(UNITS).min(count as u64).max(1) as usize;
-        let in_part = count.div_ceil(wanted);
+        let target = work.div_ceil(UNITS).min(count as u64).max(1) as usize;
+        let in_part = count.div_ceil(target);
         self.parts.clear();
         let mut start = 0;
         for (index, (.., link)) in self.links.iter().enumerate() {
@@ -132,10 +132,10 @@ impl Dynamics {
         let bodies = self.system.bodies();
         let mu = self.system.gravitational_constant * (bodies[i].mass + bodies[j].mass);
         let fall = 0.5 * mu * (step / distance).powi(2);
-        let turn = |body: usize| vector(y, self.layout.spin(body)).norm() * step.abs();
+        let rotation_angle = |body: usize| vector(y, self.layout.spin(body)).norm() * step.abs();
         Some(PredictedMotion {
             reach: least_distance(&pose.separation, &path) - fall,
-            turns: [turn(i), turn(j)],
+            rotation_angles: [rotation_angle(i), rotation_angle(j)],
             growth,
         })
     }

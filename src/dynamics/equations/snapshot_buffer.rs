@@ -1,7 +1,7 @@
 //! The snapshots of an integrator's vectors for external forces.
 
 use super::layout::BarycentricFrame;
-use crate::forces::Snapshot;
+use crate::forces::MotionSnapshot;
 use crate::math::Mat3;
 
 /// The frame of the vectors, with the rotations at the last vector.
@@ -26,7 +26,7 @@ impl SnapshotBuffer {
 
     /// Returns a snapshot of a vector whose rotation matrices are known, and stores its attitudes.
     #[inline(always)]
-    pub fn show<'a>(&'a mut self, time: f64, y: &'a [f64]) -> Snapshot<'a> {
+    pub fn show<'a>(&'a mut self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
         for (body, attitude) in self.attitude.iter_mut().enumerate() {
             *attitude = self.frame.attitude(body, y);
         }
@@ -36,7 +36,7 @@ impl SnapshotBuffer {
     /// Returns a snapshot with the attitudes of the last vector, for that vector or one with the same
     /// attitudes.
     #[inline(always)]
-    pub fn shown<'a>(&'a self, time: f64, y: &'a [f64]) -> Snapshot<'a> {
+    pub fn shown<'a>(&'a self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
         self.frame.snapshot(time, y, &self.rotation, &self.attitude)
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! | | drift | kick |
 //! |---|---|---|
-//! | [`DriftKind::Kepler`] | Kepler motion in Jacobi's coordinates, free rotation | the rest of the forces, all torques |
+//! | [`DriftKind::Kepler`] | Kepler motion in Jacobi's coordinates, free rotation | the rest of the forces,
+//! all torques |
 //! | [`DriftKind::Free`] | straight motion, discrete free rotation | all forces, all torques |
 //!
 //! The Kepler drift belongs to the splittings of Wisdom & Holman (1991), Astron. J. 102, 1528: in Jacobi's
@@ -14,15 +15,15 @@ mod failures;
 
 use super::Dynamics;
 use super::jacobi::Jacobi;
-use super::layout::{AttitudeChart, Blocks, vector};
+use super::layout::{AttitudeChart, BodyBlocks, vector};
 use super::rejected::Rejected;
 use crate::dynamics::rotation::discrete_rotor::variational_rotation;
-use crate::dynamics::rotation::free_rotors::{Bodies, FARTHEST, FreeRotors};
+use crate::dynamics::rotation::free_rotors::{FreeRotors, MAX_ROTATION_ANGLE, RotorStates};
 use crate::error::{Error, Result};
 use crate::forces::WORK_AND_IMPULSE;
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::math::compensated::{add, add_all, add_each};
+use crate::math::compensated::{add, add_all, add_multiples};
 use pulp::{Simd, WithSimd};
 
 /// The units of work of rotating a body by one rad, for [`InterruptCheck`].
@@ -135,7 +136,7 @@ impl Splitting {
     }
 
     /// Restores what [`Self::loads`] returned.
-    pub fn recall(&mut self, loads: &[[f64; 6]]) {
+    pub fn set_loads(&mut self, loads: &[[f64; 6]]) {
         for (body, &[a, b, c, x, y, z]) in loads.iter().enumerate().take(self.inertia.len()) {
             (self.acceleration[body], self.spin_rate[body]) = ([a, b, c], [x, y, z]);
         }
@@ -151,7 +152,7 @@ impl Splitting {
         for (body, work) in self.work.iter_mut().enumerate() {
             let angle = (2.0 * vector(y, layout.spin(body)).amax() * step).abs();
             // Too large a number counts as the limit, and so does NaN.
-            *work = (ROTATION * (1.0 + angle.min(FARTHEST))) as u64;
+            *work = (ROTATION * (1.0 + angle.min(MAX_ROTATION_ANGLE))) as u64;
         }
     }
 
@@ -179,11 +180,22 @@ impl Splitting {
 
     /// Moves the centres along straight lines or Kepler orbits.
     #[inline(always)]
-    fn orbits(&mut self, dynamics: &Dynamics, size: f64, high: &mut Blocks, low: &mut Blocks) -> Result<()> {
+    fn orbits(
+        &mut self,
+        dynamics: &Dynamics,
+        size: f64,
+        high: &mut BodyBlocks,
+        low: &mut BodyBlocks,
+    ) -> Result<()> {
         match self.drift_kind {
             DriftKind::Free => {
                 for body in 0..high.position.len() {
-                    add_each(&mut high.position[body], &mut low.position[body], size, &high.velocity[body]);
+                    add_multiples(
+                        &mut high.position[body],
+                        &mut low.position[body],
+                        size,
+                        &high.velocity[body],
+                    );
                 }
                 Ok(())
             }
@@ -200,26 +212,31 @@ impl Splitting {
         simd: S,
         dynamics: &Dynamics,
         size: f64,
-        high: &Blocks,
+        high: &BodyBlocks,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let (attitude, spin, work, now) = (&*high.attitude, &*high.spin, &self.work, self.time);
-        let (turn, change) = self.change.split_at_mut(4 * spin.len());
-        let (turn, change) = (turn.as_chunks_mut().0, change.as_chunks_mut().0);
+        let (attitude_change, spin_change) = self.change.split_at_mut(4 * spin.len());
+        let (attitude_change, spin_change) =
+            (attitude_change.as_chunks_mut().0, spin_change.as_chunks_mut().0);
         let mut check = |body: usize| interrupt.charge(work[body], now);
         let too_far = match self.drift_kind {
-            DriftKind::Kepler => {
-                self.rotors.turn(simd, size, Bodies { attitude, spin, turn, change }, check)?
-            }
+            DriftKind::Kepler => self.rotors.rotate(
+                simd,
+                size,
+                RotorStates { attitude, spin, attitude_change, spin_change },
+                check,
+            )?,
             DriftKind::Free => {
                 for body in 0..spin.len() {
                     check(body)?;
-                    let (inertia, own) = (self.inertia[body], spin[body].into());
-                    let Some((turned, changed)) = variational_rotation(inertia, attitude[body], own, size)
+                    let (inertia, old_spin) = (self.inertia[body], spin[body].into());
+                    let Some((rotation, spin_increment)) =
+                        variational_rotation(inertia, attitude[body], old_spin, size)
                     else {
-                        return Err(self.too_far(dynamics, body, own));
+                        return Err(self.too_far(dynamics, body, old_spin));
                     };
-                    (turn[body], change[body]) = (turned, changed.into());
+                    (attitude_change[body], spin_change[body]) = (rotation, spin_increment.into());
                 }
                 None
             }
@@ -276,18 +293,23 @@ impl Splitting {
         for (force, (high, low)) in
             work_and_impulse.as_chunks_mut::<WORK_AND_IMPULSE>().0.iter_mut().zip(lows).enumerate()
         {
-            add_each(high, low, size, &dynamics.external_forces().work_and_impulse_rates(snapshot, force));
+            add_multiples(
+                high,
+                low,
+                size,
+                &dynamics.external_forces().work_and_impulse_rates(snapshot, force),
+            );
         }
         (0..3).for_each(|c| add(&mut high[offset_rate + c], &mut low[offset_rate + c], size * kick[c]));
     }
 
     /// Stores the loads that have been computed, minus those of the Kepler motion, and kicks by them.
     #[inline(always)]
-    fn settle(&mut self, dynamics: &Dynamics, size: f64, high: &mut Blocks, low: &mut Blocks) {
+    fn settle(&mut self, dynamics: &Dynamics, size: f64, high: &mut BodyBlocks, low: &mut BodyBlocks) {
         let n = high.spin.len();
         let (acceleration, torque) = dynamics.loads();
         let (acceleration, torque, inertia) = (&acceleration[..n], &torque[..n], &self.inertia[..n]);
-        let (own, rate) = (&mut self.acceleration[..n], &mut self.spin_rate[..n]);
+        let (acceleration_change, rate) = (&mut self.acceleration[..n], &mut self.spin_rate[..n]);
         let mut sum = 0.0;
         let mut centre = Vec3::zeros();
         for body in (0..n).rev() {
@@ -297,12 +319,17 @@ impl Splitting {
             };
             let (inertia, torque) = (&inertia[body], &torque[body]);
             for c in 0..3 {
-                own[body][c] = acceleration[body][c] - kepler[c];
+                acceleration_change[body][c] = acceleration[body][c] - kepler[c];
                 rate[body][c] = if inertia[c] > 0.0 { torque[c] / inertia[c] } else { 0.0 };
-                sum += 0.0 * (own[body][c] + rate[body][c]);
+                sum += 0.0 * (acceleration_change[body][c] + rate[body][c]);
             }
-            add_each(&mut high.velocity[body], &mut low.velocity[body], size, &own[body]);
-            add_each(&mut high.spin[body], &mut low.spin[body], size, &rate[body]);
+            add_multiples(
+                &mut high.velocity[body],
+                &mut low.velocity[body],
+                size,
+                &acceleration_change[body],
+            );
+            add_multiples(&mut high.spin[body], &mut low.spin[body], size, &rate[body]);
         }
         // The sum of these products is NaN unless all numbers are finite.
         self.loaded = sum == 0.0;
@@ -328,10 +355,10 @@ impl WithSimd for DriftStep<'_, '_> {
         let layout = dynamics.layout();
         let n = layout.bodies;
         // The rotations are added last: reading them as a whole waits until all their parts are in memory.
-        splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), interrupt)?;
-        splitting.orbits(dynamics, size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
-        let turned = layout.attitude(0)..layout.barycentre_offset();
-        add_all(simd, &mut high[turned.clone()], &mut low[turned], 1.0, &splitting.change);
+        splitting.rotations(simd, dynamics, size, &BodyBlocks::new(n, high), interrupt)?;
+        splitting.orbits(dynamics, size, &mut BodyBlocks::new(n, high), &mut BodyBlocks::new(n, low))?;
+        let attitudes = layout.attitude(0)..layout.barycentre_offset();
+        add_all(simd, &mut high[attitudes.clone()], &mut low[attitudes], 1.0, &splitting.change);
         Ok(())
     }
 }
@@ -352,13 +379,18 @@ impl WithSimd for KickStep<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { splitting, dynamics, size, high, low } = self;
         let n = dynamics.layout().bodies;
-        let (high, low) = (&mut Blocks::new(n, high), &mut Blocks::new(n, low));
+        let (high, low) = (&mut BodyBlocks::new(n, high), &mut BodyBlocks::new(n, low));
         if !splitting.loaded {
             return splitting.settle(dynamics, size, high, low);
         }
         for body in 0..n {
-            add_each(&mut high.velocity[body], &mut low.velocity[body], size, &splitting.acceleration[body]);
-            add_each(&mut high.spin[body], &mut low.spin[body], size, &splitting.spin_rate[body]);
+            add_multiples(
+                &mut high.velocity[body],
+                &mut low.velocity[body],
+                size,
+                &splitting.acceleration[body],
+            );
+            add_multiples(&mut high.spin[body], &mut low.spin[body], size, &splitting.spin_rate[body]);
         }
     }
 }

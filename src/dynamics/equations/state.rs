@@ -115,7 +115,7 @@ impl State {
     /// # Errors
     /// The errors are those of [`Self::new`].
     #[doc(hidden)]
-    pub fn of_places(time: f64, position: Vec<Vec3>, attitude: Vec<[f64; 4]>) -> Result<Self> {
+    pub fn from_poses(time: f64, position: Vec<Vec3>, attitude: Vec<[f64; 4]>) -> Result<Self> {
         let zeros = vec![Vec3::zeros(); position.len()];
         let state = Self::new(time, position, zeros.clone(), attitude, zeros)?;
         let unknown = vec![Vec3::from_element(f64::NAN); state.bodies()];

@@ -143,10 +143,10 @@ impl System {
         let faceted =
             bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
         if let (Some(body), Some(order)) = (faceted, settings.order.filter(|_| !series)) {
-            let found = format!("({}, {})", order.gauss, order.angles);
+            let value = format!("({}, {})", order.gauss, order.angles);
             let expected =
                 format!("none beside {}, a polyhedron: gravity_tolerance chooses the rules", body.name);
-            return Err(Error::invalid("order", found, expected));
+            return Err(Error::invalid("order", value, expected));
         }
         let arch = settings.vector_path.arch().ok_or_else(|| {
             Error::invalid(
@@ -318,9 +318,9 @@ impl System {
         })
     }
 
-    /// Calls a function with each link between the parts of two bodies at a state: the link, for which the rule
-    /// has been chosen, the two bodies and their pose.
-    pub(super) fn each_link(
+    /// Calls a function with each link between the parts of two bodies at a state: the link, for which the
+    /// rule has been chosen, the two bodies and their pose.
+    pub(super) fn for_each_link(
         &self,
         state: &State,
         interrupt: &mut InterruptCheck,

@@ -4,7 +4,7 @@ mod switching;
 
 use super::{Dynamics, Parameter, Rejected};
 use crate::error::Result;
-use crate::forces::{Load, LoadJacobian, Snapshot, WORK_AND_IMPULSE};
+use crate::forces::{Load, LoadJacobian, MotionSnapshot, WORK_AND_IMPULSE};
 use crate::gravity::{BodyChange, ExtendedAttraction};
 use crate::math::Vec3;
 use pulp::{Scalar, Simd, WithSimd};
@@ -14,7 +14,7 @@ impl Dynamics {
     /// not defined.
     pub fn check_external_forces(&mut self, time: f64, until: f64, y: &[f64]) -> Result<()> {
         if self.layout.forces > 0 {
-            self.turn(y);
+            self.update_rotations(y);
             self.external_forces.check(self.view.show(time, y), until)?;
         }
         Ok(())
@@ -118,7 +118,7 @@ impl Dynamics {
 
     /// Returns a snapshot of the vector of the last evaluation, or of one with the same attitudes.
     #[inline(always)]
-    pub(super) fn snapshot<'a>(&'a self, time: f64, y: &'a [f64]) -> Snapshot<'a> {
+    pub(super) fn snapshot<'a>(&'a self, time: f64, y: &'a [f64]) -> MotionSnapshot<'a> {
         self.view.shown(time, y)
     }
 }

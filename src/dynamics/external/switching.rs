@@ -9,7 +9,7 @@ use crate::forces::SwitchJump;
 impl Dynamics {
     /// Returns how far a vector is from the next switch of a force; negative beyond it.
     pub fn switch_margin(&mut self, force: usize, time: f64, y: &[f64]) -> f64 {
-        self.turn(y);
+        self.update_rotations(y);
         self.external_forces.switch_margin(force, self.view.show(time, y))
     }
 
@@ -42,16 +42,16 @@ impl Dynamics {
             |index: &dyn Fn(usize) -> usize| vector(&rate, index(jump.on)) - vector(&rate, index(jump.about));
         let layout = self.layout;
         let gradient = &jump.gradient;
-        let before = gradient.by_position.dot(&relative(&|body| layout.position(body)))
+        let rate_before = gradient.by_position.dot(&relative(&|body| layout.position(body)))
             + gradient.by_velocity.dot(&relative(&|body| layout.velocity(body)))
             + gradient.by_rotation.dot(&vector(y, layout.spin(jump.on)))
             + gradient.by_spin.dot(&vector(&rate, layout.spin(jump.on)));
         let body = &self.system.bodies()[jump.on];
-        let after = before
+        let rate_after = rate_before
             + gradient.by_velocity.dot(&jump.force) / body.mass
             + gradient.by_spin.dot(&jump.torque.component_div(&body.inertia()));
         // If the function's rate changes its sign, the function returns to its zero.
-        if before == 0.0 || before * after < 0.0 {
+        if rate_before == 0.0 || rate_before * rate_after < 0.0 {
             let detail = format!(
                 "the lock of {} neither lasts nor ends: the force, which acts while it is locked, takes \
                  it out of the lock, and without the force it comes back at once; expected a weaker force, \
@@ -60,7 +60,7 @@ impl Dynamics {
             );
             return Err(failed(self, &detail));
         }
-        Ok((jump, before))
+        Ok((jump, rate_before))
     }
 
     /// Switches a force.

@@ -25,20 +25,20 @@ pub fn variational_rotation(
         // A point keeps rotating as a sphere would.
         let number = |value: f64| Numbers::splat(Scalar, value);
         let spin = [spin.x, spin.y, spin.z].map(number);
-        let (turn, _) = Symmetric::turn(Scalar, [number(1.0)], q.map(number), spin, 0.5 * time);
-        return Some((turn.map(Numbers::first), Vec3::zeros()));
+        let (rotation, _) = Symmetric::rotate(Scalar, [number(1.0)], q.map(number), spin, 0.5 * time);
+        return Some((rotation.map(Numbers::first), Vec3::zeros()));
     }
-    let p = half_turn(inertia, spin, time)?;
+    let p = vector_part(inertia, spin, time)?;
     let scalar = (1.0 - p.norm_squared()).sqrt();
-    let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
+    let rotation = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
     // The change of the spin is the change of the body-frame angular momentum, F^T (J spin) - J spin, over J.
     let across = p.cross(&inertia.component_mul(&spin));
     let change = 2.0 * (p.cross(&across) - scalar * across);
-    scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
+    scalar.is_finite().then(|| (product(q, rotation), change.component_div(&inertia)))
 }
 
 /// Returns the vector part p of the discrete rotation's quaternion.
-fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
+fn vector_part(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
     let target = 0.5 * time * inertia.component_mul(&spin);
     let mut p = 0.5 * time * spin;
     if p.norm() >= 1.0 {
@@ -52,7 +52,7 @@ fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
         let scalar = (1.0 - p.norm_squared()).sqrt();
         let jp = inertia.component_mul(&p);
         let residual = scalar * jp + p.cross(&jp) - target;
-        let step = half_turn_jacobian(inertia, &p).lu().solve(&residual)?;
+        let step = vector_part_jacobian(inertia, &p).lu().solve(&residual)?;
         p -= step;
         let size = step.norm();
         // Newton's steps continue until round-off keeps them from shrinking.
@@ -65,7 +65,7 @@ fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
 }
 
 /// Returns the derivative of p_0 J p + p x J p with respect to p.
-fn half_turn_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
+fn vector_part_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
     let scalar = (1.0 - p.norm_squared()).sqrt();
     let jp = inertia.component_mul(p);
     Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
@@ -80,7 +80,7 @@ pub struct RotationDerivatives {
     /// The transposed rotation F^T.
     pub back: Mat3,
     /// The derivatives of xi with respect to the spin and to the moments of inertia.
-    pub turn: [Mat3; 2],
+    pub rotation: [Mat3; 2],
     /// The derivatives of the new spin with respect to the old spin and to the moments of inertia.
     pub spin: [Mat3; 2],
 }
@@ -89,41 +89,47 @@ impl RotationDerivatives {
     /// Differentiates a step of [`variational_rotation`]; `None` where that step has no solution.
     pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
         if inertia.min() <= 0.0 {
-            return Some(Self::of_even_turn(spin, time));
+            return Some(Self::of_uniform_rotation(spin, time));
         }
-        let p = half_turn(inertia, spin, time)?;
+        let p = vector_part(inertia, spin, time)?;
         let scalar = (1.0 - p.norm_squared()).sqrt();
-        let slope = inverse(&half_turn_jacobian(inertia, &p))?;
+        let slope = inverse(&vector_part_jacobian(inertia, &p))?;
         let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
         let by_spin = slope * moments * (0.5 * time);
         let by_moments = slope
             * (Mat3::from_diagonal(&spin) * (0.5 * time)
                 - (Mat3::identity() * scalar + across) * Mat3::from_diagonal(&p));
         let xi = 2.0 * (Mat3::identity() * scalar + p * p.transpose() / scalar - across);
-        let turn = [xi * by_spin, xi * by_moments];
+        let rotation = [xi * by_spin, xi * by_moments];
         let back = Mat3::identity() + 2.0 * across * across - 2.0 * scalar * across;
         let momentum = back * inertia.component_mul(&spin);
         let new_spin = momentum.component_div(&inertia);
         let inverse = Mat3::from_diagonal(&inertia.map(|i| 1.0 / i));
         let moved = momentum.cross_matrix();
         let spins = [
-            inverse * (back * moments + moved * turn[0]),
-            inverse * (back * Mat3::from_diagonal(&spin) + moved * turn[1] - Mat3::from_diagonal(&new_spin)),
+            inverse * (back * moments + moved * rotation[0]),
+            inverse
+                * (back * Mat3::from_diagonal(&spin) + moved * rotation[1] - Mat3::from_diagonal(&new_spin)),
         ];
-        Some(Self { back, turn, spin: spins })
+        Some(Self { back, rotation, spin: spins })
     }
 
     /// Differentiates a uniform rotation by exp(X) with X = [h spin]: F^T = exp(-X), and xi is h (1 -
     /// exp(-X))/X times the change of the spin.
-    fn of_even_turn(spin: Vec3, time: f64) -> Self {
-        let turn = spin * time;
-        let (angle, axis) = (turn.norm(), turn.try_normalize(0.0).unwrap_or_default().cross_matrix());
+    fn of_uniform_rotation(spin: Vec3, time: f64) -> Self {
+        let rotation_vector = spin * time;
+        let (angle, axis) =
+            (rotation_vector.norm(), rotation_vector.try_normalize(0.0).unwrap_or_default().cross_matrix());
         let (sine, versine) = (angle.sin(), 2.0 * (0.5 * angle).sin().powi(2));
         let squared = axis * axis;
-        let (even, odd) = if angle == 0.0 { (0.0, 0.0) } else { (1.0 - sine / angle, versine / angle) };
+        let (versine_factor, sine_factor) =
+            if angle == 0.0 { (0.0, 0.0) } else { (1.0 - sine / angle, versine / angle) };
         Self {
             back: Mat3::identity() - axis * sine + squared * versine,
-            turn: [(Mat3::identity() - axis * odd + squared * even) * time, Mat3::zeros()],
+            rotation: [
+                (Mat3::identity() - axis * sine_factor + squared * versine_factor) * time,
+                Mat3::zeros(),
+            ],
             spin: [Mat3::identity(), Mat3::zeros()],
         }
     }

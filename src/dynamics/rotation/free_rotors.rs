@@ -13,7 +13,7 @@ pub(super) type Quaternion = [f64; 4];
 
 /// The largest angle by which a body with three different moments is rotated in one call, in rad: about 160
 /// revolutions.
-pub const FARTHEST: f64 = 1024.0;
+pub const MAX_ROTATION_ANGLE: f64 = 1024.0;
 
 /// The angle, in rad, up to which a loose bound of the angle is accepted.
 const FEW: f64 = 64.0;
@@ -25,7 +25,7 @@ const FEW: f64 = 64.0;
 /// taken. It follows from the conserved L^2 and energy T, which limit every component of the spin. With I_1 <
 /// I_2 < I_3, L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and 2 T I_3 - L^2 = I_1 (I_3 -
 /// I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
-pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
+pub fn rotation_angle_bound(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
     let by_momentum = inertia.component_mul(&spin).norm() / inertia.min() * time.abs();
     if by_momentum <= FEW {
         return by_momentum;
@@ -55,23 +55,28 @@ impl FreeRotor {
     }
 
     /// Returns the changes of attitude and spin over a time without torque; `None` where the body would
-    /// rotate further than [`FARTHEST`].
-    pub fn turn(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
-        let (mut turn, mut change) = ([[0.0; 4]], [[0.0; 3]]);
-        let bodies = Bodies { attitude: &[q], spin: &[spin.into()], turn: &mut turn, change: &mut change };
-        match self.rotors.turn(Scalar, time, bodies, |_| Ok(())) {
-            Ok(None) => Some((turn[0], change[0].into())),
+    /// rotate further than [`MAX_ROTATION_ANGLE`].
+    pub fn rotate(&self, q: Quaternion, spin: Vec3, time: f64) -> Option<(Quaternion, Vec3)> {
+        let (mut attitude_change, mut spin_change) = ([[0.0; 4]], [[0.0; 3]]);
+        let bodies = RotorStates {
+            attitude: &[q],
+            spin: &[spin.into()],
+            attitude_change: &mut attitude_change,
+            spin_change: &mut spin_change,
+        };
+        match self.rotors.rotate(Scalar, time, bodies, |_| Ok(())) {
+            Ok(None) => Some((attitude_change[0], spin_change[0].into())),
             _ => None,
         }
     }
 }
 
 /// Attitudes and spins of bodies, and the arrays for their changes.
-pub struct Bodies<'a> {
+pub struct RotorStates<'a> {
     pub attitude: &'a [Quaternion],
     pub spin: &'a [[f64; 3]],
-    pub turn: &'a mut [Quaternion],
-    pub change: &'a mut [[f64; 3]],
+    pub attitude_change: &'a mut [Quaternion],
+    pub spin_change: &'a mut [[f64; 3]],
 }
 
 /// Freely rotating bodies, grouped so that bodies of the same kind are processed side by side.
@@ -127,20 +132,20 @@ impl FreeRotors {
 
     /// Rotates the bodies over a time without torque: takes attitude and spin of each at the start, and
     /// writes the changes of both. `check` is called before each body and may interrupt. Returns the index of
-    /// a body that would rotate further than [`FARTHEST`].
+    /// a body that would rotate further than [`MAX_ROTATION_ANGLE`].
     #[inline(always)]
-    pub fn turn<S: Simd>(
+    pub fn rotate<S: Simd>(
         &self,
         simd: S,
         time: f64,
-        mut bodies: Bodies,
+        mut bodies: RotorStates,
         mut check: impl FnMut(usize) -> Result<()>,
     ) -> Result<Option<usize>> {
-        let too_far = self.symmetric.turn::<S, Symmetric>(simd, time, &mut bodies, &mut check)?;
+        let too_far = self.symmetric.rotate::<S, Symmetric>(simd, time, &mut bodies, &mut check)?;
         if too_far.is_some() {
             return Ok(too_far);
         }
-        self.triaxial.turn::<S, Triaxial>(simd, time, &mut bodies, &mut check)
+        self.triaxial.rotate::<S, Triaxial>(simd, time, &mut bodies, &mut check)
     }
 }
 
@@ -164,11 +169,11 @@ impl<const K: usize> RotorGroup<K> {
     }
 
     #[inline(always)]
-    fn turn<S: Simd, T: RotorKind<K>>(
+    fn rotate<S: Simd, T: RotorKind<K>>(
         &self,
         simd: S,
         time: f64,
-        bodies: &mut Bodies,
+        bodies: &mut RotorStates,
         check: &mut impl FnMut(usize) -> Result<()>,
     ) -> Result<Option<usize>> {
         let order = Numbers::load(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], 0);
@@ -179,13 +184,13 @@ impl<const K: usize> RotorGroup<K> {
                 check(member.body)?;
                 let [i, j, k] = member.axes;
                 let (q, spin) = (&bodies.attitude[member.body], &bodies.spin[member.body]);
-                let own @ [_, _, _, _, x, y, z] =
+                let columns @ [_, _, _, _, x, y, z] =
                     [q[0], q[1 + i], q[1 + j], q[1 + k], spin[i], spin[j], spin[k]];
                 let bound = (x * x + y * y + z * z) * (time * time) * member.spread;
                 // The loose bound may exceed the limit where the angle itself does not.
                 if bound > FEW * FEW || bound.is_nan() {
-                    let angle = farthest_turn(member.inertia, (*spin).into(), time);
-                    if angle > FARTHEST || angle.is_nan() {
+                    let angle = rotation_angle_bound(member.inertia, (*spin).into(), time);
+                    if angle > MAX_ROTATION_ANGLE || angle.is_nan() {
                         return Ok(Some(member.body));
                     }
                 }
@@ -193,7 +198,7 @@ impl<const K: usize> RotorGroup<K> {
                 // would wait for memory.
                 let next = order.constant(lane as f64 + 1.0);
                 for c in 0..7 {
-                    numbers[c] = order.if_less(next, order.constant(own[c]), numbers[c]);
+                    numbers[c] = order.if_less(next, order.constant(columns[c]), numbers[c]);
                 }
             }
             let mut constants = [zero; K];
@@ -201,16 +206,17 @@ impl<const K: usize> RotorGroup<K> {
                 constants[k] = Numbers::load(simd, &self.constants[k], block);
             }
             let [q0, q1, q2, q3, x, y, z] = numbers;
-            let (turned, change) = T::turn(simd, constants, [q0, q1, q2, q3], [x, y, z], 0.5 * time);
+            let (rotation, change) = T::rotate(simd, constants, [q0, q1, q2, q3], [x, y, z], 0.5 * time);
             let mut changes = [[0.0; WIDEST]; 7];
             for k in 0..4 {
-                turned[k].store(&mut changes[k], 0);
+                rotation[k].store(&mut changes[k], 0);
             }
             for k in 0..3 {
                 change[k].store(&mut changes[4 + k], 0);
             }
             for (lane, member) in members.iter().enumerate() {
-                let (q, spin) = (&mut bodies.turn[member.body], &mut bodies.change[member.body]);
+                let (q, spin) =
+                    (&mut bodies.attitude_change[member.body], &mut bodies.spin_change[member.body]);
                 q[0] = changes[0][lane];
                 for (c, axis) in member.axes.into_iter().enumerate() {
                     (q[1 + axis], spin[axis]) = (changes[1 + c][lane], changes[4 + c][lane]);

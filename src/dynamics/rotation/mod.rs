@@ -18,7 +18,7 @@ type Numbers<S> = Lanes<S, 1>;
 
 /// Returns cos a - 1 and sin a / a, given a^2.
 #[inline(always)]
-fn less_one<S: Simd>(simd: S, square: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
+fn cosine_minus_one<S: Simd>(simd: S, square: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
     let [c2, c3] = stumpff(square);
     let both = (-(square * c2), -(square * c3) + 1.0);
     if square.reduce_max() <= REACH {
@@ -51,7 +51,7 @@ fn product<S: Simd>(p: [Numbers<S>; 4], q: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
 
 /// Returns the product of two quaternions, where both factors and the result are given minus one.
 #[inline(always)]
-fn product_less_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
+fn product_minus_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
     let mut both = product(first, second);
     for c in 0..4 {
         both[c] = first[c] + second[c] + both[c];
@@ -62,7 +62,7 @@ fn product_less_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) ->
 /// A kind of rotors, with `K` constants for each of them.
 trait RotorKind<const K: usize> {
     /// Returns the changes of the attitude and of the spin over twice the time `half`.
-    fn turn<S: Simd>(
+    fn rotate<S: Simd>(
         simd: S,
         constants: [Numbers<S>; K],
         q: [Numbers<S>; 4],
@@ -77,7 +77,7 @@ struct Symmetric;
 
 impl RotorKind<1> for Symmetric {
     #[inline(always)]
-    fn turn<S: Simd>(
+    fn rotate<S: Simd>(
         simd: S,
         [ratio]: [Numbers<S>; 1],
         q: [Numbers<S>; 4],
@@ -85,21 +85,21 @@ impl RotorKind<1> for Symmetric {
         half: f64,
     ) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
         let (x, y, z) = (ratio * along * half, j * half, k * half);
-        let (less, scale) = less_one(simd, x * x + y * y + z * z);
+        let (less, scale) = cosine_minus_one(simd, x * x + y * y + z * z);
         let (x, y, z) = (scale * x, scale * y, scale * z);
-        let own = (-ratio + 1.0) * along * half;
-        let (own_less, scale) = less_one(simd, own * own);
-        let own_sine = scale * own;
-        let turned = [
-            less + own_less + (less * own_less - x * own_sine),
-            x + own_sine + (x * own_less + less * own_sine),
-            y + (y * own_less + z * own_sine),
-            z + (z * own_less - y * own_sine),
+        let axial = (-ratio + 1.0) * along * half;
+        let (axial_less, scale) = cosine_minus_one(simd, axial * axial);
+        let axial_sine = scale * axial;
+        let rotation = [
+            less + axial_less + (less * axial_less - x * axial_sine),
+            x + axial_sine + (x * axial_less + less * axial_sine),
+            y + (y * axial_less + z * axial_sine),
+            z + (z * axial_less - y * axial_sine),
         ];
         // The other two components of the spin rotate in the opposite sense, by twice the half angle of that
         // quaternion.
-        let (less, sine) = (own_sine * own_sine * -2.0, own_sine * (own_less + 1.0) * 2.0);
-        (product(q, turned), [along.constant(0.0), less * j + sine * k, less * k - sine * j])
+        let (less, sine) = (axial_sine * axial_sine * -2.0, axial_sine * (axial_less + 1.0) * 2.0);
+        (product(q, rotation), [along.constant(0.0), less * j + sine * k, less * k - sine * j])
     }
 }
 
@@ -118,9 +118,9 @@ impl RotorKind<1> for Symmetric {
 ///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),
 ///   f = 1 - r_2 r_3 w_1^2 s^2,
 ///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
-/// The quaternion of the rotation is that of a discrete rotor (see [`crate::dynamics::variational_rotation`]) whose
-/// moments depend on the energy T, the angular momentum L and the time alone: Hairer & Vilmart (2006), J.
-/// Phys. A 39, 13225. It therefore suffices to know the rotation angle where u_1 = 0. With N = I_1^2 r_1^2
+/// The quaternion of the rotation is that of a discrete rotor (see [`crate::dynamics::variational_rotation`])
+/// whose moments depend on the energy T, the angular momentum L and the time alone: Hairer & Vilmart (2006),
+/// J. Phys. A 39, 13225. It therefore suffices to know the rotation angle where u_1 = 0. With N = I_1^2 r_1^2
 /// a_2^2 a_3^2 / L^2 half of that angle is
 ///
 ///   phi = 2 T/L - (1 - 2 T I_1/L^2) (J - 1) L/I_1,
@@ -177,7 +177,7 @@ impl Triaxial {
 
 impl RotorKind<TRIAXIAL> for Triaxial {
     #[inline(always)]
-    fn turn<S: Simd>(
+    fn rotate<S: Simd>(
         simd: S,
         constants: [Numbers<S>; TRIAXIAL],
         q: [Numbers<S>; 4],
@@ -202,10 +202,10 @@ impl RotorKind<TRIAXIAL> for Triaxial {
         }
         let whole = RotorState { spin: w, fast, square };
         let fastest = (fast[0] + fast[1]).reduce_max();
-        let (turned, change) =
+        let (rotation, change) =
             if fastest <= SHORT { rotor.piece(simd, whole) } else { rotor.pieces(simd, whole, fastest) };
         let inverse = if half == 0.0 { 0.0 } else { 1.0 / half };
-        (product(q, turned), [change[0] * inverse, change[1] * inverse, change[2] * inverse])
+        (product(q, rotation), [change[0] * inverse, change[1] * inverse, change[2] * inverse])
     }
 }
 
@@ -218,19 +218,19 @@ impl<S: Simd> RotorMoments<S> {
         let fast = [whole.fast[0] * (share * share), whole.fast[1] * (share * share)];
         let square = whole.square * (share * share);
         let zero = square.constant(0.0);
-        let (mut turned, mut change) = ([zero; 4], [zero; 3]);
+        let (mut rotation, mut change) = ([zero; 4], [zero; 3]);
         for _ in 0..count as u64 {
             let mut spin = whole.spin;
             for i in 0..3 {
                 spin[i] = (spin[i] + change[i]) * share;
             }
-            let (turn, changed) = self.piece(simd, RotorState { spin, fast, square });
-            turned = product_less_one(turned, turn);
+            let (step_rotation, step_change) = self.piece(simd, RotorState { spin, fast, square });
+            rotation = product_minus_one(rotation, step_rotation);
             for i in 0..3 {
-                change[i] = change[i] + changed[i] * count;
+                change[i] = change[i] + step_change[i] * count;
             }
         }
-        (turned, change)
+        (rotation, change)
     }
 
     /// Returns the rotation minus one and the change of the spin, computed in a single step.
@@ -271,7 +271,7 @@ impl<S: Simd> RotorMoments<S> {
         let off = i2 * i3 * (r2 * w33 - r3 * w22);
         let phi =
             (energy - off * self.inverse * (n * s * third(n, sum * s2, product * s2 * s2))) * by_momentum;
-        let (less, sine) = less_one(simd, phi * phi);
+        let (less, sine) = cosine_minus_one(simd, phi * phi);
         let cosine = less + 1.0;
         let (sine, slope) = (phi * sine * by_momentum, cosine * s * by_cd);
         let mean = energy * by_square - n * self.inverse;

@@ -30,7 +30,7 @@ pub struct Collocation {
     /// The number of columns that belong to the initial state.
     initial: usize,
     stride: usize,
-    turn: usize,
+    rotation_row: usize,
     bodies: usize,
     /// The matrices A and B at the nodes, one after the other. The columns of A for rotations refer to
     /// rotation vectors in inertial axes.
@@ -49,7 +49,7 @@ pub struct Collocation {
     /// The rates of p at the nodes of the previous step and of the present one.
     p_rates: [Vec<f64>; 2],
     /// The size of the previous step, where this step continues from its end.
-    before: Option<f64>,
+    previous_size: Option<f64>,
     /// The tangent vectors at the end of the step.
     reached: Vec<f64>,
     work: Vec<f64>,
@@ -70,7 +70,7 @@ impl Collocation {
             width,
             initial: variations.initial,
             stride,
-            turn: variations.turn(0),
+            rotation_row: variations.rotation_row(0),
             bodies,
             by_pose: vec![0.0; count * half * stride],
             by_rate: vec![0.0; count * variations.by_rate.len()],
@@ -82,7 +82,7 @@ impl Collocation {
             inverse: vec![1.0; 2 * half],
             inverse_rates: vec![1.0; half],
             p_rates: [0, 1].map(|_| vec![0.0; half * count * lanes]),
-            before: None,
+            previous_size: None,
             reached: vec![0.0; 2 * half * width],
             work: vec![0.0; half * (2 * count + 3) * TOGETHER],
         }
@@ -96,7 +96,7 @@ impl Collocation {
     /// Stores the coefficients of the variational equations at a node, as they were last evaluated, with the
     /// motion's vector there.
     pub fn take(&mut self, node: usize, dynamics: &Dynamics, variations: &Variations, y: &[f64]) {
-        let Self { half, width, initial, stride, turn, bodies, .. } = *self;
+        let Self { half, width, initial, stride, rotation_row, bodies, .. } = *self;
         let rows = node * half * stride..(node + 1) * half * stride;
         let by_pose = &mut self.by_pose[rows.clone()];
         by_pose.copy_from_slice(&variations.by_pose);
@@ -104,10 +104,10 @@ impl Collocation {
             let attitude = dynamics.attitude(y, body);
             self.attitudes[body * self.gauss.nodes.len() + node] = attitude;
             for row in by_pose.chunks_exact_mut(stride) {
-                let by_turn = &mut row[turn + 3 * body..][..3];
-                let [x, y, z] = [by_turn[0], by_turn[1], by_turn[2]];
+                let by_rotation = &mut row[rotation_row + 3 * body..][..3];
+                let [x, y, z] = [by_rotation[0], by_rotation[1], by_rotation[2]];
                 (0..3).for_each(|c| {
-                    by_turn[c] = attitude[(c, 0)] * x + attitude[(c, 1)] * y + attitude[(c, 2)] * z;
+                    by_rotation[c] = attitude[(c, 0)] * x + attitude[(c, 1)] * y + attitude[(c, 2)] * z;
                 });
             }
             self.euler[3 * (node * bodies + body)..][..3].copy_from_slice(&variations.euler(body));
@@ -136,7 +136,7 @@ impl Collocation {
 
     /// Forgets the previous step, so that nothing is extrapolated.
     pub fn forget(&mut self) {
-        self.before = None;
+        self.previous_size = None;
     }
 
     /// Solves the equations of a step, given by its start and size; `follows` says that it continues the step
@@ -150,11 +150,11 @@ impl Collocation {
         follows: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
-        let before = self.before.filter(|_| follows);
+        let previous_size = self.previous_size.filter(|_| follows);
         match self.gauss.nodes.len() {
-            3 => self.solve_with::<3>(dynamics, step, columns, before, interrupt),
-            4 => self.solve_with::<4>(dynamics, step, columns, before, interrupt),
-            _ => self.solve_with::<5>(dynamics, step, columns, before, interrupt),
+            3 => self.solve_with::<3>(dynamics, step, columns, previous_size, interrupt),
+            4 => self.solve_with::<4>(dynamics, step, columns, previous_size, interrupt),
+            _ => self.solve_with::<5>(dynamics, step, columns, previous_size, interrupt),
         }
     }
 
@@ -163,15 +163,16 @@ impl Collocation {
         dynamics: &Dynamics,
         [from, size]: [f64; 2],
         columns: &[f64],
-        size_before: Option<f64>,
+        previous_size: Option<f64>,
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
-        let Self { half, width, initial, stride, turn, .. } = *self;
+        let Self { half, width, initial, stride, rotation_row, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
-        let [before, p_rates] = &mut self.p_rates;
+        let [previous_rates, p_rates] = &mut self.p_rates;
         // The polynomial of the previous step does not reach into a much longer one.
-        let growth = size_before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
+        let growth =
+            previous_size.map(|previous| size / previous).filter(|growth| (0.0..=2.0).contains(growth));
         let factors = growth.map(|growth| {
             let mut factors = [[0.0; N]; N];
             for (row, node) in factors.iter_mut().zip(&self.gauss.nodes) {
@@ -188,14 +189,14 @@ impl Collocation {
             by_rate: &self.by_rate,
             stride,
             forcing: &self.forcing,
-            turn,
+            rotation_row,
             attitudes: &self.attitudes,
             ends: [&self.ends[0], &self.ends[1]],
             euler: &self.euler,
             inverse: &self.inverse,
             inverse_rates: &self.inverse_rates,
             columns,
-            before,
+            previous_rates,
             factors,
         };
         let work = SWEEPS * TOGETHER * (self.by_pose.len() + self.by_rate.len()) / 64;
@@ -219,7 +220,7 @@ impl Collocation {
     /// Keeps the polynomial of the step that was solved, which has this size, as the start for the next one.
     pub fn remember(&mut self, size: f64) {
         self.p_rates.swap(0, 1);
-        self.before = Some(size);
+        self.previous_size = Some(size);
     }
 
     /// Iterates over a single tangent vector at a node of the step that was solved last, with its rotation

@@ -121,8 +121,13 @@ impl Variations {
     /// Returns the derivatives of the rates with respect to the parameters.
     fn absolute_forcing(&self) -> Vec<f64> {
         let zero = [0.0; 3];
-        let of = |[acceleration, turning]: &[crate::math::Vec3; 2]| {
-            [zero, [acceleration.x, acceleration.y, acceleration.z], zero, [turning.x, turning.y, turning.z]]
+        let of = |[acceleration, angular_acceleration]: &[crate::math::Vec3; 2]| {
+            [
+                zero,
+                [acceleration.x, acceleration.y, acceleration.z],
+                zero,
+                [angular_acceleration.x, angular_acceleration.y, angular_acceleration.z],
+            ]
         };
         self.forcing.iter().flat_map(|forcing| of(forcing).concat()).collect()
     }

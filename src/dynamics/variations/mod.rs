@@ -77,7 +77,7 @@ pub struct Variations {
 impl Variations {
     /// Prepares the full matrix of tangent vectors from the start of a motion, with these parameters.
     pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Result<Self> {
-        let all = Self::of_one(dynamics)?;
+        let all = Self::single(dynamics)?;
         parameters.iter().try_for_each(|parameter| parameter.check(&dynamics.system))?;
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
         let bodies = dynamics.system.bodies();
@@ -115,7 +115,7 @@ impl Variations {
     }
 
     /// Prepares a single tangent vector.
-    pub fn of_one(dynamics: &Dynamics) -> Result<Self> {
+    pub fn single(dynamics: &Dynamics) -> Result<Self> {
         let system = dynamics.system();
         let bodies = system.bodies().len();
         if bodies > MOST_BODIES {
@@ -173,22 +173,22 @@ impl Variations {
     pub fn inverse_sizes(&self, sizes: &[[f64; 3]], inverse: &mut [f64]) {
         let mut put = |row: usize, size: f64| inverse[row..row + 3].fill(1.0 / size);
         for (body, [length, speed, spin]) in sizes.iter().enumerate() {
-            let rows = [self.place(body), self.barycentre().filter(|_| body == 0)];
+            let rows = [self.position_row(body), self.barycentre().filter(|_| body == 0)];
             for row in rows.into_iter().flatten() {
                 put(row, *length);
                 put(self.half() + row, *speed);
             }
-            put(self.half() + self.turn(body), *spin);
+            put(self.half() + self.rotation_row(body), *spin);
         }
     }
 
     /// Returns the row of the first number of a body's position in d; the first body has none.
-    fn place(&self, body: usize) -> Option<usize> {
+    fn position_row(&self, body: usize) -> Option<usize> {
         (body > 0).then(|| 3 * (body - 1))
     }
 
     /// Returns the row of the first number of a body's theta.
-    fn turn(&self, body: usize) -> usize {
+    fn rotation_row(&self, body: usize) -> usize {
         3 * (self.bodies - 1) + 3 * body
     }
 
@@ -223,7 +223,7 @@ impl Variations {
         spinning: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        dynamics.turn(y);
+        dynamics.update_rotations(y);
         let g = dynamics.system.gravitational_constant();
         self.jacobian.clear();
         self.clear(dynamics.layout, y, spinning);
@@ -250,12 +250,12 @@ impl Variations {
             let all = self.parameters.iter().zip(&self.by_part);
             for ((parameter, by_part), forcing) in all.zip(self.forcing.chunks_exact_mut(self.bodies)) {
                 if parameter.shaped().is_some_and(|body| body == i || body == j) {
-                    let known = match by_lengths {
-                        Some(known) => known,
+                    let derivatives = match by_lengths {
+                        Some(derivatives) => derivatives,
                         None => link.shape_derivatives(&pose, interrupt).map_err(|error| error.at(time))?,
                     };
-                    by_lengths = Some(known);
-                    let Some(loads) = parameter.of_shape([i, j], &known) else { continue };
+                    by_lengths = Some(derivatives);
+                    let Some(loads) = parameter.of_shape([i, j], &derivatives) else { continue };
                     add(forcing, &loads, &alone);
                 } else if let Some((body, derivative)) = by_part {
                     let Some(which) = [i, j].iter().position(|other| other == body) else { continue };
@@ -295,12 +295,12 @@ impl Variations {
             let body = load.on;
             self.torque[body] += load.torque;
             let acceleration = load.force / self.masses[body];
-            let turning = over(&load.torque, &self.inertia[body]);
+            let angular_acceleration = over(&load.torque, &self.inertia[body]);
             for (k, parameter) in self.parameters.iter().enumerate() {
                 let factors = parameter.of_rates(load.of, body, external_forces, g, &self.masses);
                 let forcing = &mut self.forcing[k * self.bodies + body];
                 forcing[0] += acceleration * factors[0];
-                forcing[1] += turning * factors[1];
+                forcing[1] += angular_acceleration * factors[1];
             }
         }
         let Self { parameters, forcing, masses, inertia, bodies, changes, .. } = self;
@@ -341,8 +341,8 @@ impl Variations {
             let Some((body, slope)) = *of else { continue };
             let (inertia, spin) = (&self.inertia[body], &self.spin[body]);
             let rate = over(&(self.torque[body] - spin.cross(&inertia.component_mul(spin))), inertia);
-            let turning = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
-            forcing[body][1] -= over(&turning, inertia);
+            let torque_change = spin.cross(&slope.component_mul(spin)) + slope.component_mul(&rate);
+            forcing[body][1] -= over(&torque_change, inertia);
         }
     }
 
@@ -360,14 +360,15 @@ impl Variations {
             let line = &mut out[row * self.stride..(row + 1) * self.stride];
             let mut whole = [0.0; 3];
             for body in 0..n {
-                let (centre, turn) = (&source[6 * body..6 * body + 3], &source[6 * body + 3..6 * body + 6]);
-                let at = self.turn(body);
+                let (by_position, by_rotation) =
+                    (&source[6 * body..6 * body + 3], &source[6 * body + 3..6 * body + 6]);
+                let at = self.rotation_row(body);
                 for c in 0..3 {
-                    line[at + c] += factor * turn[c];
-                    whole[c] += factor * centre[c];
+                    line[at + c] += factor * by_rotation[c];
+                    whole[c] += factor * by_position[c];
                 }
-                if let Some(at) = self.place(body) {
-                    (0..3).for_each(|c| line[at + c] += factor * centre[c]);
+                if let Some(at) = self.position_row(body) {
+                    (0..3).for_each(|c| line[at + c] += factor * by_position[c]);
                 }
             }
             if let Some(at) = self.barycentre() {
@@ -380,7 +381,7 @@ impl Variations {
         for body in 0..n {
             let per_mass = 1.0 / self.masses[body];
             for c in 0..3 {
-                match self.place(body) {
+                match self.position_row(body) {
                     Some(row) => put(row + c, 6 * body + c, per_mass),
                     None => (1..n).for_each(|other| put(3 * (other - 1) + c, c, -per_mass)),
                 }
@@ -389,7 +390,7 @@ impl Variations {
                 }
                 let inertia = self.inertia[body][c];
                 if inertia > 0.0 {
-                    put(self.turn(body) + c, 6 * body + 3 + c, 1.0 / inertia);
+                    put(self.rotation_row(body) + c, 6 * body + 3 + c, 1.0 / inertia);
                 }
             }
         }
@@ -409,18 +410,18 @@ impl Variations {
     /// Passes the contributions of the parameters to the rates of p to `add`, by row, column and value.
     fn force(&self, mut add: impl FnMut(usize, usize, f64)) {
         for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
-            let mut push = |row: usize, value: &Vec3, factor: f64| {
+            let mut put = |row: usize, value: &Vec3, factor: f64| {
                 (0..3).for_each(|c| add(row + c, self.initial + k, factor * value[c]));
             };
-            for (body, [acceleration, turning]) in forcing.iter().enumerate() {
-                match self.place(body) {
-                    Some(row) => push(row, acceleration, 1.0),
-                    None => (1..self.bodies).for_each(|other| push(3 * (other - 1), acceleration, -1.0)),
+            for (body, [acceleration, angular_acceleration]) in forcing.iter().enumerate() {
+                match self.position_row(body) {
+                    Some(row) => put(row, acceleration, 1.0),
+                    None => (1..self.bodies).for_each(|other| put(3 * (other - 1), acceleration, -1.0)),
                 }
                 if let Some(row) = self.barycentre() {
-                    push(row, acceleration, self.share[body]);
+                    put(row, acceleration, self.share[body]);
                 }
-                push(self.turn(body), turning, 1.0);
+                put(self.rotation_row(body), angular_acceleration, 1.0);
             }
         }
     }
@@ -441,7 +442,7 @@ impl Dynamics {
         y: &[f64],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.turn(y);
+        self.update_rotations(y);
         for index in 0..self.links.len() {
             let (i, j) = (self.links[index].0, self.links[index].1);
             let pose = self.pose(y, i, j);

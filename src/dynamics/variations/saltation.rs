@@ -25,22 +25,22 @@ impl Variations {
             }
         };
         for (body, sign) in [(jump.on, 1.0), (jump.about, -1.0)] {
-            add(self.place(body), &gradient.by_position, sign);
-            add(self.place(body).map(|row| half + row), &gradient.by_velocity, sign);
+            add(self.position_row(body), &gradient.by_position, sign);
+            add(self.position_row(body).map(|row| half + row), &gradient.by_velocity, sign);
         }
-        add(Some(self.turn(jump.on)), &gradient.by_rotation, 1.0);
-        add(Some(half + self.turn(jump.on)), &gradient.by_spin, 1.0);
+        add(Some(self.rotation_row(jump.on)), &gradient.by_rotation, 1.0);
+        add(Some(half + self.rotation_row(jump.on)), &gradient.by_spin, 1.0);
         let acceleration = jump.force / self.masses[jump.on];
         let mut to: Vec<(usize, f64)> = Vec::new();
         let mut put = |row: usize, change: Vec3| to.extend((0..3).map(|c| (half + row + c, change[c])));
-        match self.place(jump.on) {
+        match self.position_row(jump.on) {
             Some(row) => put(row, acceleration),
             None => (1..self.bodies).for_each(|other| put(3 * (other - 1), -acceleration)),
         }
         if let Some(row) = self.barycentre() {
             put(row, acceleration * self.share[jump.on]);
         }
-        put(self.turn(jump.on), over(&jump.torque, &self.inertia[jump.on]));
+        put(self.rotation_row(jump.on), over(&jump.torque, &self.inertia[jump.on]));
         for column in 0..width {
             let mut change: f64 = of.iter().map(|(row, slope)| slope * columns[row * width + column]).sum();
             if column >= self.initial {

@@ -56,14 +56,14 @@ impl Variations {
             for k in 1..i {
                 r -= (vector(y, layout.position(k)) - origin) * (self.masses[k] / within);
             }
-            let (distance, before) = (r.norm(), within);
+            let (distance, inner_mass) = (r.norm(), within);
             within += self.masses[i];
             let u = r / distance;
             let attraction = u / (distance * distance);
             let slope = (3.0 * u * u.transpose() - Mat3::identity()) * (g * within / distance.powi(3));
             accelerations[i] -= attraction * (g * within);
             for j in 1..=i {
-                let share = if j == i { 1.0 } else { -self.masses[j] / before };
+                let share = if j == i { 1.0 } else { -self.masses[j] / inner_mass };
                 rows[i][j] += slope * share;
             }
             for (k, parameter) in self.parameters.iter().enumerate() {
@@ -72,7 +72,7 @@ impl Variations {
                 forced[i][k] -= attraction * mu;
             }
             for k in 1..i {
-                let share = self.masses[k] / before;
+                let share = self.masses[k] / inner_mass;
                 for j in 1..=k {
                     let block = rows[k][j];
                     rows[i][j] += block * share;
@@ -101,8 +101,8 @@ impl Variations {
             let centre: Vec3 =
                 (1..n).map(|i| self.share[i] * forced[i][p] + self.share_by(p, i) * accelerations[i]).sum();
             for body in 0..n {
-                let own = if body == 0 { Vec3::zeros() } else { forced[body][p] };
-                self.forcing[p * n + body][0] += (own - centre) * sign;
+                let relative_acceleration = if body == 0 { Vec3::zeros() } else { forced[body][p] };
+                self.forcing[p * n + body][0] += (relative_acceleration - centre) * sign;
             }
         }
     }
@@ -120,15 +120,16 @@ impl Variations {
         }
         for (body, inertia) in self.inertia.iter().enumerate() {
             let derivatives = RotationDerivatives::new(*inertia, vector(y, layout.spin(body)), size)?;
-            let row = self.turn(body);
+            let row = self.rotation_row(body);
             for column in 0..width {
                 let at = |c: usize| (row + c) * width + column;
                 let read = |from: &[f64]| Vec3::new(from[at(0)], from[at(1)], from[at(2)]);
                 let (theta, spin) = (read(q), read(p));
                 let moments =
                     column.checked_sub(self.initial).map_or(Vec3::zeros(), |k| self.by_inertia(k, body));
-                let theta =
-                    derivatives.back * theta + derivatives.turn[0] * spin + derivatives.turn[1] * moments;
+                let theta = derivatives.back * theta
+                    + derivatives.rotation[0] * spin
+                    + derivatives.rotation[1] * moments;
                 let spin = derivatives.spin[0] * spin + derivatives.spin[1] * moments;
                 (0..3).for_each(|c| (q[at(c)], p[at(c)]) = (theta[c], spin[c]));
             }

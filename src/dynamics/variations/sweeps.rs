@@ -39,7 +39,7 @@ pub(super) struct CollocationStep<'a, const N: usize> {
     /// The derivatives of the rates with respect to the parameters; empty without parameters.
     pub forcing: &'a [f64],
     /// The index of the row of the first body's theta.
-    pub turn: usize,
+    pub rotation_row: usize,
     /// The attitudes at the nodes, body by body, and at the step's ends.
     pub attitudes: &'a [Mat3],
     pub ends: [&'a [Mat3]; 2],
@@ -51,7 +51,7 @@ pub(super) struct CollocationStep<'a, const N: usize> {
     /// The tangent vectors at the start.
     pub columns: &'a [f64],
     /// The rates of p at the nodes of the previous step, and the factors that extrapolate them.
-    pub before: &'a [f64],
+    pub previous_rates: &'a [f64],
     pub factors: Option<[[f64; N]; N]>,
 }
 
@@ -94,8 +94,8 @@ impl<const N: usize> Sweeps<'_, N> {
         let length = half * N * lanes;
         // The last lanes overlap those before them.
         let at = first.min(width - lanes);
-        let place = first * half * N;
-        let p_rates = nodes::<S, N>(&mut self.p_rates[place..place + length]);
+        let offset = first * half * N;
+        let p_rates = nodes::<S, N>(&mut self.p_rates[offset..offset + length]);
         let (q, rest) = self.work.split_at_mut(length);
         let (p, rest) = rest.split_at_mut(length);
         let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
@@ -104,17 +104,18 @@ impl<const N: usize> Sweeps<'_, N> {
         let scale = step.begin(simd, at, start);
         match &step.factors {
             Some(factors) => {
-                let before = S::as_simd_f64s(&step.before[place..place + length]).0.as_chunks::<N>().0;
+                let previous =
+                    S::as_simd_f64s(&step.previous_rates[offset..offset + length]).0.as_chunks::<N>().0;
                 for row in 0..half {
-                    p_rates[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
+                    p_rates[row] = along(simd, simd.splat_f64s(0.0), &previous[row], factors);
                 }
             }
             None => p_rates.fill([simd.splat_f64s(0.0); N]),
         }
         step.motions(simd, start, p_rates, p);
-        let mut share_before = f64::NAN;
+        let mut previous_share = f64::NAN;
         for sweep in 1.. {
-            step.places(simd, start, p, q);
+            step.coordinates(simd, start, p, q);
             for row in 0..half {
                 last[row] = p_rates[row][N - 1];
             }
@@ -124,7 +125,7 @@ impl<const N: usize> Sweeps<'_, N> {
             step.motions(simd, start, p_rates, p);
             let share = step.change(simd, scale, p_rates, last);
             // After the first sweep the ratio is not a number.
-            let ratio = share / share_before;
+            let ratio = share / previous_share;
             // This is the sum of all further changes if each decreases by the same factor.
             if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
                 break;
@@ -138,7 +139,7 @@ impl<const N: usize> Sweeps<'_, N> {
             if sweep == MOST {
                 return false;
             }
-            share_before = share;
+            previous_share = share;
         }
         step.end(simd, at, start, [p, p_rates], self.out);
         true
@@ -159,8 +160,8 @@ impl<const N: usize> CollocationStep<'_, N> {
             scale = simd.mul_add_e_f64s(size(simd, start[row]), simd.splat_f64s(self.inverse[row]), scale);
         }
         for body in 0..self.bodies() {
-            let row = self.turn + 3 * body;
-            let theta = turned(simd, &self.ends[0][body], [start[row], start[row + 1], start[row + 2]]);
+            let row = self.rotation_row + 3 * body;
+            let theta = rotate(simd, &self.ends[0][body], [start[row], start[row + 1], start[row + 2]]);
             start[row..row + 3].copy_from_slice(&theta);
         }
         scale
@@ -177,15 +178,15 @@ impl<const N: usize> CollocationStep<'_, N> {
 
     /// Computes q at the nodes.
     #[inline(always)]
-    fn places<S: Simd>(&self, simd: S, start: &[S::f64s], p: &[[S::f64s; N]], q: &mut [[S::f64s; N]]) {
-        let spinning = self.turn..self.turn + 3 * self.bodies();
+    fn coordinates<S: Simd>(&self, simd: S, start: &[S::f64s], p: &[[S::f64s; N]], q: &mut [[S::f64s; N]]) {
+        let spinning = self.rotation_row..self.rotation_row + 3 * self.bodies();
         for row in 0..self.size[0] {
             if !spinning.contains(&row) {
                 q[row] = along(simd, start[row], &p[row], &self.integrals);
             }
         }
         for body in 0..self.bodies() {
-            let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));
+            let (row, rates) = (self.rotation_row + 3 * body, self.rotation_rates(simd, body, p));
             for c in 0..3 {
                 q[row + c] = along(simd, start[row + c], &rates[c], &self.integrals);
             }
@@ -228,7 +229,7 @@ impl<const N: usize> CollocationStep<'_, N> {
             }
         }
         for body in 0..self.bodies() {
-            let row = self.turn + 3 * body;
+            let row = self.rotation_row + 3 * body;
             for c in 0..3 {
                 let [a, b] = self.euler[3 * (i * self.bodies() + body) + c];
                 let (j, k) = (row + (c + 1) % 3, row + (c + 2) % 3);
@@ -269,7 +270,7 @@ impl<const N: usize> CollocationStep<'_, N> {
         out: &mut [f64],
     ) {
         let ([half, width], weights) = (self.size, &self.weights);
-        let spinning = self.turn..self.turn + 3 * self.bodies();
+        let spinning = self.rotation_row..self.rotation_row + 3 * self.bodies();
         for row in 0..half {
             if !spinning.contains(&row) {
                 store::<S>(out, row * width + at, plus(simd, start[row], &p[row], weights));
@@ -277,12 +278,12 @@ impl<const N: usize> CollocationStep<'_, N> {
             store::<S>(out, (half + row) * width + at, plus(simd, start[half + row], &p_rates[row], weights));
         }
         for body in 0..self.bodies() {
-            let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));
+            let (row, rates) = (self.rotation_row + 3 * body, self.rotation_rates(simd, body, p));
             let mut theta = [start[row]; 3];
             for c in 0..3 {
                 theta[c] = plus(simd, start[row + c], &rates[c], weights);
             }
-            let theta = turned(simd, &self.ends[1][body].transpose(), theta);
+            let theta = rotate(simd, &self.ends[1][body].transpose(), theta);
             for c in 0..3 {
                 store::<S>(out, (row + c) * width + at, theta[c]);
             }
@@ -292,13 +293,13 @@ impl<const N: usize> CollocationStep<'_, N> {
     /// Returns the rates of a body's rotation vector in inertial axes at the nodes, which are the changes of
     /// the spin there.
     #[inline(always)]
-    fn turning<S: Simd>(&self, simd: S, body: usize, p: &[[S::f64s; N]]) -> [[S::f64s; N]; 3] {
-        let (row, attitudes) = (self.turn + 3 * body, &self.attitudes[N * body..][..N]);
+    fn rotation_rates<S: Simd>(&self, simd: S, body: usize, p: &[[S::f64s; N]]) -> [[S::f64s; N]; 3] {
+        let (row, attitudes) = (self.rotation_row + 3 * body, &self.attitudes[N * body..][..N]);
         let mut rates = [[simd.splat_f64s(0.0); N]; 3];
         for i in 0..N {
-            let turned = turned(simd, &attitudes[i], [p[row][i], p[row + 1][i], p[row + 2][i]]);
+            let rate = rotate(simd, &attitudes[i], [p[row][i], p[row + 1][i], p[row + 2][i]]);
             for c in 0..3 {
-                rates[c][i] = turned[c];
+                rates[c][i] = rate[c];
             }
         }
         rates
@@ -372,7 +373,7 @@ fn nodes<S: Simd, const N: usize>(values: &mut [f64]) -> &mut [[S::f64s; N]] {
 }
 
 #[inline(always)]
-fn turned<S: Simd>(simd: S, m: &Mat3, v: [S::f64s; 3]) -> [S::f64s; 3] {
+fn rotate<S: Simd>(simd: S, m: &Mat3, v: [S::f64s; 3]) -> [S::f64s; 3] {
     let mut out = [simd.splat_f64s(0.0); 3];
     for j in 0..3 {
         for c in 0..3 {

@@ -31,23 +31,24 @@ impl Variations {
                     let mut moved = nominal.by(column);
                     let block = half * (kind % 2);
                     if kind >= 2 {
-                        combination.push((block + self.turn(body) + c, 1.0));
+                        combination.push((block + self.rotation_row(body) + c, 1.0));
                     } else {
-                        match self.place(body) {
+                        match self.position_row(body) {
                             Some(row) => combination.push((block + row + c, 1.0)),
                             None => {
                                 combination.extend((1..n).map(|other| (block + 3 * (other - 1) + c, -1.0)))
                             }
                         }
                     }
-                    // The barycentre moves with the body, and the rest of its change is that of its offset from
-                    // the nominal one.
+                    // The barycentre moves with the body, and the rest of its change is that of its offset
+                    // from the nominal one.
                     if let Some(row) = self.barycentre() {
-                        let own = |part: usize, k: usize| {
+                        let own_share = |part: usize, k: usize| {
                             if (part, k) == (kind, c) { self.share[body] } else { 0.0 }
                         };
-                        let offsets = (0..6)
-                            .map(|k| (half * (k / 3) + row + k % 3, own(k / 3, k % 3) - moved[k / 3][k % 3]));
+                        let offsets = (0..6).map(|k| {
+                            (half * (k / 3) + row + k % 3, own_share(k / 3, k % 3) - moved[k / 3][k % 3])
+                        });
                         combination.extend(offsets.filter(|(_, offset)| *offset != 0.0));
                     }
                     moved[0] += moved[1] * (now.time - start.time);
@@ -74,9 +75,9 @@ impl Variations {
             if !self.free {
                 // The barycentre is then the mean of all bodies, weighted by fractions that depend on the
                 // masses.
-                let [place, motion] = self.nominal_by_masses(k, now);
-                moved[0] -= place;
-                moved[1] -= motion;
+                let [position, velocity] = self.nominal_by_masses(k, now);
+                moved[0] -= position;
+                moved[1] -= velocity;
             }
             self.spread(columns, &combination, moved, |row, value| out[row] = value);
         }
@@ -119,12 +120,13 @@ impl Variations {
         for (block, moved) in moved.iter().enumerate() {
             let from = block * self.half();
             for c in 0..3 {
-                let relative = |body: usize| self.place(body).map_or(0.0, |row| number(from + row + c));
+                let relative =
+                    |body: usize| self.position_row(body).map_or(0.0, |row| number(from + row + c));
                 let barycentre = moved[c] + self.barycentre().map_or(0.0, |row| number(from + row + c));
                 let first = barycentre - (1..n).map(|body| self.share[body] * relative(body)).sum::<f64>();
                 for body in 0..n {
                     out(TANGENT_SIZE * body + 3 * block + c, first + relative(body));
-                    out(TANGENT_SIZE * body + 6 + 3 * block + c, number(from + self.turn(body) + c));
+                    out(TANGENT_SIZE * body + 6 + 3 * block + c, number(from + self.rotation_row(body) + c));
                 }
             }
         }

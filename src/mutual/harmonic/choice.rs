@@ -11,7 +11,7 @@ use crate::shape::Shape;
 /// no degree suffices at the first.
 const MARGINS: [f64; 2] = [0.95, 0.999];
 /// Degrees stay in use up to so many times the separation for which they were chosen.
-const KEPT_TO: f64 = 1.15;
+const REUSED_TO: f64 = 1.15;
 /// Beside a point, the field of a polyhedron of fewer faces is cheaper than the series.
 const FEW_FACES: usize = 200;
 
@@ -41,8 +41,8 @@ impl Pair {
         let always =
             total.is_some() && !has(|shape| matches!(shape, Shape::Stokes(_) | Shape::Polyhedron(_)));
         if let Some(truncation) = &self.truncation {
-            let kept = truncation.valid_from..KEPT_TO * truncation.valid_from;
-            if kept.contains(&reach) || (self.has_fixed_degrees() && separation > truncation.valid_from) {
+            let reusable = truncation.valid_from..REUSED_TO * truncation.valid_from;
+            if reusable.contains(&reach) || (self.has_fixed_degrees() && separation > truncation.valid_from) {
                 return Ok(true);
             }
         }
@@ -102,14 +102,14 @@ impl Pair {
     }
 
     /// Puts degrees from an archive in use again, with moments up to the degrees that were known.
-    pub(in crate::mutual) fn recall_series(
+    pub(in crate::mutual) fn restore_series(
         &mut self,
         degrees: [usize; 2],
-        known: [usize; 2],
+        moment_degrees: [usize; 2],
         valid_from: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let mut harmonic = self.new_series(known, interrupt)?;
+        let mut harmonic = self.new_series(moment_degrees, interrupt)?;
         harmonic.know(degrees, interrupt)?;
         let total = match self.method {
             Method::Multipole(degree) => degree,

@@ -4,7 +4,7 @@
 //! about the axes of the line's frame. A displacement across the line is a rotation of both bodies in the
 //! opposite sense, followed by a rotation of everything.
 
-use super::{Harmonic, Line, Request, Sums, Truncation};
+use super::{Harmonic, Line, Request, SeriesSums, Truncation};
 use crate::math::{Mat3, Vec3};
 use crate::mutual::{Jacobian, Pose};
 
@@ -18,11 +18,11 @@ impl Harmonic {
 }
 
 impl Line {
-    fn jacobian(&self, sums: &Sums) -> Jacobian {
+    fn jacobian(&self, sums: &SeriesSums) -> Jacobian {
         let (r, e) = (self.distance, &self.inertial);
-        let [own_first, crossed, own_second] = sums.by_rotation;
+        let [first_by_first, crossed, second_by_second] = sums.by_rotation;
         // Row and column: the torque on a body by the rotation of a body.
-        let torque_by_rotation = [[own_first, crossed], [crossed.transpose(), own_second]];
+        let torque_by_rotation = [[first_by_first, crossed], [crossed.transpose(), second_by_second]];
         let (torque, radial) =
             (sums.torques[0] + sums.torques[1], sums.torques_radial[0] + sums.torques_radial[1]);
         let force = self.force(sums);

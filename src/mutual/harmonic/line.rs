@@ -126,14 +126,16 @@ impl<const N: usize> LineMoments<N> {
             gather(0, &mut p.even_cosines, &mut p.even_sines);
             gather(1, &mut p.odd_cosines, &mut p.odd_sines);
             let mut p = tables.exchange.apply(l, &p);
-            let turn = |parity: usize, cosines: &mut [f64; MOST_ORDERS], sines: &mut [f64; MOST_ORDERS]| {
+            let rotate_phases = |parity: usize,
+                                 cosines: &mut [f64; MOST_ORDERS],
+                                 sines: &mut [f64; MOST_ORDERS]| {
                 for k in 0..counts[parity] {
                     let [c, s] = colatitudes[l - parity - 2 * k];
                     (cosines[k], sines[k]) = (cosines[k] * c - sines[k] * s, sines[k] * c + cosines[k] * s);
                 }
             };
-            turn(0, &mut p.even_cosines, &mut p.even_sines);
-            turn(1, &mut p.odd_cosines, &mut p.odd_sines);
+            rotate_phases(0, &mut p.even_cosines, &mut p.even_sines);
+            rotate_phases(1, &mut p.odd_cosines, &mut p.odd_sines);
             let p = tables.exchange.apply(l, &p);
             let weights = &tables.weights[l];
             let mut scatter = |parity: usize, cosines: &[f64; MOST_ORDERS], sines: &[f64; MOST_ORDERS]| {
@@ -223,8 +225,8 @@ impl<const N: usize> LineMoments<N> {
                 let sum = |a: &[f64], b: &[f64]| weighted_sum(a, b, weights);
                 torque.x += 0.5 * sum(cos, sines) - factor * sum(sin, cosines);
                 torque.y += factor * sum(cos, cosines) + 0.5 * sum(sin, sines);
-                let turned = product_sum(sin, &self.cos[here.clone()]) - product_sum(cos, &self.sin[here]);
-                torque.z += m as f64 * turned;
+                let cross_sum = product_sum(sin, &self.cos[here.clone()]) - product_sum(cos, &self.sin[here]);
+                torque.z += m as f64 * cross_sum;
             }
         }
         torque

@@ -1,7 +1,7 @@
 //! The interaction of two bodies by their harmonic moments, exact outside their circumscribed spheres.
 //!
-//! With Schmidt's semi-normalised harmonics S_lm, a_lm and b_lm the means of S_lm over the bodies, and z along
-//! the line of the centres, the addition theorem gives
+//! With Schmidt's semi-normalised harmonics S_lm, a_lm and b_lm the means of S_lm over the bodies, and z
+//! along the line of the centres, the addition theorem gives
 //!
 //! ```text
 //! U = sum_m sum_l,l' (-1)^(l' + m) (l + l')! a_lm b_l'm / (w_lm w_l'm r^(l + l' + 1)),
@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::exchange::Exchange;
 use crate::math::harmonics::count;
-use crate::math::rotation::{turned, turned_back};
+use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 use line::{Angle, Direction, LineMoments, Tables, orders};
@@ -85,7 +85,7 @@ impl Harmonic {
     }
 
     /// Returns the degrees to which the moments are known.
-    pub fn known(&self) -> [usize; 2] {
+    pub fn moment_degrees(&self) -> [usize; 2] {
         [0, 1].map(|body| self.moments[body].degree())
     }
 
@@ -108,11 +108,11 @@ impl Harmonic {
                     return Ok(Some(Truncation::new(degrees, degrees[0] + degrees[1], distance)));
                 }
                 Needed::Moments(body) => {
-                    let known = self.moments[body].degree();
-                    let more = (known + known / 3).min(Exchange::MAX_DEGREE);
+                    let degree = self.moments[body].degree();
+                    let more = (degree + degree / 3).min(Exchange::MAX_DEGREE);
                     self.moments[body] = self.moments[body].to_degree(more, self.arch, interrupt)?;
                 }
-                Needed::TooMany => return Ok(None),
+                Needed::BeyondHighest => return Ok(None),
             }
         }
     }
@@ -120,7 +120,7 @@ impl Harmonic {
     /// Returns the truncation with all moments where there are no others, which is valid wherever the series
     /// converges.
     pub fn complete(&self) -> Option<Truncation> {
-        let degrees = self.known();
+        let degrees = self.moment_degrees();
         self.moments
             .iter()
             .all(Moments::is_complete)
@@ -200,7 +200,7 @@ impl Harmonic {
         radii: [f64; 2],
         truncation: &Truncation,
         line: &Line,
-    ) -> Sums {
+    ) -> SeriesSums {
         let ratios = radii.map(|radius| radius / line.distance);
         let task = Task { tables: &self.tables, request, moments, truncation, line, ratios };
         match truncation.degrees[0].max(truncation.degrees[1]) {
@@ -223,7 +223,7 @@ enum Request {
 /// The sums over all terms along the line of the centres, in units of the separation. A dash marks the
 /// weights l + l' + 1, and two of them (l + l' + 1)(l + l' + 2).
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct SeriesSums {
     energy: f64,
     radial: f64,
     torques: [Vec3; 2],
@@ -252,9 +252,9 @@ impl Line {
         let distance = pose.separation.norm();
         let along = pose.separation / distance;
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let directions = rotations.map(|rotation| Direction::new(turned_back(rotation, &along)));
+        let directions = rotations.map(|rotation| Direction::new(rotate_back(rotation, &along)));
         let [first, second] =
-            [0, 1].map(|body| directions[body].axes.map(|axis| turned(rotations[body], &axis)));
+            [0, 1].map(|body| directions[body].axes.map(|axis| rotate(rotations[body], &axis)));
         let (cos, sin) = (first[0].dot(&second[0]), first[1].dot(&second[0]));
         let size = cos.hypot(sin);
         let azimuth = [cos / size, sin / size];
@@ -270,17 +270,17 @@ impl Line {
     }
 
     /// Returns the force on the second body in this frame, in units of the separation.
-    fn force(&self, sums: &Sums) -> Vec3 {
+    fn force(&self, sums: &SeriesSums) -> Vec3 {
         let torque = sums.torques[0] + sums.torques[1];
         Vec3::new(-torque.y, torque.x, -sums.radial)
     }
 
-    fn interaction(&self, sums: &Sums) -> Interaction {
+    fn interaction(&self, sums: &SeriesSums) -> Interaction {
         let r = self.distance;
         Interaction {
-            force_on_first: turned(&self.inertial, &self.force(sums)) / (-r * r),
-            torque_first: turned(&self.bodies[0], &sums.torques[0]) / r,
-            torque_second: turned(&self.bodies[1], &sums.torques[1]) / r,
+            force_on_first: rotate(&self.inertial, &self.force(sums)) / (-r * r),
+            torque_first: rotate(&self.bodies[0], &sums.torques[0]) / r,
+            torque_second: rotate(&self.bodies[1], &sums.torques[1]) / r,
         }
     }
 }
@@ -298,12 +298,12 @@ struct Task<'a> {
 struct Sized<'a, const N: usize>(Task<'a>);
 
 impl<const N: usize> WithSimd for Sized<'_, N> {
-    type Output = Sums;
+    type Output = SeriesSums;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Sums {
+    fn with_simd<S: Simd>(self, _: S) -> SeriesSums {
         let Task { tables, request, moments, truncation, line, ratios } = self.0;
-        let [plain, once, twice] = &truncation.factors;
+        let [unweighted, once, twice] = &truncation.factors;
         let [first, second] = truncation.degrees;
         let along = |body: usize, azimuth| {
             let degree = truncation.degrees[body];
@@ -317,13 +317,13 @@ impl<const N: usize> WithSimd for Sized<'_, N> {
             )
         };
         let (a, b) = (along(0, None), along(1, Some(line.azimuth)));
-        let by_first = b.coupled(plain, first);
-        let mut sums = Sums { energy: a.dot(&by_first), ..Sums::default() };
+        let by_first = b.coupled(unweighted, first);
+        let mut sums = SeriesSums { energy: a.dot(&by_first), ..SeriesSums::default() };
         if request == Request::Energy {
             return sums;
         }
         let signs = Vec3::from(SECOND);
-        let by_second = a.coupled(plain, second);
+        let by_second = a.coupled(unweighted, second);
         sums.torques = [a.torque(&by_first), b.torque(&by_second).component_mul(&signs)];
         sums.radial = sums.energy + a.weighted_dot(&by_first) + b.weighted_dot(&by_second);
         if request == Request::Loads {
@@ -332,12 +332,13 @@ impl<const N: usize> WithSimd for Sized<'_, N> {
         let (radial_first, radial_second) = (b.coupled(once, first), a.coupled(once, second));
         sums.second_radial = a.dot(&b.coupled(twice, first));
         sums.torques_radial = [a.torque(&radial_first), b.torque(&radial_second).component_mul(&signs)];
-        let (turned_a, turned_b) = (a.rotated(), b.rotated());
+        let (rotated_a, rotated_b) = (a.rotated(), b.rotated());
         for (axis, sign) in SECOND.into_iter().enumerate() {
-            let by_own = turned_a[axis].torque(&by_first);
-            let by_other = a.torque(&turned_b[axis].coupled(plain, first)) * sign;
-            let second = turned_b[axis].torque(&by_second);
-            for (block, column) in [by_own, by_other, second.component_mul(&signs) * sign].iter().enumerate()
+            let first_by_first = rotated_a[axis].torque(&by_first);
+            let by_other = a.torque(&rotated_b[axis].coupled(unweighted, first)) * sign;
+            let second = rotated_b[axis].torque(&by_second);
+            for (block, column) in
+                [first_by_first, by_other, second.component_mul(&signs) * sign].iter().enumerate()
             {
                 sums.by_rotation[block].set_column(axis, column);
             }

@@ -9,9 +9,9 @@ use crate::error::{Error, Result, require_positive};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::exchange::displaced;
-use crate::math::harmonics::{WeightedHarmonics, count, moved, place};
+use crate::math::harmonics::{WeightedHarmonics, count, index, moved};
 use crate::math::lanes::BLOCK;
-use crate::shape::{Body, Ellipsoid, GivenCoefficients, Shape, StokesCoefficients};
+use crate::shape::{Body, Ellipsoid, InputCoefficients, Shape, StokesCoefficients};
 use gauss_quad::GaussLegendre;
 use pulp::Arch;
 use std::f64::consts::PI;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// The moments of a shape up to a degree.
 #[derive(Debug, Clone)]
 pub(super) struct Moments {
-    /// The moments, in the order of [`place`].
+    /// The moments, in the order of [`index`].
     pub values: Arc<Vec<f64>>,
     /// The sizes mu_l of the degrees.
     pub sizes: Vec<f64>,
@@ -125,7 +125,7 @@ pub fn harmonics(body: &Body, degree: usize, interrupt: &mut InterruptCheck) -> 
     (sums[0], sums[1], sums[2], sums[3]) = (1.0, 0.0, 0.0, 0.0);
     (sums[4], sums[5], sums[7]) = (0.0, 0.0, 0.0);
     let mean_inertia = body.inertia().sum() / 3.0 / body.mass();
-    StokesCoefficients::new(GivenCoefficients {
+    StokesCoefficients::new(InputCoefficients {
         coefficients: sums,
         reference_radius: radius,
         mean_inertia,
@@ -140,12 +140,12 @@ fn is_sphere(ellipsoid: &Ellipsoid) -> bool {
 
 /// Points of an ellipsoid, in a unit near its size, with weights.
 #[derive(Debug, Default)]
-struct Points {
+struct WeightedPoints {
     points: [Vec<f64>; 3],
     weights: Vec<f64>,
 }
 
-impl Points {
+impl WeightedPoints {
     fn push(&mut self, point: Vec3, weight: f64) {
         self.points.iter_mut().zip(point.iter()).for_each(|(list, x)| list.push(*x));
         self.weights.push(weight);
@@ -161,7 +161,7 @@ impl Points {
         arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut sums });
         for (l, m) in all(degree) {
             if vanishes(l, m) {
-                sums[place(l, m)] = 0.0;
+                sums[index(l, m)] = 0.0;
             }
         }
         sums
@@ -198,7 +198,7 @@ fn vanishes(l: usize, m: isize) -> bool {
 fn of_ellipsoid(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> Vec<f64> {
     let [long, short] = ellipsoid.focal_axes();
     let to_body = ellipsoid.canonical().transpose();
-    let mut nodes = Points::default();
+    let mut nodes = WeightedPoints::default();
     for (x, weight) in gauss(degree / 2 + 2) {
         let t = 0.5 * (1.0 + x);
         let rho = (1.0 - t * t).sqrt();
@@ -216,7 +216,7 @@ fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 
     let unit = 1.0 / ellipsoid.sorted()[0];
     let axes = Vec3::from(ellipsoid.semi_axes()) * unit;
     [0, 1, 2].map(|axis| {
-        let mut nodes = Points::default();
+        let mut nodes = WeightedPoints::default();
         for (z, weight) in gauss(degree / 2 + 1) {
             let ring = (1.0 - z * z).sqrt();
             for (cos, sin) in angles(degree + 2) {
@@ -227,7 +227,7 @@ fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 
         let lower = nodes.means(degree, arch, |_, _| false);
         let mut derivatives = displaced(&lower[..degree * degree], axis);
         for (l, m) in all(degree) {
-            derivatives[place(l, m)] *= if vanishes(l, m) { 0.0 } else { 3.0 / (l + 3) as f64 };
+            derivatives[index(l, m)] *= if vanishes(l, m) { 0.0 } else { 3.0 / (l + 3) as f64 };
         }
         derivatives
     })

@@ -27,7 +27,7 @@ pub(super) enum Needed {
     /// The moments of a body are known to too low a degree.
     Moments(usize),
     /// No degree up to the highest one suffices, or the circumscribed spheres meet.
-    TooMany,
+    BeyondHighest,
 }
 
 impl Truncation {
@@ -50,20 +50,26 @@ impl Truncation {
 /// Returns the lowest degrees for which the terms that are left out add up to less than the tolerance.
 pub(super) fn needed(bodies: [&Moments; 2], distance: f64, tolerance: f64) -> Needed {
     let ratios = bodies.map(|body| body.radius / distance);
-    let known = bodies.map(Moments::degree);
+    let moment_degrees = bodies.map(Moments::degree);
     let arms = bodies.map(|body| if body.circumradius > 0.0 { distance / body.circumradius } else { 0.0 });
-    let Some([rows, columns]) = sums(bodies, ratios, arms, known) else { return Needed::TooMany };
+    let Some([rows, columns]) = sums(bodies, ratios, arms, moment_degrees) else {
+        return Needed::BeyondHighest;
+    };
     let mut degrees = [0; 2];
     for (body, sums) in [rows, columns].iter().enumerate() {
         // The last sum contains all degrees beyond those that are known.
-        let mut rest = 0.0;
+        let mut remainder = 0.0;
         let enough = (0..sums.len()).rev().find(|&l| {
-            rest += sums[l];
-            rest > 0.5 * tolerance
+            remainder += sums[l];
+            remainder > 0.5 * tolerance
         });
         degrees[body] = enough.unwrap_or(0);
-        if degrees[body] > known[body] {
-            return if known[body] < Exchange::MAX_DEGREE { Needed::Moments(body) } else { Needed::TooMany };
+        if degrees[body] > moment_degrees[body] {
+            return if moment_degrees[body] < Exchange::MAX_DEGREE {
+                Needed::Moments(body)
+            } else {
+                Needed::BeyondHighest
+            };
         }
     }
     Needed::Degrees(degrees)
@@ -71,7 +77,12 @@ pub(super) fn needed(bodies: [&Moments; 2], distance: f64, tolerance: f64) -> Ne
 
 /// Returns the sums of the bounds over all degrees of the other body, for each degree of the first and of the
 /// second body, and last for all degrees beyond those that are known. `None` where the spheres meet.
-fn sums(bodies: [&Moments; 2], [x, y]: [f64; 2], arms: [f64; 2], known: [usize; 2]) -> Option<[Vec<f64>; 2]> {
+fn sums(
+    bodies: [&Moments; 2],
+    [x, y]: [f64; 2],
+    arms: [f64; 2],
+    moment_degrees: [usize; 2],
+) -> Option<[Vec<f64>; 2]> {
     /// The highest degree of the tails, and the size of a term beside a tail at which it ends.
     const BEYOND: usize = 600;
     const NEGLIGIBLE: f64 = 1e-3;
@@ -79,7 +90,7 @@ fn sums(bodies: [&Moments; 2], [x, y]: [f64; 2], arms: [f64; 2], known: [usize; 
         return None;
     }
     let size = |body: usize, l: usize| bodies[body].sizes.get(l).copied().unwrap_or(bodies[body].tail);
-    let mut out = known.map(|degree| vec![0.0; degree + 2]);
+    let mut out = moment_degrees.map(|degree| vec![0.0; degree + 2]);
     // The lowest degrees are the monopole's: a torque is relative to the force times the radius.
     let weight = |l: usize, m: usize| {
         let force = (l + m + 1) as f64;
@@ -88,7 +99,7 @@ fn sums(bodies: [&Moments; 2], [x, y]: [f64; 2], arms: [f64; 2], known: [usize; 
     let mut power = 1.0;
     let mut largest: f64 = 0.0;
     for l in 0..BEYOND {
-        let tail = l > known[0];
+        let tail = l > moment_degrees[0];
         let mut term = power;
         let (mut row, mut end) = (0.0, 0.0_f64);
         for m in 0..BEYOND {
@@ -97,19 +108,19 @@ fn sums(bodies: [&Moments; 2], [x, y]: [f64; 2], arms: [f64; 2], known: [usize; 
             }
             let bound = term * size(0, l) * size(1, m) * weight(l, m);
             row += bound;
-            out[1][m.min(known[1] + 1)] += bound;
-            end = if m > known[1] { bound } else { 0.0 };
+            out[1][m.min(moment_degrees[1] + 1)] += bound;
+            end = if m > moment_degrees[1] { bound } else { 0.0 };
             let falling = y * (l + m + 1) as f64 / ((m + 1) as f64) < 0.9;
-            if m > known[1]
+            if m > moment_degrees[1]
                 && (bound == 0.0
-                    || falling && bound < NEGLIGIBLE * out[1][known[1] + 1].max(f64::MIN_POSITIVE))
+                    || falling && bound < NEGLIGIBLE * out[1][moment_degrees[1] + 1].max(f64::MIN_POSITIVE))
             {
                 break;
             }
         }
-        out[0][l.min(known[0] + 1)] += row;
+        out[0][l.min(moment_degrees[0] + 1)] += row;
         largest = largest.max(end);
-        if tail && (row == 0.0 || row < NEGLIGIBLE * out[0][known[0] + 1]) {
+        if tail && (row == 0.0 || row < NEGLIGIBLE * out[0][moment_degrees[0] + 1]) {
             return Some(out);
         }
         power *= x;

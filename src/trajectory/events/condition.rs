@@ -287,7 +287,7 @@ impl Condition<'_> {
             let body = &equations.system().bodies()[index];
             // The outline of a sphere does not change when it turns.
             let lever = match body.parts() {
-                [Part { shape, place: None, .. }] => shape.focal_reach(),
+                [Part { shape, placement: None, .. }] => shape.focal_reach(),
                 _ => body.circumradius(),
             };
             turning += rate * lever;

@@ -10,7 +10,7 @@ use fullbody::integrate::{Scheme, Tolerance};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
-use fullbody::shape::{Body, GivenPart, Proximity, Shape};
+use fullbody::shape::{Body, InputPart, Proximity, Shape};
 use fullbody::trajectory::{
     Condition, Event, Integrator, Output, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
@@ -306,7 +306,7 @@ proptest! {
         spins in [direction(), direction()], turns in [-1.5..1.5f64, -1.5..1.5f64], tolerance in 2.0..10.0f64,
     ) {
         let body = |kind: usize, name: &str| {
-            let ball = |x: f64| GivenPart {
+            let ball = |x: f64| InputPart {
                 shape: sphere(0.4), mass: 0.5, position: [x, 0.0, 0.0], attitude: STILL,
             };
             match kind {

@@ -9,7 +9,7 @@ use fullbody::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Method, Pair, PartGravity, Pose};
-use fullbody::shape::{Body, GivenPart, Polyhedron, Proximity, Shape};
+use fullbody::shape::{Body, InputPart, Polyhedron, Proximity, Shape};
 use fullbody::trajectory::{
     Condition, Event, Integrator, Output, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
@@ -104,7 +104,7 @@ fn many_bodies_of_an_archive() {
     assert_eq!(read(&bytes).unwrap().state(), simulation.state());
     // Making the pairs is most of it; their 1,770 rules have dozens of nodes each.
     let ((rules, switches), mut dynamics) = (simulation.dynamics().memory(), simulation.dynamics().clone());
-    interrupted(impatient(|interrupt| dynamics.recall(&rules, &switches, interrupt)));
+    interrupted(impatient(|interrupt| dynamics.restore_memory(&rules, &switches, interrupt)));
     // 11,175 pairs.
     let (system, state) = lattice(150, Shape::sphere(1.0).unwrap());
     let simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
@@ -127,7 +127,7 @@ fn comparing_rules() {
 /// A cube of unit side whose triangles are cut in four so many times.
 fn cube(cuts: usize) -> Polyhedron {
     let whole = crate::polyhedron::cuboid([-0.5; 3], [1.0; 3]);
-    let mut vertices: Vec<Vec3> = whole.given().collect();
+    let mut vertices: Vec<Vec3> = whole.input_vertices().collect();
     let mut faces = whole.faces().to_vec();
     for _ in 0..cuts {
         let mut middles = HashMap::new();
@@ -252,7 +252,7 @@ fn a_large_polyhedron_beside_an_ellipsoid() {
 #[test]
 fn overlap_of_many_parts() {
     let parts = |n: usize| {
-        let part = |k: usize| GivenPart {
+        let part = |k: usize| InputPart {
             shape: Shape::sphere(0.4).unwrap(),
             mass: 1.0,
             position: [k as f64, (k * k % 7) as f64, 0.0],

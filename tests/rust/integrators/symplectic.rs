@@ -3,7 +3,7 @@
 use super::systems::*;
 use crate::support::{cases, direction, semi_axes};
 use fullbody::dynamics::{
-    AttitudeChart, FreeRotor, Settings, State, System, farthest_turn, variational_rotation,
+    AttitudeChart, FreeRotor, Settings, State, System, rotation_angle_bound, variational_rotation,
 };
 use fullbody::error::{Error, Result};
 use fullbody::integrate::Scheme;
@@ -51,7 +51,7 @@ fn free_top() {
     let second = ((energy2 * i3 - square) / (i2 * (i3 - i2))).sqrt();
     let q = rotation::normalised([0.3, -0.5, 0.7, 0.2]);
     for time in [0.05, 0.7, 3.0, -11.0] {
-        let (turned, change) = FreeRotor::new(inertia).turn(q, start, time).unwrap();
+        let (turned, change) = FreeRotor::new(inertia).rotate(q, start, time).unwrap();
         let (sn, cn, dn) = jacobi(rate * time, m);
         let spin = start + change;
         let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
@@ -62,7 +62,7 @@ fn free_top() {
         assert!((length - 1.0).abs() < 4e-15, "{length}");
         let momentum = |q, w: Vec3| rotation::matrix(q) * inertia.component_mul(&w);
         assert!((momentum(p, spin) - momentum(q, start)).norm() < 4e-15);
-        let (back, _) = FreeRotor::new(inertia).turn(p, spin, -time).unwrap();
+        let (back, _) = FreeRotor::new(inertia).rotate(p, spin, -time).unwrap();
         let error = (0..4).map(|k| (p[k] + back[k] - q[k]).abs()).fold(0.0, f64::max);
         assert!(error < 4e-15, "{error:e}");
     }
@@ -86,8 +86,8 @@ fn needle() {
     let second = (below_third / (i2 * (i3 - i2))).sqrt();
     for time in [3.0, -40.0, 300.0] {
         assert!(inertia.component_mul(&start).norm() / i1 * f64::abs(time) > 1e6);
-        assert!(farthest_turn(inertia, start, time) < 1.5 * start.norm() * time.abs());
-        let (turned, change) = FreeRotor::new(inertia).turn([1.0, 0.0, 0.0, 0.0], start, time).unwrap();
+        assert!(rotation_angle_bound(inertia, start, time) < 1.5 * start.norm() * time.abs());
+        let (turned, change) = FreeRotor::new(inertia).rotate([1.0, 0.0, 0.0, 0.0], start, time).unwrap();
         let (sn, cn, dn) = jacobi(rate * time, m);
         let expected = Vec3::new(start.x * cn, second * sn, start.z * dn);
         let error = (start + change - expected).norm();
@@ -108,9 +108,9 @@ proptest! {
         let inertia = Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0;
         let (mut spin, mut q) = (along, [1.0, 0.0, 0.0, 0.0]);
         // Over so long a time the bound by the energy counts as well.
-        let bound = farthest_turn(inertia, along, 1e6) / 1e6;
+        let bound = rotation_angle_bound(inertia, along, 1e6) / 1e6;
         for _ in 0..200 {
-            let (turned, change) = FreeRotor::new(inertia).turn(q, spin, 0.37).unwrap();
+            let (turned, change) = FreeRotor::new(inertia).rotate(q, spin, 0.37).unwrap();
             (0..4).for_each(|k| q[k] += turned[k]);
             spin += change;
             prop_assert!(spin.norm() <= bound * (1.0 + 1e-12), "{} {bound}", spin.norm());
@@ -133,7 +133,7 @@ fn symmetric_top() {
             let q = [0.5, 0.5, -0.5, 0.5];
             for time in [1.3, -4.0, 40.0] {
                 let [(a, u), (b, v)] =
-                    [inertia, near].map(|moments| FreeRotor::new(moments).turn(q, spin, time).unwrap());
+                    [inertia, near].map(|moments| FreeRotor::new(moments).rotate(q, spin, time).unwrap());
                 let bound = 1e-11 * time.abs();
                 assert!((u - v).norm() < bound && (0..4).all(|k| (a[k] - b[k]).abs() < bound));
             }
@@ -147,7 +147,7 @@ fn top_at_rest() {
     let (spin, q) = (Vec3::new(0.4, -0.3, 0.8), [0.5, 0.5, -0.5, 0.5]);
     for inertia in [Vec3::new(1.0, 1.7, 2.4), Vec3::new(1.0, 1.0, 2.4), Vec3::zeros()] {
         for (spin, time) in [(Vec3::zeros(), 1.3), (spin, 0.0)] {
-            assert_eq!(FreeRotor::new(inertia).turn(q, spin, time).unwrap(), ([0.0; 4], Vec3::zeros()));
+            assert_eq!(FreeRotor::new(inertia).rotate(q, spin, time).unwrap(), ([0.0; 4], Vec3::zeros()));
         }
     }
 }
@@ -184,7 +184,7 @@ fn tops_side_by_side() {
         let end = simulation.state();
         for (k, body) in bodies.iter().enumerate() {
             let (q, spin) = start(k);
-            let (turned, change) = FreeRotor::new(body.inertia()).turn(q, spin, 0.5).unwrap();
+            let (turned, change) = FreeRotor::new(body.inertia()).rotate(q, spin, 0.5).unwrap();
             let bound = 2e-14 * (1.0 + spin.norm());
             assert!(
                 (end.spin()[k] - spin - change).norm() < bound * (1.0 + spin.norm()),
@@ -213,7 +213,7 @@ fn discrete_top() {
         let (back, changed) = variational_rotation(inertia, p, spin + change, -h).unwrap();
         assert!((change + changed).norm() < 1e-15);
         assert!((0..4).all(|k| (turned[k] + back[k]).abs() < 1e-15));
-        let (exact, _) = FreeRotor::new(inertia).turn(q, spin, h).unwrap();
+        let (exact, _) = FreeRotor::new(inertia).rotate(q, spin, h).unwrap();
         (0..4).map(|k| (turned[k] - exact[k]).abs()).fold(0.0, f64::max)
     });
     let order = (errors[0] / errors[1]).log2() - 1.0;

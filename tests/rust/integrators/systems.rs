@@ -6,7 +6,7 @@ use fullbody::integrate::{Scheme, Tolerance};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::shape::{Body, GivenPart, Shape};
+use fullbody::shape::{Body, InputPart, Shape};
 use fullbody::trajectory::{Integrator, Output, Run, Simulation, TangentOptions, Trajectory};
 use std::ops::ControlFlow;
 
@@ -31,7 +31,7 @@ pub fn relative(r: Vec3, v: Vec3, share: f64) -> State {
 /// The same orbit with a first body of two parts and a void.
 pub fn contact_binary() -> (System, State) {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
-    let part = |axes, mass, position| GivenPart {
+    let part = |axes, mass, position| InputPart {
         shape: Shape::ellipsoid(axes).unwrap(),
         mass,
         position,

@@ -2,7 +2,7 @@
 
 use super::{DriftKind, Splitting};
 use crate::dynamics::rotation::discrete_rotor::variational_rotation;
-use crate::dynamics::rotation::free_rotors::{FARTHEST, farthest_turn};
+use crate::dynamics::rotation::free_rotors::{MAX_ROTATION_ANGLE, rotation_angle_bound};
 use crate::dynamics::{Dynamics, Rejected};
 use crate::error::Error;
 use crate::math::Vec3;
@@ -53,8 +53,12 @@ impl Splitting {
         let (inertia, step) = (self.inertia[body], self.step.abs());
         let (angle, shorter, limit) = match self.drift_kind {
             DriftKind::Kepler => {
-                let angle = farthest_turn(inertia, spin, step);
-                (angle, 0.99 * step * FARTHEST / angle, format!("expected {FARTHEST} rad at most"))
+                let angle = rotation_angle_bound(inertia, spin, step);
+                (
+                    angle,
+                    0.99 * step * MAX_ROTATION_ANGLE / angle,
+                    format!("expected {MAX_ROTATION_ANGLE} rad at most"),
+                )
             }
             DriftKind::Free => {
                 let follows =
