@@ -89,7 +89,7 @@ class Number:
         """Return a value with its own unit, after all checks that need no system."""
         if value is None and self.required:
             raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
-        ANY.numbers(value, self.dimension, what, self.shape, self.limits)
+        self.unitless(value, what, ANY)
         return gathered(value, what, self.dimension)
 
     def unitless(self, value: Any, what: str, units: Units) -> Any:

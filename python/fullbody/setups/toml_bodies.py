@@ -46,16 +46,14 @@ def body(table: TomlTable, G: float) -> Body:
 def pair(table: TomlTable, rows: list[TomlTable], G: float) -> dict[str, Any]:
     """Return the arguments of :func:`fullbody.binary` from its table and those of the two bodies.
 
-    Beside these arguments there may be ``GM`` for its total mass, ``inclination`` and
-    ``ascending_node`` for the pole, and ``mean_longitude`` for the mean anomaly.
+    Beside these arguments there may be ``inclination`` and ``ascending_node`` for the pole, and ``mean_longitude`` for
+    the mean anomaly.
     """
-    table.only(*OF_BINARIES, *_CHOICES, "pole", "GM", "inclination", "ascending_node", "mean_longitude")
+    table.only(*OF_BINARIES, *_CHOICES, "pole", "inclination", "ascending_node", "mean_longitude")
     if len(rows) != 2:
         raise table.fault("", f"has {len(rows)} bodies; expected two")
     arguments: dict[str, Any] = {key: table.take(key, "a choice") for key in _CHOICES if key in table}
     arguments |= table.given(OF_BINARIES)
-    if "GM" in table:
-        arguments["total_mass"] = table.number("GM", "mu") / G
     if table.one_of("pole", "inclination") == "pole":
         arguments["pole"] = tuple(table.vector("pole", "angle", 2))
     if "inclination" in table or "ascending_node" in table:

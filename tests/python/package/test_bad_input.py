@@ -1,6 +1,7 @@
 """Numbers, bodies and options that are wrong are refused with the name, the value and what was expected."""
 
 import inspect
+import reprlib
 
 import fullbody
 import numpy as np
@@ -63,7 +64,7 @@ def ellipsoid(**given):
 
 def third_body(**given):
     path = {} if "orbit" in given else PATH
-    return forces.ThirdBody(**path | ({} if "mass" in given else {"mu": 1.0}) | given, of="body")
+    return forces.ThirdBody(**path | ({} if {"mass", "GM"} & set(given) else {"mu": 1.0}) | given, of="body")
 
 
 def occultation(**given):
@@ -104,7 +105,10 @@ FIELDS = {
     },
     "events.Separation": of(" of Separation", events.Separation, "value", u.m, POSITIVE),
     "events.Escape": of(" of Escape", events.Escape, "distance", u.m, POSITIVE),
-    "events.Occultation": of(" of Occultation", occultation, "times", u.s, FINITE, (4,)),
+    "events.Occultation": {
+        **of(" of Occultation", occultation, "times", u.s, FINITE, (4,)),
+        **of(" of Occultation", occultation, "slowness", None, FINITE),
+    },
     "record._Adaptive": of("", Verner98, "rtol atol", None, TOLERANCE),
     "record.LieGroupVariational": of("", fullbody.LieGroupVariational, "step", u.s, POSITIVE),
     "record.SymplecticSplitting": of("", fullbody.SymplecticSplitting, "step", u.s, POSITIVE),
@@ -122,7 +126,7 @@ FIELDS = {
     },
     "forces.ThirdBody": {
         **of(" of third body", third_body, "mass", u.kg, POSITIVE),
-        **of(" of third body", third_body, "mu", u.m**3 / u.s**2, POSITIVE),
+        **of(" of third body", third_body, "mu GM", u.m**3 / u.s**2, POSITIVE),
         **of(" of third body", third_body, "time", u.s, FINITE),
         **of(" of third body", third_body, "times", u.s, FINITE, (4,)),
         **of(" of third body", third_body, "positions", u.m, FINITE, (4, 3)),
@@ -202,7 +206,7 @@ def test_each_declared_number_refuses_what_it_cannot_be(name):
         assert f"{value:g}" in told(given)
         assert len(told(given)) < 400
     for value in ("wide", True, 1j, b"1", 10**309):
-        assert told(value).startswith(f"{what} is {value!r}; expected {expected}")
+        assert told(value).startswith(f"{what} is {reprlib.repr(value)}; expected {expected}")
     assert told(np.ma.masked) == f"{what} is masked; expected numbers throughout"
     assert "shape (1, 1, 2)" in told([[[1.0, 2.0]]])
     message = told(good * u.cd)
@@ -296,8 +300,8 @@ ODD = [
     (system(gravity_tolerance=-1e-14), "gravity_tolerance ... expected"),
     (system(gravity_tolerance=0.0), "gravity_tolerance ... 0 ... expected"),
     (system(gravity_tolerance=NAN), "gravity_tolerance ... nan"),
-    (system(gravity_tolerance="1e-3x"), "gravity_tolerance is '1e-3x'; expected a number"),
-    (system(gravity_tolerance=np.ma.masked), "gravity_tolerance is masked; expected a number"),
+    (system(gravity_tolerance="1e-3x"), "gravity_tolerance is '1e-3x', whose unit 'x' is not known; expected a number"),
+    (system(gravity_tolerance=np.ma.masked), "gravity_tolerance is masked; expected numbers throughout"),
     (system(order=(0, 8)), "order is (0, 8); expected"),
     (system(order=(-1, 8)), "order is (-1, 8); expected (n, m), whole numbers"),
     (system(order=(10**9, 8)), "order is (1000000000, 8); expected"),
@@ -318,7 +322,7 @@ ODD = [
     (lambda: fullbody.systems.kw4_ho2021("cube"), "shape is 'cube'; expected 'ellipsoid' or 'spheroid'"),
     (lambda: fullbody.systems.kw4("cube"), "shape is 'cube'; expected 'ellipsoid' or 'radar'"),
     (lambda: fullbody.systems.case2(NAN), "theta_0 ... nan"),
-    (lambda: fullbody.systems.case2("x"), "theta_0 is 'x'; expected numbers"),
+    (lambda: fullbody.systems.case2("x"), "theta_0 is 'x'; expected an angle"),
     (lambda: fullbody.Verner87(rtol=0.0, atol=0), "rtol and atol ... 0 ... expected"),
     *(
         (integrate(integrator=wrong), f"integrator is {wrong!r} ... Verner98")
