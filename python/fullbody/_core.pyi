@@ -21,6 +21,7 @@ __all__ = [
     "Polyhedron",
     "Simulation",
     "State",
+    "StokesCoefficients",
     "System",
     "Toward",
     "cartesian_to_elements",

@@ -40,16 +40,16 @@ pub struct Byorp {
     pub torque: [f64; 3],
 }
 
-fn components<'de, D: Deserializer<'de>>(given: D) -> std::result::Result<[f64; 3], D::Error> {
+fn components<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<[f64; 3], D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
-    enum Given {
+    enum ForceInput {
         Along(f64),
         All([f64; 3]),
     }
-    Ok(match Given::deserialize(given)? {
-        Given::Along(force) => [0.0, force, 0.0],
-        Given::All(force) => force,
+    Ok(match ForceInput::deserialize(deserializer)? {
+        ForceInput::Along(force) => [0.0, force, 0.0],
+        ForceInput::All(force) => force,
     })
 }
 
@@ -137,10 +137,10 @@ impl ByorpForce {
     #[inline(always)]
     fn axes(&self, snapshot: MotionSnapshot) -> Mat3 {
         let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
-        let turn = &snapshot.rotation[self.lock.on];
+        let rotation = &snapshot.rotation[self.lock.on];
         let towards = |axis: usize, direction: &Vec3| {
             let mut unit = Vec3::zeros();
-            unit[axis] = 1.0_f64.copysign(turn.column(axis).dot(direction));
+            unit[axis] = 1.0_f64.copysign(rotation.column(axis).dot(direction));
             unit
         };
         let [long, _, short] = self.lock.axes;

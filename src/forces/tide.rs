@@ -133,7 +133,7 @@ impl Evaluator for TidalForce {
         let by_velocity = (along * r.transpose() * 2.0 + Mat3::identity()) * -strength;
         // d(R spin) = -R [spin]x theta + R dspin.
         let by_spin = times(&r.cross_matrix(), rotation) * -strength;
-        let by_turn = -times_cross(&by_spin, &Vec3::from(snapshot.spin[self.on]));
+        let by_rotation = -times_cross(&by_spin, &Vec3::from(snapshot.spin[self.on]));
         let to_body = -times(&rotation.transpose(), &r.cross_matrix());
         let torque = rotate_back(rotation, &-r.cross(&force));
         // The derivatives with respect to the deformed body's position and velocity are the opposite of those
@@ -159,12 +159,12 @@ impl Evaluator for TidalForce {
             );
         }
         for (row, sign) in [(self.by, 1.0), (self.on, -1.0)] {
-            jacobian.add(BodyBlock::translation(row), BodyBlock::rotation(self.on), &by_turn, sign);
+            jacobian.add(BodyBlock::translation(row), BodyBlock::rotation(self.on), &by_rotation, sign);
             jacobian.add_by_rate(BodyBlock::translation(row), BodyBlock::rotation(self.on), &by_spin, sign);
         }
         // The body frame rotates: d(R^T m) = [R^T m]x theta.
-        let by_turn = times(&to_body, &by_turn) + torque.cross_matrix();
-        jacobian.add(BodyBlock::rotation(self.on), BodyBlock::rotation(self.on), &by_turn, 1.0);
+        let by_rotation = times(&to_body, &by_rotation) + torque.cross_matrix();
+        jacobian.add(BodyBlock::rotation(self.on), BodyBlock::rotation(self.on), &by_rotation, 1.0);
         jacobian.add_by_rate(
             BodyBlock::rotation(self.on),
             BodyBlock::rotation(self.on),

@@ -52,9 +52,9 @@ impl Yorp {
         })?;
         let counts = (self.obliquity.len().max(1), self.along.len(), self.across.len());
         if counts.0 != counts.1 || counts.0 != counts.2 {
-            let found =
+            let counts_text =
                 format!("{} obliquities, {} along, {} across", self.obliquity.len(), counts.1, counts.2);
-            return Err(Error::invalid(format!("the torques of {name}"), found, "as many of each"));
+            return Err(Error::invalid(format!("the torques of {name}"), counts_text, "as many of each"));
         }
         require_finite(&format!("along of {name}"), &self.along)?;
         require_finite(&format!("across of {name}"), &self.across)?;
@@ -219,12 +219,12 @@ impl Evaluator for YorpTorque {
 
     /// Takes a torque or a factor of a table's torques for the parameter.
     fn unit(&self, parameter: ForceParameter) -> Option<Self> {
-        let one = match parameter {
+        let unit = match parameter {
             ForceParameter::Along => [1.0, 0.0],
             ForceParameter::Across => [0.0, 1.0],
             _ => return None,
         };
-        Some(Self { torque: TorqueTable::Constant(one), body: String::new(), ..*self })
+        Some(Self { torque: TorqueTable::Constant(unit), body: String::new(), ..*self })
     }
 
     /// Adds the derivatives of the torque in the body frame, M = A a + B u. Here a is the direction of the
@@ -236,12 +236,12 @@ impl Evaluator for YorpTorque {
         snapshot: MotionSnapshot,
         jacobian: &mut LoadJacobian,
     ) -> Result<()> {
-        let own = Vec3::from(snapshot.spin[self.on]);
-        let spin = own.norm();
+        let spin_vector = Vec3::from(snapshot.spin[self.on]);
+        let spin = spin_vector.norm();
         if spin == 0.0 {
             return Ok(());
         }
-        let (a, k) = (own / spin, rotate_back(&snapshot.rotation[self.on], &self.pole));
+        let (a, k) = (spin_vector / spin, rotate_back(&snapshot.rotation[self.on], &self.pole));
         let (cosine, sine) = (a.dot(&k), a.cross(&k).norm());
         let ([along, across], [along_rate, across_rate]) = match &self.torque {
             TorqueTable::Constant(torque) => (*torque, [0.0; 2]),
@@ -270,12 +270,12 @@ impl Evaluator for YorpTorque {
         // This is the derivative with respect to c alone, where the obliquity changes by -dc/s.
         let by_cosine =
             a * across - (a * along_rate + u * across_rate) * inverse + u * (across * cosine * inverse);
-        let one = Mat3::identity();
-        let by_axis = one * (along + across * cosine) + by_cosine * k.transpose();
-        let by_pole = by_cosine * a.transpose() - one * across;
-        let turn = BodyBlock::rotation(self.on);
-        jacobian.add_by_rate(turn, turn, &(by_axis * (one - a * a.transpose())), 1.0 / spin);
-        jacobian.add(turn, turn, &times_cross(&by_pole, &k), 1.0);
+        let identity = Mat3::identity();
+        let by_axis = identity * (along + across * cosine) + by_cosine * k.transpose();
+        let by_pole = by_cosine * a.transpose() - identity * across;
+        let block = BodyBlock::rotation(self.on);
+        jacobian.add_by_rate(block, block, &(by_axis * (identity - a * a.transpose())), 1.0 / spin);
+        jacobian.add(block, block, &times_cross(&by_pole, &k), 1.0);
         Ok(())
     }
 }

@@ -102,9 +102,9 @@ impl Tangents {
                 propagator.fixed().is_some_and(|(_, splitting)| splitting.drift_kind() == DriftKind::Kepler);
             let masses = parameters.iter().any(|parameter| parameter.is_mass());
             if jacobi && masses && start.bodies() > 2 {
-                let found = "by a mass, of three bodies and more in Jacobi's coordinates";
+                let case = "by a mass, of three bodies and more in Jacobi's coordinates";
                 let expected = "Verner98 for it, whose coordinates do not change with the masses";
-                return Err(Error::invalid("derivatives", found, expected));
+                return Err(Error::invalid("derivatives", case, expected));
             }
             let variations = Variations::new(equations, parameters.clone())?;
             let columns = variations.start();
@@ -131,11 +131,11 @@ impl Tangents {
         propagator: &Propagator,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let before: Vec<TangentState> = self.0.iter().map(|tangent| tangent.present.clone()).collect();
+        let growth_before: Vec<TangentState> = self.0.iter().map(|tangent| tangent.present.clone()).collect();
         let advanced =
             self.0.iter_mut().try_for_each(|tangent| tangent.advance(motion, propagator, interrupt));
         advanced.inspect_err(|_| {
-            for (tangent, present) in self.0.iter_mut().zip(before) {
+            for (tangent, present) in self.0.iter_mut().zip(growth_before) {
                 tangent.present = present;
                 tangent.collocation.forget();
             }
@@ -228,7 +228,8 @@ impl Tangent {
     ) -> Result<()> {
         let Some((stepper, splitting)) = propagator.fixed() else { return Ok(()) };
         let Self { variations, growth_monitor, collocation, present, start, .. } = self;
-        let before = growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
+        let growth_before =
+            growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
         let mut mapped = StepTangentMap {
             equations: &mut motion.equations,
             splitting: splitting.clone(),
@@ -241,9 +242,9 @@ impl Tangent {
         };
         stepper.again(&mut mapped, interrupt)?;
         let now = propagator.time();
-        if let (Some(growth_monitor), Some(before)) = (growth_monitor, before) {
+        if let (Some(growth_monitor), Some(growth_before)) = (growth_monitor, growth_before) {
             let times = [present.time - start.time, now - start.time];
-            let growths = [before, growth_monitor.growth(&present.columns)];
+            let growths = [growth_before, growth_monitor.growth(&present.columns)];
             growth_monitor.integrate_between(times, growths, &mut present.integrals);
         }
         self.settle(now);

@@ -116,7 +116,7 @@ fn two_zeros_near_a_minimum_are_found_for_bodies_and_particles() {
         let parabola = move |time: f64| (time - 5.0).powi(2) - width * width;
         let of_bodies = Condition::Function(Box::new(move |state: &State| Ok(parabola(state.time()))));
         let (dense, times) = motion(&system, &state, 24.0, &mut [Event::new(of_bodies)]);
-        // The particle is thirty times as far away as the bodies are from each other, so that its steps are long.
+        // The steps are long, since the particle is thirty times as far away as the bodies from each other.
         let far = Particle::new(0.0, &Vec3::new(50.0, 0.0, 0.0), &Vec3::new(0.0, 0.14, 0.0), 0.0);
         let flight = fly((&system, &dense), &[far], 24.0, &[function(parabola)], 1, &mut proceed);
         let particle_times: Vec<f64> = flight.record.occurrences.iter().map(|event| event.time).collect();
