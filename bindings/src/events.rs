@@ -41,12 +41,12 @@ impl PyToward {
     #[new]
     fn new(
         times: Vec<f64>,
-        places: Vec<[f64; 3]>,
+        positions: Vec<[f64; 3]>,
         slowness: f64,
         distant: bool,
         bounded: bool,
     ) -> Result<Self> {
-        let path = Spline::new("times of Occultation", &times, &places)?;
+        let path = Spline::new("times of Occultation", &times, &positions)?;
         Ok(Self { inner: Toward { path, slowness, distant, bounded } })
     }
 }
@@ -84,12 +84,12 @@ impl PyCondition {
         let mut condition = self.condition(py, &raised);
         let named = parameters.iter().map(|name| Parameter::named(name, &system.inner));
         let named: Vec<_> = named.collect::<Result<_, _>>()?;
-        let found =
+        let derivatives =
             listening(py, |interrupt| condition.derivatives(&system.inner, &state.inner, &named, interrupt));
-        let ConditionDerivatives { by_state, by_time, by_parameters, by_own } =
-            found.map_err(|error| raised.raised().map_or(error, Raised::from))?;
+        let ConditionDerivatives { by_state, by_time, by_parameters, by_condition_parameters } =
+            derivatives.map_err(|error| raised.raised().map_or(error, Raised::from))?;
         let count = by_state.len();
-        Ok((array(py, by_state, &[count])?, by_time, by_parameters, by_own))
+        Ok((array(py, by_state, &[count])?, by_time, by_parameters, by_condition_parameters))
     }
 }
 

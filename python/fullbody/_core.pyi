@@ -193,7 +193,7 @@ class System:
 @final
 class Toward:
     def __new__(
-        cls, times: Sequence[float], places: Sequence[Sequence[float]], slowness: float, distant: bool, bounded: bool
+        cls, times: Sequence[float], positions: Sequence[Sequence[float]], slowness: float, distant: bool, bounded: bool
     ) -> Toward: ...
 
 @disjoint_base

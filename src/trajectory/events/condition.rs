@@ -83,8 +83,8 @@ pub enum Condition<'a> {
         force: usize,
     },
     /// A body's outline and that of another one in front of it touch, as seen from a point: the observer, or
-    /// the Sun. The function is the gap of the outlines, or how far the body behind reaches out of the other's
-    /// outline.
+    /// the Sun. The function is the gap of the outlines, or how far the body behind reaches out of the
+    /// other's outline.
     Occultation {
         /// The body behind.
         body: usize,
@@ -125,10 +125,10 @@ struct Eye {
 
 impl Eye {
     /// Returns by how much nearer than the barycentre a place relative to it is.
-    fn nearer(&self, place: &Vec3) -> f64 {
+    fn nearer(&self, position: &Vec3) -> f64 {
         let Self { direction, nearness } = self;
-        let way = (direction - place * *nearness).norm();
-        (2.0 * place.dot(direction) - nearness * place.norm_squared()) / (1.0 + way)
+        let way = (direction - position * *nearness).norm();
+        (2.0 * position.dot(direction) - nearness * position.norm_squared()) / (1.0 + way)
     }
 }
 
@@ -139,9 +139,9 @@ impl Toward {
             let expected = format!("one from {first} to {last}, for which the point is known");
             return Err(Error::invalid("time of Occultation", time, expected));
         }
-        let place = Vec3::from(self.path.at(time).0);
-        let distance = place.norm();
-        Ok(Eye { direction: place / distance, nearness: if self.distant { 0.0 } else { 1.0 / distance } })
+        let position = Vec3::from(self.path.at(time).0);
+        let distance = position.norm();
+        Ok(Eye { direction: position / distance, nearness: if self.distant { 0.0 } else { 1.0 / distance } })
     }
 }
 
@@ -187,17 +187,17 @@ impl EvaluationPoint<'_> {
     /// this time, and where the body was then relative to the barycentre: both on a straight line. Each
     /// iteration gains the digits of the speed of light over the body's.
     fn straight(&self, body: usize, eye: &Eye, slowness: f64, iterations: usize) -> (f64, Vec3) {
-        let (place, velocity) = self.about_barycentre(body);
-        let late = (0..iterations).fold(0.0, |late, _| slowness * eye.nearer(&(place + velocity * late)));
-        (late, place + velocity * late)
+        let (position, velocity) = self.about_barycentre(body);
+        let late = (0..iterations).fold(0.0, |late, _| slowness * eye.nearer(&(position + velocity * late)));
+        (late, position + velocity * late)
     }
 
-    /// Returns the position of a body relative to the barycentre, and its rotation, when the light left it, or
-    /// passed it.
+    /// Returns the position of a body relative to the barycentre, and its rotation, when the light left it,
+    /// or passed it.
     ///
-    /// Unless a straight line is exact but for rounding, one step leads from there to the continuous solution,
-    /// up to the square of the speed over that of light. Beyond the pieces that are known, the position follows from
-    /// the acceleration at their end and the attitude from the spin.
+    /// Unless a straight line is exact but for rounding, one step leads from there to the continuous
+    /// solution, up to the square of the speed over that of light. Beyond the pieces that are known, the
+    /// position follows from the acceleration at their end and the attitude from the spin.
     fn seen(&self, body: usize, eye: &Eye, slowness: f64) -> (Vec3, Mat3) {
         /// The square of an angle that counts as none.
         const STRAIGHT: f64 = 1e-16;
@@ -206,8 +206,8 @@ impl EvaluationPoint<'_> {
         let velocity = self.about_barycentre(body).1;
         let rate = spin(self.y).norm_squared() + velocity.norm_squared() / straight.norm_squared();
         let Some(first) = self.pieces.first().filter(|_| late * late * rate > STRAIGHT) else {
-            let turn = Rotation3::from_scaled_axis(spin(self.y) * late);
-            return (straight, self.rotation(body) * turn.matrix());
+            let rotation = Rotation3::from_scaled_axis(spin(self.y) * late);
+            return (straight, self.rotation(body) * rotation.matrix());
         };
         let piece = piece_at(self.pieces, self.time + late, first.size() > 0.0);
         let present = piece.fraction(self.time);
@@ -217,12 +217,12 @@ impl EvaluationPoint<'_> {
         piece.at(theta, &mut y);
         piece.rate(theta, &mut rates);
         let there = EvaluationPoint { y: &y, ..*self };
-        let (place, velocity) = there.about_barycentre(body);
+        let (position, velocity) = there.about_barycentre(body);
         let (_, acceleration) = EvaluationPoint { y: &rates, ..*self }.about_barycentre(body);
-        let place = place + (velocity + acceleration * (0.5 * rest)) * rest;
-        let left = slowness * eye.nearer(&place) - late;
-        let turn = Rotation3::from_scaled_axis(spin(&y) * (rest + left));
-        (place + (velocity + acceleration * rest) * left, there.rotation(body) * turn.matrix())
+        let position = position + (velocity + acceleration * (0.5 * rest)) * rest;
+        let left = slowness * eye.nearer(&position) - late;
+        let rotation = Rotation3::from_scaled_axis(spin(&y) * (rest + left));
+        (position + (velocity + acceleration * rest) * left, there.rotation(body) * rotation.matrix())
     }
 
     fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
@@ -274,7 +274,7 @@ impl Condition<'_> {
         const MARGIN: f64 = 1.01;
         let Self::Occultation { body, by, toward, .. } = self else { return None };
         let layout = equations.frame().layout;
-        let (mut speed, mut distance, mut turning, mut size) = (0.0, 0.0, 0.0, 0.0);
+        let (mut speed, mut distance, mut rotation_speed, mut size) = (0.0, 0.0, 0.0, 0.0);
         for index in [*body, *by] {
             let position = layout.position(index);
             distance += Vec3::from_column_slice(&piece.start_vector().0[position..][..3]).norm();
@@ -290,16 +290,16 @@ impl Condition<'_> {
                 [Part { shape, placement: None, .. }] => shape.focal_reach(),
                 _ => body.circumradius(),
             };
-            turning += rate * lever;
+            rotation_speed += rate * lever;
             size += body.circumradius();
         }
-        let (place, rate) = toward.path.at(piece.start());
-        let far = Vec3::from(place).norm();
+        let (position, rate) = toward.path.at(piece.start());
+        let far = Vec3::from(position).norm();
         let drift = Vec3::from(rate).norm() / far * piece.size().abs();
         // A place x is seen at x / (1 - x.u / far) from a near point.
         let share = if toward.distant { 0.0 } else { (distance + speed + size) / far };
         let growth = if share < 1.0 { ((1.0 + share) / (1.0 - share)).powi(2) } else { f64::INFINITY };
-        Some(growth * (MARGIN * (speed + turning) + 2.0 * drift * (distance + speed + size)))
+        Some(growth * (MARGIN * (speed + rotation_speed) + 2.0 * drift * (distance + speed + size)))
     }
 
     /// Returns an error for bodies that do not exist and for meaningless values.
@@ -422,12 +422,12 @@ fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {
     let longest = (0..3).fold(0, |best, k| if axes[k] > axes[best] { k } else { best });
     let mut axis = Vec3::zeros();
     axis[longest] = 1.0;
-    let turn = at.rotation(body);
+    let rotation = at.rotation(body);
     let spin = Vec3::from_column_slice(&at.y[at.frame().layout.spin(body)..][..3]);
     let distance = r.norm();
     let line = r / distance;
     let line_rate = (v - line * line.dot(&v)) / distance;
-    let (long, long_rate) = (turn * axis, turn * spin.cross(&axis));
+    let (long, long_rate) = (rotation * axis, rotation * spin.cross(&axis));
     long.dot(&line) * (long_rate.dot(&line) + long.dot(&line_rate))
 }
 
@@ -437,8 +437,8 @@ fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &
     let Eye { direction, nearness } = eye;
     let bodies = indices.map(|index| &at.system().bodies()[index]);
     let [behind, front] = indices.map(|index| at.straight(index, &eye, slowness, 1).1);
-    for (place, body) in [behind, front].iter().zip(bodies) {
-        let reach = place.dot(&direction) + body.circumradius();
+    for (position, body) in [behind, front].iter().zip(bodies) {
+        let reach = position.dot(&direction) + body.circumradius();
         if reach * nearness >= 1.0 {
             let what =
                 format!("distance of the observer, or the Sun, from the barycentre at time {}", at.time);
@@ -452,10 +452,11 @@ fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &
     if depth > size {
         return Ok(depth);
     }
-    let seen =
-        |place: &Vec3| (place - direction * place.dot(&direction)) / (1.0 - place.dot(&direction) * nearness);
+    let seen = |position: &Vec3| {
+        (position - direction * position.dot(&direction)) / (1.0 - position.dot(&direction) * nearness)
+    };
     let across = (seen(&front) - seen(&behind)).norm();
-    let [near, far] = [behind, front].map(|place| 1.0 - (place.norm() + size) * nearness);
+    let [near, far] = [behind, front].map(|position| 1.0 - (position.norm() + size) * nearness);
     let size = size / (near.min(far)).powi(2);
     if near.min(far) > 0.0 && across > 2.0 * size {
         return Ok(depth.max(across - size));
@@ -463,5 +464,5 @@ fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &
     let [(behind, first), (front, second)] = indices.map(|index| at.seen(index, &eye, slowness));
     let (centres, rotations) = ([&behind, &front], [&first, &second]);
     let sighting = Sighting { bodies, centres, rotations, direction: &direction, nearness };
-    Ok(if total { sighting.excess() } else { sighting.gap() })
+    Ok(if total { sighting.overhang() } else { sighting.gap() })
 }

@@ -45,10 +45,10 @@ impl Dense {
         let zeros = y.clone();
         first.at(0.0, &mut y);
         let (time, y) = (first.start(), &y);
-        let place = EvaluationPoint { equations: &equations, time, y, zeros: &zeros, pieces: all };
+        let point = EvaluationPoint { equations: &equations, time, y, zeros: &zeros, pieces: all };
         let start =
-            |event: &mut Event| Ok(Crossings { at_start: event.condition.value(&place)?, times: Vec::new() });
-        let mut found = events.iter_mut().map(start).collect::<Result<Vec<_>>>()?;
+            |event: &mut Event| Ok(Crossings { at_start: event.condition.value(&point)?, times: Vec::new() });
+        let mut crossings = events.iter_mut().map(start).collect::<Result<Vec<_>>>()?;
         let mut occurrences = Vec::new();
         let mut y = zeros.clone();
         last.at(1.0, &mut y);
@@ -58,8 +58,8 @@ impl Dense {
         let (from, to) = self.range();
         let within = from.min(to)..=from.max(to);
         for occurrence in occurrences.iter().filter(|occurrence| within.contains(&occurrence.time)) {
-            found[occurrence.event].times.push(occurrence.time);
+            crossings[occurrence.event].times.push(occurrence.time);
         }
-        Ok(found)
+        Ok(crossings)
     }
 }

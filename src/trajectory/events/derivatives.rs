@@ -21,7 +21,7 @@ pub struct ConditionDerivatives {
     /// The derivatives with respect to parameters of the system, at a fixed state.
     pub by_parameters: Vec<f64>,
     /// The derivatives with respect to the condition's own parameters, with their names.
-    pub by_own: Vec<(String, f64)>,
+    pub by_condition_parameters: Vec<(String, f64)>,
 }
 
 impl Condition<'_> {
@@ -58,8 +58,8 @@ impl Condition<'_> {
         let by_parameters =
             parameters.iter().map(|p| self.by_parameter(*p, *share, system, state, interrupt));
         let by_parameters = by_parameters.collect::<Result<_>>()?;
-        let by_own = self.by_own(system, state, interrupt)?;
-        Ok(ConditionDerivatives { by_state, by_time, by_parameters, by_own })
+        let by_condition_parameters = self.by_condition_parameters(system, state, interrupt)?;
+        Ok(ConditionDerivatives { by_state, by_time, by_parameters, by_condition_parameters })
     }
 
     /// Returns the state at which the function is differentiated, and the fraction of the numbers' sizes over
@@ -86,7 +86,7 @@ impl Condition<'_> {
     }
 
     /// Returns the derivatives with respect to the condition's own parameters, with their names.
-    fn by_own(
+    fn by_condition_parameters(
         &mut self,
         system: &System,
         state: &State,
@@ -173,9 +173,9 @@ fn moved(state: &State, body: usize, kind: usize, axis: usize, by: f64) -> State
         1 => state.velocity[body] += change,
         2 => {
             let (sine, cosine) = (0.5 * by).sin_cos();
-            let mut turn = [cosine, 0.0, 0.0, 0.0];
-            turn[1 + axis] = sine;
-            state.attitude[body] = rotation::product(state.attitude[body], turn);
+            let mut quaternion = [cosine, 0.0, 0.0, 0.0];
+            quaternion[1 + axis] = sine;
+            state.attitude[body] = rotation::product(state.attitude[body], quaternion);
         }
         _ => state.spin[body] += change,
     }

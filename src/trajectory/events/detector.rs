@@ -9,7 +9,7 @@ use crate::interrupt::InterruptCheck;
 use crate::trajectory::approach::Contact;
 
 /// A zero this close to a state that was given, as a fraction of the step, is that state itself and no event.
-const AT_GIVEN: f64 = 1e-9;
+const NO_EVENT_WITHIN: f64 = 1e-9;
 
 /// The units of work of searching a piece for one event.
 const SCAN: u64 = 200;
@@ -20,28 +20,29 @@ pub(crate) struct EventDetector {
     /// Whether the last values are those at the start of the next piece.
     begun: bool,
     /// Whether the next piece starts from a state that was given, and not from one that a step has reached.
-    given: bool,
+    starts_from_given: bool,
     y: Vec<f64>,
     /// The vector at the start of the piece after the present one.
     next: Vec<f64>,
     zeros: Vec<f64>,
-    found: Vec<(f64, usize)>,
+    zeros_found: Vec<(f64, usize)>,
 }
 
 impl EventDetector {
-    /// Returns an error for events that the system cannot have. `given` says whether the run starts from a
-    /// state that was given.
-    pub fn new(equations: &Dynamics, events: &[Event], given: bool) -> Result<Self> {
+    /// Returns an error for events that the system cannot have. `starts_from_given` says whether the run
+    /// starts from a state that was given.
+    pub fn new(equations: &Dynamics, events: &[Event], starts_from_given: bool) -> Result<Self> {
         for event in events {
             event.condition.check(equations)?;
             let name = event.condition.name();
-            let own = event.condition.direction();
-            let fits = match own {
-                Some(own) => event.direction == 0 || event.direction == own,
+            let prescribed = event.condition.direction();
+            let fits = match prescribed {
+                Some(prescribed) => event.direction == 0 || event.direction == prescribed,
                 None => (-1..=1).contains(&event.direction),
             };
             if !fits {
-                let expected = own.map_or("-1, 0 or 1".to_owned(), |own| format!("0 or {own}"));
+                let expected =
+                    prescribed.map_or("-1, 0 or 1".to_owned(), |prescribed| format!("0 or {prescribed}"));
                 return Err(Error::invalid(format!("direction of {name}"), event.direction, expected));
             }
         }
@@ -49,11 +50,11 @@ impl EventDetector {
         Ok(Self {
             values: vec![[0.0; POINTS]; events.len()],
             begun: false,
-            given,
+            starts_from_given,
             y: vec![0.0; dimension],
             next: vec![0.0; dimension],
             zeros: vec![0.0; dimension],
-            found: Vec::new(),
+            zeros_found: Vec::new(),
         })
     }
 
@@ -69,9 +70,9 @@ impl EventDetector {
     pub fn scan(
         &mut self,
         equations: &Dynamics,
-        (pieces, known): (&[Segment], &[Segment]),
+        (pieces, known_pieces): (&[Segment], &[Segment]),
         end: (f64, &[f64]),
-        met: Option<Contact>,
+        contact: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
         interrupt: &mut InterruptCheck,
@@ -81,7 +82,7 @@ impl EventDetector {
             interrupt.charge(work, piece.start())?;
             let mut next = std::mem::take(&mut self.next);
             next.resize(end.1.len(), 0.0);
-            let here = met.filter(|contact| contact.piece == k);
+            let here = contact.filter(|contact| contact.piece == k);
             let after = match (here, pieces.get(k + 1)) {
                 (Some(contact), _) => {
                     piece.at(contact.theta, &mut next);
@@ -93,7 +94,7 @@ impl EventDetector {
                 }
                 (None, None) => end,
             };
-            let stop = self.scan_piece(equations, (piece, known), after, here, events, out)?;
+            let stop = self.scan_piece(equations, (piece, known_pieces), after, here, events, out)?;
             self.next = next;
             if stop.is_some() || here.is_some() {
                 return Ok(stop);
@@ -106,17 +107,17 @@ impl EventDetector {
     fn scan_piece(
         &mut self,
         equations: &Dynamics,
-        (piece, known): (&Segment, &[Segment]),
+        (piece, known_pieces): (&Segment, &[Segment]),
         after: (f64, &[f64]),
-        met: Option<Contact>,
+        contact: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
     ) -> Result<Option<(usize, f64)>> {
-        let fractions = sample_fractions(met.map_or(1.0, |contact| contact.theta));
-        self.sample(equations, (piece, known), &fractions, after, events)?;
-        self.find(equations, (piece, known), &fractions, met, events)?;
-        (self.begun, self.given) = (true, false);
-        for &(theta, index) in &self.found {
+        let fractions = sample_fractions(contact.map_or(1.0, |contact| contact.theta));
+        self.sample(equations, (piece, known_pieces), &fractions, after, events)?;
+        self.find(equations, (piece, known_pieces), &fractions, contact, events)?;
+        (self.begun, self.starts_from_given) = (true, false);
+        for &(theta, index) in &self.zeros_found {
             piece.at(theta, &mut self.y);
             let time = piece.time_at(theta);
             out.push(Occurrence {
@@ -152,9 +153,9 @@ impl EventDetector {
                 piece.at(fractions[k], &mut self.y);
                 (piece.time_at(fractions[k]), self.y.as_slice())
             };
-            let place = EvaluationPoint { equations, time, y, zeros: &self.zeros, pieces };
+            let point = EvaluationPoint { equations, time, y, zeros: &self.zeros, pieces };
             for (event, values) in events.iter_mut().zip(&mut self.values) {
-                values[k] = checked(event, &place)?;
+                values[k] = checked(event, &point)?;
             }
         }
         Ok(())
@@ -166,20 +167,20 @@ impl EventDetector {
         equations: &Dynamics,
         (piece, pieces): (&Segment, &[Segment]),
         fractions: &[f64; POINTS],
-        met: Option<Contact>,
+        contact: Option<Contact>,
         events: &mut [Event],
     ) -> Result<()> {
-        let Self { values, given, y, zeros: low, found, .. } = self;
+        let Self { values, starts_from_given, y, zeros: low, zeros_found, .. } = self;
         let (end, forward) = (fractions[POINTS - 1], piece.size() > 0.0);
-        found.clear();
+        zeros_found.clear();
         let mut take = |theta: f64, index: usize| {
-            if !*given || theta > AT_GIVEN {
-                found.push((theta, index));
+            if !*starts_from_given || theta > NO_EVENT_WITHIN {
+                zeros_found.push((theta, index));
             }
         };
         for (index, (event, values)) in events.iter_mut().zip(values).enumerate() {
             let direction = event.condition.direction().unwrap_or(event.direction);
-            if let (Condition::Contact { first, second }, Some(contact)) = (&event.condition, &met)
+            if let (Condition::Contact { first, second }, Some(contact)) = (&event.condition, &contact)
                 && contact.is_of(*first, *second)
             {
                 // The function of a contact falls along the run.
@@ -194,10 +195,10 @@ impl EventDetector {
                 let time = piece.time_at(theta);
                 checked(event, &EvaluationPoint { equations, time, y, zeros: low, pieces })
             };
-            let wanted = |rises: bool| counts(direction, rises == forward);
-            zeros(fractions, values, steepness, f, wanted, |theta, _| take(theta, index))?;
+            let accepts = |rises: bool| counts(direction, rises == forward);
+            zeros(fractions, values, steepness, f, accepts, |theta, _| take(theta, index))?;
         }
-        self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.zeros_found.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(())
     }
 
@@ -207,8 +208,8 @@ impl EventDetector {
     }
 }
 
-fn checked(event: &mut Event, place: &EvaluationPoint) -> Result<f64> {
-    let value = event.condition.value(place)?;
+fn checked(event: &mut Event, point: &EvaluationPoint) -> Result<f64> {
+    let value = event.condition.value(point)?;
     if value.is_finite() {
         return Ok(value);
     }
@@ -217,7 +218,7 @@ fn checked(event: &mut Event, place: &EvaluationPoint) -> Result<f64> {
         return Ok(f64::MAX);
     }
     Err(Error::invalid(
-        format!("{} at time {}", event.condition.name(), place.time),
+        format!("{} at time {}", event.condition.name(), point.time),
         value,
         "a finite number",
     ))

@@ -1,27 +1,27 @@
 //! Outlines of bodies seen from a point: how far two are apart, and whether one is inside another.
 //!
 //! From a point at the distance D along a unit vector u, the place x is seen where x / (1 - x.u / D) is seen
-//! along u from infinity. This map takes lines to lines, and an ellipsoid with the centre c and the matrix Q to
-//! another one. With g = 1 - c.u / D and s = g^2 - u.Q u / D^2, the outline of the latter across u has the
-//! centre (g c + Q u / D) / s, and its matrix follows from the tangent planes through the point, (n.c - w)^2 =
-//! n.Q n.
+//! along u from infinity. This map takes lines to lines, and an ellipsoid with the centre c and the matrix Q
+//! to another one. With g = 1 - c.u / D and s = g^2 - u.Q u / D^2, the outline of the latter across u has the
+//! centre (g c + Q u / D) / s, and its matrix follows from the tangent planes through the point, (n.c - w)^2
+//! = n.Q n.
 //!
 //! An outline reaches h(n) from its centre along a unit vector n across the line of sight. That of an
-//! ellipsoid is an ellipse with h(n)^2 = n.A n, and that of a polyhedron the convex hull of its vertices. With
-//! r from one centre to the other, two outlines are apart by the maximum over n of
+//! ellipsoid is an ellipse with h(n)^2 = n.A n, and that of a polyhedron the convex hull of its vertices.
+//! With r from one centre to the other, two outlines are apart by the maximum over n of
 //!
 //!   n.r - h_A(n) - h_B(-n),
 //!
-//! which is below zero where they overlap; and the outline of A, at r from that of B, is inside it, all around,
-//! where the maximum over n of
+//! which is below zero where they overlap; and the outline of A, at r from that of B, is inside it, all
+//! around, where the maximum over n of
 //!
 //!   n.r + h_A(n) - h_B(n)
 //!
-//! is below zero. Each function is evaluated at one n: a lower bound of the maximum, which has its sign. Where
-//! two ellipses touch, n is their common normal (Perram & Wertheim 1985, J. Comput. Phys. 58, 409); where an
-//! ellipse touches another one from inside, it is the normal at the point of A that is farthest from the
-//! centre when B is stretched to a circle. For polygons the normals of the sides and of the nearest or farthest
-//! corner suffice.
+//! is below zero. Each function is evaluated at one n: a lower bound of the maximum, which has its sign.
+//! Where two ellipses touch, n is their common normal (Perram & Wertheim 1985, J. Comput. Phys. 58, 409);
+//! where an ellipse touches another one from inside, it is the normal at the point of A that is farthest from
+//! the centre when B is stretched to a circle. For polygons the normals of the sides and of the nearest or
+//! farthest corner suffice.
 //!
 //! Where two outlines overlap, the body in front is the one on the point's side of a plane that separates the
 //! bodies.
@@ -31,7 +31,8 @@ use crate::shape::{Body, Part, Shape, across_separating_plane, tip};
 
 type Vec2 = nalgebra::Vector2<f64>;
 
-/// Two bodies and the point from which they are seen, farther from the origin than either body reaches toward it.
+/// Two bodies and the point from which they are seen, farther from the origin than either body reaches toward
+/// it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sighting<'a> {
     /// The body that may be hidden, and that which may hide it.
@@ -58,26 +59,26 @@ impl Sighting<'_> {
     /// Returns how far the outline of the first body extends beyond that of the second: negative where it is
     /// inside and the second body is in front. For bodies of several parts each part of the first body has to
     /// be inside one part of the second: a region that only several parts cover together counts as visible.
-    pub fn excess(&self) -> f64 {
+    pub fn overhang(&self) -> f64 {
         let [behind, front] = self.outlines();
-        let least = |a: &Outline| {
-            front.iter().map(|b| excess(a, b).max(self.depth(a, b))).fold(f64::INFINITY, f64::min)
+        let least = |a: &PartOutline| {
+            front.iter().map(|b| overhang(a, b).max(self.depth(a, b))).fold(f64::INFINITY, f64::min)
         };
         behind.iter().map(least).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn outlines(&self) -> [Vec<Outline<'_>>; 2] {
+    fn outlines(&self) -> [Vec<PartOutline<'_>>; 2] {
         let x = perpendicular(self.direction);
         let frame = [x, self.direction.cross(&x), *self.direction];
         [0, 1].map(|k| {
             let outline =
-                |part| Outline::new(part, self.centres[k], self.rotations[k], &frame, self.nearness);
+                |part| PartOutline::new(part, self.centres[k], self.rotations[k], &frame, self.nearness);
             self.bodies[k].outer_parts().map(outline).collect()
         })
     }
 
     /// Returns a length that is negative where the second of two parts whose outlines overlap is in front.
-    fn depth(&self, a: &Outline, b: &Outline) -> f64 {
+    fn depth(&self, a: &PartOutline, b: &PartOutline) -> f64 {
         let r = b.centre - a.centre;
         let n = across_separating_plane([a.shape, b.shape], [&a.rotation, &b.rotation], &r);
         let ends = [a.centre + tip(a.shape, &a.rotation, &n), b.centre + tip(b.shape, &b.rotation, &-n)];
@@ -86,74 +87,79 @@ impl Sighting<'_> {
 }
 
 /// The outline of a part in the plane across the direction to the point, and the part itself.
-struct Outline<'a> {
+struct PartOutline<'a> {
     shape: &'a Shape,
     centre: Vec3,
     rotation: Mat3,
     /// The centre of the outline.
-    place: Vec2,
-    form: Form,
+    centre_in_plane: Vec2,
+    form: OutlineForm,
 }
 
-enum Form {
+enum OutlineForm {
     /// The vectors whose sum, weighted with the components of n, has the length h(n); zero for a point.
     Ellipse([Vec3; 2]),
     /// The corners of a convex polygon, relative to the centre, counterclockwise.
     Polygon(Vec<Vec2>),
 }
 
-impl<'a> Outline<'a> {
+impl<'a> PartOutline<'a> {
     fn new(part: &'a Part, centre: &Vec3, rotation: &Mat3, frame: &[Vec3; 3], nearness: f64) -> Self {
         let centre = centre + rotation * part.position();
         let rotation = rotation * part.rotation();
-        let own = frame.map(|axis| rotation.tr_mul(&axis));
+        let local_axes = frame.map(|axis| rotation.tr_mul(&axis));
         let [x, y, toward] = frame.map(|axis| axis.dot(&centre));
         let growth = 1.0 - nearness * toward;
-        let (place, form) = match &part.shape {
-            Shape::Point | Shape::Stokes(_) => (Vec2::new(x, y) / growth, Form::Ellipse([Vec3::zeros(); 2])),
+        let (centre_in_plane, form) = match &part.shape {
+            Shape::Point | Shape::Stokes(_) => {
+                (Vec2::new(x, y) / growth, OutlineForm::Ellipse([Vec3::zeros(); 2]))
+            }
             Shape::Ellipsoid(ellipsoid) => {
                 let [first, second, depth] =
-                    own.map(|axis| axis.component_mul(&Vec3::from(ellipsoid.semi_axes())));
+                    local_axes.map(|axis| axis.component_mul(&Vec3::from(ellipsoid.semi_axes())));
                 let square = growth * growth - nearness * nearness * depth.norm_squared();
                 let root = square.sqrt();
-                let bend = nearness * nearness / (growth + root);
+                let curvature = nearness * nearness / (growth + root);
                 let seen = |along: Vec3, c: f64| {
-                    along / root + depth * ((nearness * c + bend * along.dot(&depth)) / square)
+                    along / root + depth * ((nearness * c + curvature * along.dot(&depth)) / square)
                 };
                 let centre = |along: Vec3, c: f64| (growth * c + nearness * along.dot(&depth)) / square;
-                let place = Vec2::new(centre(first, x), centre(second, y));
-                (place, Form::Ellipse([seen(first, x), seen(second, y)]))
+                let centre_in_plane = Vec2::new(centre(first, x), centre(second, y));
+                (centre_in_plane, OutlineForm::Ellipse([seen(first, x), seen(second, y)]))
             }
             Shape::Polyhedron(polyhedron) => {
-                let place = Vec2::new(x, y) / growth;
+                let centre_in_plane = Vec2::new(x, y) / growth;
                 let corner = |v: Vec3| {
-                    let [along, aside, above] = own.map(|axis| axis.dot(&v));
+                    let [along, aside, above] = local_axes.map(|axis| axis.dot(&v));
                     // The difference of the corner's place and the centre's.
-                    (Vec2::new(along, aside) + place * (nearness * above)) / (growth - nearness * above)
+                    (Vec2::new(along, aside) + centre_in_plane * (nearness * above))
+                        / (growth - nearness * above)
                 };
-                (place, Form::Polygon(hull(polyhedron.vertices().map(corner).collect())))
+                (centre_in_plane, OutlineForm::Polygon(hull(polyhedron.vertices().map(corner).collect())))
             }
         };
-        Self { shape: &part.shape, centre, rotation, place, form }
+        Self { shape: &part.shape, centre, rotation, centre_in_plane, form }
     }
 
     /// Returns how far the outline reaches from its centre along a unit vector.
     fn reach(&self, n: Vec2) -> f64 {
         match &self.form {
-            Form::Ellipse(axes) => reach(axes, n),
-            Form::Polygon(corners) => corners.iter().map(|c| c.dot(&n)).fold(f64::NEG_INFINITY, f64::max),
+            OutlineForm::Ellipse(axes) => reach(axes, n),
+            OutlineForm::Polygon(corners) => {
+                corners.iter().map(|c| c.dot(&n)).fold(f64::NEG_INFINITY, f64::max)
+            }
         }
     }
 }
 
 /// Returns the distance of two outlines; negative where they overlap.
-fn gap(a: &Outline, b: &Outline) -> f64 {
-    let r = b.place - a.place;
+fn gap(a: &PartOutline, b: &PartOutline) -> f64 {
+    let r = b.centre_in_plane - a.centre_in_plane;
     let along = |n: Vec2| n.dot(&r) - a.reach(n) - b.reach(-n);
     match (&a.form, &b.form) {
-        (Form::Ellipse(p), Form::Ellipse(q)) => along(unit(common_normal(p, q, r), r)),
-        (Form::Ellipse(_), Form::Polygon(_)) => gap(b, a),
-        (Form::Polygon(p), Form::Ellipse(q)) => {
+        (OutlineForm::Ellipse(p), OutlineForm::Ellipse(q)) => along(unit(common_normal(p, q, r), r)),
+        (OutlineForm::Ellipse(_), OutlineForm::Polygon(_)) => gap(b, a),
+        (OutlineForm::Polygon(p), OutlineForm::Ellipse(q)) => {
             let nearest = p.iter().map(|corner| r - corner).min_by(|v, w| {
                 let [v, w] = [v, w].map(|v| v.dot(&conjugate(q, v)));
                 v.total_cmp(&w)
@@ -161,23 +167,23 @@ fn gap(a: &Outline, b: &Outline) -> f64 {
             let beside = nearest.map(|way| unit(conjugate(q, &way), r));
             sides(p).chain(beside).map(along).fold(f64::NEG_INFINITY, f64::max)
         }
-        (Form::Polygon(p), Form::Polygon(q)) => {
+        (OutlineForm::Polygon(p), OutlineForm::Polygon(q)) => {
             sides(p).chain(sides(q).map(|n| -n)).map(along).fold(f64::NEG_INFINITY, f64::max)
         }
     }
 }
 
 /// Returns how far the outline `a` extends beyond the outline `b`; negative where it is inside.
-fn excess(a: &Outline, b: &Outline) -> f64 {
-    let r = a.place - b.place;
+fn overhang(a: &PartOutline, b: &PartOutline) -> f64 {
+    let r = a.centre_in_plane - b.centre_in_plane;
     let along = |n: Vec2| n.dot(&r) + a.reach(n) - b.reach(n);
     match (&a.form, &b.form) {
-        (Form::Ellipse(p), Form::Ellipse(q)) => along(unit(farthest(p, q, r), r)),
-        (Form::Polygon(p), Form::Ellipse(q)) => {
+        (OutlineForm::Ellipse(p), OutlineForm::Ellipse(q)) => along(unit(farthest(p, q, r), r)),
+        (OutlineForm::Polygon(p), OutlineForm::Ellipse(q)) => {
             let normals = p.iter().map(|corner| unit(conjugate(q, &(r + corner)), r));
             normals.map(along).fold(f64::NEG_INFINITY, f64::max)
         }
-        (_, Form::Polygon(q)) => sides(q).map(along).fold(f64::NEG_INFINITY, f64::max),
+        (_, OutlineForm::Polygon(q)) => sides(q).map(along).fold(f64::NEG_INFINITY, f64::max),
     }
 }
 
@@ -238,8 +244,8 @@ fn common_normal(a: &[Vec3; 2], b: &[Vec3; 2], r: Vec2) -> Vec2 {
     // ln(h_A / h_B) - u falls through zero.
     let (mut low, mut high) = (-END, END);
     let mut n = at(0.0);
-    let excess = |n: Vec2, u: f64| (reach(a, n) / reach(b, n)).ln() - u;
-    let (mut u, mut value) = (0.0, excess(n, 0.0));
+    let logarithm_error = |n: Vec2, u: f64| (reach(a, n) / reach(b, n)).ln() - u;
+    let (mut u, mut value) = (0.0, logarithm_error(n, 0.0));
     let mut next = value;
     for _ in 0..60 {
         if !value.is_finite() {
@@ -257,7 +263,7 @@ fn common_normal(a: &[Vec3; 2], b: &[Vec3; 2], r: Vec2) -> Vec2 {
         let (last, other) = (u, value);
         u = next;
         n = at(u);
-        value = excess(n, u);
+        value = logarithm_error(n, u);
         next = u - value * (u - last) / (value - other);
         if (u - last).abs() < ENOUGH || value == 0.0 {
             break;
@@ -285,11 +291,12 @@ fn farthest([ax, ay]: &[Vec3; 2], [bx, by]: &[Vec3; 2], r: Vec2) -> Vec2 {
     let (ux, uy) = (ax / first, (ay - ax * (aside / first)) / second);
     let half = 0.5 * (2.0 * ux.dot(&uy)).atan2(ux.norm_squared() - uy.norm_squared());
     let (sin, cos) = half.sin_cos();
-    let own = Vec2::new(cx * cos + cy * sin, cy * cos - cx * sin);
+    let centre_along_axes = Vec2::new(cx * cos + cy * sin, cy * cos - cx * sin);
     let (s1, s2) = ((ux * cos + uy * sin).norm(), (uy * cos - ux * sin).norm());
-    let (c1, c2) = (own.x.abs(), own.y.abs());
+    let (c1, c2) = (centre_along_axes.x.abs(), centre_along_axes.y.abs());
     let (p, q, between) = (s1 * c1, s2 * c2, ((s1 - s2) * (s1 + s2)).max(0.0));
-    // With d = m - s1^2 the weights are w1 = p / d and w2 = q / (d + between), of square sum one, which falls.
+    // With d = m - s1^2 the weights are w1 = p / d and w2 = q / (d + between), of square sum one, which
+    // falls.
     let (mut low, mut high) = (p.max(q - between).max(0.0), p.hypot(q));
     let mut d = low;
     for _ in 0..60 {
@@ -315,7 +322,8 @@ fn farthest([ax, ay]: &[Vec3; 2], [bx, by]: &[Vec3; 2], r: Vec2) -> Vec2 {
     }
     let w2 = if d + between > 0.0 { (q / (d + between)).min(1.0) } else { 0.0 };
     let w1 = (1.0 - w2 * w2).sqrt();
-    let (x1, x2) = ((c1 + s1 * w1).copysign(own.x), (c2 + s2 * w2).copysign(own.y));
+    let (x1, x2) =
+        ((c1 + s1 * w1).copysign(centre_along_axes.x), (c2 + s2 * w2).copysign(centre_along_axes.y));
     let (x, y) = (x1 * cos - x2 * sin, x1 * sin + x2 * cos);
     // The normal is L^-T times the direction of the farthest point.
     let y = y / second;
