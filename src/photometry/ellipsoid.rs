@@ -10,11 +10,11 @@
 //! d.
 
 use super::facets::Facet;
-use super::kernel::{Kernel, PARTIALS};
+use super::kernel::{PARTIALS, ScatteringKernel};
 use super::law::Law;
 use super::lune::{Longitude, Lune};
 use super::outline::{Hiding, Light, Outline, level};
-use super::strips::{Moments, Strips};
+use super::strips::{StripMoments, Strips};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
@@ -79,16 +79,16 @@ impl<'a> Lit<'a> {
         law: &'a Law,
         time: f64,
         directions: [Vec3; 2],
-        before: impl Iterator<Item = (Light, Placed)>,
+        in_front: impl Iterator<Item = (Light, Placed)>,
     ) -> Self {
         let lights = directions.map(|direction| rotate_back(&placed.rotation, &direction));
         let [p, q] = lights.map(|light| light.component_div(&placed.semi_axes));
         let lune = Lune::new(&p, &q);
         let (mut hiding, mut outlines) = (Vec::new(), Vec::<Outline>::new());
-        for (light, other) in before {
+        for (light, other) in in_front {
             let from = other.position - placed.position;
             let direction = &directions[light as usize];
-            let one = Hiding {
+            let shadow_caster = Hiding {
                 light,
                 semi_axes: other.semi_axes,
                 rotation: placed.rotation.tr_mul(&other.rotation),
@@ -102,10 +102,10 @@ impl<'a> Lit<'a> {
                     direction,
                 ),
             };
-            let outline = Outline::new(&lune, &placed.semi_axes, &one);
+            let outline = Outline::new(&lune, &placed.semi_axes, &shadow_caster);
             if !outline.misses() {
                 outlines.push(outline);
-                hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..one });
+                hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..shadow_caster });
             }
         }
         Self { placed, law, time, directions, lights, lune, hiding, outlines }
@@ -122,8 +122,8 @@ impl<'a> Lit<'a> {
         self.law.constant().filter(|_| !self.lune.is_thin())
     }
 
-    fn kernel(&self) -> Kernel<'_> {
-        let mut kernel = Kernel {
+    fn kernel(&self) -> ScatteringKernel<'_> {
+        let mut kernel = ScatteringKernel {
             lune: &self.lune,
             law: self.law,
             semi_axes: &self.placed.semi_axes,
@@ -168,20 +168,20 @@ impl<'a> Lit<'a> {
         let [high, wide] = [PI / rows, width / columns];
         // With this growth a sphere's limb encloses the same area.
         let growth = (high / high.sin()).sqrt();
-        let place = |row: f64, column: f64| {
+        let sphere_point = |row: f64, column: f64| {
             let angles = [row * high - FRAC_PI_2, FRAC_PI_2 - column * wide];
             let [(z, rho), (sin, cos)] = angles.map(f64::sin_cos);
             (Longitude { sin, cos }, z, rho)
         };
         let corner = |row: f64, column: f64| {
-            let (l, z, rho) = place(row, column);
+            let (l, z, rho) = sphere_point(row, column);
             let surface = self.lune.point(l, z, rho).component_mul(&self.placed.semi_axes);
             self.placed.position + self.placed.rotation * (surface * growth)
         };
         let mut all = Vec::with_capacity((2.0 * rows * columns) as usize);
         for (row, column) in (0..rows as u32).flat_map(|row| (0..columns as u32).map(move |c| (row, c))) {
             let [row, column] = [row, column].map(f64::from);
-            let (l, z, rho) = place(row + 0.5, column + 0.5);
+            let (l, z, rho) = sphere_point(row + 0.5, column + 0.5);
             let brightness = self.lune.kernel(l)[0] * kernel.factor(l, z, rho) * rho * rho;
             let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
                 .map(|(up, back)| corner(row + up, column + back));
@@ -219,7 +219,7 @@ impl<'a> Lit<'a> {
             }
         };
         let volume = self.placed.semi_axes.product();
-        self.add_own(&sums, volume, partials);
+        self.add_by_semi_axes(&sums, volume, partials);
         for (hiding, moments) in self.hiding.iter().zip(&moments) {
             self.add_outline(hiding, moments, volume, partials);
         }
@@ -228,19 +228,20 @@ impl<'a> Lit<'a> {
 
     /// Adds the derivatives with respect to the ellipsoid's own rotation and semi-axes and to the directions
     /// to the observer and to the Sun, with all outlines fixed.
-    fn add_own(&self, sums: &[f64; PARTIALS], volume: f64, partials: &mut Partials) {
+    fn add_by_semi_axes(&self, sums: &[f64; PARTIALS], volume: f64, partials: &mut Partials) {
         let Placed { semi_axes, rotation, body, .. } = self.placed;
-        let own = &mut partials.by_body[*body];
+        let partials_of_body = &mut partials.by_body[*body];
         for k in 0..2 {
             let by = self.lune.vector_of([sums[1 + 3 * k], sums[2 + 3 * k], sums[3 + 3 * k]]) * volume;
             // A derivative with respect to p becomes one with respect to the direction d in body axes: p =
             // A^-1 d, and a rotation by phi changes d to d + d x phi.
             let by_light = by.component_div(semi_axes);
-            own.rotation += by_light.cross(&self.lights[k]);
-            own.semi_axes -= by_light.component_mul(&self.lights[k]).component_div(semi_axes);
+            partials_of_body.rotation += by_light.cross(&self.lights[k]);
+            partials_of_body.semi_axes -= by_light.component_mul(&self.lights[k]).component_div(semi_axes);
             partials.by_direction[k] += rotation * by_light;
         }
-        own.semi_axes += (semi_axes.map(|a| sums[0] / a) + Vec3::new(sums[7], sums[8], sums[9])) * volume;
+        partials_of_body.semi_axes +=
+            (semi_axes.map(|a| sums[0] / a) + Vec3::new(sums[7], sums[8], sums[9])) * volume;
         let sin = self.phase().sin();
         if sin > 0.0 {
             let [e, s] = self.directions;
@@ -250,19 +251,19 @@ impl<'a> Lit<'a> {
     }
 
     /// Adds the derivatives that follow from the change of one outline.
-    fn add_outline(&self, hiding: &Hiding, moments: &Moments, volume: f64, partials: &mut Partials) {
+    fn add_outline(&self, hiding: &Hiding, moments: &StripMoments, volume: f64, partials: &mut Partials) {
         let Placed { semi_axes, rotation, body, .. } = self.placed;
         // These are the normals of the hiding ellipsoid in the frame of the ellipsoid that is seen.
         let normals = hiding.rotation * Mat3::from_diagonal(&hiding.semi_axes.map(|a| volume / a));
-        let (push, turn) = (rotation * (normals * moments.v), normals * moments.v_u);
-        let with_surface = turn * Mat3::from_diagonal(semi_axes);
-        let own = &mut partials.by_body[*body];
-        own.position += push;
-        own.rotation += axial(&with_surface.transpose());
-        own.semi_axes += turn.diagonal();
+        let (shift, rotation_part) = (rotation * (normals * moments.v), normals * moments.v_u);
+        let with_surface = rotation_part * Mat3::from_diagonal(semi_axes);
+        let partials_of_body = &mut partials.by_body[*body];
+        partials_of_body.position += shift;
+        partials_of_body.rotation += axial(&with_surface.transpose());
+        partials_of_body.semi_axes += rotation_part.diagonal();
         partials.by_direction[hiding.light as usize] += rotation * (normals * moments.reach_v);
         let other = &mut partials.by_body[hiding.body];
-        other.position -= push;
+        other.position -= shift;
         let [stretch, shrink] = [hiding.semi_axes, hiding.semi_axes.map(|a| volume / a)];
         let on_surface = Mat3::from_diagonal(&stretch) * moments.v_v * Mat3::from_diagonal(&shrink);
         other.rotation -= axial(&on_surface);

@@ -39,7 +39,7 @@ const WORK: u64 = 100;
 /// The facets of all parts of a body, in the body frame.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    /// Each with the place of its part in the body's list.
+    /// The facets, each with the index of its part in the body's list.
     triangles: Vec<(usize, [Vec3; 3])>,
     /// The parts that are ellipsoids, with their places in the body's list.
     pub ellipsoids: Vec<(usize, Part)>,
@@ -49,20 +49,20 @@ impl Mesh {
     /// Makes the facets of a body.
     pub fn new(body: &Body) -> Self {
         let mut mesh = Self { triangles: Vec::new(), ellipsoids: Vec::new() };
-        for (place, part) in body.outer_parts().enumerate() {
+        for (index, part) in body.outer_parts().enumerate() {
             let (position, rotation) = (part.position(), part.rotation());
             match &part.shape {
                 Shape::Point | Shape::Stokes(_) => {}
                 Shape::Polyhedron(polyhedron) => {
                     let faces = 0..polyhedron.faces().len();
-                    let placed = |face| (place, polyhedron.corners(face).map(|v| position + rotation * v));
+                    let placed = |face| (index, polyhedron.corners(face).map(|v| position + rotation * v));
                     mesh.triangles.extend(faces.map(placed));
                 }
                 Shape::Ellipsoid(ellipsoid) => {
                     let axes = Vec3::from(ellipsoid.semi_axes());
                     let placed = |v: Vec3| position + rotation * v.component_mul(&axes);
-                    mesh.triangles.extend(sphere(SUBDIVISIONS).into_iter().map(|t| (place, t.map(placed))));
-                    mesh.ellipsoids.push((place, part.clone()));
+                    mesh.triangles.extend(sphere(SUBDIVISIONS).into_iter().map(|t| (index, t.map(placed))));
+                    mesh.ellipsoids.push((index, part.clone()));
                 }
             }
         }
@@ -105,7 +105,7 @@ impl Mesh {
 /// A triangle of the surface of a body.
 #[derive(Debug, Clone)]
 pub struct Facet {
-    /// The body and the place of the part in its list.
+    /// The body and the index of the part in its list.
     part: [usize; 2],
     /// The index of the facet in its body; [`CELL`] for a facet that represents a cell of a curved surface.
     index: usize,
@@ -194,10 +194,10 @@ impl ExitFacets {
             } else if other.corners.iter().all(|v| facet.normal.dot(v) <= plane.1) {
                 return;
             } else {
-                cut(&other.corners, plane)
+                clipped(&other.corners, plane)
             };
             for side in sides {
-                polygon = cut(&polygon, side);
+                polygon = clipped(&polygon, side);
             }
             if polygon.len() > 2 {
                 out.push(polygon.iter().map(|v| self.shares(facet, v)).collect());
@@ -219,7 +219,7 @@ impl ExitFacets {
 }
 
 /// Clips a convex polygon to the half space n.x > level.
-fn cut(polygon: &[Vec3], (n, level): (Vec3, f64)) -> Vec<Vec3> {
+fn clipped(polygon: &[Vec3], (n, level): (Vec3, f64)) -> Vec<Vec3> {
     let mut left = Vec::with_capacity(polygon.len() + 1);
     for (k, here) in polygon.iter().enumerate() {
         let next = &polygon[(k + 1) % polygon.len()];
@@ -243,19 +243,19 @@ fn union(polygons: &[Vec<[f64; 2]>]) -> f64 {
     };
     match polygons {
         [] => 0.0,
-        [one] => area(one).abs(),
+        [single] => area(single).abs(),
         // All polygons are given the same orientation, so that none is subtracted from another one.
-        many => {
-            let turned = many.iter().map(|polygon| {
+        polygons => {
+            let oriented = polygons.iter().map(|polygon| {
                 let mut polygon = polygon.clone();
                 if area(&polygon) < 0.0 {
                     polygon.reverse();
                 }
                 polygon
             });
-            let turned: Vec<_> = turned.collect();
+            let oriented: Vec<_> = oriented.collect();
             let nothing: [Vec<[f64; 2]>; 0] = [];
-            let joined = turned.overlay(&nothing, OverlayRule::Subject, FillRule::NonZero);
+            let joined = oriented.overlay(&nothing, OverlayRule::Subject, FillRule::NonZero);
             joined.iter().flatten().map(|contour| area(contour)).sum::<f64>().abs()
         }
     }
@@ -267,12 +267,12 @@ pub struct Faceted {
 }
 
 impl Faceted {
-    /// Takes for the observer's light and for the Sun's the facets of bodies with their indices, positions and
-    /// rotations, and the unit vectors along which these are hidden.
+    /// Takes for the observer's light and for the Sun's the facets of bodies with their indices, positions
+    /// and rotations, and the unit vectors along which these are hidden.
     pub fn new(meshes: [Vec<(usize, &Mesh, Vec3, Mat3)>; 2], directions: &[Vec3; 2]) -> Self {
         let exits = [0, 1].map(|light: usize| {
             let meshes = meshes[light].iter();
-            let placed = meshes.flat_map(|(body, mesh, at, turn)| mesh.placed(*body, at, turn));
+            let placed = meshes.flat_map(|(body, mesh, at, rotation)| mesh.placed(*body, at, rotation));
             ExitFacets::new(placed, &directions[light])
         });
         Self { exits }

@@ -21,7 +21,7 @@ const NODES: u64 = 60;
 
 /// A law on an ellipsoid.
 #[derive(Debug, Clone)]
-pub struct Kernel<'a> {
+pub struct ScatteringKernel<'a> {
     pub lune: &'a Lune,
     pub law: &'a Law,
     pub scattering: Scattering,
@@ -34,7 +34,7 @@ pub struct Kernel<'a> {
     pub scale: f64,
 }
 
-impl Kernel<'_> {
+impl ScatteringKernel<'_> {
     /// mu and mu0 at a point, and n = |A^-1 u|.
     fn cosines(&self, u: &Vec3, sight: f64, light: f64) -> [f64; 3] {
         let n = u.component_div(self.semi_axes).norm();
@@ -96,19 +96,19 @@ impl Kernel<'_> {
     /// k.A^-2 u = 0.
     fn pieces(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> impl Iterator<Item = [f64; 2]> {
         let [low, high] = [from, to].map(|l| l.sin.atan2(l.cos));
-        let mut places = [low, high, high, high, high];
+        let mut ends = [low, high, high, high, high];
         if self.law.has_edges() {
             let [p, q] = self.lune.lengths;
             let Longitude { sin, cos } = self.lune.angle;
-            places[2] = (p - q * cos).atan2(q * sin);
+            ends[2] = (p - q * cos).atan2(q * sin);
             let [across, along, up] = self.edge();
             let (size, angle) = (across.hypot(along), along.atan2(across));
-            let turn = (-up * z / (size * rho).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).acos();
-            (places[3], places[4]) = (angle - turn, angle + turn);
+            let half_width = (-up * z / (size * rho).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).acos();
+            (ends[3], ends[4]) = (angle - half_width, angle + half_width);
         }
-        places[2..].iter_mut().for_each(|place| *place = place.clamp(low, high));
-        places.sort_unstable_by(f64::total_cmp);
-        (1..places.len()).map(move |k| [places[k - 1], places[k]]).filter(|[low, high]| low < high)
+        ends[2..].iter_mut().for_each(|end| *end = end.clamp(low, high));
+        ends.sort_unstable_by(f64::total_cmp);
+        (1..ends.len()).map(move |k| [ends[k - 1], ends[k]]).filter(|[low, high]| low < high)
     }
 
     /// A^-2 k in the lune's frame.
@@ -127,7 +127,7 @@ impl Kernel<'_> {
         })
     }
 
-    /// The same with derivatives.
+    /// Returns the integral between two longitudes with its derivatives.
     pub fn partials_between(
         &self,
         from: Longitude,
@@ -142,8 +142,8 @@ impl Kernel<'_> {
             let mut all = [0.0; PARTIALS];
             all[0] = self.between(from, to, z, rho, interrupt)?;
             for k in 0..2 {
-                let [plain, cos, sin] = [0, 1, 2].map(|i| constant * (high[k][i] - low[k][i]));
-                all[1 + 3 * k..4 + 3 * k].copy_from_slice(&[rho * cos, rho * sin, z * plain]);
+                let [constant_part, cos, sin] = [0, 1, 2].map(|i| constant * (high[k][i] - low[k][i]));
+                all[1 + 3 * k..4 + 3 * k].copy_from_slice(&[rho * cos, rho * sin, z * constant_part]);
             }
             return Ok(all);
         }
@@ -155,9 +155,9 @@ impl Kernel<'_> {
             let [mu, mu0, n] = self.cosines(&u, rho * sight, rho * light);
             let [factor, by_mu, by_mu0, by_phase] = self.scattering.factor_with_partials(mu, mu0);
             let f = rho * g;
-            let [own, other] = lune.shares(l);
-            let by_p = own * own * factor + f * by_mu / n;
-            let by_q = other * other * factor + f * by_mu0 / n;
+            let [share, other_share] = lune.shares(l);
+            let by_p = share * share * factor + f * by_mu / n;
+            let by_q = other_share * other_share * factor + f * by_mu0 / n;
             let components = lune.components(l, z, rho);
             let mut all = [0.0; PARTIALS];
             all[0] = f * factor;

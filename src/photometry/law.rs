@@ -197,9 +197,9 @@ impl Hapke {
         let (eta_e, eta_i) = (eta(mu, sin_e, e1_e, e2_e), eta(mu0, sin_i, e1_i, e2_i));
         let half = (0.5 * psi).sin().powi(2);
         let f = (-2.0 * (0.5 * psi).tan().min(1e8)).exp();
-        let turn = psi / PI;
+        let phase_fraction = psi / PI;
         // The formulas distinguish the larger and the smaller angle of the two.
-        let share = |e1_large: f64, e1_small: f64| 2.0 - e1_large - turn * e1_small;
+        let share = |e1_large: f64, e1_small: f64| 2.0 - e1_large - phase_fraction * e1_small;
         let (mu_e, mu0_e, shadowing);
         if mu0 >= mu {
             let below = share(e1_e, e1_i);

@@ -30,14 +30,14 @@ pub struct Longitude {
 /// sin(l - gamma), and the product of ratios of exp G, so that one logarithm serves all of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Intervals {
-    plain: f64,
+    unweighted: f64,
     growth: f64,
     decay: f64,
 }
 
 impl Default for Intervals {
     fn default() -> Self {
-        Self { plain: 0.0, growth: 1.0, decay: 1.0 }
+        Self { unweighted: 0.0, growth: 1.0, decay: 1.0 }
     }
 }
 
@@ -141,20 +141,20 @@ impl Lune {
     pub fn integral(&self, intervals: &Intervals) -> f64 {
         let log = (intervals.growth / intervals.decay).ln();
         self.lengths[0] * self.lengths[1] / self.sum
-            * (intervals.plain - self.middle.sin * self.gamma.sin * log)
+            * (intervals.unweighted - self.middle.sin * self.gamma.sin * log)
     }
 
     /// Adds the interval between two longitudes to those over which g is integrated.
     #[inline]
     pub fn extend(&self, intervals: &mut Intervals, from: Longitude, to: Longitude) {
-        let plain = |l: Longitude| l.sin * self.gamma.cos - l.cos * self.gamma.sin;
+        let unweighted = |l: Longitude| l.sin * self.gamma.cos - l.cos * self.gamma.sin;
         // exp G(y) = (1 + sin y) / cos y = cos y / (1 - sin y), whichever has no cancellation.
         let growth = |l: Longitude| {
             let y = self.relative_to_middle(l);
             if y.sin >= 0.0 { (1.0 + y.sin, y.cos) } else { (y.cos, 1.0 - y.sin) }
         };
         let ((to_growth, to_decay), (from_growth, from_decay)) = (growth(to), growth(from));
-        intervals.plain += plain(to) - plain(from);
+        intervals.unweighted += unweighted(to) - unweighted(from);
         intervals.growth *= to_growth * from_decay;
         intervals.decay *= to_decay * from_growth;
     }

@@ -34,7 +34,7 @@ pub struct Hiding {
     pub light: Light,
     /// Semi-axes.
     pub semi_axes: Vec3,
-    /// From its centre's frame into that of the ellipsoid on which it casts its outline.
+    /// The rotation from the body's frame into that of the ellipsoid on which it casts its outline.
     pub rotation: Mat3,
     /// Its centre in that frame.
     pub centre: Vec3,
@@ -54,14 +54,14 @@ pub fn level(centre: [Compensated; 3], semi_axes: &Vec3, rotation: &Mat3, light:
     let across = [(1, 2), (2, 0), (0, 1)]
         .map(|(j, k)| centre[j].times(light[k]).plus(minus(centre[k].times(light[j]))));
     // A sphere has no axes, whose rounding errors would count.
-    let turned = |v: [Compensated; 3]| match semi_axes.max() == semi_axes.min() {
+    let in_unit_sphere = |v: [Compensated; 3]| match semi_axes.max() == semi_axes.min() {
         true => v,
         false => [0, 1, 2]
             .map(|i| (0..3).fold(zero, |sum, j| sum.plus(v[j].times(Compensated::new(rotation[(j, i)]))))),
     };
     let axes = [0, 1, 2].map(|i| Compensated::new(semi_axes[i]));
     let squares = |v: [Compensated; 3]| v.into_iter().fold(zero, |sum, x| sum.plus(x.times(x)));
-    let [across, along] = [turned(across), turned(light)];
+    let [across, along] = [in_unit_sphere(across), in_unit_sphere(light)];
     let outer = squares([0, 1, 2].map(|i| across[i].times(axes[i])));
     let inner = squares([0, 1, 2].map(|i| along[i].times(axes[(i + 1) % 3]).times(axes[(i + 2) % 3])));
     outer.plus(minus(inner)).value() / inner.value()
@@ -118,7 +118,7 @@ impl Outline {
             2.0 * (at_zero * slope - ratio * ratio * centre[1]),
             slope * slope + ratio * ratio,
         ];
-        // Of two formulas for a number that one is taken whose terms are smaller.
+        // The number has two formulas; the one with the smaller terms is evaluated.
         let farthest = half[0].max(at_zero.abs());
         let is_large = product.iter().map(|c| c.abs()).sum::<f64>() < farthest * farthest;
         let [x, z, radius] = [at_zero / half[0], centre[1] / half[1], half[1] * half[1]];
@@ -182,7 +182,7 @@ impl Outline {
         if ends[0] >= high || ends[1] <= low {
             return None;
         }
-        let from_own = |sin: f64| {
+        let longitude_of = |sin: f64| {
             let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
             match self.light {
                 Light::Sight => Longitude { sin, cos },
@@ -192,8 +192,8 @@ impl Outline {
                 },
             }
         };
-        let start = if ends[0] > low { (from_own(ends[0]), true) } else { (lune.terminator(), false) };
-        let end = if ends[1] < high { (from_own(ends[1]), true) } else { (lune.limb(), false) };
+        let start = if ends[0] > low { (longitude_of(ends[0]), true) } else { (lune.terminator(), false) };
+        let end = if ends[1] < high { (longitude_of(ends[1]), true) } else { (lune.limb(), false) };
         Some([start, end])
     }
 
@@ -229,11 +229,11 @@ impl Outline {
         out.extend(tips.iter().filter(|[x, z]| self.within(lune, *x, *z)).map(|[_, z]| z));
         // x = rho where the hidden light grazes, up to the sign, and x^2 = (1 - z^2) cos^2 A where the other
         // one does.
-        let own = match self.light {
+        let edge_of_light = match self.light {
             Light::Sight => 1.0,
             Light::Sun => -1.0,
         };
-        for edge in [own, -own * lune.angle.cos] {
+        for edge in [edge_of_light, -edge_of_light * lune.angle.cos] {
             for side in Half::both(self) {
                 let level = side.x.squared() + (side.z.squared() - side.one.squared()) * (edge * edge);
                 side.roots(&level, |x, z| x * edge > -ROUNDING && self.within(lune, x, z), out);
@@ -316,9 +316,9 @@ impl Half {
         let [cx, cz] = outline.centre;
         let [width, height] = outline.half;
         // With conjugate half axes u and v the outline is C + u cos + v sin.
-        let plain = ([cx + width, cz], [width, 0.0], [outline.slope * height, height]);
+        let upright = ([cx + width, cz], [width, 0.0], [outline.slope * height, height]);
         let near = outline.nearest();
-        let (start, u, v) = near.unwrap_or(plain);
+        let (start, u, v) = near.unwrap_or(upright);
         let share = if near.is_some() { (8.0 / v[0].hypot(v[1])).min(1.0) } else { 1.0 };
         [(start, 1.0), ([cx - u[0], cz - u[1]], -1.0)].map(|(start, side)| {
             let of = |k: usize| {

@@ -74,11 +74,11 @@ impl Photometer {
     /// # Errors
     /// Returns the errors of [`Self::brightness`].
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
-        self.many(views, interrupt, |snapshot, interrupt, all| {
+        self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |_: &mut (), lit: &Lit<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
                 lit.brightness(interrupt)
             };
-            snapshot.each(interrupt, of, |brightness, ()| all.push(brightness))
+            snapshot.for_each_body(interrupt, of, |brightness, ()| all.push(brightness))
         })
     }
 
@@ -115,7 +115,7 @@ impl Photometer {
         }
         let none =
             || Partials { by_body: vec![ByBody::default(); self.scene.bodies.len()], ..Partials::default() };
-        self.many(views, interrupt, |snapshot, interrupt, all| {
+        self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |sums: &mut Option<Partials>,
                       lit: &Lit<'_>,
                       factor,
@@ -126,14 +126,14 @@ impl Photometer {
                 sums.get_or_insert_with(none).add(&part, factor, directions);
                 Ok(brightness)
             };
-            snapshot.each(interrupt, of, |value, sums| all.push((value, sums.unwrap_or_else(none))))
+            snapshot.for_each_body(interrupt, of, |value, sums| all.push((value, sums.unwrap_or_else(none))))
         })
     }
 
     /// Adds what `of` appends for each view to a list, in order. Short views are distributed over the threads
     /// of the machine. In a long one, such as a view of facets, the threads share the work, and the view
     /// itself checks for interrupts.
-    fn many<'a, T: Send>(
+    fn for_views<'a, T: Send>(
         &'a self,
         views: &[View<'a>],
         interrupt: &mut InterruptCheck,
@@ -143,7 +143,7 @@ impl Photometer {
             let mut all = Vec::with_capacity(views.len() * self.scene.bodies.len());
             let mut snapshot = Snapshot::new(&self.scene);
             for view in views {
-                snapshot.look(view, interrupt)?;
+                snapshot.set_view(view, interrupt)?;
                 of(&snapshot, interrupt, &mut all)?;
             }
             Ok(all)

@@ -28,18 +28,18 @@ const DEEPEST: u32 = 48;
 const PIECES: usize = 128;
 
 /// The one set of rules.
-pub static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
+pub static RULE: LazyLock<NestedRules> = LazyLock::new(NestedRules::new);
 
 /// Nested rules; the first nodes of all are those of the smallest rule.
 #[derive(Debug)]
-pub struct Rule {
+pub struct NestedRules {
     nodes: [f64; NODES],
-    orders: [Order; 3],
+    orders: [NestedRule; 3],
 }
 
 /// One of the nested rules.
 #[derive(Debug)]
-struct Order {
+struct NestedRule {
     /// Weights of the nodes of this rule, which add up to two.
     weights: Vec<f64>,
     /// Factors of the values in the last coefficients.
@@ -54,19 +54,19 @@ pub struct Piece {
     order: usize,
 }
 
-impl Rule {
+impl NestedRules {
     fn new() -> Self {
         let largest = ORDERS[2];
         // Multiples of the widest spacing come first, then those that each doubling adds.
-        let mut places: Vec<usize> = (1..largest).collect();
-        places.sort_by_key(|place| ORDERS.iter().position(|n| place % (largest / n) == 0));
-        let angles: [f64; NODES] = std::array::from_fn(|i| PI * places[i] as f64 / largest as f64);
+        let mut indices: Vec<usize> = (1..largest).collect();
+        indices.sort_by_key(|index| ORDERS.iter().position(|n| index % (largest / n) == 0));
+        let angles: [f64; NODES] = std::array::from_fn(|i| PI * indices[i] as f64 / largest as f64);
         let order = |n: usize| {
             let angles = &angles[..n - 1];
             let scale = 2.0 / n as f64;
             let integral =
                 |x: f64| (1..n).step_by(2).map(|k| (k as f64 * x).sin() * 2.0 / k as f64).sum::<f64>();
-            Order {
+            NestedRule {
                 weights: angles.iter().map(|x| scale * x.sin() * integral(*x)).collect(),
                 coefficients: std::array::from_fn(|last| {
                     let k = (n - 1 - last) as f64;
@@ -94,16 +94,16 @@ impl Rule {
         let mut values = [[0.0; W]; NODES];
         let (mut pieces, mut size) = (0, [0.0; W]);
         while let Some((middle, half, depth)) = stack.pop() {
-            let (mut known, mut order) = (0, None);
-            for (place, rule) in self.orders.iter().enumerate() {
-                let count = ORDERS[place] - 1;
-                for (value, x) in values[known..count].iter_mut().zip(&self.nodes[known..]) {
+            let (mut evaluated, mut order) = (0, None);
+            for (index, rule) in self.orders.iter().enumerate() {
+                let count = ORDERS[index] - 1;
+                for (value, x) in values[evaluated..count].iter_mut().zip(&self.nodes[evaluated..]) {
                     *value = f(middle + half * x)?;
                     size.iter_mut().zip(*value).for_each(|(size, v)| *size = v.abs().max(*size));
                 }
-                known = count;
+                evaluated = count;
                 if rule.converged(&values[..count], half, tolerances, &size) {
-                    order = Some(place);
+                    order = Some(index);
                     break;
                 }
             }
@@ -133,7 +133,7 @@ impl Rule {
     }
 }
 
-impl Order {
+impl NestedRule {
     /// Whether the last coefficients of each function are below its tolerance, or mere rounding of values of
     /// these sizes.
     fn converged<const W: usize>(

@@ -36,7 +36,7 @@ pub struct Scene {
 
 /// Numbers of rings on the Sun's disc and of points on each ring.
 const RINGS: NonZeroUsize = NonZeroUsize::new(6).unwrap();
-const PLACES: usize = 12;
+const ANGLES: usize = 12;
 
 impl Scene {
     /// Takes bodies with their surfaces. If `mutual` is false, occultations and eclipses are neglected. The
@@ -115,9 +115,9 @@ fn disc(radius: f64) -> Vec<[f64; 3]> {
     let rings = rule.nodes().zip(rule.weights()).enumerate();
     let ring = |(index, (x, weight)): (usize, (&f64, &f64))| {
         let distance = radius.tan() * (0.5 * (1.0 + x)).sqrt();
-        let weight = 0.5 * weight / PLACES as f64;
-        (0..PLACES).map(move |placement| {
-            let angle = TAU * (placement as f64 + 0.5 * (index % 2) as f64) / PLACES as f64;
+        let weight = 0.5 * weight / ANGLES as f64;
+        (0..ANGLES).map(move |step| {
+            let angle = TAU * (step as f64 + 0.5 * (index % 2) as f64) / ANGLES as f64;
             [distance * angle.cos(), distance * angle.sin(), weight]
         })
     };

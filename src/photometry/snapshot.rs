@@ -28,8 +28,9 @@ pub struct View<'a> {
     pub to_observer: Vec3,
     /// A vector toward the Sun, of any length if this is distant.
     pub to_sun: Vec3,
-    /// Whether the observer and the Sun are infinitely far. Otherwise the vectors go from the origin, each body
-    /// has its own directions, and its brightness is that with which it appears at the origin's distances.
+    /// Whether the observer and the Sun are infinitely far. Otherwise the vectors go from the origin, each
+    /// body has its own directions, and its brightness is that with which it appears at the origin's
+    /// distances.
     pub distant: bool,
 }
 
@@ -109,8 +110,8 @@ impl<'a> Snapshot<'a> {
         Self { scene, view, placed: Vec::new(), ways: Vec::new(), suns: Vec::new(), near: Vec::new() }
     }
 
-    /// Takes a view in place of the one before.
-    pub fn look(&mut self, view: &View<'a>, interrupt: &mut InterruptCheck) -> Result<()> {
+    /// Replaces the view by another one.
+    pub fn set_view(&mut self, view: &View<'a>, interrupt: &mut InterruptCheck) -> Result<()> {
         let semi_axes = &self.scene.semi_axes;
         let distant = view.directions(semi_axes.len())?;
         self.view = *view;
@@ -123,8 +124,8 @@ impl<'a> Snapshot<'a> {
         }));
         self.ways.clear();
         self.suns.clear();
-        let each = if view.distant { view.position.len().min(1) } else { view.position.len() };
-        for position in &view.position[..each] {
+        let observers = if view.distant { view.position.len().min(1) } else { view.position.len() };
+        for position in &view.position[..observers] {
             let vectors = [view.to_observer, view.to_sun];
             let (directions, nearness, share) = if view.distant {
                 (distant, [0.0; 2], 1.0)
@@ -141,14 +142,14 @@ impl<'a> Snapshot<'a> {
             }
         }
         self.near.clear();
-        if self.scene.hides() { self.look_between(interrupt) } else { Ok(()) }
+        if self.scene.hides() { self.find_close_pairs(interrupt) } else { Ok(()) }
     }
 
     /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
     /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and the
     /// directions to the observer and to the Sun's centre, and to the observer and to the point. `take` is
     /// called with the brightness and the result of each body.
-    pub fn each<T: Default>(
+    pub fn for_each_body<T: Default>(
         &self,
         interrupt: &mut InterruptCheck,
         of: impl Fn(&mut T, &Lit<'_>, f64, [&[Vec3; 2]; 2], &mut InterruptCheck) -> Result<f64>,
@@ -167,8 +168,9 @@ impl<'a> Snapshot<'a> {
                     continue;
                 }
                 let factor = weight * surface.albedo[0];
-                let before = self.before(index, directions);
-                let lit = Lit::new(&self.placed[index], &surface.law, self.view.time, *directions, before);
+                let bodies_in_front = self.bodies_in_front(index, directions);
+                let lit =
+                    Lit::new(&self.placed[index], &surface.law, self.view.time, *directions, bodies_in_front);
                 let light =
                     of(&mut gathered, &lit, factor, [&self.ways[self.way(index)].0, directions], interrupt);
                 total += factor
@@ -189,7 +191,7 @@ impl<'a> Snapshot<'a> {
 
     /// Finds the bodies that are near each other, with planes between them; returns an error for bodies that
     /// overlap.
-    fn look_between(&mut self, interrupt: &mut InterruptCheck) -> Result<()> {
+    fn find_close_pairs(&mut self, interrupt: &mut InterruptCheck) -> Result<()> {
         let (bodies, view) = (&self.scene.bodies, self.view);
         for first in 0..bodies.len() {
             interrupt.charge(bodies.len() as u64, view.time)?;
@@ -198,16 +200,16 @@ impl<'a> Snapshot<'a> {
                 if from.norm() > bodies[first].circumradius() + bodies[second].circumradius() {
                     continue;
                 }
-                let turns = [&self.placed[first].rotation, &self.placed[second].rotation];
+                let rotations = [&self.placed[first].rotation, &self.placed[second].rotation];
                 let meeting =
-                    Proximity::of([&bodies[first], &bodies[second]], &from, turns, view.time, interrupt)?;
+                    Proximity::of([&bodies[first], &bodies[second]], &from, rotations, view.time, interrupt)?;
                 if meeting.overlap {
                     let [first, second] = [first, second].map(|body| bodies[body].name.clone());
                     return Err(Error::BodiesOverlap { first, second, time: view.time });
                 }
                 let both = [first, second].iter().all(|body| self.scene.semi_axes[*body].is_some());
                 let shapes = [first, second].map(|body| &bodies[body].parts()[0].shape);
-                let plane = both.then(|| across_separating_plane(shapes, turns, &from));
+                let plane = both.then(|| across_separating_plane(shapes, rotations, &from));
                 self.near.push(([first, second], plane));
             }
         }
@@ -216,7 +218,7 @@ impl<'a> Snapshot<'a> {
 
     /// Returns whether a body may hide another one along a direction: it is in front of that one, or beside
     /// it and near.
-    fn is_before(&self, other: usize, body: usize, direction: &Vec3) -> bool {
+    fn is_in_front(&self, other: usize, body: usize, direction: &Vec3) -> bool {
         let bodies = &self.scene.bodies;
         let from = self.view.position[other] - self.view.position[body];
         let aside = from - direction * from.dot(direction);
@@ -237,7 +239,7 @@ impl<'a> Snapshot<'a> {
     fn others(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = usize> {
         let count = if self.scene.hides() { self.placed.len() } else { 0 };
         (0..count).filter(move |&other| {
-            other != body && directions.iter().any(|direction| self.is_before(other, body, direction))
+            other != body && directions.iter().any(|direction| self.is_in_front(other, body, direction))
         })
     }
 
@@ -257,18 +259,18 @@ impl<'a> Snapshot<'a> {
         let Placed { position: centre, rotation, .. } = self.placed[body];
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
         let placed = [Light::Sight, Light::Sun].map(|light| {
-            let place = |k: &usize| {
+            let centre_of = |k: &usize| {
                 let (other, growth) = self.in_light(light, *k, body, directions);
                 (*k, &meshes[*k], other.position - centre, other.rotation * growth)
             };
-            all.iter().map(place).collect()
+            all.iter().map(centre_of).collect()
         });
         let faceted = Faceted::new(placed, directions);
         let [e, s] = directions;
         let phase = e.cross(s).norm().atan2(e.dot(s));
         let facets = meshes[body].lit(body, &rotation, directions, &law.at(phase), albedo);
         let mut total = faceted.left(&facets, time, interrupt)?;
-        for (place, part) in &meshes[body].ellipsoids {
+        for (index, part) in &meshes[body].ellipsoids {
             let placed = Placed {
                 body,
                 semi_axes: Vec3::from(part.shape.semi_axes()),
@@ -276,7 +278,7 @@ impl<'a> Snapshot<'a> {
                 rotation: rotation * part.rotation(),
             };
             let lit = Lit::new(&placed, law, time, *directions, std::iter::empty());
-            let cells = lit.cells([body, *place]);
+            let cells = lit.cells([body, *index]);
             let whole: f64 = cells.iter().map(|(_, brightness)| brightness).sum();
             if whole > 0.0 {
                 total +=
@@ -293,8 +295,8 @@ impl<'a> Snapshot<'a> {
 
     /// A body as it was when the light that reached another one passed it, grown about the other one's centre
     /// so that it hides along one direction what it hides in the cone of a near observer or Sun; and the
-    /// factor by which it has grown. The observer's light left both at the places of the view; sunlight passed
-    /// the first one by D.(e + s) / c before that, D from the second.
+    /// factor by which it has grown. The observer's light left both at the places of the view; sunlight
+    /// passed the first one by D.(e + s) / c before that, D from the second.
     #[inline(always)]
     fn in_light(&self, light: Light, other: usize, body: usize, directions: &[Vec3; 2]) -> (Placed, f64) {
         let (mut placed, [e, s], centre) = (self.placed[other], directions, self.placed[body].position);
@@ -312,7 +314,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Iterates over the ellipsoids that may hide light from a body.
-    fn before(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, Placed)> {
+    fn bodies_in_front(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, Placed)> {
         let mutual = self.scene.hides();
         let directions = *directions;
         [Light::Sight, Light::Sun].into_iter().filter(move |_| mutual).flat_map(move |light| {
@@ -320,7 +322,7 @@ impl<'a> Snapshot<'a> {
             let others = self
                 .placed
                 .iter()
-                .filter(move |other| other.body != body && self.is_before(other.body, body, &direction));
+                .filter(move |other| other.body != body && self.is_in_front(other.body, body, &direction));
             others.map(move |other| (light, self.in_light(light, other.body, body, &directions).0))
         })
     }
@@ -329,7 +331,7 @@ impl<'a> Snapshot<'a> {
 impl Partials {
     /// Adds derivatives times a factor. A derivative with respect to the direction to a point of the Sun's
     /// disc counts as one with respect to the direction to its centre, with which the disc rotates.
-    pub fn add(&mut self, part: &Self, factor: f64, [centre, place]: [&[Vec3; 2]; 2]) {
+    pub fn add(&mut self, part: &Self, factor: f64, [centre, position]: [&[Vec3; 2]; 2]) {
         for (sum, by) in self.by_body.iter_mut().zip(&part.by_body) {
             sum.position += by.position * factor;
             sum.rotation += by.rotation * factor;
@@ -337,8 +339,8 @@ impl Partials {
         }
         for k in 0..2 {
             // The directions are unit vectors, so that derivatives along them have no meaning.
-            let turned = place[k].cross(&part.by_direction[k]).cross(&centre[k]);
-            self.by_direction[k] += turned * factor;
+            let rotated = position[k].cross(&part.by_direction[k]).cross(&centre[k]);
+            self.by_direction[k] += rotated * factor;
         }
     }
 }

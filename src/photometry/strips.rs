@@ -9,7 +9,7 @@
 //! Where the outline moves, x by dx at a constant height, the brightness over abc changes by |p| Q/(P+Q) T dx
 //! dz for an occultation, since dOmega = dx dz / (p.u / |p|), and by |q| P/(P+Q) T dx dz for an eclipse.
 
-use super::kernel::{Kernel, PARTIAL_TOLERANCE, PARTIALS};
+use super::kernel::{PARTIAL_TOLERANCE, PARTIALS, ScatteringKernel};
 use super::lune::{Intervals, Longitude};
 use super::outline::{Hiding, Outline};
 use super::rule::RULE;
@@ -18,11 +18,11 @@ use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use nalgebra::Matrix3;
 
-/// What the shift of an outline does to the brightness over abc, as sums over the outline's visible points
+/// The effect of an outline's shift on the brightness over abc, as sums over the outline's visible points
 /// with weights w: v are points of the hiding ellipsoid's unit sphere, u those of the other one's, and reach
 /// is the way from the second to the first along the hidden light.
 #[derive(Debug, Clone, Default)]
-pub struct Moments {
+pub struct StripMoments {
     /// Sum of w v.
     pub v: Vec3,
     /// Sum of w reach v.
@@ -51,7 +51,7 @@ const PARALLEL: u64 = 10;
 
 /// A lune under outlines.
 pub struct Strips<'a> {
-    pub kernel: &'a Kernel<'a>,
+    pub kernel: &'a ScatteringKernel<'a>,
     pub outlines: &'a [Outline],
 }
 
@@ -102,8 +102,8 @@ impl Strips<'_> {
         let (mut order, (z, rho)) = (1, height(z));
         self.uncovered(z, rho, covered, |from, to| {
             for end in [from.1, to.1] {
-                let one = end.map_or(0, |(index, upper)| 2 * index as u64 + u64::from(upper) + 1);
-                order = (order ^ one).wrapping_mul(0x100000001b3);
+                let end_code = end.map_or(0, |(index, upper)| 2 * index as u64 + u64::from(upper) + 1);
+                order = (order ^ end_code).wrapping_mul(0x100000001b3);
             }
         });
         order
@@ -126,9 +126,11 @@ impl Strips<'_> {
         let lune = self.kernel.lune;
         covered.clear();
         for (index, outline) in self.outlines.iter().enumerate() {
-            if let Some([(low, own_low), (high, own_high)]) = outline.covers(lune, z, rho) {
-                let ends =
-                    [(low, own_low.then_some((index, false))), (high, own_high.then_some((index, true)))];
+            if let Some([(low, low_is_outline), (high, high_is_outline)]) = outline.covers(lune, z, rho) {
+                let ends = [
+                    (low, low_is_outline.then_some((index, false))),
+                    (high, high_is_outline.then_some((index, true))),
+                ];
                 covered.push(ends);
             }
         }
@@ -194,8 +196,8 @@ impl Strips<'_> {
                 continue;
             }
             let mut f = |t: f64| {
-                let (place, slope) = smoothed(t);
-                let (z, rho) = height(middle + half * place);
+                let (abscissa, slope) = smoothed(t);
+                let (z, rho) = height(middle + half * abscissa);
                 Ok([half * slope * self.parallel(z, rho, &mut covered, interrupt)?])
             };
             let tolerance = [ACROSS * self.kernel.tolerance()];
@@ -213,10 +215,10 @@ impl Strips<'_> {
         hiding: &[Hiding],
         lights: &[Vec3; 2],
         interrupt: &mut InterruptCheck,
-    ) -> Result<([f64; PARTIALS], Vec<Moments>)> {
+    ) -> Result<([f64; PARTIALS], Vec<StripMoments>)> {
         let mut covered = Vec::with_capacity(self.outlines.len());
         let mut total = [0.0; PARTIALS];
-        let mut moments = vec![Moments::default(); self.outlines.len()];
+        let mut moments = vec![StripMoments::default(); self.outlines.len()];
         let longest = self.kernel.lune.lengths[0].max(self.kernel.lune.lengths[1]);
         let mut tolerances = [PARTIAL_TOLERANCE * longest; PARTIALS + 1];
         tolerances[..PARTIALS].copy_from_slice(&self.kernel.tolerances());
@@ -236,8 +238,8 @@ impl Strips<'_> {
             }
             let mut accepted = Vec::new();
             let mut f = |t: f64| {
-                let (place, slope) = smoothed(t);
-                let (z, rho) = height(middle + half * place);
+                let (abscissa, slope) = smoothed(t);
+                let (z, rho) = height(middle + half * abscissa);
                 interrupt.charge(PARALLEL, self.kernel.time)?;
                 let mut ends = Vec::new();
                 self.uncovered(z, rho, &mut covered, |from, to| ends.push([from, to]));
@@ -255,8 +257,8 @@ impl Strips<'_> {
             let sums = RULE.integrate([-1.0, 1.0], &tolerances, &mut f, take)?;
             (0..PARTIALS).for_each(|k| total[k] += sums[k]);
             for [t, weight] in accepted.into_iter().flat_map(|piece| RULE.nodes(piece)) {
-                let (place, slope) = smoothed(t);
-                let (z, rho) = height(middle + half * place);
+                let (abscissa, slope) = smoothed(t);
+                let (z, rho) = height(middle + half * abscissa);
                 let weight = weight * half * slope;
                 self.uncovered(z, rho, &mut covered, |from, to| {
                     for end in [from, to] {
@@ -289,7 +291,7 @@ impl Strips<'_> {
         weight: f64,
         hiding: &[Hiding],
         lights: &[Vec3; 2],
-        moments: &mut [Moments],
+        moments: &mut [StripMoments],
     ) {
         let (Some((index, _)), Some((v, flux))) = (end.1, self.flux(end, z, rho)) else { return };
         let (hiding, sums) = (&hiding[index], &mut moments[index]);
