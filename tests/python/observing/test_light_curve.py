@@ -1,8 +1,8 @@
 """Light curves of runs and photometry: another program's nights, zero points, and derivatives."""
 
 import json
+import inspect
 import signal
-import sys
 
 import astropy.units as u
 import fullbody
@@ -171,7 +171,7 @@ def test_ctrl_c_ends_a_light_curve(run, geometry, monkeypatch):
             signal.raise_signal(signal.SIGINT)
         return retarded(*arguments)
 
-    monkeypatch.setattr(sys.modules[observing.light_curve.__module__], "retarded", states)
+    monkeypatch.setitem(inspect.unwrap(observing.light_curve).__globals__, "retarded", states)
     with pytest.raises(Interrupted, match="interrupted in a light curve"):
         observing.light_curve(run, np.linspace(1.0, 39.0, 20_000) * u.h, geometry)
     assert len(parts) == 2
