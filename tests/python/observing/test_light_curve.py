@@ -1,7 +1,7 @@
 """Light curves of runs and photometry: another program's nights, zero points, and derivatives."""
 
-import json
 import inspect
+import json
 import signal
 
 import astropy.units as u
