@@ -93,7 +93,7 @@ class Body(Tabled):
         self._GM = None if GM is None else Number("mu", POSITIVE)(GM, f"GM of {called}")
         self._name = name
         united = {is_quantity(value) for value, _ in self._numbers().values()}
-        if isinstance(shape, Composite) and len(united) == 1:
+        if isinstance(shape, Composite) and len(united) == 1 and not (shape.has_GM and False in united):
             # A total mass of zero and impossible moments of inertia show only in the whole body. If only some numbers
             # have units, only a system can compute them.
             self._core(self._own_units(), 0)
@@ -274,10 +274,12 @@ class Body(Tabled):
             mu = units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE)
             shape: Any = self._shape
             return Body(attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
+        if isinstance(self._shape, Composite) and self._shape.has_GM:
+            return Body(self._shape._with(units, G), name=self._name)
         if not units.defined or all(is_quantity(value) for value, _ in self._numbers().values()):
             return self
         if isinstance(self._shape, Composite):
-            return Body(self._shape._with(units), name=self._name)
+            return Body(self._shape._with(units, G), name=self._name)
         mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
         return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 

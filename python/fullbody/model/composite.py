@@ -32,8 +32,8 @@ class Part(Declared):
     Parameters
     ----------
     shape : Ellipsoid, Sphere, PointMass or Polyhedron
-    mass, density : float or Quantity
-        Give one of the two; it is negative for a void, or for a deficit relative to matter that fills the same space.
+    mass, density, GM : float or Quantity
+        Give one of the three; it is negative for a void, or for a deficit relative to matter that fills the same space.
     position : array_like or Quantity, (3,), optional
         The part's centre in the working frame, or for a polyhedron the origin of its vertices' frame; by default the
         origin of the working frame.
@@ -43,8 +43,8 @@ class Part(Declared):
     Raises
     ------
     InvalidInput
-        If both or neither of mass and density are given, if numbers are not finite, for a mass of zero, and for the
-        density of a point.
+        If none or several of mass, density and GM are given, if numbers are not finite, for a mass of zero, and for the
+        density of a point. A GM becomes a mass by the G of the part's system.
 
     Examples
     --------
@@ -59,10 +59,12 @@ class Part(Declared):
     density: Any = None
     position: Any = None
     attitude: Any = _UNTURNED
+    GM: Any = None
 
     _kinds: ClassVar = {
         "mass": Number("mass", NONZERO),
         "density": Number("density", NONZERO),
+        "GM": Number("mu", NONZERO),
         "position": Number("length", shape=(3,)),
         "attitude": Number(shape=(4,)),
     }
@@ -73,7 +75,7 @@ class Part(Declared):
     def __post_init__(self) -> None:
         solids = Ellipsoid | Sphere | PointMass | Polyhedron
         instance(self.shape, "shape of a part", solids, "an Ellipsoid, a Sphere, a PointMass or a Polyhedron")
-        refuse_amount("a part", self.shape, mass=self.mass, density=self.density)
+        refuse_amount("a part", self.shape, mass=self.mass, density=self.density, GM=self.GM)
         self._check_fields()
         for name in ("position", "attitude"):
             value = getattr(self, name)
@@ -87,7 +89,8 @@ class Part(Declared):
         object.__setattr__(self, "attitude", tuple(quaternion.tolist()))
 
     def __repr__(self) -> str:
-        value = f"density={self.density!r}" if self.mass is None else f"mass={self.mass!r}"
+        given = ((name, getattr(self, name)) for name in ("mass", "density", "GM"))
+        value = next(f"{name}={value!r}" for name, value in given if value is not None)
         position = "" if self.position is None else f", position={self.position!r}"
         attitude = "" if self.attitude == _UNTURNED else f", attitude={self.attitude!r}"
         return f"Part({self.shape!r}, {value}{position}{attitude})"
@@ -97,14 +100,19 @@ class Part(Declared):
 
     def _in(self, units: Units, what: str) -> tuple[Any, float | None, float | None, Any, Any]:
         """Return the part in the form that the core takes, in a system's units."""
+        if self.GM is not None:
+            raise InvalidInput(f"mass of {what} follows from its GM and the G of a system; expected its system's")
         numbers = self._unitless(units, of=what)
         position = [0.0, 0.0, 0.0] if self.position is None else numbers["position"]
         return core_shape(self.shape, units, what), numbers["mass"], numbers["density"], position, self.attitude
 
-    def _with(self, units: Units) -> Part:
+    def _with(self, units: Units, G: float) -> Part:
         arguments = {
             name: united(value, dimension, units) for name, (value, dimension) in Declared._numbers(self).items()
         }
+        if self.GM is not None:
+            mass = units.number(self.GM, "mu", "GM of a part") / G
+            arguments |= {"mass": units.attach(mass, "mass"), "GM": None}
         return replace(self, shape=attached(self.shape, units), **arguments)
 
 
@@ -243,8 +251,8 @@ class Composite:
         factor = wanted / self._core(units, "the composite").mass
 
         def scaled(part: Part) -> Part:
-            mass, density = (None if value is None else value * factor for value in (part.mass, part.density))
-            return replace(part, mass=mass, density=density)
+            given = {name: getattr(part, name) for name in ("mass", "density", "GM")}
+            return replace(part, **{name: value * factor for name, value in given.items() if value is not None})
 
         return Composite([scaled(part) for part in self.parts])
 
@@ -253,10 +261,17 @@ class Composite:
             f"{name} of part {k}": value for k, part in enumerate(self.parts) for name, value in part._numbers().items()
         }
 
-    def _with(self, units: Units) -> Composite:
-        return Composite([part._with(units) for part in self.parts])
+    @property
+    def has_GM(self) -> bool:
+        """Whether the mass of a part follows from its GM."""
+        return any(part.GM is not None for part in self.parts)
+
+    def _with(self, units: Units, G: float) -> Composite:
+        return Composite([part._with(units, G) for part in self.parts])
 
     def _core(self, units: Units, name: str) -> _core.Body:
+        if self.has_GM and units.defined:
+            return self._with(units, units.gravitational_constant)._core(units, name)
         rows = [part._in(units, f"part {k} of {name}") for k, part in enumerate(self.parts)]
         return _core.Body.composite(name, rows)
 

@@ -263,7 +263,9 @@ class System(Tabled):
         options = {**self._options, "forces": self._forces, **options}
         return type(self)(self._bodies, G=self.G, units=self.units, **options)
 
-    def with_body(self, body: int | str, shape: Solid | Composite, *, mass: Any = None, density: Any = None) -> Self:
+    def with_body(
+        self, body: int | str, shape: Solid | Composite, *, mass: Any = None, density: Any = None, GM: Any = None
+    ) -> Self:
         """Return the system with another shape of one body.
 
         Everything else stays the same: the body's name, its mass unless another one is given, the other bodies,
@@ -275,8 +277,8 @@ class System(Tabled):
             The body's index in the system, or its name.
         shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
             The new shape. The masses of a composite's parts are scaled to the body's mass.
-        mass, density : float or Quantity, optional
-            Another mass, or the density from which it follows; give at most one of the two.
+        mass, density, GM : float or Quantity, optional
+            Another mass, or the density or GM from which it follows; give at most one of them.
 
         Raises
         ------
@@ -297,14 +299,17 @@ class System(Tabled):
         """
         index = self.index(body)
         old = self._bodies[index]
-        if mass is None and density is None:
+        if mass is None and density is None and GM is None:
             mass = old.mass
         if isinstance(shape, Composite):
-            if density is not None:
-                raise InvalidInput(f"density of {self.names[index]} is {density!r}; expected a mass beside a composite")
-            new = Body(shape._with(self.context.units).with_mass(mass), name=old.name)
+            for what, value in (("density", density), ("GM", GM)):
+                if value is not None:
+                    raise InvalidInput(
+                        f"{what} of {self.names[index]} is {value!r}; expected a mass beside a composite"
+                    )
+            new = Body(shape._with(self.context.units, self.context.G).with_mass(mass), name=old.name)
         else:
-            new = Body(shape, mass=mass, density=density, name=old.name)
+            new = Body(shape, mass=mass, density=density, name=old.name, GM=GM)
         bodies = (*self._bodies[:index], new, *self._bodies[index + 1 :])
         return type(self)(bodies, G=self.G, units=self.units, forces=self._forces, **self._options)
 

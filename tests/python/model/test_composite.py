@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere
-from fullbody.errors import InconsistentInput
+from fullbody.errors import InconsistentInput, InvalidInput
 from support import inertia, matrix, quaternion_product
 
 AXES = (1.0, 0.8, 0.5)
@@ -289,3 +289,28 @@ def test_many_parts_are_not_printed_one_by_one():
     for text in (repr(body), body._repr_html_()):
         assert "2980 more" in text
         assert len(text) < 20_000
+
+
+def test_parts_by_their_gm_are_parts_by_their_mass():
+    places = ([0.0, 0.0, 0.0], [1.5, 0.2, 0.0])
+    moon = Body(Sphere(0.1), mass=0.01, name="moon")
+
+    def system(**options):
+        parts = [Part(Sphere(0.5), position=place, **options) for place in places]
+        return fullbody.System([Body(Composite(parts), name="pair"), moon], G=2.0)
+
+    found, expected = system(GM=3.0), system(mass=1.5)
+    assert found.masses.tolist() == expected.masses.tolist() == [3.0, 0.01]
+    assert found.bodies[0] == expected.bodies[0]
+    united = Composite([Part(Sphere("0.5 km"), GM="1 km3/h2", position=[x, "0 km", "0 km"]) for x in ("0 km", "1 km")])
+    G = fullbody.System([moon], units=("km", "h", "kg")).G
+    assert Body(united).mass.to_value("kg") == pytest.approx(2.0 / G.to_value("km3 / (kg h2)"), rel=1e-14)
+    alone = Part(Sphere(0.5), GM=3.0)
+    with pytest.raises(InvalidInput, match=r"part 0 of .* follows from its GM and the G of a system"):
+        Body(Composite([alone, alone]), name="pair").inertia  # noqa: B018
+    with pytest.raises(InvalidInput, match="both a mass and a GM"):
+        Part(Sphere(0.5), mass=1.0, GM=3.0)
+    bodies = expected.with_body("moon", Sphere(0.1), GM=0.5)
+    assert bodies.masses[1] == 0.25
+    with pytest.raises(InvalidInput, match=r"GM of pair is 1\.0; expected a mass beside a composite"):
+        expected.with_body("pair", Composite([Part(Sphere(0.5), mass=1.0)]), GM=1.0)

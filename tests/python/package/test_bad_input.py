@@ -84,7 +84,7 @@ def byorp(**given):
 
 
 def part(**given):
-    return Part(Sphere(1.0), **({} if "density" in given else {"mass": 1.0}) | given)
+    return Part(Sphere(1.0), **({} if {"density", "GM"} & {*given} else {"mass": 1.0}) | given)
 
 
 def component(**given):
@@ -99,6 +99,7 @@ FIELDS = {
     "model.Sphere": of("", Sphere, "radius", u.m, POSITIVE),
     "model.Part": {
         **of(" of a part", part, "mass", u.kg, NONZERO),
+        **of(" of a part", part, "GM", u.m**3 / u.s**2, NONZERO),
         **of(" of a part", part, "density", u.kg / u.m**3, NONZERO),
         **of(" of a part", part, "position", u.m, FINITE, (3,)),
         **of(" of a part", part, "attitude", None, FINITE, (4,)),
