@@ -55,7 +55,7 @@ impl GravityOutput<'_> {
 /// // G = 1.
 /// let field = BodyField::new(&ball, 1.0, arch, interrupt)?;
 /// let attractor = Attractor { field: &field, position: Vec3::zeros(), rotation: Mat3::identity() };
-/// let points = Points { coordinates: &[2.0, 0.0, 0.0, 0.0, 0.0, -4.0], shape: &[2], before: 0 };
+/// let points = Points { coordinates: &[2.0, 0.0, 0.0, 0.0, 0.0, -4.0], shape: &[2], first_index: 0 };
 /// let (mut potential, mut g) = ([0.0; 2], [0.0; 6]);
 /// points.gravity(&[attractor], GravityOutput::Field(&mut potential, &mut g), arch, interrupt)?;
 /// assert!((potential[0] - 3.0 / 2.0).abs() < 1e-15 && (g[0] + 3.0 / 4.0).abs() < 1e-15);
