@@ -41,16 +41,18 @@ def refuse_near(
     ----------
     system : System
     local : SystemGeometry
-        One of which only the directions count has to be outside the bodies.
+        The geometry. Where only the directions of its vectors count, the source just has to be outside the bodies.
     what : str
-        Which of the two it is.
+        The source, "observer" or "Sun", for the message.
     source : ndarray, (K, 3)
-        Where it is.
+        Vectors from the barycentre to the source.
     centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
-        Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
+        Poses of the bodies. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
     times : ndarray, (K,)
+        Times, for the message.
     orbits, sizes : float
-        It has to be farther from the barycentre than each body, times the first, by the body's radius times the second.
+        The least distance from the barycentre is the largest over all bodies of ``orbits`` times a body's own distance
+        plus ``sizes`` times its radius.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
     far = np.linalg.norm(source, axis=-1)
