@@ -168,7 +168,7 @@ def test_ctrl_c_ends_a_light_curve(run, geometry, monkeypatch):
     def states(*arguments):
         parts.append(arguments)
         if len(parts) == 2:
-            signal.raise_signal(signal.SIGINT)
+            raise KeyboardInterrupt
         return retarded(*arguments)
 
     monkeypatch.setitem(inspect.unwrap(observing.light_curve).__globals__, "retarded", states)
