@@ -2,7 +2,6 @@
 
 import inspect
 import json
-import signal
 
 import astropy.units as u
 import fullbody
