@@ -32,7 +32,7 @@ _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "r
 
 
 class Binary(tuple[System, State]):
-    """The system and the state of :func:`binary`, as a pair that also knows the standard errors of its arguments."""
+    """The system and the state of :func:`fullbody.binary`, as a pair that also knows the standard errors of its arguments."""
 
     _arguments: dict[str, Any]
 
@@ -62,13 +62,13 @@ class Binary(tuple[System, State]):
         Raises
         ------
         InvalidInput
-            If no argument has a standard error, and for a drawn binary that :func:`binary` refuses.
+            If no argument has a standard error, and for a drawn binary that :func:`fullbody.binary` refuses.
 
         Notes
         -----
         Numbers with an error, such as ``"(5.4 ± 0.4)e11 kg"``, follow normal distributions that are independent of each
         other; but for angles they keep their sign. Draws that contradict each other by Kepler's third law are not
-        refused: masses have priority, as in :func:`binary`. A ``start_period`` is searched anew.
+        refused: masses have priority, as in :func:`fullbody.binary`. A ``start_period`` is searched anew.
 
         Examples
         --------
