@@ -32,7 +32,7 @@ _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "r
 
 
 class Binary(tuple[System, State]):
-    """The system and the state of :func:`fullbody.binary`, a pair that also knows the standard errors of its arguments."""
+    """The system and the state of :func:`fullbody.binary`, which also knows the errors of its arguments."""
 
     _arguments: dict[str, Any]
 
