@@ -160,6 +160,11 @@ impl WithSimd for HarmonicSeries<'_> {
     }
 }
 
+/// Multiplies all numbers of each degree, in the order of [`index`], by a factor.
+pub fn scale_degrees(values: &mut [f64], factor: impl Fn(usize) -> f64) {
+    values.iter_mut().enumerate().for_each(|(index, value)| *value *= factor(index.isqrt()));
+}
+
 /// A layer on the unit sphere: points, padded to whole blocks, with weights.
 pub type Layer = ([Vec<f64>; 3], Vec<f64>);
 
@@ -181,8 +186,8 @@ pub fn layer(means: &[f64], degree: usize, arch: Arch) -> Layer {
     let length = weights.len().next_multiple_of(BLOCK);
     points.iter_mut().for_each(|p| p.resize(length, 0.0));
     weights.resize(length, 0.0);
-    let degrees = (0..=degree).flat_map(|n| std::iter::repeat_n((2 * n + 1) as f64, 2 * n + 1));
-    let coefficients: Vec<f64> = means.iter().zip(degrees).map(|(mean, factor)| mean * factor).collect();
+    let mut coefficients = means[..count(degree)].to_vec();
+    scale_degrees(&mut coefficients, |n| (2 * n + 1) as f64);
     let mut density = vec![0.0; length];
     let (points_of, series) = (points.each_ref().map(Vec::as_slice), &[coefficients.as_slice()]);
     arch.dispatch(HarmonicSeries { points: points_of, series, degree, out: &mut density });

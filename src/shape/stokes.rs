@@ -10,7 +10,7 @@
 use super::frame::{WorkingFrame, check_inertia, principal_axes, quaternion};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::exchange::Exchange;
-use crate::math::harmonics::{count, moved};
+use crate::math::harmonics::{count, moved, scale_degrees};
 use crate::math::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -25,9 +25,6 @@ pub struct StokesCoefficients {
     inertia: Vec3,
     frame: WorkingFrame,
 }
-
-/// The indices of the coefficients that vanish about the centre of mass and the principal axes.
-const VANISHING: [usize; 6] = [1, 2, 3, 4, 5, 7];
 
 /// Stokes coefficients as they were given, in the working frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,11 +41,14 @@ pub struct InputCoefficients {
 }
 
 impl StokesCoefficients {
+    /// The indices of the coefficients that vanish about the centre of mass and the principal axes.
+    pub(crate) const VANISHING: [usize; 6] = [1, 2, 3, 4, 5, 7];
+
     /// Makes a shape from coefficients, and moves it to its centre of mass and its principal axes.
     ///
     /// # Errors
     /// [`Error::InvalidInput`] refuses numbers that are not finite, a number of coefficients that is not that
-    /// of whole degrees from 2 to 60, a coefficient of degree zero other than one, moments of inertia that no
+    /// of whole degrees from 2 to 80, a coefficient of degree zero other than one, moments of inertia that no
     /// body has, and those of a body that does not fit into the sphere.
     pub fn new(input: InputCoefficients) -> Result<Self> {
         let InputCoefficients { coefficients, reference_radius, mean_inertia, radius } = &input;
@@ -65,9 +65,7 @@ impl StokesCoefficients {
         require_positive("mean moment of inertia", *mean_inertia)?;
         require_positive("radius", *radius)?;
         let mut moments = coefficients.clone();
-        for l in 1..=degree {
-            moments[l * l..count(l)].iter_mut().for_each(|a| *a *= ((2 * l + 1) as f64).sqrt());
-        }
+        scale_degrees(&mut moments, |l| ((2 * l + 1) as f64).sqrt());
         let centre = Vec3::new(moments[3], moments[1], moments[2]);
         if centre != Vec3::zeros() {
             moments = moved(&moments, degree, |x| x - centre);
@@ -88,12 +86,8 @@ impl StokesCoefficients {
             return Err(Error::invalid("mean moment of inertia", mean_inertia, expected));
         }
         let ratio = reference_radius / radius;
-        for l in 0..=degree {
-            moments[l * l..count(l)].iter_mut().for_each(|a| *a *= ratio.powi(l as i32));
-        }
-        for index in VANISHING {
-            moments[index] = 0.0;
-        }
+        scale_degrees(&mut moments, |l| ratio.powi(l as i32));
+        Self::VANISHING.iter().for_each(|&index| moments[index] = 0.0);
         let frame = WorkingFrame { position: -(axes * centre), attitude: quaternion(&axes) };
         Ok(Self { input: Arc::new(input), moments: Arc::new(moments), radius, inertia, frame })
     }
@@ -160,7 +154,7 @@ pub enum StokesNumber {
 impl StokesCoefficients {
     /// Iterates over the numbers that do not vanish in every principal frame, with their names.
     pub fn numbers(&self) -> impl Iterator<Item = (String, StokesNumber)> {
-        let free = (count(1)..self.moments.len()).filter(|index| !VANISHING.contains(index));
+        let free = (count(1)..self.moments.len()).filter(|index| !Self::VANISHING.contains(index));
         let coefficient = |index: usize| {
             let l = index.isqrt();
             let m = index as isize - (l * l + l) as isize;

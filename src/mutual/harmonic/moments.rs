@@ -9,7 +9,7 @@ use crate::error::{Error, Result, require_positive};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::exchange::displaced;
-use crate::math::harmonics::{WeightedHarmonics, count, index, moved};
+use crate::math::harmonics::{WeightedHarmonics, count, index, moved, scale_degrees};
 use crate::math::lanes::BLOCK;
 use crate::shape::{Body, Ellipsoid, InputCoefficients, Shape, StokesCoefficients};
 use gauss_quad::GaussLegendre;
@@ -89,8 +89,9 @@ impl Moments {
         match &self.shape {
             Shape::Ellipsoid(ellipsoid) => Vec::from(by_semi_axes(ellipsoid, degree, arch)),
             Shape::Polyhedron(_) => {
-                let degrees = (0..=self.degree()).flat_map(|l| std::iter::repeat_n(l as f64, 2 * l + 1));
-                vec![self.values.iter().zip(degrees).map(|(value, l)| value * l).collect()]
+                let mut by_scale = self.values.to_vec();
+                scale_degrees(&mut by_scale, |l| l as f64);
+                vec![by_scale]
             }
             Shape::Stokes(_) | Shape::Point => Vec::new(),
         }
@@ -118,12 +119,10 @@ pub fn harmonics(body: &Body, degree: usize, interrupt: &mut InterruptCheck) -> 
         let moved = moved(&means, degree, |x| centre + rotation * x);
         sums.iter_mut().zip(moved).for_each(|(sum, mean)| *sum += part.mass / body.mass() * mean);
     }
-    for l in 0..=degree {
-        sums[l * l..count(l)].iter_mut().for_each(|mean| *mean /= ((2 * l + 1) as f64).sqrt());
-    }
+    scale_degrees(&mut sums, |l| 1.0 / ((2 * l + 1) as f64).sqrt());
     // Rounding would move the centre of mass and the principal axes.
-    (sums[0], sums[1], sums[2], sums[3]) = (1.0, 0.0, 0.0, 0.0);
-    (sums[4], sums[5], sums[7]) = (0.0, 0.0, 0.0);
+    sums[0] = 1.0;
+    StokesCoefficients::VANISHING.iter().for_each(|&index| sums[index] = 0.0);
     let mean_inertia = body.inertia().sum() / 3.0 / body.mass();
     StokesCoefficients::new(InputCoefficients {
         coefficients: sums,
