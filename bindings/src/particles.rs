@@ -127,6 +127,7 @@ pub fn surface<'py>(
     directions: PyReadonlyArrayDyn<'py, f64>,
 ) -> Result<(Array<'py>, Array<'py>)> {
     let body = &system.inner.bodies()[body];
+    body.require_surface()?;
     let surface = BodySurface::new(body);
     let outermost = |direction: &Vec3| {
         surface.outermost(direction).ok_or_else(|| {

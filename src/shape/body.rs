@@ -138,7 +138,8 @@ impl Body {
     /// [`Error::InvalidInput`] for a body that is given by Stokes coefficients.
     pub fn require_surface(&self) -> Result<()> {
         if let Shape::Stokes(_) = self.parts[0].shape {
-            let expected = "a body with a surface, which contact, occultations and light need";
+            let expected =
+                "a body with a surface, which contact, occultations, light, projectiles and launches need";
             return Err(Error::invalid(&self.name, "given by its Stokes coefficients", expected));
         }
         Ok(())

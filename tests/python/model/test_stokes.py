@@ -182,6 +182,7 @@ def test_whatever_needs_a_surface_is_refused():
     for call in (
         lambda: system.integrate(posed(), 1.0, events=[fullbody.events.Contact("Alpha", "Beta")]),
         lambda: observing.light_curve(run, [0.5], geometry),
+        lambda: fullbody.Particles.from_surface(system, posed(), "Alpha", longitude=0.0, latitude=0.0, speed=0.1),
     ):
         with pytest.raises(InvalidInput, match=lacking):
             call()
