@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..model.state import State, strip
 from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
-__all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_derivatives", "of_unit_sphere"]
+__all__ = ["BrightnessDerivatives", "Epochs", "Photometer", "brightness", "brightness_derivatives", "of_unit_sphere"]
 
 
 #: The step in the difference of a phase function: as a share of the angle to 0 and 180 degrees, and at least, radians.
@@ -54,6 +54,49 @@ class BrightnessDerivatives(ArrayFields):
     albedo: Any
     to_observer: Any
     to_sun: Any
+
+
+class Epochs(NamedTuple):
+    """What a photometer sees: the poses of N bodies at K epochs, and the vectors to the observer and to the Sun.
+
+    With velocities over that of light, shadows include the time of light from body to body. Unless observer and Sun are
+    distant, their vectors go from the origin of the positions, and each body appears in its own directions, as bright
+    as if it were at the origin.
+
+    Attributes
+    ----------
+    times : ndarray, (K,)
+    position, attitude : ndarray, (K, N, 3) and (K, N, 4)
+    to_observer, to_sun : ndarray, (K, 3)
+        Vectors, of any length if these are distant.
+    velocity : ndarray or None, (K, N, 3)
+    distant : bool
+    """
+
+    times: Floats
+    position: Floats
+    attitude: Floats
+    to_observer: Floats
+    to_sun: Floats
+    velocity: Floats | None = None
+    distant: bool = True
+
+    def core(self) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, bool]:
+        """Return the epochs in the form that the core takes."""
+        return (
+            np.ascontiguousarray(self.times, dtype=np.float64),
+            np.reshape(self.position, (-1, 3)),
+            np.reshape(self.attitude, (-1, 4)),
+            np.asarray(self.to_observer),
+            np.asarray(self.to_sun),
+            np.empty((0, 3)) if self.velocity is None else np.reshape(self.velocity, (-1, 3)),
+            self.distant,
+        )
+
+    def ways(self) -> list[Floats]:
+        """Return the vectors (K, N, 3) from the bodies to the observer and to the Sun."""
+        origin = np.zeros_like(self.position) if self.distant else self.position
+        return [vector[:, None] - origin for vector in (self.to_observer, self.to_sun)]
 
 
 class Photometer:
@@ -93,50 +136,25 @@ class Photometer:
             )
         self._core = _core.Photometer(list(system.context.bodies), described, faces, bool(mutual), radius)
 
-    def brightness(
-        self,
-        times: Floats,
-        position: Floats,
-        attitude: Floats,
-        to_observer: Floats,
-        to_sun: Floats,
-        velocity: Floats | None = None,
-        distant: bool = True,
-    ) -> Floats:
-        """Return the brightness (K, N) for times (K,), positions (K, N, 3), attitudes (K, N, 4), vectors (K, 3).
-
-        With velocities over that of light, (K, N, 3), shadows include the time of light from body to body. Unless they
-        are distant, vectors go from the origin of the positions, and each body appears in its own directions, as bright
-        as if it were at the origin.
-        """
-        epochs = _epochs(times, position, attitude, to_observer, to_sun, velocity, distant)
-        plain: Floats = self._core.brightness(epochs)
+    def brightness(self, epochs: Epochs) -> Floats:
+        """Return the brightness (K, N) at epochs."""
+        plain: Floats = self._core.brightness(epochs.core())
         plain *= self.albedo
         if any(law.phase_function is not None for law in self.laws):
-            plain *= self._by_law(_phase_angle(*_ways(position, to_observer, to_sun, distant)))
+            plain *= self._by_law(_phase_angle(*epochs.ways()))
         return plain
 
     def _by_law(self, angle: Floats) -> Floats:
         """Return the phase functions (K, N) of the bodies at phase angles (K, N)."""
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)
 
-    def derivatives(
-        self,
-        times: Floats,
-        position: Floats,
-        attitude: Floats,
-        to_observer: Floats,
-        to_sun: Floats,
-        velocity: Floats | None = None,
-        distant: bool = True,
-    ) -> BrightnessDerivatives:
+    def derivatives(self, epochs: Epochs) -> BrightnessDerivatives:
         """Return the brightness with its derivatives, each with a first axis of K epochs.
 
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
-        epochs = _epochs(times, position, attitude, to_observer, to_sun, velocity, distant)
-        plain, bodies, light = self._core.partials(epochs)
-        ways = _ways(position, to_observer, to_sun, distant)
+        plain, bodies, light = self._core.partials(epochs.core())
+        ways = epochs.ways()
         angle = _phase_angle(*ways)
         factor = self._by_law(angle)
         step = np.maximum(_STEP * np.minimum(angle, np.pi - angle), _LEAST)
@@ -154,7 +172,7 @@ class Photometer:
             light[:, :, k] -= (plain * slope)[..., None] * toward
         whole = self.albedo * factor
         bodies = bodies * factor[..., None, None]
-        for k, length in enumerate([] if distant else lengths):
+        for k, length in enumerate([] if epochs.distant else lengths):
             nearer = 2.0 * (plain * factor)[..., None] * units[k] - light[:, :, k]
             np.einsum("kiix->kix", bodies[..., :3])[:] += nearer / length
         bodies *= self.albedo[:, None, None]
@@ -236,7 +254,7 @@ def brightness(
     True
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.brightness(*_at(system, state, to_observer, to_sun))
+    found = photometer.brightness(_at(system, state, to_observer, to_sun))
     return system.context.units.attach(found[0], "area")
 
 
@@ -244,8 +262,8 @@ def of_unit_sphere(law: Law) -> float:
     """Return the brightness of a sphere of radius one and albedo one at phase angle zero."""
     ball = _core.Photometer([_core.Body("sphere", (1.0, 1.0, 1.0), 1.0, None)], [law._describe()], [[1.0]], False, 0.0)
     toward = np.array([[1.0, 0.0, 0.0]])
-    at = _epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), toward, toward, None, True)
-    return float(ball.brightness(at)[0, 0] * law._phase(np.zeros(1))[0])
+    at = Epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), toward, toward)
+    return float(ball.brightness(at.core())[0, 0] * law._phase(np.zeros(1))[0])
 
 
 def brightness_derivatives(
@@ -283,7 +301,7 @@ def brightness_derivatives(
     ((2, 2, 3), (2, 2, 3), (2, 3))
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.derivatives(*_at(system, state, to_observer, to_sun))
+    found = photometer.derivatives(_at(system, state, to_observer, to_sun))
     dimensions = {"position": "length", "semi_axes": "length"}
     names = BrightnessDerivatives.__dataclass_fields__
     return BrightnessDerivatives(
@@ -291,40 +309,13 @@ def brightness_derivatives(
     )
 
 
-def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> tuple[Any, ...]:
-    """Return the arguments of a photometer for one epoch."""
+def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
+    """Return the epoch of a state."""
     core = strip(state, system.context)
     if len(core.position) != len(system.context):
         raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system.context)}, as in the system")
     rows = (np.array([core.time]), core.position[None], core.attitude[None])
-    return (*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
-
-
-def _epochs(
-    times: Floats,
-    position: Floats,
-    attitude: Floats,
-    to_observer: Floats,
-    to_sun: Floats,
-    velocity: Floats | None,
-    distant: bool,
-) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, bool]:
-    """Return times, positions, attitudes, vectors and velocities of epochs in the form that the core takes."""
-    return (
-        np.ascontiguousarray(times, dtype=np.float64),
-        np.reshape(position, (-1, 3)),
-        np.reshape(attitude, (-1, 4)),
-        np.asarray(to_observer),
-        np.asarray(to_sun),
-        np.empty((0, 3)) if velocity is None else np.reshape(velocity, (-1, 3)),
-        distant,
-    )
-
-
-def _ways(position: Floats, to_observer: Floats, to_sun: Floats, distant: bool) -> list[Floats]:
-    """Return the vectors (K, N, 3) from bodies to the observer and to the Sun."""
-    origin = np.zeros_like(position) if distant else position
-    return [vector[:, None] - origin for vector in (to_observer, to_sun)]
+    return Epochs(*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
 
 
 def _phase_angle(e: Floats, s: Floats) -> Floats:

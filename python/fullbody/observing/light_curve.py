@@ -12,7 +12,7 @@ from ..errors import InvalidInput, interruptible
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
-from .brightness import Photometer, of_unit_sphere
+from .brightness import Epochs, Photometer, of_unit_sphere
 from .laws import LommelSeeliger
 from .states import DISTANT, refuse_near, retarded
 from .times import in_system, kilometres
@@ -105,8 +105,8 @@ def light_curve(
         for what, place in (("observer", then.observer), ("Sun", to_sun)):
             refuse_near(system, local, what, place, then.centre, attitude, part, 1.0, DISTANT + 1.0)
         beta = then.velocity / then.light_speed
-        ways = then.observer, to_sun, beta, local.distant
-        light = photometer.brightness(part, then.centre, attitude, *ways)
+        epochs = Epochs(part, then.centre, attitude, then.observer, to_sun, beta, local.distant)
+        light = photometer.brightness(epochs)
         total = light if per_body else light.sum(axis=1)
         found.append(magnitudes(total, then.observer, to_sun, reduced))
     return np.concatenate(found)

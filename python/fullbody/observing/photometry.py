@@ -14,7 +14,7 @@ from ..base.units import UNITLESS, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .brightness import Photometer
+from .brightness import Epochs, Photometer
 from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .laws import LommelSeeliger
@@ -191,20 +191,18 @@ class Photometry(Observations):
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         retarded = self._retarded(system, states, masses)
         view = self._view(system, states, retarded)
-        total = self._total(self._photometer(system).brightness(*view))
-        return magnitudes(total, view[3], view[4], self.reduced)[:, None]
+        total = self._total(self._photometer(system).brightness(view))
+        return magnitudes(total, view.to_observer, view.to_sun, self.reduced)[:, None]
 
-    def _view(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> tuple[Any, ...]:
-        """Return the arguments of a photometer: times, centres, attitudes, vectors to observer and Sun, velocities, and
-        whether these are distant.
-        """
+    def _view(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> Epochs:
+        """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
         attitude = retarded.attitude(states["attitude"], states["spin"])
         local = local_geometry(self.geometry, system)
         to_sun = local.sun(retarded.times)
         for what, position in (("observer", retarded.observer), ("Sun", to_sun)):
             refuse_near(system, local, what, position, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
         beta = retarded.velocity / retarded.light_speed
-        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant
+        return Epochs(retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant)
 
     def _total(self, light: Floats) -> Floats:
         total = light.sum(axis=1)
@@ -224,7 +222,7 @@ class Photometry(Observations):
         position, which also changes the time at which the light left.
         """
         retarded = self._retarded(system, states)
-        result = self._photometer(system).derivatives(*self._view(system, states, retarded))
+        result = self._photometer(system).derivatives(self._view(system, states, retarded))
         factor = -2.5 / np.log(10.0) / self._total(result.brightness)
         position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
         way = retarded.observer[:, None] - retarded.centre

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fullbody import observing
 from fullbody.errors import Interrupted
-from fullbody.observing.brightness import Photometer
+from fullbody.observing.brightness import Epochs, Photometer
 from support.meshes import icosphere
 
 # The run would go on for months. That it ends at all shows that another thread got to work during it, and that the run
@@ -131,7 +131,7 @@ def light_at_many_epochs():
     count = 100_000
     rows = (np.zeros(count), np.tile(states.position, (count, 1, 1)), np.tile(states.attitude, (count, 1, 1)))
     lines = (np.tile([1.0, 0.0, 0.0], (count, 1)), np.tile([1.0, 0.1, 0.0], (count, 1)))
-    return lambda: photometer.brightness(*rows, *lines), lambda: None
+    return lambda: photometer.brightness(Epochs(*rows, *lines)), lambda: None
 
 
 def orbits(count):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fullbody import observing
 from fullbody.errors import InvalidInput
-from fullbody.observing.brightness import Photometer
+from fullbody.observing.brightness import Epochs, Photometer
 from scipy.optimize import brentq
 from test_random_events import CASES, KINDS, binary, scan, spans
 
@@ -275,7 +275,9 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
         attitude /= np.linalg.norm(attitude, axis=1)[:, None]
         turn = fullbody.base.rotations.matrices(attitude)
         near, far = (
-            photometer.brightness(np.zeros(1), position[None], attitude[None], eye[None], sun[None], None, distant)[0]
+            photometer.brightness(
+                Epochs(np.zeros(1), position[None], attitude[None], eye[None], sun[None], None, distant)
+            )[0]
             for distant in (False, True)
         )
         free, expected = (

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from fullbody import Body, Ellipsoid, Sphere, State, System, observing
-from fullbody.observing.brightness import Photometer
+from fullbody.observing.brightness import Epochs, Photometer
 from scipy.optimize import brentq
 
 LONG = np.longdouble
@@ -42,7 +42,7 @@ def test_ten_thousand_pairs_of_spheres_have_the_overlap_of_circles():
         photometer = Photometer(system, observing.LommelSeeliger(), 1.0, True, 0.0)
         places, attitude = np.stack([0 * centre, centre], axis=1), np.tile([1.0, 0, 0, 0], (count, 2, 1))
         toward = np.tile([0.0, 0.0, 1.0], (count, 1))
-        found = photometer.brightness(np.zeros(count), places, attitude, toward, toward)[:, 0]
+        found = photometer.brightness(Epochs(np.zeros(count), places, attitude, toward, toward))[:, 0]
         worst = max(worst, float(np.max(np.abs(found - expected)) / behind**2))
         partly += np.sum((found < 0.49 * np.pi * ratio**2) & (found > 0.01 * np.pi * ratio**2))
     assert partly > 5_000
