@@ -130,8 +130,8 @@ def name_of(value: object) -> str | None:
     # Files and pictures cannot hold control characters (Cc) and unpaired surrogates (Cs).
     if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
         raise InvalidInput(f"name is {value!r}; expected text without control characters")
-    found: str | None = normal(value)
-    return found
+    name: str | None = normal(value)
+    return name
 
 
 def refuse_mixture(values: dict[str, Any]) -> bool:

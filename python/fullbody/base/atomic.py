@@ -178,29 +178,29 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
     return OSError(error.errno, os.strerror(error.errno), str(path))
 
 
-def other_reader(path: Path, own: str, attributes: Mapping[str, Any] | None = None) -> str:
-    """Return a phrase about what a file is and which function reads it; it is empty if that is ``own`` or not known.
+def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None = None) -> str:
+    """Return a phrase about what a file is and which function reads it, or nothing if that is the one called.
 
     Parameters
     ----------
     path : Path
-    own : str
+    called : str
         The reader that was called.
     attributes : mapping, optional
         Those of a file of NetCDF that could be read. Here it is not opened, since HDF5 trusts what it reads.
     """
-    found = None
+    kind = None
     if attributes is not None:
-        found = next((entry for name, entry in _CONTENTS.items() if name in attributes), None)
+        kind = next((entry for name, entry in _CONTENTS.items() if name in attributes), None)
         if str(attributes.get("title", "")).startswith("fullbody sweep"):
-            found = ("a map", "xarray.load_dataset")
+            kind = ("a map", "xarray.load_dataset")
     elif path.is_file():
         with path.open("rb") as file:
             begin = file.read(8)
         if begin == b"FULLBODY":
-            found = ("a simulation", "fullbody.Simulation.load")
+            kind = ("a simulation", "fullbody.Simulation.load")
         elif not begin.startswith(b"\x89HDF"):
-            found = _SUFFIXES.get(path.suffix.lower())
-        elif not own.startswith("fullbody.load"):
-            found = ("NetCDF, as of runs, fits and flights", "fullbody.load or fullbody.load_flight")
-    return "" if found is None or found[1] == own else f"; it is {found[0]}, which {found[1]} reads"
+            kind = _SUFFIXES.get(path.suffix.lower())
+        elif not called.startswith("fullbody.load"):
+            kind = ("NetCDF, as of runs, fits and flights", "fullbody.load or fullbody.load_flight")
+    return "" if kind is None or kind[1] == called else f"; it is {kind[0]}, which {kind[1]} reads"

@@ -233,11 +233,11 @@ def occultation(
     Parameters
     ----------
     system : System
-        Whose times, units and axes the event is in.
+        The system that gives the event its times, units and axes.
     geometry : Geometry
-        Has to cover the run.
+        The geometry, which has to cover the run.
     body, by : int or str
-        The hidden body and the one that hides it; places in the system, or names.
+        The hidden body and the one that hides it, by their indices in the system or their names.
     kind : {"occultation", "eclipse"}
     total : bool
         Whether the whole outline of the body is hidden.

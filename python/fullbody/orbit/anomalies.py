@@ -55,7 +55,7 @@ def usual_angles(e: Any, i: Any, Omega: Any, periapsis: dict[str, Any], anomaly:
     if kind == "pomega":
         plain["omega"] = omega = sense * (plain["pomega"] - plain["Omega"])
     if name != "M":
-        # From a longitude, the angle from periapsis.
+        # A longitude becomes an angle from periapsis.
         angle = plain[name] if name == "f" else sense * (plain[name] - plain["Omega"]) - plain["omega"]
         M = angle if name == "l" else mean_anomaly(angle, e)
     return omega, M

@@ -1,10 +1,10 @@
 //! Outlines of bodies seen from a point: how far two are apart, and whether one is inside another.
 //!
-//! From a point at the distance D along a unit vector u, the place x is seen where x / (1 - x.u / D) is seen
-//! along u from infinity. This map takes lines to lines, and an ellipsoid with the centre c and the matrix Q
-//! to another one. With g = 1 - c.u / D and s = g^2 - u.Q u / D^2, the outline of the latter across u has the
-//! centre (g c + Q u / D) / s, and its matrix follows from the tangent planes through the point, (n.c - w)^2
-//! = n.Q n.
+//! The observer is at the distance D along a unit vector u. A position x is seen in the same direction as the
+//! position x / (1 - x.u / D) would be seen from infinity along u. This map takes lines to lines, and an
+//! ellipsoid with the centre c and the matrix Q to another one. With g = 1 - c.u / D and
+//! s = g^2 - u.Q u / D^2, the outline of the latter across u has the centre (g c + Q u / D) / s, and its matrix
+//! follows from the tangent planes through the observer, (n.c - w)^2 = n.Q n.
 //!
 //! An outline reaches h(n) from its centre along a unit vector n across the line of sight. That of an
 //! ellipsoid is an ellipse with h(n)^2 = n.A n, and that of a polyhedron the convex hull of its vertices.
