@@ -154,13 +154,13 @@ def short(count: int, days: float, threads: int) -> None:
 
     # What integrate_many adds to a member does not depend on how long its run is, and is seen best where that is short.
     some = [member for _, member in zip(range(count // 20), given(), strict=False)]
-    described = fullbody.Verner98()._describe(None)
+    described = fullbody.Verner98()._describe(system.context.units)
     start = _core.Simulation
 
     def alone(until: float) -> None:
         for system, state in some:
             single = start(system.context.core, state.in_units(system.context.units), described, "{}")
-            single.integrate(until, "ends", [], False, None, None)
+            single.integrate(until, "ends", [], False, None, None, (None, False))
 
     def together(until: float) -> None:
         fullbody.integrate_many(some, until, output="ends", threads=1)
