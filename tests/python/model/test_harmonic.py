@@ -153,6 +153,32 @@ def test_spheres_that_meet_are_named():
     assert np.isfinite(System(bodies, G=1.0).interactions(state).force).all()
 
 
+def test_degrees_past_the_highest_are_refused():
+    rng = np.random.default_rng(1)
+    bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 0.4), mass=0.3, name="B")]
+    state = pose(rng, 1.8)
+    with pytest.raises(NotConverged, match=r"harmonic between A and B .* degrees up to 80 do not reach"):
+        System(bodies, G=1.0, gravity="harmonic").interactions(state)
+    # A larger tolerance needs lower degrees.
+    for error in differences(bodies, state, 1e-4):
+        assert error < 1e-4
+
+
+def test_three_bodies_attract_pair_by_pair():
+    rng = np.random.default_rng(9)
+    shapes = (rock(rng, 1.0), rock(rng, 0.4), Ellipsoid(0.5, 0.4, 0.3))
+    bodies = [
+        Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, (2.0, 0.3, 0.4), "ABC", strict=True)
+    ]
+    position = [[0.0, 0.0, 0.0], [2.8, 0.4, -0.3], [-1.0, 3.0, 0.8]]
+    zeros = np.zeros((3, 3))
+    state = State(position, zeros, attitude=[rotation(rng) for _ in bodies], spin=zeros)
+    exact, found = (System(bodies, G=1.0, gravity=gravity).interactions(state) for gravity in ("surface", "harmonic"))
+    scale = np.abs(exact.force).max()
+    np.testing.assert_allclose(found.force, exact.force, rtol=0.0, atol=3e-14 * scale)
+    np.testing.assert_allclose(found.torque, exact.torque, rtol=0.0, atol=3e-14 * scale)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_derivatives_are_those_of_the_surface_integrals(seed):
     rng = np.random.default_rng(seed)
