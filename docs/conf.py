@@ -30,6 +30,7 @@ release = metadata.version("fullbody")
 OUT = ROOT / "out"
 STUDIES = {"report": OUT / "ho2021", "binaries": OUT / "binaries", "kw4_radar": OUT / "kw4_radar"}
 os.environ.update({f"FULLBODY_{page.upper()}": str(folder) for page, folder in STUDIES.items()})
+os.environ["FULLBODY_PEERS"] = str(ROOT / "notebooks" / "10-peers.json")
 # These pages also use the package `reproduction`, which is not installed.
 os.environ["PYTHONPATH"] = str(ROOT)
 

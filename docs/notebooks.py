@@ -5,7 +5,9 @@ Arguments are the notebooks to execute; without any, all are executed.
 
 import base64
 import io
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 import nbclient
@@ -18,8 +20,15 @@ def main() -> None:
     folder = Path(__file__).parents[1] / "notebooks"
     for path in [Path(name) for name in sys.argv[1:]] or sorted(folder.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
-        client = nbclient.NotebookClient(notebook, timeout=3600, kernel_name="python3", record_timing=False)
-        client.execute()
+        # What a notebook reads is beside it, and what it writes is not kept.
+        with tempfile.TemporaryDirectory() as work:
+            for data in folder.glob("*.json"):
+                shutil.copy(data, work)
+            where = {"metadata": {"path": work}}
+            client = nbclient.NotebookClient(
+                notebook, resources=where, timeout=3600, kernel_name="python3", record_timing=False
+            )
+            client.execute()
         shrink(notebook)
         nbformat.write(notebook, path)
         print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB", flush=True)

@@ -21,6 +21,8 @@ __all__ = ["CAPTION", "by_degree", "measure", "runs", "tables", "write"]
 
 #: A Julian year, a quarter of it and the spacing of samples, hours.
 YEAR, QUARTER, SPACING = 8766.0, 2191.5, 0.5
+#: The tolerance of the gravity and of the integration.
+TOLERANCE = 1e-13
 #: Total degrees at which the mutual potential of the radar shapes is cut off to see what each adds.
 DEGREES = (2, 3, 4, 6)
 #: What of a run is shown for each degree.
@@ -37,13 +39,13 @@ def with_ellipsoids(system: System) -> System:
 
 def runs(until: float, progress: bool = False) -> dict[str, tuple[Run, float]]:
     """Return runs with radar shapes and with equivalent ellipsoids from one start, each with its CPU seconds."""
-    radar, state = fullbody.systems.kw4(shape="radar")
+    radar, state = fullbody.systems.kw4(shape="radar", gravity_tolerance=TOLERANCE)
     smooth = with_ellipsoids(radar)
     found = {}
     for name, system in {"radar shapes": radar, "ellipsoids": smooth}.items():
         started = time.process_time()
         run = system.integrate(
-            state, until, output=SPACING, integrator=Verner98(1e-13, 1e-13), progress=progress and name
+            state, until, output=SPACING, integrator=Verner98(TOLERANCE, TOLERANCE), progress=progress and name
         )
         found[name] = run, time.process_time() - started
     return found

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere, State, System
 from fullbody.errors import NotConverged
+from support import matrix, ready, reference
 from support.meshes import icosphere
 
 
@@ -26,9 +27,9 @@ def rock(rng, size):
     return Polyhedron(vertices, mesh.faces)
 
 
-def differences(bodies, state, tolerance, **options):
-    """Errors of the harmonic series against the paper's integrals, relative to the force and its lever arm."""
-    exact = System(bodies, G=1.0, gravity="surface").interactions(state)
+def differences(bodies, state, tolerance, exact="surface", **options):
+    """Errors of the harmonic series against an exact rule, relative to the force and its lever arm of length one."""
+    exact = System(bodies, G=1.0, gravity=exact).interactions(state)
     series = System(bodies, G=1.0, gravity="harmonic", gravity_tolerance=tolerance, **options).interactions(state)
     force = np.linalg.norm(exact.force[0])
     energy = abs(series.potential_energy / exact.potential_energy - 1.0)
@@ -59,12 +60,72 @@ def test_the_series_of_two_smooth_bodies_is_exact(second):
             assert error < 2e-14
 
 
+@pytest.mark.parametrize("case", range(7))
+def test_radar_shapes_interact_as_by_the_integrals_over_their_faces(case):
+    known = reference("kw4_shapes")["cases"][case]
+    radar, _ = ready("kw4", shape="radar")
+    bodies = [Body(body.shape, mass=1.0, name=body.name) for body in radar.bodies]
+    zeros = np.zeros((2, 3))
+    state = State([np.zeros(3), known["separation"]], zeros, attitude=known["attitude"], spin=zeros)
+    found = System(bodies, G=1.0).interactions(state)
+    assert found.potential_energy == pytest.approx(known["potential_energy"], rel=1e-14)
+    force = np.array(known["force_on_first"])
+    size = np.linalg.norm(force)
+    assert np.linalg.norm(found.force - [force, -force], axis=1).max() < 2e-14 * size
+    torques = np.array([known["torque_first"], known["torque_second"]])
+    # The distant torques of the integrals have lost digits: sums in extended precision agree with the series to 7e-15.
+    lost = 3e-16 if known["separation"][0] ** 2 > 50.0 else 1e-17
+    allowed = 5e-14 * np.linalg.norm(torques, axis=1) + lost * size
+    assert (np.linalg.norm(found.torque - torques, axis=1) < allowed).all()
+
+
+@pytest.mark.parametrize("case", range(3))
+def test_tetrahedra_interact_as_in_arbitrary_precision(case):
+    known = reference("tetrahedra")
+    pose = known["cases"][case]
+    assert float(pose["error"]) < 1e-20
+    bodies = [Body(Polyhedron(known[which], known["faces"]), mass=1.0, name=which) for which in ("first", "second")]
+    frames = [body.working_frame for body in bodies]
+    # The working frames are the inertial frame, the second one moved by the separation.
+    rotations = [matrix(frame.attitude).T for frame in frames]
+    moved = np.array([np.zeros(3), pose["separation"]])
+    position = [at - rotation @ frame.position for at, rotation, frame in zip(moved, rotations, frames, strict=True)]
+    attitude = [frame.attitude * [1, -1, -1, -1] for frame in frames]
+    state = State(position, np.zeros((2, 3)), attitude=attitude, spin=np.zeros((2, 3)))
+    found = System(bodies, G=1.0, gravity="harmonic").interactions(state)
+    force = np.array(pose["force_on_second"], dtype=float)
+    size = np.linalg.norm(force)
+    assert np.linalg.norm(found.force - [-force, force], axis=1).max() < 2e-14 * size
+    for k, which in enumerate(("torque_on_first", "torque_on_second")):
+        torque = np.array(pose[which], dtype=float)
+        # Vertices about the centre of mass are rounded, so that the force has a lever of about 2e-16.
+        assert np.linalg.norm(rotations[k] @ found.torque[k] - torque) < 5e-14 * np.linalg.norm(torque) + 4e-16 * size
+
+
 def test_voids_are_summed_within_the_tolerance():
     rng = np.random.default_rng(3)
     hollow = Composite([Part(rock(rng, 1.0), mass=2.0), Part(Sphere(0.3), mass=-0.5, position=[0.2, 0.1, 0.0])])
     bodies = [Body(hollow, name="A"), Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")]
     for error in differences(bodies, pose(rng, 2.5), 1e-12):
         assert error < 2e-12
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_error_exceeds_the_bound_with_voids(seed):
+    rng = np.random.default_rng(seed)
+    bodies = []
+    for name, size in (("A", 1.0), ("B", rng.uniform(0.3, 0.7))):
+        axes, at = size * rng.uniform(0.5, 1.0, size=3), rng.normal(size=(2, 3))
+        at *= np.array([[1.2 * size], [0.3 * axes.min()]]) / np.linalg.norm(at, axis=1, keepdims=True)
+        lobe = Part(Ellipsoid(*(0.5 * axes)), mass=rng.uniform(0.1, 0.5), position=at[0])
+        void = Part(Ellipsoid(*(0.4 * axes)), mass=-rng.uniform(0.05, 0.4), position=at[1])
+        bodies.append(Body(Composite([Part(Ellipsoid(*axes), mass=1.0), lobe, void]), name=name))
+    found = []
+    for tolerance in 10.0 ** rng.uniform(-10.0, -2.0, size=25):
+        state = pose(rng, rng.uniform(4.0, 9.0))
+        found.append(max(differences(bodies, state, tolerance, exact="focal")[:2]) / tolerance)
+    # The bound is careful, but not empty.
+    assert 1e-5 < max(found) < 1.0
 
 
 def test_a_fixed_order_is_a_truncated_series():
@@ -90,6 +151,32 @@ def test_spheres_that_meet_are_named():
         System(bodies, G=1.0, gravity="harmonic").interactions(state)
     # The default takes the rule over faces there.
     assert np.isfinite(System(bodies, G=1.0).interactions(state).force).all()
+
+
+def test_degrees_past_the_highest_are_refused():
+    rng = np.random.default_rng(1)
+    bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 0.4), mass=0.3, name="B")]
+    state = pose(rng, 1.8)
+    with pytest.raises(NotConverged, match=r"harmonic between A and B .* degrees up to 80 do not reach"):
+        System(bodies, G=1.0, gravity="harmonic").interactions(state)
+    # A larger tolerance needs lower degrees.
+    for error in differences(bodies, state, 1e-4):
+        assert error < 1e-4
+
+
+def test_three_bodies_attract_pair_by_pair():
+    rng = np.random.default_rng(9)
+    shapes = (rock(rng, 1.0), rock(rng, 0.4), Ellipsoid(0.5, 0.4, 0.3))
+    bodies = [
+        Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, (2.0, 0.3, 0.4), "ABC", strict=True)
+    ]
+    position = [[0.0, 0.0, 0.0], [2.8, 0.4, -0.3], [-1.0, 3.0, 0.8]]
+    zeros = np.zeros((3, 3))
+    state = State(position, zeros, attitude=[rotation(rng) for _ in bodies], spin=zeros)
+    exact, found = (System(bodies, G=1.0, gravity=gravity).interactions(state) for gravity in ("surface", "harmonic"))
+    scale = np.abs(exact.force).max()
+    np.testing.assert_allclose(found.force, exact.force, rtol=0.0, atol=3e-14 * scale)
+    np.testing.assert_allclose(found.torque, exact.torque, rtol=0.0, atol=3e-14 * scale)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -183,6 +183,8 @@ def test_whatever_needs_a_surface_is_refused():
         lambda: system.integrate(posed(), 1.0, events=[fullbody.events.Contact("Alpha", "Beta")]),
         lambda: observing.light_curve(run, [0.5], geometry),
         lambda: fullbody.Particles.from_surface(system, posed(), "Alpha", longitude=0.0, latitude=0.0, speed=0.1),
+        lambda: fullbody.Particles.ejecta(system, posed(), "Alpha", longitude=0.0, latitude=0.0, speed=0.1, n=3),
+        lambda: posed().impact(system, 0, mass=1e-9, velocity=[-1.0, 0, 0], longitude=0.0, latitude=0.0),
     ):
         with pytest.raises(InvalidInput, match=lacking):
             call()

@@ -1,6 +1,7 @@
 """Notebooks run from top to bottom, and are kept with their outputs."""
 
 import itertools
+import shutil
 from pathlib import Path
 
 import nbclient
@@ -51,6 +52,8 @@ def kernel():
 def test_notebooks_run(path, tmp_path, kernel):
     notebook = nbformat.read(path, as_version=4)
     kept = [kinds(cell) for cell in code(notebook)]
+    for data in path.parent.glob("*.json"):
+        shutil.copy(data, tmp_path)
     # Only the imports of the previous notebook are kept.
     fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f -s"
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
