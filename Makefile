@@ -28,7 +28,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 study test test-rust test-python test-reproduction explorer lint check fmt docs notebooks film bench mutants clean
+.PHONY: help kw4 study test test-rust test-python test-reproduction explorer test-explorer lint check fmt docs notebooks film bench mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -73,6 +73,11 @@ $(VENV)/.explorer: $(VENV)/.built Cargo.lock
 
 explorer: $(VENV)/.explorer  ## the page on which binary asteroids are explored in a browser, into out/explorer/
 	$(BIN)/python explorer/build.py out/explorer
+
+# It needs Chromium: CHROMIUM= is its path where it is not among the programs.
+test-explorer: $(VENV)/.dev explorer  ## the tests of that page in a headless Chromium, with pictures beside it
+	$(INSTALL) 'playwright>=1.50,<2'
+	$(BIN)/python -m pytest -n 0 explorer/test_page.py
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check

@@ -18,7 +18,7 @@ def main() -> None:
     folder = Path(__file__).parents[1] / "notebooks"
     for path in [Path(name) for name in sys.argv[1:]] or sorted(folder.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
-        client = nbclient.NotebookClient(notebook, timeout=3600, kernel_name="python3", record_timing=False)
+        client = nbclient.NotebookClient(notebook, timeout=3600, kernel_name="python3", record_timing=False, store_widget_state=False)
         client.execute()
         shrink(notebook)
         nbformat.write(notebook, path)
