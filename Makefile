@@ -77,7 +77,7 @@ explorer: $(VENV)/.explorer  ## the page on which binary asteroids are explored 
 # It needs Chromium: CHROMIUM= is its path where it is not among the programs.
 test-explorer: $(VENV)/.dev explorer  ## the tests of that page in a headless Chromium, with pictures beside it
 	$(INSTALL) 'playwright>=1.50,<2'
-	$(BIN)/python -m pytest -n 0 explorer/test_page.py
+	$(BIN)/python -m pytest -n 0 tests/explorer
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check

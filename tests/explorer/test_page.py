@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
-PAGE = Path(__file__).parents[1] / "out" / "explorer"
+PAGE = Path(__file__).parents[2] / "out" / "explorer"
 #: Keeps the newest result of the explorer, with lists in place of typed arrays, which Playwright does not return.
 KEEP = """() => document.getElementById("explorer").addEventListener("fullbody-result", ({ detail }) => {
   const curves = Object.fromEntries(detail.curves.map(({ label, values }) => [label, Array.from(values)]));
