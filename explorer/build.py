@@ -65,7 +65,8 @@ def described(name: str) -> dict[str, Any]:
         "description": description,
         # The page makes the surfaces of ellipsoids from their semi-axes.
         "surfaces": [None if ellipsoid else parts for ellipsoid, parts in zip(single, surfaces, strict=True)],
-        "lit": all(parts for parts in surfaces),
+        # A light curve of a composite takes too long for a page.
+        "lit": all(single),
         "length": "" if dimensionless else "km",
         "time": "" if dimensionless else "h",
         "mass": "" if dimensionless else "kg",
@@ -91,7 +92,7 @@ def core(out: Path) -> None:
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     module = target / TARGET / "browser" / "fullbody_web.wasm"
     subprocess.run(
-        ["wasm-bindgen", "--target", "web", "--no-typescript", "--out-dir", str(out), str(module)], check=True
+        ["wasm-bindgen", "--target", "web", "--no-typescript", "--remove-name-section", "--out-dir", str(out), str(module)], check=True
     )
 
 

@@ -18,7 +18,7 @@ function controls(model, system) {
       const id = `${key} of ${name}`;
       if (c === 0) return slider(id, label, 0.5 * start[0], 2 * start[0], start[0], length);
       if (c === 1) return slider(id, label, 0, 0.8, start[1]);
-      return slider(id, label, c === 2 ? 0 : -180, 180, start[c] / DEGREES, "deg");
+      return slider(id, label, 0, c === 2 ? 180 : 360, start[c] / DEGREES, "deg");
     }) });
   });
   names.forEach((name, body) => {
@@ -32,7 +32,7 @@ function controls(model, system) {
     if (impact && impact.body === body) rows.push(slider("beta", "momentum enhancement of an impact from ahead (0: none)", 0, 10, 0));
     groups.push({ title: name, open: false, controls: rows });
   });
-  groups.push({ title: "Light", open: false, controls: [
+  if (system.lit) groups.push({ title: "Light", open: false, controls: [
     slider("phase", "phase angle", 0, 120, 10, "deg"), slider("aspect", "observer's latitude above the first orbit", -90, 90, 0, "deg")
   ] });
   return groups;
@@ -77,7 +77,7 @@ function run(start, system, values, initial, duration) {
   const model = changed(start, system, values, initial), motion = model.integrate(duration, INTERVALS);
   const { time, position, attitude } = motion, many = system.names.length, samples = time.length;
   if (samples < 2) throw new Error(motion.error || "the run has no samples");
-  const axes = model.semiAxes(), [observer, sun] = directions(model, values);
+  const axes = model.semiAxes(), [observer, sun] = directions(model, { phase: 0, aspect: 0, ...values });
   const surfaces = system.surfaces.map((parts, b) => parts || [{
     columns: [axes[3 * b], 0, 0, 0, axes[3 * b + 1], 0, 0, 0, axes[3 * b + 2]], position: [0, 0, 0]
   }]);

@@ -17,7 +17,12 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
+use std::time::Duration;
 use wasm_bindgen::prelude::*;
+use web_time::Instant;
+
+/// The longest time that a call may take, since a page answers to nothing meanwhile.
+const TIME_LIMIT: Duration = Duration::from_secs(5);
 
 /// What makes a [`Model`].
 #[derive(Deserialize)]
@@ -58,10 +63,10 @@ impl Model {
             Simulation::new(&self.system, &self.state, Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?))?;
         let mut record = Trajectory::new(self.system.bodies().len());
         let times = (0..=intervals).map(|k| start + duration * k as f64 / intervals as f64).collect();
-        let outcome = simulation.integrate(start + duration, &Output::Times(times), &mut record, &mut |_| {
-            ControlFlow::Continue(())
-        });
-        Ok(Motion { system: self.system.clone(), record, error: outcome.err().map(|error| error.to_string()) })
+        let mut hook = time_limit();
+        let output = Output::Times(times);
+        let outcome = simulation.integrate(start + duration, &output, &mut record, &mut |_| hook());
+        Ok(Motion { system: self.system.clone(), record, error: outcome.err().map(explained) })
     }
 }
 
@@ -272,8 +277,26 @@ impl Motion {
         let states: Vec<_> = (0..self.record.len()).map(|k| self.record.state(k)).collect();
         let view = |state| view(state, Vec3::new(ex, ey, ez), Vec3::new(sx, sy, sz));
         let views: Vec<_> = states.iter().map(view).collect();
-        let each = photometer.brightness_in(&views, &mut InterruptCheck::never())?;
+        let mut hook = time_limit();
+        let brightness = photometer.brightness_in(&views, &mut InterruptCheck::new(&mut hook));
+        let each = brightness.map_err(|error| JsError::new(&explained(error)))?;
         Ok(each.chunks_exact(bodies.len()).map(|row| row.iter().sum()).collect())
+    }
+}
+
+/// Returns a hook that stops a computation after [`TIME_LIMIT`].
+fn time_limit() -> impl FnMut() -> ControlFlow<()> {
+    let start = Instant::now();
+    move || if start.elapsed() > TIME_LIMIT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Returns the message of an error, with the reason if the computation took too long.
+fn explained(error: Error) -> String {
+    match error {
+        Error::Interrupted { time } => {
+            format!("the computation has come to time {time:.6} after {} seconds and stops there", TIME_LIMIT.as_secs())
+        }
+        error => error.to_string(),
     }
 }
 

@@ -10,6 +10,10 @@ function brief(value) {  // four digits
   return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(+value.toPrecision(4));
 }
 
+function written(value, range) {  // six digits of a range
+  return Math.abs(value) < 1e-9 * range ? 0 : +value.toPrecision(6);
+}
+
 // Draws a curve with the time that the scene shows. Where a pixel holds several samples, it has their envelope and their mean.
 function draw_curve(canvas, { label, unit, values, inverted }, time, time_unit, part) {
   const ratio = window.devicePixelRatio || 1, wide = canvas.clientWidth, high = canvas.clientHeight;
@@ -164,7 +168,7 @@ function explorer(root, { compute, code, onValues = () => {} }) {
         const slider = document.createElement("input"), number = document.createElement("input"), fault = document.createElement("em");
         text.textContent = unit ? `${label} [${unit}]` : label;
         Object.assign(slider, { type: "range", min, max, step: "any", value, name });
-        Object.assign(number, { type: "number", step: "any", value: +value.toPrecision(6) });
+        Object.assign(number, { type: "number", step: "any", value: written(value, max - min) });
         number.setAttribute("aria-label", `${label}, typed in`);
         fault.setAttribute("role", "alert");
         faults[name] = fault;
@@ -183,7 +187,7 @@ function explorer(root, { compute, code, onValues = () => {} }) {
           update();
         };
         slider.oninput = () => {
-          number.value = +(+slider.value).toPrecision(6);
+          number.value = written(+slider.value, max - min);
           take(+slider.value);
         };
         number.onchange = () => {
