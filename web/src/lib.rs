@@ -138,7 +138,8 @@ impl Model {
         let state = &self.state;
         let mut attitude = state.attitude().to_vec();
         let count = attitude.len();
-        let tilted = attitude.get_mut(body).ok_or_else(|| JsError::new(&format!("body has to be below {count}")))?;
+        let tilted =
+            attitude.get_mut(body).ok_or_else(|| JsError::new(&format!("body has to be below {count}")))?;
         *tilted = rotation::product(*tilted, rotation::exponential(&Vec3::new(angle, 0.0, 0.0)));
         let (position, velocity) = (state.position().to_vec(), state.velocity().to_vec());
         let state = State::new(state.time(), position, velocity, attitude, state.spin().to_vec())?;
@@ -149,7 +150,9 @@ impl Model {
     #[wasm_bindgen(js_name = withMomentum)]
     pub fn with_momentum(&self, body: usize, momentum: &[f64]) -> Result<Model> {
         mu(&self.system, body)?;
-        let &[x, y, z] = momentum else { return Err(JsError::new("the number of components has to be three")) };
+        let &[x, y, z] = momentum else {
+            return Err(JsError::new("the number of components has to be three"));
+        };
         let mut velocity = self.state.velocity().to_vec();
         velocity[body] += Vec3::new(x, y, z) / self.system.bodies()[body].mass();
         Ok(self.moved(self.state.position().to_vec(), velocity)?)
@@ -214,7 +217,9 @@ impl Motion {
     #[wasm_bindgen(getter, js_name = energyDrift)]
     pub fn energy_drift(&self) -> Vec<f64> {
         let energy = &self.record.energy;
-        let Some(&[total, translational, _, potential]) = energy.first_chunk::<4>() else { return Vec::new() };
+        let Some(&[total, translational, _, potential]) = energy.first_chunk::<4>() else {
+            return Vec::new();
+        };
         let scale = (translational + potential).abs();
         energy.chunks_exact(4).map(|row| (row[0] - total) / scale).collect()
     }
@@ -242,7 +247,8 @@ impl Motion {
                 side = -1.0;
             }
             r = Mat3::from_columns(&[r.column(0) * side, r.column(1) * side, r.column(2).into()]);
-            let mut angles = [r[(2, 1)].atan2(r[(2, 2)]), -r[(2, 0)].clamp(-1.0, 1.0).asin(), r[(1, 0)].atan2(r[(0, 0)])];
+            let mut angles =
+                [r[(2, 1)].atan2(r[(2, 2)]), -r[(2, 0)].clamp(-1.0, 1.0).asin(), r[(1, 0)].atan2(r[(0, 0)])];
             if k > 0 {
                 for axis in [0, 2] {
                     let last = all[3 * (k - 1) + axis];
@@ -294,7 +300,10 @@ fn time_limit() -> impl FnMut() -> ControlFlow<()> {
 fn explained(error: Error) -> String {
     match error {
         Error::Interrupted { time } => {
-            format!("the computation has come to time {time:.6} after {} seconds and stops there", TIME_LIMIT.as_secs())
+            format!(
+                "the computation has come to time {time:.6} after {} seconds and stops there",
+                TIME_LIMIT.as_secs()
+            )
         }
         error => error.to_string(),
     }

@@ -219,7 +219,7 @@ def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
         )
     if not start:
         default = inspect.signature(setup).parameters.get(name)
-        value = None if default is None or default.default is inspect.Parameter.empty else default.default
+        value: Any = None if default is None or default.default is inspect.Parameter.empty else default.default
         number = value.to_value(factor.unit) if is_quantity(value) and is_quantity(factor) else value
         inside = isinstance(number, int | float | np.floating) and low <= number <= high
         start = [float(number) if inside else 0.5 * (low + high)]
