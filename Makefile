@@ -14,7 +14,7 @@ BENCHES := table instructions work_precision brouwer splitting import_time force
 	fitting flight head_on ensemble killed harmonic peers
 RUST   := Cargo.toml Cargo.lock bindings/Cargo.toml $(shell find src bindings/src -type f)
 # Folders with Python code, and the settings of the tests.
-PYTHONS := conftest.py python reproduction tests benches fuzz browser packaging
+PYTHONS := conftest.py python reproduction tests benches fuzz explorer packaging
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 # Windows separates folders in PATH by a semicolon.
@@ -28,7 +28,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 study test test-rust test-python test-reproduction browser lint check fmt docs notebooks film bench mutants clean
+.PHONY: help kw4 study test test-rust test-python test-reproduction explorer test-explorer lint check fmt docs notebooks film bench mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -65,9 +65,19 @@ test-python: $(VENV)/.dev
 test-reproduction: $(VENV)/.dev  ## the tests of the studies in reproduction/
 	$(PYTEST) reproduction/tests
 
-browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into out/browser/
-	rustup target add wasm32-unknown-emscripten
-	$(BIN)/python browser/build.py out/browser
+# The program has to have the version of the library.
+$(VENV)/.explorer: $(VENV)/.built Cargo.lock
+	rustup target add wasm32-unknown-unknown
+	cargo install wasm-bindgen-cli --root $(VENV) --version "$$(sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)"
+	@touch $@
+
+explorer: $(VENV)/.explorer  ## the page on which binary asteroids are explored in a browser, into out/explorer/
+	$(BIN)/python explorer/build.py out/explorer
+
+# It needs Chromium: CHROMIUM= is its path where it is not among the programs.
+test-explorer: $(VENV)/.dev explorer  ## the tests of that page in a headless Chromium, with pictures beside it
+	$(INSTALL) 'playwright>=1.50,<2'
+	$(BIN)/python -m pytest -n 0 tests/explorer
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check
@@ -77,6 +87,8 @@ lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the 
 
 check: lint  ## lint, and the lints of Rust and the stubs
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	rustup target add wasm32-unknown-unknown
+	cargo check --locked --package fullbody-web --target wasm32-unknown-unknown
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything

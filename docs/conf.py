@@ -29,6 +29,7 @@ release = metadata.version("fullbody")
 # Where `make study` wrote the results of the studies that have a page; their pages read them there.
 OUT = ROOT / "out"
 STUDIES = {"report": OUT / "ho2021", "binaries": OUT / "binaries", "kw4_radar": OUT / "kw4_radar"}
+EXPLORER = OUT / "explorer"
 os.environ.update({f"FULLBODY_{page.upper()}": str(folder) for page, folder in STUDIES.items()})
 os.environ["FULLBODY_PEERS"] = str(ROOT / "notebooks" / "10-peers.json")
 # These pages also use the package `reproduction`, which is not installed.
@@ -37,6 +38,9 @@ os.environ["PYTHONPATH"] = str(ROOT)
 
 def without_results(app: Any, page: str, source: list[str]) -> None:
     """Put a notice in the place of the results of a study that has not run."""
+    if page == "explorer" and not EXPLORER.is_dir():
+        head = source[0].partition("\n<iframe")[0]
+        source[0] = f"{head}\n:::{{note}}\nThis site was built without the page. `make explorer` builds it.\n:::\n"
     folder = STUDIES.get(page)
     if folder is None or (folder / "numbers.json").is_file():
         return
@@ -61,6 +65,9 @@ def stage() -> None:
         page = (STUDIES["report"] / "report.html").read_text(encoding="utf-8")
         back = '<p><a href="report.html">fullbody: the paper, reproduced</a></p>'
         (extra / "full-report.html").write_text(page.replace("<body>", f"<body>\n{back}"), encoding="utf-8")
+    # The page that `make explorer` has built.
+    if EXPLORER.is_dir():
+        shutil.copytree(EXPLORER, extra / "explorer", dirs_exist_ok=True)
     # The crate's documentation with its source, which `make docs` has built.
     if (rust := ROOT / "target" / "doc").is_dir():
         shutil.copytree(rust, extra / "rust", dirs_exist_ok=True)
@@ -103,6 +110,8 @@ nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_show_tb = True
 nb_execution_timeout = 240
+# A widget needs a kernel: the page beside it is shown.
+nb_mime_priority_overrides = [("html", "text/html", 5)]
 nb_execution_excludepatterns = ["notebooks/*.ipynb"]
 nb_merge_streams = True
 nb_render_markdown_format = "myst"
@@ -125,13 +134,13 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-html_sidebars = {page: [] for page in ("index", "install", "comparison", "report", "binaries", "kw4_radar", "hera")}
+html_sidebars = {page: [] for page in ("index", "install", "comparison", "report", "binaries", "kw4_radar", "hera", "explorer")}
 html_show_sourcelink = True
 html_theme_options = {
     "navigation_with_keys": False,
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc", "sourcelink"],
-    "header_links_before_dropdown": 7,
+    "header_links_before_dropdown": 8,
     "footer_start": ["copyright"],
     "footer_end": [],
     "show_toc_level": 2,

@@ -25,9 +25,8 @@ def main() -> None:
             for data in folder.glob("*.json"):
                 shutil.copy(data, work)
             where = {"metadata": {"path": work}}
-            client = nbclient.NotebookClient(
-                notebook, resources=where, timeout=3600, kernel_name="python3", record_timing=False
-            )
+            options = {"timeout": 3600, "record_timing": False, "store_widget_state": False}
+            client = nbclient.NotebookClient(notebook, resources=where, kernel_name="python3", **options)
             client.execute()
         shrink(notebook)
         nbformat.write(notebook, path)

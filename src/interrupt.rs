@@ -10,7 +10,8 @@
 use crate::error::{Error, Result};
 use std::fmt;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// The shortest time between two calls of a hook. With the work that may be done between two readings of the
 /// clock, a hook is called every 50 ms.

@@ -46,6 +46,7 @@ if _typing.TYPE_CHECKING:
     from .ensembles.sweep import sweep
     from .fitting import fit
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
+    from .view import explore
 
     __version__: str
 else:
@@ -62,6 +63,8 @@ else:
             return getattr(import_module(".peers", __name__), name)
         if name == "fit":
             return import_module(".fitting", __name__).fit
+        if name == "explore":
+            return import_module(".view", __name__).explore
         if name == "sweep":
             return import_module(".ensembles.sweep", __name__).sweep
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -103,6 +106,7 @@ __all__ = [
     "ensembles",
     "errors",
     "events",
+    "explore",
     "fields",
     "fit",
     "fitting",

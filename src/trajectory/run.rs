@@ -5,7 +5,7 @@ use super::{Output, Simulation, StopReason, Trajectory};
 use crate::error::{Error, Result};
 use crate::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
 use std::ops::ControlFlow;
-use std::time::Instant;
+use web_time::Instant;
 
 /// The units of work of evaluations after which the clock is read between steps.
 const CLOCK_WORK: u64 = UNITS / 32;

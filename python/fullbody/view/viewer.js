@@ -1,31 +1,31 @@
 "use strict";
 // Bodies of ellipsoids and polyhedra with their axes and paths in WebGL. Positions are from the barycentre, attitudes are unit quaternions
-// [w, x, y, z] that turn body axes into inertial ones; between samples both are interpolated.
+// [w, x, y, z] that rotate body axes into inertial ones; between samples both are interpolated.
 // Seconds that a whole run takes at speed 1.
 const SECONDS = 30;
 const COLOURS = [[0.45, 0.68, 0.85], [0.95, 0.65, 0.4], [0.75, 0.75, 0.75], [0.5, 0.75, 0.6], [0.85, 0.65, 0.75]];
 const AXES = [[0, 0.447, 0.698], [0.902, 0.624, 0], [0, 0, 0]];
 const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 columns, normals; uniform vec3 centre;
-varying vec3 normal; varying vec3 ball; varying vec3 place;
-void main() { ball = normalize(point); normal = normals * point; place = columns * point + centre;
-  gl_Position = camera * vec4(place, 1.0); }`;
+varying vec3 normal; varying vec3 ball; varying vec3 site;
+void main() { ball = normalize(point); normal = normals * point; site = columns * point + centre;
+  gl_Position = camera * vec4(site, 1.0); }`;
 // Ellipsoids that cast shadows, at most.
 const CASTS = 16;
 // A net of meridians and parallels shows the turning of a body whose outline does not change.
 const SHADE = `#extension GL_OES_standard_derivatives : enable
-precision highp float; varying vec3 normal; varying vec3 ball; varying vec3 place; uniform vec3 colour, light; uniform bool faceted;
+precision highp float; varying vec3 normal; varying vec3 ball; varying vec3 site; uniform vec3 colour, light; uniform bool faceted;
 uniform bool sunlit; uniform mat3 balls[${CASTS}]; uniform vec3 standing[${CASTS}]; uniform int casts, own;
 bool shadowed() {  // whether the way to the Sun goes through an ellipsoid
   for (int k = 0; k < ${CASTS}; k++) {
     if (k >= casts) break;
     if (k == own) continue;
-    vec3 p = balls[k] * (place - standing[k]), d = balls[k] * light;
+    vec3 p = balls[k] * (site - standing[k]), d = balls[k] * light;
     float along = dot(p, d);
     if (along < 0.0 && along * along > dot(d, d) * (dot(p, p) - 1.0)) return true;
   }
   return false;
 }
-void main() { vec3 up = faceted ? cross(dFdx(place), dFdy(place)) : normal;  // that of a face looks at the eye
+void main() { vec3 up = faceted ? cross(dFdx(site), dFdy(site)) : normal;  // that of a face looks at the eye
   float height = max(dot(normalize(up), light), 0.0);
   float lit = sunlit ? 0.12 + (shadowed() ? 0.0 : 0.88 * height) : 0.45 + 0.55 * height;
   float lon = atan(ball.y, ball.x) * 3.8197186, lat = asin(clamp(ball.z, -1.0, 1.0)) * 3.8197186;
@@ -37,7 +37,8 @@ const LINE = `attribute vec3 point; uniform mat4 camera; uniform vec3 shift;
 void main() { gl_Position = camera * vec4(point + shift, 1.0); gl_PointSize = 4.0; }`;
 const FLAT = `precision mediump float; uniform vec3 colour; void main() { gl_FragColor = vec4(colour, 1.0); }`;
 
-function unpack(text, Kind) {
+function unpack(text, Kind) {  // base64, or an array as it is
+  if (typeof text !== "string") return text;
   const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
   return new Kind(bytes.buffer);
 }
@@ -48,8 +49,8 @@ function matrix([w, x, y, z]) {  // columns, as WebGL wants them
     2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
 }
 
-function apply(turn, v) {  // of columns one after the other
-  return [0, 1, 2].map(r => turn[r] * v[0] + turn[3 + r] * v[1] + turn[6 + r] * v[2]);
+function apply(rotation, v) {  // of columns one after the other
+  return [0, 1, 2].map(r => rotation[r] * v[0] + rotation[3 + r] * v[1] + rotation[6 + r] * v[2]);
 }
 
 function slerp(p, q, s) {  // the shorter way
@@ -96,10 +97,10 @@ const DOT = [0.75, 0.15, 0.1], TRAIL = [0.85, 0.6, 0.55];
 const BEHIND = 40;
 
 function particles({ count, time, position, landed, parts }) {  // dots and trails at a time, as points and as pairs of points
-  const times = unpack(time, Float64Array), places = unpack(position, Float32Array), samples = times.length;
+  const times = unpack(time, Float64Array), positions = unpack(position, Float32Array), samples = times.length;
   const ends = unpack(landed, Float64Array);
   const back = times[samples - 1] < times[0];
-  const place = (p, k) => 3 * (p * samples + k);
+  const index = (p, k) => 3 * (p * samples + k);
   return t => {
     const dots = [], trails = [];
     if ((t < times[0]) !== back && t !== times[0]) return { dots, trails };
@@ -110,16 +111,16 @@ function particles({ count, time, position, landed, parts }) {  // dots and trai
     }
     const s = Math.min(1, Math.max(0, (t - times[low]) / (times[high] - times[low])));
     for (let p = 0; p < count; p++) {
-      const from = place(p, low), to = place(p, high);
-      // One that is gone has no place.
-      if (!(places[from] === places[from] && places[to] === places[to])) continue;
-      const now = [0, 1, 2].map(c => places[from + c] + s * (places[to + c] - places[from + c]));
+      const from = index(p, low), to = index(p, high);
+      // One that is gone has no position.
+      if (!(positions[from] === positions[from] && positions[to] === positions[to])) continue;
+      const now = [0, 1, 2].map(c => positions[from + c] + s * (positions[to + c] - positions[from + c]));
       dots.push(...now);
       // What lies on a body moves with it, and leaves no trail.
       if (back ? t <= ends[p] : t >= ends[p]) continue;
       let last = now;
       for (let k = low; k >= Math.max(0, low - BEHIND * parts); k--) {
-        const next = Array.from(places.subarray(place(p, k), place(p, k) + 3));
+        const next = Array.from(positions.subarray(index(p, k), index(p, k) + 3));
         trails.push(...last, ...next);
         last = next;
       }
@@ -128,57 +129,44 @@ function particles({ count, time, position, landed, parts }) {  // dots and trai
   };
 }
 
-function show(data) {
-  const element = name => document.getElementById(name);
+const LAYOUT = `<div class="fullbody-stage"><canvas class="fullbody-canvas"></canvas></div>
+<div class="fullbody-key"></div>
+<div class="fullbody-scale"><b></b><span></span></div>
+<div class="fullbody-bar">
+<button class="fullbody-play">Play</button>
+<input class="fullbody-slider" type="range" min="0" max="1" step="any" value="0" aria-label="time">
+<span class="fullbody-time"></span>
+<label>follow <select class="fullbody-follow"></select></label>
+<label><input class="fullbody-trails" type="checkbox" checked> trails</label>
+<label title="At speed 1 the whole run takes 30 seconds.">speed <select class="fullbody-speed"><option value="0.25">1/4 (2 min)</option>
+<option value="0.5">1/2 (1 min)</option><option value="1" selected>1 (30 s)</option><option value="2">2 (15 s)</option>
+<option value="4">4 (8 s)</option></select></label>
+</div>`;
+
+// Makes a scene within an element. `load(data)` shows a run, `seek(part)` one of its times as a part of the run from 0 to 1, and
+// `onTime(part)` is called whenever another time is shown. Without WebGL the scene says so, and loads nothing.
+function scene(root, onTime = () => {}) {
+  root.classList.add("fullbody-scene");
+  root.innerHTML = LAYOUT;
+  const element = name => root.querySelector(`.fullbody-${name}`);
   const canvas = element("canvas");
   const gl = canvas.getContext("webgl", { antialias: true, preserveDrawingBuffer: true });
   if (!gl) {
-    element("stage").innerHTML = '<p id="fault">This picture needs WebGL, which this browser does not offer.</p>';
-    return;
+    element("stage").innerHTML = '<p class="fullbody-fault">This picture needs WebGL, which this browser does not offer.</p>';
+    return { load() {}, seek() {} };
   }
   gl.getExtension("OES_standard_derivatives");
-  const time = unpack(data.time, Float64Array), position = unpack(data.position, Float32Array);
-  const suns = data.sun ? unpack(data.sun, Float32Array) : null;
-  const attitude = unpack(data.attitude, Float32Array), many = data.names.length, samples = time.length;
-  const centre = (k, b) => Array.from(position.subarray(3 * (k * many + b), 3 * (k * many + b) + 3));
-  const quaternion = (k, b) => Array.from(attitude.subarray(4 * (k * many + b), 4 * (k * many + b) + 4));
-  let reach = 0, largest = 0;
-  for (let k = 0; k < samples; k++) for (let b = 0; b < many; b++) reach = Math.max(reach, Math.hypot(...centre(k, b)));
-  const size = part => Math.hypot(...part.position) + Math.max(...[0, 3, 6].map(c => Math.hypot(...part.columns.slice(c, c + 3))));
-  const sizes = data.surfaces.map(parts => Math.max(0, ...parts.map(size)));
-  largest = Math.max(largest, ...sizes);
-  reach = Math.max(reach, largest) || 1;
-  // A point has no size: a small ball stands for it.
-  const small = 0.012 * reach, dot = { columns: [small, 0, 0, 0, small, 0, 0, 0, small], position: [0, 0, 0] };
-  const surfaces = data.surfaces.map(parts => parts.length ? parts : [dot]);
-
   const solid = program(gl, SURFACE, SHADE), flat = program(gl, LINE, FLAT);
   const ball = sphere(48, 24), round = { buffer: buffer(gl, ball), count: ball.length / 3 };
-  const shapes = surfaces.map(parts => parts.map(part => {
-    if (!part.triangles) return round;
-    const corners = unpack(part.triangles, Float32Array);
-    return { buffer: buffer(gl, corners), count: corners.length / 3, faceted: true };
-  }));
-  const paths = data.names.map((_, b) => {
-    const points = [];
-    for (let k = 0; k < samples; k++) points.push(...centre(k, b));
-    return buffer(gl, points);
-  });
   const spare = gl.createBuffer();
-  const cloud = data.particles ? particles(data.particles) : null;
-  const trailed = element("trails");
-  if (!cloud) trailed.parentElement.remove();
-  trailed.onchange = () => draw();
   gl.enable(gl.DEPTH_TEST);
-
-  const looks = { azimuth: -1.0, height: 0.45, distance: 3.4 * reach, follow: -1 };
-  let place = 0, playing = false, last = 0;
-  for (const [value, name] of [[-1, "barycentre"], ...data.names.map((name, b) => [b, name])]) {
-    const option = document.createElement("option");
-    option.value = value;
-    option.textContent = name;
-    element("follow").append(option);
-  }
+  let data, time, position, suns, attitude, many, samples, reach, largest, sizes, surfaces, shapes = [], paths = [], cloud;
+  const looks = { azimuth: -1.0, height: 0.45, distance: 0, follow: -1 };
+  let part = 0, playing = false, last = 0;
+  const trailed = element("trails");
+  trailed.onchange = () => draw();
+  const centre = (k, b) => Array.from(position.subarray(3 * (k * many + b), 3 * (k * many + b) + 3));
+  const quaternion = (k, b) => Array.from(attitude.subarray(4 * (k * many + b), 4 * (k * many + b) + 4));
   const key = (name, colour, dash) => {
     const row = document.createElement("div"), mark = document.createElement("i");
     mark.style.background = `rgb(${colour.map(c => Math.round(255 * c))})`;
@@ -186,12 +174,55 @@ function show(data) {
     row.append(mark, name);
     element("key").append(row);
   };
-  data.names.forEach((name, b) => key(name, COLOURS[b % COLOURS.length]));
-  ["x", "y", "z"].forEach((name, c) => key(`body ${name}`, AXES[c], true));
-  if (cloud) key(data.particles.count === 1 ? "particle" : `${data.particles.count} particles`, DOT);
 
-  function now() {  // the state at the slider's place, between two samples
-    const t = time[0] + place * (time[samples - 1] - time[0]), back = time[samples - 1] < time[0];
+  function load(next) {
+    const names = data && data.names, before = reach;
+    data = next;
+    [time, position, attitude] = [unpack(data.time, Float64Array), unpack(data.position, Float32Array), unpack(data.attitude, Float32Array)];
+    suns = data.sun ? unpack(data.sun, Float32Array) : null;
+    [many, samples, reach, largest] = [data.names.length, time.length, 0, 0];
+    for (let k = 0; k < samples; k++) for (let b = 0; b < many; b++) reach = Math.max(reach, Math.hypot(...centre(k, b)));
+    const size = part => Math.hypot(...part.position) + Math.max(...[0, 3, 6].map(c => Math.hypot(...part.columns.slice(c, c + 3))));
+    sizes = data.surfaces.map(parts => Math.max(0, ...parts.map(size)));
+    largest = Math.max(largest, ...sizes);
+    reach = Math.max(reach, largest) || 1;
+    // A point has no size: a small ball stands for it.
+    const small = 0.012 * reach, dot = { columns: [small, 0, 0, 0, small, 0, 0, 0, small], position: [0, 0, 0] };
+    surfaces = data.surfaces.map(parts => parts.length ? parts : [dot]);
+    for (const shape of shapes.flat()) if (shape !== round) gl.deleteBuffer(shape.buffer);
+    for (const path of paths) gl.deleteBuffer(path);
+    shapes = surfaces.map(parts => parts.map(part => {
+      if (!part.triangles) return round;
+      const corners = unpack(part.triangles, Float32Array);
+      return { buffer: buffer(gl, corners), count: corners.length / 3, faceted: true };
+    }));
+    paths = data.names.map((_, b) => {
+      const points = [];
+      for (let k = 0; k < samples; k++) points.push(...centre(k, b));
+      return buffer(gl, points);
+    });
+    cloud = data.particles ? particles(data.particles) : null;
+    trailed.parentElement.hidden = !cloud;
+    // The camera stays where the reader has moved it, unless the scene has another size or other bodies.
+    if (!before || reach > 2 * before || reach < 0.5 * before) looks.distance = 3.4 * reach;
+    if (!names || names.join("\n") !== data.names.join("\n")) {
+      looks.follow = -1;
+      element("follow").replaceChildren(...[[-1, "barycentre"], ...data.names.map((name, b) => [b, name])].map(([value, name]) => {
+        const option = document.createElement("option");
+        option.value = value;
+        option.textContent = name;
+        return option;
+      }));
+      element("key").replaceChildren();
+      data.names.forEach((name, b) => key(name, COLOURS[b % COLOURS.length]));
+      ["x", "y", "z"].forEach((name, c) => key(`body ${name}`, AXES[c], true));
+      if (cloud) key(data.particles.count === 1 ? "particle" : `${data.particles.count} particles`, DOT);
+    }
+    draw();
+  }
+
+  function now() {  // the state at the slider's time, between two samples
+    const t = time[0] + part * (time[samples - 1] - time[0]), back = time[samples - 1] < time[0];
     let low = 0, high = samples - 1;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
@@ -200,7 +231,7 @@ function show(data) {
     const s = high > low ? Math.min(1, Math.max(0, (t - time[low]) / (time[high] - time[low]))) : 0;
     const bodies = data.names.map((_, b) => {
       const from = centre(low, b), to = centre(high, b);
-      return { centre: from.map((v, c) => v + s * (to[c] - v)), turn: matrix(slerp(quaternion(low, b), quaternion(high, b), s)) };
+      return { centre: from.map((v, c) => v + s * (to[c] - v)), rotation: matrix(slerp(quaternion(low, b), quaternion(high, b), s)) };
     });
     const toward = k => suns.subarray(3 * k, 3 * k + 3);
     const sun = suns && [0, 1, 2].map(c => toward(low)[c] + s * (toward(high)[c] - toward(low)[c]));
@@ -247,10 +278,10 @@ function show(data) {
     const target = looks.follow < 0 ? [0, 0, 0] : bodies[looks.follow].centre;
     const view = camera(target, canvas.width / canvas.height);
     const light = sun || [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
-    // A matrix to the unit sphere of an ellipsoid, from the bodies' axes, times the turn back.
+    // A matrix to the unit sphere of an ellipsoid, from the bodies' axes, times the rotation back.
     const shadows = (data.casts || []).flatMap((parts, b) => parts.map((part, p) => ({
-      body: b, part: p, standing: apply(bodies[b].turn, part.position).map((v, c) => v + bodies[b].centre[c]),
-      inverse: [0, 1, 2].flatMap(c => apply(part.inverse, [0, 3, 6].map(k => bodies[b].turn[c + k])))
+      body: b, part: p, standing: apply(bodies[b].rotation, part.position).map((v, c) => v + bodies[b].centre[c]),
+      inverse: [0, 1, 2].flatMap(c => apply(part.inverse, [0, 3, 6].map(k => bodies[b].rotation[c + k])))
     }))).slice(0, CASTS);
     bodies.forEach((body, b) => {
       gl.useProgram(solid);
@@ -271,22 +302,22 @@ function show(data) {
         gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
         gl.uniform1i(uniform("faceted"), shape.faceted ? 1 : 0);
         gl.uniform1i(uniform("own"), shadows.findIndex(one => one.body === b && one.part === p));
-        const columns = [0, 3, 6].map(c => apply(body.turn, part.columns.slice(c, c + 3)));
+        const columns = [0, 3, 6].map(c => apply(body.rotation, part.columns.slice(c, c + 3)));
         // The columns are orthogonal: a normal is along the columns over their squared lengths.
         const normals = columns.map(v => v.map(x => x / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])));
         gl.uniformMatrix3fv(uniform("columns"), false, columns.flat());
         gl.uniformMatrix3fv(uniform("normals"), false, normals.flat());
-        gl.uniform3fv(uniform("centre"), apply(body.turn, part.position).map((v, c) => v + body.centre[c]));
+        gl.uniform3fv(uniform("centre"), apply(body.rotation, part.position).map((v, c) => v + body.centre[c]));
         gl.drawArrays(gl.TRIANGLES, 0, shape.count);
       });
       strip(paths[b], samples, gl.LINE_STRIP, b ? [0.55, 0.5, 0.45] : [0.45, 0.5, 0.55], [0, 0, 0], view);
       if (!data.surfaces[b].length) return;
       for (let c = 0; c < 3; c++) {
         // Lines are a pixel wide everywhere: a thin cross of ribbons is seen from every side.
-        const out = body.turn.slice(3 * c, 3 * c + 3), length = 1.6 * sizes[b], half = 0.012 * length;
+        const out = body.rotation.slice(3 * c, 3 * c + 3), length = 1.6 * sizes[b], half = 0.012 * length;
         const points = [];
         for (const n of [1, 2]) {
-          const side = body.turn.slice(3 * ((c + n) % 3), 3 * ((c + n) % 3) + 3);
+          const side = body.rotation.slice(3 * ((c + n) % 3), 3 * ((c + n) % 3) + 3);
           for (const [u, v] of [[0, -1], [0, 1], [1, -1], [1, -1], [0, 1], [1, 1]])
             points.push(...out.map((value, k) => value * u * length + side[k] * v * half));
         }
@@ -304,7 +335,8 @@ function show(data) {
       }
     }
     element("time").textContent = `time ${t.toPrecision(6)} ${data.unit}`;
-    element("slider").value = place;
+    element("slider").value = part;
+    onTime(part);
     const wish = 120 * view.perPixel, ten = 10 ** Math.floor(Math.log10(wish));
     const nice = [5, 2, 1].find(n => n * ten <= wish) * ten;
     element("scale").querySelector("b").style.width = `${nice / view.perPixel}px`;
@@ -313,9 +345,9 @@ function show(data) {
 
   function tick(stamp) {
     if (!playing) return;
-    place += (stamp - last) / 1000 / SECONDS * element("speed").value;
+    part += (stamp - last) / 1000 / SECONDS * element("speed").value;
     last = stamp;
-    if (place >= 1) place = 0;
+    if (part >= 1) part = 0;
     draw();
     requestAnimationFrame(tick);
   }
@@ -326,10 +358,10 @@ function show(data) {
     if (on) requestAnimationFrame(tick);
   }
   element("play").onclick = () => play(!playing);
-  element("slider").oninput = event => { place = +event.target.value; draw(); };
+  element("slider").oninput = event => seek(+event.target.value);
   element("follow").onchange = event => { looks.follow = +event.target.value; draw(); };
-  document.addEventListener("keydown", event => {
-    if (event.target.tagName === "SELECT") return;
+  root.addEventListener("keydown", event => {
+    if (event.target.tagName === "SELECT" || event.target.tagName === "BUTTON") return;
     if (event.key === " ") { play(!playing); event.preventDefault(); }
   });
   canvas.onpointerdown = event => canvas.setPointerCapture(event.pointerId);
@@ -344,13 +376,27 @@ function show(data) {
     draw();
     event.preventDefault();
   };
-  window.onresize = draw;
-  // "#play", "#place=0.5" and "#follow=1" open the page in that state.
-  for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
-    if (name === "place") place = Math.min(1, Math.max(0, +value || 0));
-    if (name === "follow" && many > +value) element("follow").value = looks.follow = +value;
-    if (name === "zoom") looks.distance /= +value || 1;
+  new ResizeObserver(() => data && draw()).observe(canvas);
+
+  function seek(next) {
+    part = Math.min(1, Math.max(0, next || 0));
+    if (data) draw();
   }
-  draw();
-  if (location.hash.includes("play")) play(true);
+
+  return { load, seek, play, looks };
+}
+
+function show(data) {
+  const shown = scene(document.body);
+  document.body.tabIndex = -1;
+  document.body.focus();
+  shown.load(data);
+  // "#play", "#part=0.5" and "#follow=1" open the page in that state.
+  for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
+    if (name === "part") shown.seek(+value);
+    if (name === "follow" && data.names.length > +value) document.querySelector(".fullbody-follow").value = shown.looks.follow = +value;
+    if (name === "zoom") shown.looks.distance /= +value || 1;
+  }
+  shown.seek(document.querySelector(".fullbody-slider").value);
+  if (location.hash.includes("play")) shown.play(true);
 }

@@ -1,0 +1,315 @@
+"""Sliders that integrate again while they move: the exploration of orbital elements and shapes in a notebook."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.kinds import whole
+from ..base.units import is_quantity, need
+from ..errors import FullbodyError, InvalidInput
+from ..observables.spin import obliquity, roll_pitch_yaw
+from ..plots._style import unit
+from ..record.record import Record
+from ..record.times import end_of_run
+from .page import View
+from .scene import pack, scene_data
+
+if TYPE_CHECKING:
+    from ..observing.geometry import Geometry
+
+__all__ = ["CURVES", "Explorer", "explore"]
+
+Curve = Callable[[Record], Any]
+#: The longest run in samples, which a browser still draws at once.
+_SAMPLES = 200_000
+
+
+def _separation(run: Any, body: Any, about: Any, _: Any) -> Any:
+    k, about = run.context.index(body), run.context.index(about)
+    return np.linalg.norm(run.arrays["position"][:, k] - run.arrays["position"][:, about], axis=1)
+
+
+def _element(name: str) -> Any:
+    return lambda run, body, about, _: getattr(run.elements(body=body, about=about), name)
+
+
+def _angle(axis: int) -> Any:
+    return lambda run, body, about, _: roll_pitch_yaw(run, body=body, about=about)[:, axis]
+
+
+def _light(run: Any, _body: Any, _about: Any, geometry: Geometry | None) -> Any:
+    if geometry is None:
+        raise InvalidInput("geometry is None; expected a Geometry, from which the light curve is seen")
+    from ..observing import light_curve
+
+    return light_curve(run, run.time, geometry)
+
+
+#: The curves by their names: the dimension of each, and its values (K,) for (run, body, about, geometry).
+CURVES: dict[str, tuple[str, Callable[..., Any]]] = {
+    "separation": ("length", _separation),
+    "semi-major axis": ("length", _element("a")),
+    "eccentricity": ("", _element("e")),
+    "inclination": ("angle", _element("i")),
+    "roll": ("angle", _angle(0)),
+    "pitch": ("angle", _angle(1)),
+    "libration": ("angle", _angle(2)),
+    "obliquity": ("angle", lambda run, body, about, _: obliquity(run, body=body, about=about)),
+    "energy drift": ("", lambda run, *_: run.energy_drift_orbital),
+    "light curve": ("magnitude", _light),
+}
+
+
+class Explorer:
+    """Sliders for the parameters of a setup, with the scene and the curves of its run; see :func:`fullbody.explore`.
+
+    Jupyter shows it by its widget. A notebook that is read without a kernel shows the first run as a scene.
+    """
+
+    def __init__(
+        self,
+        setup: Callable[..., Any],
+        parameters: dict[str, Any],
+        until: Any = None,
+        *,
+        duration: Any = None,
+        show: Iterable[str | Curve] = ("separation", "eccentricity", "libration"),
+        samples: int = 1000,
+        integrator: Any = None,
+        geometry: Geometry | None = None,
+        body: int | str = 1,
+        about: int | str = 0,
+    ) -> None:
+        with need("explore", "fullbody.explore"):
+            import anywidget
+        whole(samples, "samples", 2, _SAMPLES)
+        self._setup, self._until, self._duration = setup, until, duration
+        self._samples, self._integrator, self._geometry = samples, integrator, geometry
+        self._pair = (body, about)
+        self._controls = {name: _control(name, span, setup) for name, span in parameters.items()}
+        self._show = [(_known(curve) if isinstance(curve, str) else curve.__name__, curve) for curve in show]
+        #: The run that is shown.
+        self.run: Any = None
+        # What cannot start at all is an error in the cell that asks for it.
+        self._result({name: control["value"] for name, control in self._controls.items()})
+        files = resources.files(__package__)
+        text = {name: files.joinpath(name).read_text(encoding="utf-8") for name in _FILES}
+        page = {
+            "_esm": text["viewer.js"] + text["explorer.js"] + text["widget.js"],
+            "_css": text["viewer.css"] + text["explorer.css"],
+        }
+        self._widget = type("ExplorerWidget", (anywidget.AnyWidget,), page)()
+        self._widget.on_msg(self._answer)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values of the parameters in the run that is shown, with their units."""
+        return dict(self._values)
+
+    def _with_units(self, numbers: dict[str, float]) -> dict[str, Any]:
+        return {name: numbers[name] * control["factor"] for name, control in self._controls.items()}
+
+    def _result(self, numbers: dict[str, float]) -> dict[str, Any]:
+        """Return what explorer.js shows for the parameters' numbers; keep its run and their values."""
+        values = self._with_units(numbers)
+        system, state = self._setup(**values)
+        units = system.context.units
+        start = units.number(state.time, "time", "time")
+        stops = np.linspace(start, end_of_run(self._until, self._duration, start, units), self._samples)
+        notice = ""
+        try:
+            run = system.integrate(
+                state, units.attach(stops[-1], "time"), output=units.attach(stops, "time"), integrator=self._integrator
+            )
+        except FullbodyError as error:
+            run, notice = error.run, str(error)
+            if run is None or len(run) < 2:
+                raise
+        curves = [self._curve(name, curve, run) for name, curve in self._show]
+        scene = scene_data(run, flight=None, samples=self._samples, geometry=self._geometry)
+        self.run, self._values = run, values
+        time = pack(run.arrays["time"], "<f8")
+        return {"scene": scene, "curves": curves, "time": time, "unit": unit(run, "time"), "notice": notice}
+
+    def _curve(self, name: str, curve: str | Curve, run: Any) -> dict[str, Any]:
+        dimension = ""
+        if callable(curve):
+            values = curve(run)
+        else:
+            dimension, function = CURVES[curve]
+            values = function(run, *self._pair, self._geometry)
+        text = unit(run, dimension) if dimension == "length" else "mag" if dimension == "magnitude" else ""
+        if is_quantity(values):
+            values, text = values.value, text or str(values.unit)
+        values = np.asarray(values, dtype=float)
+        if values.shape != (len(run),):
+            raise InvalidInput(
+                f"the curve {name} has shape {values.shape}; expected ({len(run)},), a number for each sample"
+            )
+        if dimension == "angle":
+            values, text = np.degrees(values), "deg"
+        return {"label": name, "unit": text, "values": pack(values, "<f8"), "inverted": dimension == "magnitude"}
+
+    def _answer(self, widget: Any, message: dict[str, Any], _buffers: Any) -> None:
+        """Answer a message of the page: its controls with the first run, a run for other values, or lines of code."""
+        answer: dict[str, Any] = {"id": message["id"]}
+        try:
+            if message["ask"] == "start":
+                answer |= {"controls": [_plain(control) for control in self._controls.values()]}
+            elif message["ask"] == "code":
+                answer |= {"code": self.code(message["values"])}
+            else:
+                answer |= {"result": self._result(message["values"])}
+        except Exception as error:  # the setup is the user's: whatever it raises stands beside the slider
+            answer |= {"error": str(error) or type(error).__name__}
+        widget.send(answer)
+
+    def code(self, numbers: dict[str, float] | None = None) -> str:
+        """Return the lines of Python that make the run with these numbers, or the run that is shown."""
+        values = self._values if numbers is None else self._with_units(numbers)
+        arguments = ", ".join(f"{name!r}: {_literal(value)}" for name, value in values.items())
+        end = f"{_literal(self._until)}" if self._duration is None else f"duration={_literal(self._duration)}"
+        name = getattr(self._setup, "__name__", "setup")
+        quantities = any(is_quantity(value) for value in (*values.values(), self._until, self._duration))
+        return ("from astropy import units as u\n\n" if quantities else "") + (
+            f"system, state = {name}(**{{{arguments}}})\nrun = system.integrate(state, {end})\n"
+        )
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+
+        bundle = self._widget._repr_mimebundle_(**options)
+        data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
+        page = View(self.run, samples=self._samples, geometry=self._geometry)
+        return {**data, "text/plain": repr(self), "text/html": page._repr_html_()}, metadata
+
+    def __repr__(self) -> str:
+        names = ", ".join(self._controls)
+        return f"<explorer of {names}; shown in Jupyter>"
+
+
+_FILES = ("viewer.js", "explorer.js", "widget.js", "viewer.css", "explorer.css")
+
+
+def _known(name: str) -> str:
+    if name not in CURVES:
+        raise InvalidInput(f"show has {name!r}; expected a function of a run, or one of {', '.join(CURVES)}")
+    return name
+
+
+def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
+    """Return the description of a slider: its numbers, and the factor by which they become the setup's argument."""
+    try:
+        low, high, *start = span
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start)"
+        ) from None
+    factor: Any = 1.0
+    if is_quantity(low):
+        factor = 1.0 * low.unit
+        low, high, *start = (value.to_value(low.unit) for value in (low, high, *start))
+    if len(start) > 1 or not -np.inf < low < high < np.inf or not all(low <= value <= high for value in start):
+        raise InvalidInput(
+            f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start), in order"
+        )
+    if not start:
+        default = inspect.signature(setup).parameters.get(name)
+        value: Any = None if default is None or default.default is inspect.Parameter.empty else default.default
+        number = value.to_value(factor.unit) if is_quantity(value) and is_quantity(factor) else value
+        inside = isinstance(number, int | float | np.floating) and low <= number <= high
+        start = [float(number) if inside else 0.5 * (low + high)]
+    text = str(factor.unit) if is_quantity(factor) else ""
+    return {
+        "name": name,
+        "min": float(low),
+        "max": float(high),
+        "value": float(start[0]),
+        "unit": text,
+        "factor": factor,
+    }
+
+
+def _plain(control: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in control.items() if key != "factor"} | {"label": control["name"]}
+
+
+def _literal(value: Any) -> str:
+    if not is_quantity(value):
+        return repr(float(value)) if isinstance(value, np.floating) else repr(value)
+    return f"{value.value!r} * u.Unit({str(value.unit)!r})".replace("np.float64(", "(")
+
+
+def explore(
+    setup: Callable[..., Any],
+    parameters: dict[str, Any],
+    until: Any = None,
+    *,
+    duration: Any = None,
+    show: Iterable[str | Curve] = ("separation", "eccentricity", "libration"),
+    samples: int = 1000,
+    integrator: Any = None,
+    geometry: Geometry | None = None,
+    body: int | str = 1,
+    about: int | str = 0,
+) -> Explorer:
+    """Explore a setup with sliders: its run is integrated again while they move, and the scene and curves follow.
+
+    Parameters
+    ----------
+    setup : callable
+        ``setup(**parameters)`` returns ``(system, state)``, as for :func:`fullbody.sweep`.
+    parameters : dict of str to (lowest, highest) or (lowest, highest, start)
+        The range of each slider, plain numbers or Quantities. It starts at ``start``, at the setup's own default if
+        that is in the range, or in the middle.
+    until, duration : float or Quantity
+        The end of the run, or its length; exactly one of them.
+    show : iterable of str or callable
+        The curves: ``"separation"``, ``"semi-major axis"``, ``"eccentricity"``, ``"inclination"``, ``"roll"``,
+        ``"pitch"``, ``"libration"`` (the yaw of ``body`` in the frame of its orbit), ``"obliquity"``,
+        ``"energy drift"``, ``"light curve"``, or functions of a run that return (K,) numbers.
+    samples : int
+        The number of samples of the run, which scene and curves show.
+    integrator : Integrator, optional
+    geometry : fullbody.observing.Geometry, optional
+        Lights the scene by its Sun, with shadows; ``"light curve"`` is seen from its observer.
+    body, about : int or str
+        The pair whose orbit and libration are shown.
+
+    Returns
+    -------
+    Explorer
+        What Jupyter shows; ``.run`` and ``.values`` are those that it shows, ``.code()`` makes the run again.
+
+    Raises
+    ------
+    InvalidInput
+        For a range that is none, an unknown curve, and a curve of another shape.
+    FullbodyError
+        What the first run raises. Later errors are shown beside the slider, and the last good run stays.
+    ModuleNotFoundError
+        Without the package anywidget, which the extra ``explore`` installs.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> explorer = fullbody.explore(fullbody.systems.didymos_after_dart, {"tilt": (0, 0.1)}, duration=100.0)
+    >>> explorer.values
+    {'tilt': 0.0}
+    """
+    return Explorer(
+        setup,
+        parameters,
+        until,
+        duration=duration,
+        show=show,
+        samples=samples,
+        integrator=integrator,
+        geometry=geometry,
+        body=body,
+        about=about,
+    )

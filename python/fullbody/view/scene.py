@@ -1,0 +1,77 @@
+"""What a scene in 3D needs of a run: surfaces, positions, attitudes, sunlight and particles, as a dict for JSON."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.kinds import whole
+from ..plots._style import check_samples, surfaces, unit
+from ..plots.between import at, track, trails
+from ..plots.sampling import warn_if_aliased
+from ..plots.sunlight import casts, directions
+from ..record.record import Record
+
+if TYPE_CHECKING:
+    from ..observing.geometry import Geometry
+    from ..particles.flight import Flight
+
+__all__ = ["pack", "scene_data"]
+
+#: The largest number of particles that are shown, and of their positions in all, which make a page of 12 megabytes.
+_PARTICLES, _NUMBERS = 2000, 750_000
+
+
+def pack(values: Any, kind: str) -> str:
+    """Return numbers as little-endian bytes in base64."""
+    return base64.b64encode(np.ascontiguousarray(values).astype(kind).tobytes()).decode("ascii")
+
+
+def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Geometry | None) -> dict[str, Any]:
+    """Return what viewer.js loads; the arguments are those of :class:`fullbody.view.View`."""
+    check_samples(run)
+    whole(samples, "samples", 2)
+    sample_times = run.arrays["time"]
+    few = len(run) <= samples
+    times = (
+        track(run, float(sample_times[-1]), min(samples, 1000))
+        if few
+        else np.linspace(sample_times[0], sample_times[-1], samples)
+    )
+    warn_if_aliased(run, times)
+    centres, attitudes = at(run, times)
+    data: dict[str, Any] = {
+        "names": list(run.context.names),
+        "surfaces": [
+            [
+                {"columns": s.columns.T.ravel().tolist(), "position": s.position.tolist()}
+                | ({} if s.triangles is None else {"triangles": pack(s.triangles, "<f4")})
+                for s in surfaces(run, k)
+            ]
+            for k in range(len(run.context))
+        ],
+        "length": unit(run, "length"),
+        "unit": unit(run, "time"),
+        "time": pack(times, "<f8"),
+        "position": pack(centres, "<f4"),
+        "attitude": pack(attitudes, "<f4"),
+    }
+    if geometry is not None:
+        data["sun"] = pack(directions(run, geometry, times), "<f4")
+        # WebGL takes matrices by columns.
+        data["casts"] = [
+            [{"inverse": inverse.T.ravel().tolist(), "position": mark.tolist()} for inverse, mark in casts(run, k)]
+            for k in range(len(run.context))
+        ]
+    if flight is not None:
+        drawn = trails(run, flight, _PARTICLES, _NUMBERS)
+        data["particles"] = {
+            "count": drawn.position.shape[0],
+            "time": pack(drawn.time, "<f8"),
+            "position": pack(drawn.position, "<f4"),
+            "landed": pack(drawn.landed, "<f8"),
+            "parts": drawn.parts,
+        }
+    return data

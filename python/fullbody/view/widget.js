@@ -1,0 +1,27 @@
+// The explorer in a notebook: every run is computed by the kernel.
+function render({ model, el }) {
+  const open = new Map();
+  let last = 0;
+  const ask = (what, values) => new Promise((resolve, reject) => {
+    open.set(++last, [resolve, reject]);
+    model.send({ id: last, ask: what, values });
+  });
+  const hear = answer => {
+    const [resolve, reject] = open.get(answer.id) || [];
+    if (!resolve) return;
+    open.delete(answer.id);
+    if (answer.error === undefined) resolve(answer); else reject(new Error(answer.error));
+  };
+  model.on("msg:custom", hear);
+  const ui = explorer(el, {
+    compute: async values => {
+      const { result } = await ask("run", values);
+      const curves = result.curves.map(curve => ({ ...curve, values: unpack(curve.values, Float64Array) }));
+      return { ...result, curves, time: unpack(result.time, Float64Array) };
+    },
+    code: async values => (await ask("code", values)).code,
+  });
+  ask("start").then(({ controls }) => ui.setControls([{ title: "Parameters", open: true, controls }]));
+  return () => model.off("msg:custom", hear);
+}
+export default { render };

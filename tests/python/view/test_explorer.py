@@ -1,0 +1,113 @@
+"""Sliders: what they are for a setup, what they answer, and the lines of Python that make the run again."""
+
+import base64
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from fullbody.errors import InvalidInput
+
+pytest.importorskip("anywidget")
+
+
+class Page:
+    """A browser's end of the widget: keeps the answers to its messages."""
+
+    def __init__(self, explorer):
+        self.explorer, self.answers = explorer, []
+
+    def send(self, answer):
+        self.answers.append(answer)
+
+    def ask(self, what, **values):
+        self.explorer._answer(self, {"id": len(self.answers), "ask": what, "values": values}, [])
+        return self.answers[-1]
+
+
+def numbers(text):
+    return np.frombuffer(base64.b64decode(text), "<f8")
+
+
+def pair(e=0.1, distance=10.0):
+    """Two spheres on a Kepler orbit of this eccentricity, at their least distance."""
+    system = fullbody.System(
+        [fullbody.Body(fullbody.Sphere(1.0), mass=m, name=n) for m, n in ((1.0, "A"), (1.0, "B"))], G=1.0
+    )
+    speed = np.sqrt(2.0 * (1.0 + e) / distance)
+    x, v = np.array([[-0.5, 0, 0], [0.5, 0, 0]]), np.array([[0, -0.5, 0], [0, 0.5, 0]])
+    return system, fullbody.State(position=distance * x, velocity=speed * v)
+
+
+def test_a_slider_moves_the_run_and_its_curves():
+    explorer = fullbody.explore(
+        pair, {"e": (0.0, 0.5)}, 400.0, show=["separation", "eccentricity", lambda run: run.time**2]
+    )
+    page = Page(explorer)
+    assert page.ask("start")["controls"] == [
+        {"name": "e", "label": "e", "min": 0.0, "max": 0.5, "value": 0.1, "unit": ""}
+    ]
+    result = page.ask("run", e=0.3)["result"]
+    separation, eccentricity, square = (numbers(curve["values"]) for curve in result["curves"])
+    assert np.allclose(eccentricity, 0.3, rtol=1e-9)
+    assert np.isclose(separation.max() / separation.min(), 1.3 / 0.7, rtol=1e-4)
+    assert np.array_equal(square, numbers(result["time"]) ** 2)
+    assert explorer.values == {"e": 0.3}
+    assert explorer.run.time[-1] == 400.0
+
+
+@pytest.mark.parametrize("values", [{"e": 2.0, "distance": 1.0}, {"e": -5.0}])
+def test_what_cannot_run_is_an_error_and_the_last_run_stays(values):
+    explorer = fullbody.explore(pair, {"e": (0.0, 0.5), "distance": (5.0, 20.0)}, duration=10.0)
+    page, before = Page(explorer), explorer.run
+    answer = page.ask("run", **{"e": 0.1, "distance": 10.0} | values)
+    assert answer["error"]
+    assert "result" not in answer
+    assert explorer.run is before
+    assert explorer.values == {"e": 0.1, "distance": 10.0}
+
+
+def test_a_run_that_ends_in_a_collision_is_shown_with_its_reason():
+    explorer = fullbody.explore(pair, {"e": (-0.95, 0.5)}, 400.0)
+    result = Page(explorer).ask("run", e=-0.9)["result"]
+    assert "touch" in result["notice"] or "overlap" in result["notice"]
+    assert 0.0 < numbers(result["time"])[-1] < 400.0
+
+
+def test_ranges_have_units_and_the_code_makes_the_run_again():
+    def didymos_after_dart(tilt):
+        return fullbody.systems.didymos_after_dart(units=True, tilt=tilt)
+
+    explorer = fullbody.explore(didymos_after_dart, {"tilt": (0 * u.deg, 90 * u.deg, 30 * u.deg)}, duration=30 * u.h)
+    assert explorer.values == {"tilt": 30 * u.deg}
+    names = {"didymos_after_dart": didymos_after_dart}
+    exec(explorer.code(), names)
+    assert np.array_equal(names["run"].position[-1], explorer.run.position[-1])
+    assert np.isclose(fullbody.observables.obliquity(names["run"])[0].to_value("deg"), 30.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"parameters": {"e": 0.1}}, r"the range of e is 0\.1; expected \(lowest, highest\)"),
+        ({"parameters": {"e": (0.3, 0.1)}}, r"the range of e is \(0\.3, 0\.1\)"),
+        ({"parameters": {"e": (0.0, 0.5, 0.7)}}, r"the range of e is \(0\.0, 0\.5, 0\.7\)"),
+        ({"parameters": {"e": (0.0, np.nan)}}, r"the range of e is \(0\.0, nan\)"),
+        ({"show": ["seperation"]}, r"show has 'seperation'; expected a function of a run, or one of separation, "),
+        ({"show": [lambda run: 1.0]}, r"the curve <lambda> has shape \(\); expected \(1000,\)"),
+        ({"show": ["light curve"]}, "geometry is None; expected a Geometry"),
+        ({"samples": 1}, "samples is 1; expected a whole number from 2"),
+        ({"until": None}, "neither until nor duration are given"),
+    ],
+)
+def test_what_no_explorer_can_show_is_refused(options, expected):
+    with pytest.raises(InvalidInput, match=expected):
+        fullbody.explore(pair, **{"parameters": {"e": (0.0, 0.5)}, "until": 10.0} | options)
+
+
+def test_a_notebook_without_a_kernel_shows_the_scene():
+    bundle = fullbody.explore(pair, {"e": (0.0, 0.5)}, 10.0)._repr_mimebundle_()
+    data = bundle[0] if isinstance(bundle, tuple) else bundle
+    assert "application/vnd.jupyter.widget-view+json" in data
+    assert "<iframe" in data["text/html"]
+    assert data["text/plain"] == "<explorer of e; shown in Jupyter>"

@@ -1,0 +1,342 @@
+//! The core for a page in a browser: a system with the state from which it starts, and runs of it.
+//!
+//! All arrays are flat, in C order, with the shapes that the documentation of each function gives. A text that
+//! describes a system is the JSON that `explorer/build.py` writes.
+
+use fullbody::dynamics::{Parameter, Settings, State, System};
+use fullbody::error::{Error, Result as CoreResult};
+use fullbody::forces::Force;
+use fullbody::integrate::Tolerance;
+use fullbody::interrupt::InterruptCheck;
+use fullbody::math::{Mat3, Vec3, rotation};
+use fullbody::orbit::KeplerElements;
+use fullbody::photometry::{Law, Photometer, Surface, View};
+use fullbody::shape::Body;
+use fullbody::trajectory::{Integrator, Output, Simulation, Trajectory};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+use std::time::Duration;
+use wasm_bindgen::prelude::*;
+use web_time::Instant;
+
+/// The longest time that a call may take, since a page answers to nothing meanwhile.
+const TIME_LIMIT: Duration = Duration::from_secs(5);
+
+/// What makes a [`Model`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Description {
+    bodies: Vec<Body>,
+    gravitational_constant: f64,
+    settings: Settings,
+    forces: Vec<Force>,
+    time: f64,
+    position: Vec<[f64; 3]>,
+    velocity: Vec<[f64; 3]>,
+    attitude: Vec<[f64; 4]>,
+    spin: Vec<[f64; 3]>,
+}
+
+/// A system and the state from which its runs start. It never changes: what changes a number makes another model.
+#[wasm_bindgen]
+pub struct Model {
+    system: System,
+    state: State,
+}
+
+type Result<T> = std::result::Result<T, JsError>;
+
+impl Model {
+    /// Returns the model with other positions and velocities.
+    fn moved(&self, position: Vec<Vec3>, velocity: Vec<Vec3>) -> CoreResult<Self> {
+        let state = &self.state;
+        let state =
+            State::new(state.time(), position, velocity, state.attitude().to_vec(), state.spin().to_vec())?;
+        Ok(Self { system: self.system.clone(), state })
+    }
+
+    fn simulate(&self, duration: f64, intervals: usize) -> CoreResult<Motion> {
+        let start = self.state.time();
+        let mut simulation =
+            Simulation::new(&self.system, &self.state, Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?))?;
+        let mut record = Trajectory::new(self.system.bodies().len());
+        let times = (0..=intervals).map(|k| start + duration * k as f64 / intervals as f64).collect();
+        let mut hook = time_limit();
+        let output = Output::Times(times);
+        let outcome = simulation.integrate(start + duration, &output, &mut record, &mut |_| hook());
+        Ok(Motion { system: self.system.clone(), record, error: outcome.err().map(explained) })
+    }
+}
+
+#[wasm_bindgen]
+impl Model {
+    /// Makes a model from its description.
+    #[wasm_bindgen(constructor)]
+    pub fn new(description: &str) -> Result<Model> {
+        let d: Description = serde_json::from_str(description)?;
+        let system = System::new(d.bodies, d.gravitational_constant, d.settings)?.with_forces(d.forces)?;
+        let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vec3::from).collect();
+        let (position, velocity, spin) = (vectors(d.position), vectors(d.velocity), vectors(d.spin));
+        Ok(Self { system, state: State::new(d.time, position, velocity, d.attitude, spin)? })
+    }
+
+    /// Returns the names and values of the parameters of the system, such as masses and semi-axes, as JSON.
+    pub fn parameters(&self) -> Result<String> {
+        let values: BTreeMap<_, _> = self.system.parameter_values().into_iter().collect();
+        Ok(serde_json::to_string(&values)?)
+    }
+
+    /// Returns the semi-axes (N, 3) of the bodies; those of what is no ellipsoid are zero.
+    #[wasm_bindgen(js_name = semiAxes)]
+    pub fn semi_axes(&self) -> Vec<f64> {
+        self.system.bodies().iter().flat_map(Body::semi_axes).collect()
+    }
+
+    /// Returns the model in which a parameter of the system has this value.
+    #[wasm_bindgen(js_name = withParameter)]
+    pub fn with_parameter(&self, name: &str, value: f64) -> Result<Model> {
+        let parameter = Parameter::named(name, &self.system)?;
+        let system = parameter.changed(&self.system, value - parameter.value(&self.system))?;
+        Ok(Self { system, state: self.state.clone() })
+    }
+
+    /// Returns the osculating elements (6,) of a body about the first one: semi-major axis, eccentricity,
+    /// inclination, longitude of the ascending node, argument of periapsis and mean anomaly, angles in radians.
+    pub fn elements(&self, body: usize) -> Result<Vec<f64>> {
+        let mu = mu(&self.system, body)?;
+        let (x, v) = (self.state.position(), self.state.velocity());
+        Ok(numbers(&KeplerElements::from_cartesian(&(x[body] - x[0]), &(v[body] - v[0]), mu)?))
+    }
+
+    /// Returns the model in which a body has these osculating elements about the first one. The barycentre of
+    /// the two keeps its place and its velocity; attitudes and spins stay as they are.
+    #[wasm_bindgen(js_name = withElements)]
+    pub fn with_elements(&self, body: usize, elements: &[f64]) -> Result<Model> {
+        let mu = mu(&self.system, body)?;
+        let &[a, e, i, node, periapsis, anomaly] = elements else {
+            return Err(JsError::new("the number of elements has to be six"));
+        };
+        let (x, v) = KeplerElements::new(a, e, i, node, periapsis, anomaly)?.to_cartesian(mu)?;
+        let masses = [0, body].map(|k| self.system.bodies()[k].mass());
+        let about_barycentre = |vectors: &[Vec3], relative: Vec3| {
+            let mut vectors = vectors.to_vec();
+            let centre = (vectors[0] * masses[0] + vectors[body] * masses[1]) / (masses[0] + masses[1]);
+            vectors[0] = centre - relative * (masses[1] / (masses[0] + masses[1]));
+            vectors[body] = centre + relative * (masses[0] / (masses[0] + masses[1]));
+            vectors
+        };
+        let position = about_barycentre(self.state.position(), x);
+        Ok(self.moved(position, about_barycentre(self.state.velocity(), v))?)
+    }
+
+    /// Returns the model in which a body is rotated by an angle, in radians, about its own x axis, with the
+    /// spin in its own frame as it was.
+    #[wasm_bindgen(js_name = withTilt)]
+    pub fn with_tilt(&self, body: usize, angle: f64) -> Result<Model> {
+        let state = &self.state;
+        let mut attitude = state.attitude().to_vec();
+        let count = attitude.len();
+        let tilted =
+            attitude.get_mut(body).ok_or_else(|| JsError::new(&format!("body has to be below {count}")))?;
+        *tilted = rotation::product(*tilted, rotation::exponential(&Vec3::new(angle, 0.0, 0.0)));
+        let (position, velocity) = (state.position().to_vec(), state.velocity().to_vec());
+        let state = State::new(state.time(), position, velocity, attitude, state.spin().to_vec())?;
+        Ok(Self { system: self.system.clone(), state })
+    }
+
+    /// Returns the model in which a body has got a momentum (3,), in the inertial frame, through its centre.
+    #[wasm_bindgen(js_name = withMomentum)]
+    pub fn with_momentum(&self, body: usize, momentum: &[f64]) -> Result<Model> {
+        mu(&self.system, body)?;
+        let &[x, y, z] = momentum else {
+            return Err(JsError::new("the number of components has to be three"));
+        };
+        let mut velocity = self.state.velocity().to_vec();
+        velocity[body] += Vec3::new(x, y, z) / self.system.bodies()[body].mass();
+        Ok(self.moved(self.state.position().to_vec(), velocity)?)
+    }
+
+    /// Returns the unit vector (3,) of a body's velocity relative to the first body.
+    #[wasm_bindgen(js_name = direction)]
+    pub fn direction(&self, body: usize) -> Result<Vec<f64>> {
+        mu(&self.system, body)?;
+        let velocity = self.state.velocity()[body] - self.state.velocity()[0];
+        Ok(velocity.normalize().as_slice().to_vec())
+    }
+
+    /// Integrates over a duration and returns the motion at the ends of this many equal intervals, or up to the
+    /// error that ended it early.
+    pub fn integrate(&self, duration: f64, intervals: usize) -> Result<Motion> {
+        if intervals == 0 {
+            return Err(JsError::new("the number of intervals has to be at least one"));
+        }
+        Ok(self.simulate(duration, intervals)?)
+    }
+}
+
+/// A run of a [`Model`] at K times.
+#[wasm_bindgen]
+pub struct Motion {
+    system: System,
+    record: Trajectory,
+    error: Option<String>,
+}
+
+impl Motion {
+    /// Returns position and velocity of a body relative to the first one in a sample.
+    fn relative(&self, k: usize, body: usize) -> (Vec3, Vec3) {
+        let record = &self.record;
+        (record.position(k, body) - record.position(k, 0), record.velocity(k, body) - record.velocity(k, 0))
+    }
+}
+
+#[wasm_bindgen]
+impl Motion {
+    /// Returns the times (K,).
+    #[wasm_bindgen(getter)]
+    pub fn time(&self) -> Vec<f64> {
+        self.record.time.clone()
+    }
+
+    /// Returns the positions (K, N, 3).
+    #[wasm_bindgen(getter)]
+    pub fn position(&self) -> Vec<f64> {
+        self.record.position.clone()
+    }
+
+    /// Returns the attitudes (K, N, 4), as unit quaternions with the scalar first.
+    #[wasm_bindgen(getter)]
+    pub fn attitude(&self) -> Vec<f64> {
+        self.record.attitude.clone()
+    }
+
+    /// Returns the change of the energy (K,) since the start relative to the energy of the orbit, which is the
+    /// translational and the potential one.
+    #[wasm_bindgen(getter, js_name = energyDrift)]
+    pub fn energy_drift(&self) -> Vec<f64> {
+        let energy = &self.record.energy;
+        let Some(&[total, translational, _, potential]) = energy.first_chunk::<4>() else {
+            return Vec::new();
+        };
+        let scale = (translational + potential).abs();
+        energy.chunks_exact(4).map(|row| (row[0] - total) / scale).collect()
+    }
+
+    /// Returns the message of the error that ended the run early.
+    #[wasm_bindgen(getter)]
+    pub fn error(&self) -> Option<String> {
+        self.error.clone()
+    }
+
+    /// Returns roll, pitch and yaw (K, 3) of a body in the frame of its orbit about the first one, in radians: its
+    /// x axis points from the body to the first one, its z axis along the normal. A body that starts nearer to
+    /// backwards is taken as rotated by half a turn about its z axis. Roll and yaw have no jumps.
+    #[wasm_bindgen(js_name = rollPitchYaw)]
+    pub fn roll_pitch_yaw(&self, body: usize) -> Result<Vec<f64>> {
+        mu(&self.system, body)?;
+        let mut all: Vec<f64> = Vec::with_capacity(3 * self.record.len());
+        let mut side = 1.0;
+        for k in 0..self.record.len() {
+            let (position, velocity) = self.relative(k, body);
+            let (x, z) = (-position.normalize(), position.cross(&velocity).normalize());
+            let orbit = Mat3::from_columns(&[x, z.cross(&x), z]);
+            let mut r = orbit.transpose() * rotation::matrix(self.record.state(k).attitude()[body]);
+            if k == 0 && r[(0, 0)] < 0.0 {
+                side = -1.0;
+            }
+            r = Mat3::from_columns(&[r.column(0) * side, r.column(1) * side, r.column(2).into()]);
+            let mut angles =
+                [r[(2, 1)].atan2(r[(2, 2)]), -r[(2, 0)].clamp(-1.0, 1.0).asin(), r[(1, 0)].atan2(r[(0, 0)])];
+            if k > 0 {
+                for axis in [0, 2] {
+                    let last = all[3 * (k - 1) + axis];
+                    angles[axis] += TAU * ((last - angles[axis]) / TAU).round();
+                }
+            }
+            all.extend(angles);
+        }
+        Ok(all)
+    }
+
+    /// Returns the osculating elements (K, 6) of a body about the first one, as [`Model::elements`].
+    pub fn elements(&self, body: usize) -> Result<Vec<f64>> {
+        let mu = mu(&self.system, body)?;
+        let mut all = Vec::with_capacity(6 * self.record.len());
+        for k in 0..self.record.len() {
+            let (position, velocity) = self.relative(k, body);
+            all.extend(numbers(&KeplerElements::from_cartesian(&position, &velocity, mu)?));
+        }
+        Ok(all)
+    }
+
+    /// Returns the brightness (K,) of all bodies together by Lommel and Seeliger's law, with occultations and
+    /// eclipses, for directions (3,) to the observer and to the Sun that stay as they are.
+    pub fn brightness(&self, to_observer: &[f64], to_sun: &[f64]) -> Result<Vec<f64>> {
+        let (&[ex, ey, ez], &[sx, sy, sz]) = (to_observer, to_sun) else {
+            return Err(JsError::new("the number of components of a direction has to be three"));
+        };
+        let bodies = self.system.bodies().to_vec();
+        let surface = Surface { law: Law::Sum([1.0, 0.0]), albedo: vec![1.0] };
+        let photometer = Photometer::new(bodies.clone(), vec![surface; bodies.len()], true, 0.0)?;
+        let states: Vec<_> = (0..self.record.len()).map(|k| self.record.state(k)).collect();
+        let view = |state| view(state, Vec3::new(ex, ey, ez), Vec3::new(sx, sy, sz));
+        let views: Vec<_> = states.iter().map(view).collect();
+        let mut hook = time_limit();
+        let brightness = photometer.brightness_in(&views, &mut InterruptCheck::new(&mut hook));
+        let each = brightness.map_err(|error| JsError::new(&explained(error)))?;
+        Ok(each.chunks_exact(bodies.len()).map(|row| row.iter().sum()).collect())
+    }
+}
+
+/// Returns a hook that stops a computation after [`TIME_LIMIT`].
+fn time_limit() -> impl FnMut() -> ControlFlow<()> {
+    let start = Instant::now();
+    move || if start.elapsed() > TIME_LIMIT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Returns the message of an error, with the reason if the computation took too long.
+fn explained(error: Error) -> String {
+    match error {
+        Error::Interrupted { time } => {
+            format!(
+                "the computation has come to time {time:.6} after {} seconds and stops there",
+                TIME_LIMIT.as_secs()
+            )
+        }
+        error => error.to_string(),
+    }
+}
+
+/// Returns the product of G and the masses of the first body and another one, or an error for what is none.
+fn mu(system: &System, body: usize) -> CoreResult<f64> {
+    let bodies = system.bodies();
+    if body == 0 || body >= bodies.len() {
+        return Err(Error::invalid("body", body, format!("from 1 to {}", bodies.len() - 1)));
+    }
+    Ok(system.gravitational_constant() * (bodies[0].mass() + bodies[body].mass()))
+}
+
+fn view(state: &State, to_observer: Vec3, to_sun: Vec3) -> View<'_> {
+    View {
+        time: state.time(),
+        position: state.position(),
+        attitude: state.attitude(),
+        velocity: &[],
+        to_observer,
+        to_sun,
+        distant: true,
+    }
+}
+
+fn numbers(orbit: &KeplerElements) -> Vec<f64> {
+    vec![
+        orbit.semi_major_axis,
+        orbit.eccentricity,
+        orbit.inclination,
+        orbit.longitude_of_node,
+        orbit.argument_of_periapsis,
+        orbit.mean_anomaly,
+    ]
+}
