@@ -185,7 +185,7 @@ class Explorer:
         bundle = self._widget._repr_mimebundle_(**options)
         data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
         page = View(self.run, samples=self._samples, geometry=self._geometry)
-        return {**data, "text/plain": repr(self), "text/html": page._repr_html_()}, metadata
+        return {**data, "text/plain": repr(self), "text/html": page.framed()}, metadata
 
     def __repr__(self) -> str:
         names = ", ".join(self._controls)

@@ -133,7 +133,8 @@ class View:
             temporary.write_text(self.to_html(), encoding="utf-8")
         return Path(path)
 
-    def _repr_html_(self) -> str:
+    def framed(self) -> str:
+        """Return the page in a frame, as Jupyter shows it."""
         page = html.escape(self.to_html(), quote=True)
         # A notebook that is not trusted shows only the text; in a trusted one the picture covers it.
         return (
@@ -142,6 +143,8 @@ class View:
             'style="position:relative;display:block;margin-top:-1.6em;box-sizing:border-box;'
             f'width:100%;height:{self._height}px;border:1px solid #ccc;background:#fff"></iframe>'
         )
+
+    _repr_html_ = framed
 
     def __repr__(self) -> str:
         moments = len(self._data["time"]) * 3 // 32
