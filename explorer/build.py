@@ -91,9 +91,8 @@ def core(out: Path) -> None:
     subprocess.run(command, cwd=ROOT, env=environment, check=True)
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     module = target / TARGET / "browser" / "fullbody_web.wasm"
-    subprocess.run(
-        ["wasm-bindgen", "--target", "web", "--no-typescript", "--remove-name-section", "--out-dir", str(out), str(module)], check=True
-    )
+    options = ["--target", "web", "--no-typescript", "--remove-name-section", "--out-dir", str(out)]
+    subprocess.run(["wasm-bindgen", *options, str(module)], check=True)
 
 
 def main(out: Path) -> None:

@@ -1,6 +1,6 @@
 """The page in a headless Chromium: what it shows are the numbers of Python's runs, also after a slider has moved.
 
-``make test-explorer`` builds the page and runs these tests. Pictures of it go into out/explorer-pictures, to be looked at.
+``make test-explorer`` builds the page and runs these tests. Pictures go into out/explorer-pictures, to be looked at.
 """
 
 import functools
