@@ -16,8 +16,6 @@ from ..model.state import strip, wrap
 from ..typing import Floats
 from ._pair import Pair, Pose, cross
 
-__all__ = ["PairPoint", "flow", "generators", "momentum_rows"]
-
 #: For both bodies the rows of a tangent vector that hold the rotation vector, and those that hold the spin.
 ROTATIONS = (slice(6, 9), slice(12, 15))
 SPINS = (slice(9, 12), slice(15, 18))

@@ -14,8 +14,6 @@ import numpy as np
 from ..typing import Floats
 from ._pair import Pair, Pose, cross
 
-__all__ = ["Rotation", "complement", "even", "kernel"]
-
 #: The matrix of the vector product with the unit vector along z.
 _UP = cross((0.0, 0.0, 1.0))
 

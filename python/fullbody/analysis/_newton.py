@@ -13,8 +13,6 @@ from ..typing import Floats
 from ._linear import Rotation
 from ._pair import Pair, Pose, cross
 
-__all__ = ["Condition", "EquilibriumProblem", "Kind", "converged", "corrected"]
-
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 
 _STEPS = 60

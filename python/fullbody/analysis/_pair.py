@@ -19,9 +19,6 @@ from ..model.stokes import StokesCoefficients
 from ..motion.system import System
 from ..typing import Floats
 
-__all__ = ["Pair", "Pose", "cross"]
-
-
 #: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is zero.
 _EQUAL = 1e-10
 #: Test angles in radians, not fractions of a full turn, by which a body is turned to test its symmetry about an axis.

@@ -17,8 +17,6 @@ from ._flow import ROTATIONS, SPINS, PairPoint, flow, generators, momentum_rows
 from ._linear import even
 from ._pair import Pair
 
-__all__ = ["Ends", "Shooting", "begun", "solved"]
-
 #: The largest number of steps of Newton's method, and how many in a row may fail to improve the orbit.
 _STEPS, _LOST = 40, 6
 #: The longest step in the units of :meth:`Shooting.units`, and the relative singular value that counts as zero.

@@ -17,8 +17,6 @@ from ._linear import Rotation
 from ._newton import EquilibriumProblem
 from ._pair import Pair, Pose
 
-__all__ = ["Axes", "aligned", "alignments", "contact", "long_axes", "rotation_at", "scan"]
-
 #: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.
 Axes: TypeAlias = tuple[tuple[int, int], tuple[int, int]]
 

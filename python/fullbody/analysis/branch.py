@@ -22,8 +22,6 @@ from ._linear import Rotation
 from ._newton import Condition, EquilibriumProblem, converged, corrected
 from .equilibrium import RelativeEquilibrium
 
-__all__ = ["Branch", "Fold", "branch"]
-
 #: Step lengths along the branch in the units of :meth:`EquilibriumProblem.scales`: the first, the longest and the
 #: shortest.
 _FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7

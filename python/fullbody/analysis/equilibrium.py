@@ -25,8 +25,6 @@ from ._pair import Pair, Pose
 from ._starts import Axes, aligned, contact, long_axes, rotation_at, scan
 from .modes import Modes, displaced, modes_of
 
-__all__ = ["RelativeEquilibrium", "averaged", "relative_equilibrium"]
-
 #: Curvatures below this belong to directions in which the system does not change.
 _FLAT = 1e-10
 

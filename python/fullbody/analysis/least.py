@@ -19,8 +19,6 @@ from ._pair import Pair
 from ._starts import Axes, aligned, alignments, contact, rotation_at, scan
 from .equilibrium import RelativeEquilibrium
 
-__all__ = ["Equilibria", "Touching", "equilibria"]
-
 #: Energies and separations whose relative difference is less than this are equal.
 _SAME = 1e-12
 

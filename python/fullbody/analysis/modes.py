@@ -17,8 +17,6 @@ from ..typing import Array, Floats, Scalar
 from . import pictures
 from ._linear import Rotation
 
-__all__ = ["Modes", "displaced", "modes_of"]
-
 _Complex = npt.NDArray[np.complex128]
 #: Growth of a mode, relative to the fastest rate, that may be rounding of nearly equal eigenvalues.
 STEADY = 1e-7

@@ -24,8 +24,6 @@ from ._pair import Pair, Pose, cross
 from ._shooting import Ends, Shooting, begun, solved
 from .equilibrium import RelativeEquilibrium, pose_of
 
-__all__ = ["PeriodicOrbit", "periodic_family", "periodic_orbit"]
-
 #: The largest closure of members of a family.
 _CLOSED = 1e-12
 _HELD = ("period", "energy", "angular_momentum")

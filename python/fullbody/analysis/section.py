@@ -21,8 +21,6 @@ from ..record.record import Record
 from ..typing import Array, Floats
 from . import pictures
 
-__all__ = ["Frequencies", "Section", "frequencies", "section"]
-
 
 class Section(Tabled):
     """The states in which motions cross a surface, made by :func:`section`.

@@ -22,19 +22,6 @@ from ..systems import kw4_ho2021
 from ..typing import Floats
 from .run import page
 
-__all__ = [
-    "METHODS",
-    "SHAPES",
-    "Shape",
-    "add_options",
-    "measure",
-    "register",
-    "run_year",
-    "spin_range",
-    "unitless",
-    "write",
-]
-
 Shape = Literal["ellipsoid", "spheroid"]
 SHAPES: tuple[Shape, ...] = get_args(Shape)
 METHODS = ("surface", "focal")

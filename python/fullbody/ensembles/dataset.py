@@ -15,8 +15,6 @@ from .work import Failure, MeasuredValue, Outcome, ordered
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FAILURE", "dataset", "in_units", "table_of"]
-
 #: Variables that describe what went wrong in a row, with their meanings.
 FAILURE = {
     "error": "the kind of error that a row ended with; empty for none",

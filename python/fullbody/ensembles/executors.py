@@ -13,8 +13,6 @@ from ..base.units import need
 from ..errors import FullbodyError, InvalidInput
 from .work import Job, Outcome, Rows, work, work_sent
 
-__all__ = ["here", "submitted"]
-
 #: The number of chunks that an executor holds at a time.
 _HELD = 4096
 #: The number of attempts at a chunk whose worker dies or fails for another reason.

@@ -22,8 +22,6 @@ from ..motion.system import System
 from ..record.integrators import Integrator
 from ..record.times import end_arguments, spacing_warning
 
-__all__ = ["integrate_many"]
-
 Answer: TypeAlias = Run | Exception
 
 #: A larger number of threads than this is taken for a mistake.

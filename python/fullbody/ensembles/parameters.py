@@ -16,8 +16,6 @@ from ..base.kinds import whole
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
-__all__ = ["RNG", "Draws", "Paired", "ParameterColumn", "ParameterTable", "draws", "paired", "tabulated"]
-
 #: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
 _MOST_ROWS = 10**8
 #: The argument of a setup that receives the row's random generator; no parameter may have this name.

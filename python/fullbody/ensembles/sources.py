@@ -20,8 +20,6 @@ import numpy as np
 
 from ..base.units import is_quantity
 
-__all__ = ["described"]
-
 
 def described(things: Mapping[str, Any]) -> dict[str, str]:
     """Return the texts of values by their names, with the source texts of the user's functions and classes.

@@ -29,8 +29,6 @@ from .work import Failure, MeasuredValue, Outcome
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["ATTRIBUTE", "Manifest", "Store", "opened"]
-
 #: The description of a sweep: texts by their names.
 Manifest = Mapping[str, str]
 #: The attribute of a map that holds the description of its sweep.

@@ -32,8 +32,6 @@ from .work import Job, Observable, Outcome, ordered
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["sweep"]
-
 #: The chunk size for an executor's worker, the least one in this process, and the number per thread in this process.
 _OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
 

@@ -20,8 +20,6 @@ from ..typing import Floats
 from .members import integrate_many
 from .parameters import RNG, fits, storable, stream
 
-__all__ = ["Failure", "Job", "MeasuredValue", "Observable", "Outcome", "Rows", "work", "work_sent"]
-
 #: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
 

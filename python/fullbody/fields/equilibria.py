@@ -12,8 +12,6 @@ from ..base.values import ArrayFields
 from ..typing import Array, Floats, Scalar
 from .frame import Frame
 
-__all__ = ["Equilibrium", "equilibria", "inner_point"]
-
 #: Real parts of eigenvalues that count as zero, in units of the rate.
 _NEUTRAL = 1e-6
 #: The distance, in separations, below which two points are the same.

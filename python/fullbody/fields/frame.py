@@ -12,8 +12,6 @@ from ..model.failures import explaining
 from ..model.gravity import Gravity, gravity_at
 from ..typing import Floats
 
-__all__ = ["Frame"]
-
 #: Relative rates of change of accelerations or figures above which they do not rest in the frame.
 _STEADY = 1e-3
 

@@ -17,8 +17,6 @@ from ..typing import Array, Floats, Scalar
 from .equilibria import inner_point
 from .frame import Frame
 
-__all__ = ["RocheLobe", "roche_lobe"]
-
 #: The number of steps in which a ray searches for the surface, and of halvings of the last one.
 _STEPS, _HALVINGS = 200, 50
 

@@ -20,8 +20,6 @@ from ..model.state import State, strip
 from ..record.record import Record
 from ..typing import Array, Floats
 
-__all__ = ["SurfaceField", "SurfaceRange", "surface", "surface_along"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SurfaceField(ArrayFields):

@@ -18,8 +18,6 @@ from .equilibria import equilibria
 from .frame import Frame
 from .lobes import roche_lobe
 
-__all__ = ["Synodic"]
-
 
 class Synodic:
     """The frame that turns with a pair of bodies, and the field in it.

@@ -18,8 +18,6 @@ from ..motion.system import System, system_of
 from ..record.integrators import rebuild
 from .free import Free, Parameters
 
-__all__ = ["FORMAT", "contents", "described", "save"]
-
 #: The attribute that marks a file as a fit, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_fit", 1)
 #: The attributes of a fit that JSON can hold.

@@ -17,9 +17,6 @@ from ..base.values import ByName
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["Free", "Parameters"]
-
-
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
 _SIGMA = Limits(least=SMALLEST, text=f"a number above zero, at least {SMALLEST}")
 

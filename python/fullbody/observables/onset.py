@@ -16,8 +16,6 @@ from . import _signal as signal
 from ._relative import RelativeMotion
 from .spin import angles, in_orbit_frame
 
-__all__ = ["Tumbling", "tumbles"]
-
 _NAMES: tuple[Literal["roll", "pitch", "yaw"], ...] = ("roll", "pitch", "yaw")
 #: The half turns that leave an ellipsoid unchanged.
 _HALF_TURNS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)

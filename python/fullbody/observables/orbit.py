@@ -16,17 +16,6 @@ from . import _signal as signal
 from ._follow import Path
 from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 
-__all__ = [
-    "ElementRates",
-    "MeanElements",
-    "MutualPeriod",
-    "Precession",
-    "element_rates",
-    "mean_elements",
-    "mutual_period",
-    "orbit_precession",
-]
-
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
 #: and the relative size below which that term may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9

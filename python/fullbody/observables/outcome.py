@@ -16,8 +16,6 @@ from ..record.record import Record
 from ..typing import Scalar
 from ._relative import check_run
 
-__all__ = ["Drift", "Fate", "drift", "fate"]
-
 #: The distance, in sums of the longest semi-axes, beyond which figures and spins change the energy of an orbit by less
 #: than a thousandth of its parts.
 _FAR = 20.0

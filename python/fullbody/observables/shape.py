@@ -16,8 +16,6 @@ from ._follow import Path
 from ._relative import WINDOWED, RelativeMotion
 from .orbit import frequencies, passages
 
-__all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
-
 #: Number of Newton steps from a sampled extreme of the distance to the extreme itself.
 _STEPS = 4
 

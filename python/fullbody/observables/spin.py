@@ -15,8 +15,6 @@ from ..typing import Array, Floats, Scalar
 from . import _signal as signal
 from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
 
-__all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Libration(ArrayFields):

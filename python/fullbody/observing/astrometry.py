@@ -16,8 +16,6 @@ from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_
 from .data import Observations
 from .vectors import Vectors, local_geometry, turn
 
-__all__ = ["Astrometry"]
-
 #: The largest offset, a degree in radians, that causes no warning if it is a plain number.
 _WIDEST = np.pi / 180.0
 

@@ -17,8 +17,6 @@ from ..base.units import UNITLESS, gathered, is_quantity, need, numbers, refuse_
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..typing import Floats
 
-__all__ = ["DataColumn", "Rows", "column", "jitter_of", "positive_rows", "read_table", "refuse_rounded"]
-
 #: The spacing of a type's numbers relative to their standard error above which they are refused.
 _ROUNDED = 0.1
 

@@ -20,8 +20,6 @@ from ..spice.state import loaded
 from ..typing import Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
-__all__ = ["from_orbit", "from_spice", "from_system"]
-
 #: The arguments of a geometry, and the ends of its span in s since the first row.
 VectorTable = tuple[dict[str, Any], tuple[float, float]]
 #: The longest step in s: a ninth of a month, or a twentieth of a day for an observer who rotates with the Earth.

@@ -15,8 +15,6 @@ from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_
 from .data import Observations
 from .vectors import Vectors
 
-__all__ = ["RadarAstrometry", "RangeAndRate"]
-
 _KINDS = {"range": ("length", "km"), "range_rate": ("velocity", "km/s")}
 
 

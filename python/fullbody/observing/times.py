@@ -12,8 +12,6 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 
-__all__ = ["LIGHT_SPEED", "in_system", "kilometres", "seconds", "system_epoch"]
-
 #: The speed of light in km/s.
 LIGHT_SPEED = 299792.458
 

@@ -20,8 +20,6 @@ from ..model.context import SystemLike
 from ..typing import Array, Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
-__all__ = ["SystemGeometry", "Vectors", "local_geometry", "turn"]
-
 #: The error of the spline between rows, relative to the distance, above which a warning is given.
 _COARSE = 1e-3
 #: The difference in seconds below which two dates count as one.

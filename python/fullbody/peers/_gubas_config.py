@@ -27,8 +27,6 @@ from ..orbit.elements import KeplerElements
 from ..typing import Floats
 from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text, naming
 
-__all__ = ["BODIES", "START", "Config", "Deformed", "Orbit", "Outside", "outside_of", "rotations_of", "shape_of"]
-
 #: The elements of an orbit in the order of a file: semi-major axis, eccentricity, inclination, node, argument of
 #: periapsis, time of periapsis.
 Orbit = tuple[float, float, float, float, float, float]

@@ -12,8 +12,6 @@ from ..errors import caution
 from ..model.bodies import Body
 from ..typing import Floats
 
-__all__ = ["along_body_axes"]
-
 #: The angle in radians, and the distance relative to the size, by which a shape may differ from its principal frame
 #: without a warning, since files are rounded.
 _OFF = 1e-3

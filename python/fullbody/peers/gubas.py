@@ -15,8 +15,6 @@ from ..motion.system import System
 from ._meshes import along_body_axes
 from ._text import NOT_NEGATIVE, POSITIVE, naming
 
-__all__ = ["read_gubas"]
-
 _UNITS = ("km", "s", "kg")
 _BODIES, _TIME = ("Primary", "Secondary"), ("Integration Settings", "Start Time")
 

@@ -15,9 +15,6 @@ from ..model.shapes import PointMass, Sphere
 from ..model.state import State, from_numbers, strip
 from ..motion.system import System
 
-__all__ = ["from_rebound", "to_rebound"]
-
-
 #: The units of rebound that have a name in astropy too.
 _NAMED = (
     ("m", "cm", "km", "au", "pc"),

@@ -22,8 +22,6 @@ from ..orbit.elements import KeplerElements
 from ._meshes import along_body_axes
 from ._text import POSITIVE, Text, naming
 
-__all__ = ["read_sians"]
-
 #: The program's own gravitational constant in m^3 kg^-1 s^-2, and its mass of the Sun in the file's unit of mass.
 _G_SI = 6.67408e-11
 _SUN = 1.989e30

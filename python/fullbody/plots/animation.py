@@ -26,8 +26,6 @@ from .sunlight import Sunlight, directions
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
 
-__all__ = ["animate"]
-
 _ICONS = {
     "minus": "\u2212",
     "plus": "+",

@@ -17,8 +17,6 @@ from ._style import split_far
 if TYPE_CHECKING:
     from ..particles.flight import Flight
 
-__all__ = ["Trails", "at", "moment", "track", "trails"]
-
 #: The number of points below which the corners of a path would be visible.
 _SMOOTH = 1000
 #: The largest number of times for each sample of a flight.

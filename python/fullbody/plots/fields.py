@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
     from ..fields.synodic import Synodic
 
-__all__ = ["roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
-
 #: Edges of cells that extend over fewer degrees of longitude than this are straight on a map.
 _STRAIGHT = 4.0
 #: The quantities that can be shown on a surface, with their labels.

@@ -13,8 +13,6 @@ from ._style import LINES, colour_bar, escaped, grid, numbers, single, unit_of, 
 if TYPE_CHECKING:
     from ..particles.flight import Flight
 
-__all__ = ["impacts"]
-
 #: The quantities that may colour an impact, with their labels.
 _COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
 

@@ -9,8 +9,6 @@ from ..record.record import Record
 from ..typing import Floats
 from .between import at, track
 
-__all__ = ["followed", "warn_if_aliased"]
-
 #: The number of turns in a run that samples alone show; for more turns, the part of a turn between points, and the
 #: largest number of points.
 _SEEN, _PART, _MOST = 20.0, 1.0 / 48.0, 400_000

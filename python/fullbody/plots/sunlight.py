@@ -14,8 +14,6 @@ from ._style import surfaces
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
 
-__all__ = ["Sunlight", "casts", "directions"]
-
 #: The brightness with which the night side is drawn.
 NIGHT = 0.18
 

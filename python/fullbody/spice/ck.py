@@ -21,8 +21,6 @@ from .conventions import Conventions, body_numbers, spiceypy
 from .kernel import binary
 from .nodes import attitudes, nodes
 
-__all__ = ["to_ck"]
-
 #: The tolerance of the interpolation between the nodes, rad.
 _TOLERANCE = 1e-12
 #: Ticks per second: a power of two, so that seconds past J2000 become ticks without rounding.

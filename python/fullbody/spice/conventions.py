@@ -13,8 +13,6 @@ from ..errors import InvalidInput
 from ..frames import rotation
 from ..model.context import SystemLike
 
-__all__ = ["Conventions", "body_numbers", "number", "spiceypy"]
-
 
 def spiceypy() -> Any:
     """Import the package spiceypy, or raise an error that says how to install it."""

@@ -12,8 +12,6 @@ from ..errors import FullbodyError
 from ..record.record import Record
 from .conventions import spiceypy
 
-__all__ = ["binary", "message_of"]
-
 
 @contextmanager
 def binary(path: Any, opener: str, run: Record) -> Iterator[int]:

@@ -14,8 +14,6 @@ from ..record.record import Record
 from ..typing import Floats
 from .conventions import Conventions
 
-__all__ = ["Nodes", "attitudes", "centres", "nodes"]
-
 #: A function from samples of a run to values (K, N, C) in SPICE's units and their rates per second.
 Curve = Callable[[dict[str, Floats]], tuple[Floats, Floats]]
 

@@ -14,8 +14,6 @@ from .conventions import Conventions, body_numbers, number, spiceypy
 from .kernel import binary
 from .nodes import centres, nodes
 
-__all__ = ["to_spk"]
-
 #: The tolerance of the interpolation between the nodes, km.
 _TOLERANCE = 1e-9
 

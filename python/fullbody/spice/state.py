@@ -16,8 +16,6 @@ from ..model.state import State
 from .conventions import Conventions, body_numbers, number, spiceypy
 from .kernel import message_of
 
-__all__ = ["loaded", "state"]
-
 
 def state(
     system: SystemLike,
