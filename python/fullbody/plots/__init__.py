@@ -1,23 +1,16 @@
 """Plots of a run, for :attr:`fullbody.Run.plot`, of the results of :mod:`fullbody.fields`, and of impacts.
 
-Each plot has a file of its own; matplotlib is imported when a plot is drawn.
+Matplotlib is imported when a plot is drawn.
 """
 
 from __future__ import annotations
 
 from ._style import RunPlots
-from .angles import angles
-from .elements import elements
-from .energy import energy
-from .fields import roche_lobes, surface_map, surface_scene, zero_velocity
-from .libration import libration
-from .light_curve import light_curve
+from .curves import angles, elements, energy, libration, light_curve, spins, work
+from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
 from .orbit import orbit
-from .particles import impacts
 from .scene import scene
-from .spins import spins
 from .summary import summary
-from .work import work
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
@@ -25,8 +18,9 @@ __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "z
 class Plots(RunPlots):
     """The plots of a run: ``run.plot()`` draws a page, ``run.plot.orbit()`` and so on one picture.
 
-    Each method draws on the matplotlib axes it is given or makes its own, and returns them. Further keyword arguments
-    are passed to matplotlib. Lengths, times and spins are in the system's units, angles in degrees.
+    Each method draws on the matplotlib axes ``ax`` or makes its own, and returns them; a plot of several panels takes
+    and returns an array of axes. Further keyword arguments are passed to ``Axes.plot``. Lengths, times and spins are in
+    the system's units, angles in degrees.
 
     Parameters
     ----------

@@ -18,10 +18,8 @@ from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ._style import RunPlots, check_samples, matplotlib, split_far
-from .between import at
-from .sampling import warn_if_aliased
-from .scene import draw_body, scene, stage, title
-from .sunlight import Sunlight, directions
+from .between import at, warn_if_aliased
+from .scene import Sunlight, directions, draw_body, scene, stage, title
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors

@@ -25,23 +25,11 @@ def orbit(
 
     Parameters
     ----------
-    ax : matplotlib Axes, optional
     about : int or str
         The body at the origin; its index in the system, or its name.
     plane : {"xy", "xz", "yz"}
     shapes : bool
         Whether to draw the bodies' outlines.
-    **kwargs
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib Axes
-
-    Raises
-    ------
-    InvalidInput
-        For another plane, or a body that the system does not have.
     """
     choice(plane, "plane", _PLANES)
     run = plots.sampled()
@@ -62,9 +50,8 @@ def orbit(
             end = (position[-1, body] - position[-1, about])[[across, up]]
             _outline(ax, run, body, end, [across, up])
     ax.set_aspect("equal", adjustable="datalim")
-    origin = f"from {_style.called(run, about)}"
-    ax.set_xlabel(_style.label(run, f"{plane[0]} {origin}", "length"))
-    ax.set_ylabel(_style.label(run, f"{plane[1]} {origin}", "length"))
+    for set_label, letter in zip((ax.set_xlabel, ax.set_ylabel), plane, strict=True):
+        set_label(_style.label(run, f"{letter} from {_style.called(run, about)}", "length"))
     _style.grid(ax)
     _style.legend(ax)
     return ax
@@ -83,11 +70,8 @@ def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) 
         if surface.triangles is not None:
             corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
             # Edges are not drawn: the outline is that of all faces together.
-            faces = _style.matplotlib("collections").PolyCollection(
-                corners, facecolor="0.8", edgecolor="0.8", linewidth=0.3
-            )
-            faces.set_zorder(3)
-            ax.add_collection(faces)
+            style = {"facecolor": "0.8", "edgecolor": "0.8", "linewidth": 0.3, "zorder": 3}
+            ax.add_collection(_style.matplotlib("collections").PolyCollection(corners, **style))
             continue
         edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(angles), np.sin(angles)])
         index = centre + matrix @ surface.position

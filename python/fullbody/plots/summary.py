@@ -10,12 +10,8 @@ from typing import Any
 from ..base.kinds import instance
 from ..errors import InvalidInput
 from ._style import RunPlots, check_body, escaped, joined, matplotlib
-from .elements import elements
-from .energy import energy
-from .libration import libration
+from .curves import elements, energy, libration, spins, work
 from .orbit import orbit
-from .spins import spins
-from .work import work
 
 
 @dataclass(frozen=True, slots=True, repr=False)

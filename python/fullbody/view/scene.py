@@ -9,9 +9,8 @@ import numpy as np
 
 from ..base.kinds import whole
 from ..plots._style import check_samples, surfaces, unit
-from ..plots.between import at, track, trails
-from ..plots.sampling import warn_if_aliased
-from ..plots.sunlight import casts, directions
+from ..plots.between import at, track, trails, warn_if_aliased
+from ..plots.scene import casts, directions
 from ..record.record import Record
 
 if TYPE_CHECKING:
