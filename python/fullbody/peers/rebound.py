@@ -108,15 +108,10 @@ def _units(sim: Any, units: Any) -> Any:
         return units
     from rebound import units as known
 
-    sizes = [
-        table[name]
-        for table, name in zip((known.lengths_SI, known.times_SI, known.masses_SI), units_of_simulation, strict=True)
-    ]
+    tables = (known.lengths_SI, known.times_SI, known.masses_SI)
+    sizes = [table[name] for table, name in zip(tables, units_of_simulation, strict=True)]
     if units is True:
-        return tuple(
-            _named(name, size, names, within)
-            for name, size, names, within in zip(units_of_simulation, sizes, _NAMED, _ALIKE, strict=True)
-        )
+        return tuple(map(_named, units_of_simulation, sizes, _NAMED, _ALIKE))
     requested = Units(units)
     for kind, size, within, si in zip(_KINDS, sizes, _ALIKE, ("m", "s", "kg"), strict=True):
         if not np.isclose(requested.unit(kind).to(si), size, rtol=within, atol=0.0):
@@ -191,8 +186,7 @@ def to_rebound(system: System, state: State) -> Any:
     sim.t = core.time
     for index, (body, part) in enumerate(zip(system.bodies, system.context.bodies, strict=True)):
         radius = float(np.cbrt(3.0 / (4.0 * np.pi) * part.volume))
-        x, y, z = core.position[index]
-        vx, vy, vz = core.velocity[index]
+        motion = zip(("x", "y", "z", "vx", "vy", "vz"), (*core.position[index], *core.velocity[index]), strict=True)
         named = {"name": body.name} if body.name is not None and hasattr(rebound.Particle, "name") else {}
-        sim.add(m=part.mass, r=radius, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz, **named)
+        sim.add(m=part.mass, r=radius, **dict(motion), **named)
     return sim

@@ -19,8 +19,7 @@ from ..model.shapes import Ellipsoid, PointMass
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
-from ._meshes import along_body_axes
-from ._text import POSITIVE, Text, naming
+from ._files import POSITIVE, Text, along_body_axes, naming
 
 #: The program's own gravitational constant in m^3 kg^-1 s^-2, and its mass of the Sun in the file's unit of mass.
 _G_SI = 6.67408e-11
@@ -74,9 +73,8 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     Raises
     ------
     InvalidInput
-        For values that are not numbers, where the message names the line; for missing input (``kepler``, which decides
-        whether positions are elements, has no default); for a polyhedron with an invalid face; and for Kepler elements
-        of more than two bodies, which are not supported.
+        For missing or invalid input, where the message names the line (``kepler``, which decides whether positions are
+        elements, has no default), and for Kepler elements of more than two bodies, which are not supported.
 
     Warns
     -----
@@ -160,9 +158,7 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
     if units is None:
         return None, 1.0, None
     if isinstance(units, str):
-        choice(units, "units", _UNITS)
-        _, G, day = _UNITS[units]
-        return None, G, day
+        return None, *_UNITS[choice(units, "units", _UNITS)][1:]
     target = Units(units)
     from astropy import units as u
 
@@ -195,8 +191,7 @@ class _File(Text):
             self.fail(None, f"no parameter 'kepler'; expected a line {values} before the first section")
         # Only Kepler elements need the section that says which body orbits which.
         needed = _SECTIONS[: 7 if self.switches["kepler"] else 6]
-        missing = needed[len(self._sections) :]
-        if missing:
+        if missing := needed[len(self._sections) :]:
             self.fail(None, f"no section of {missing[0]}; expected, each after a line with @: {', '.join(needed)}")
 
     def _setting(self, line: int, words: list[str]) -> None:
@@ -204,9 +199,8 @@ class _File(Text):
         if name == words[0] or len(words) != 2:
             written = " ".join(words)
             self.fail(line, f"{written!r} is not a setting; expected a name, a colon and a number, such as 'sun: 0'")
-        if name not in (*_SETTINGS, *_SWITCHES):
-            options = ", ".join((*_SETTINGS, *_SWITCHES))
-            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {options}")
+        if name not in (options := (*_SETTINGS, *_SWITCHES)):
+            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {', '.join(options)}")
         value = self.number(line, words[1], name)
         if name in _SWITCHES:
             if value not in _SWITCHES[name]:
@@ -224,9 +218,8 @@ class _File(Text):
             return []
         start, rows = self._sections[index]
         if count is not None and len(rows) != count:
-            line = rows[count][0] if len(rows) > count else start
-            bodies = f"{len(rows)} bodies in the section of {name}"
-            self.fail(line, f"{bodies}; expected {count}, as in the section of masses")
+            what = f"{len(rows)} bodies in the section of {name}; expected {count}, as in the section of masses"
+            self.fail(rows[count][0] if len(rows) > count else start, what)
         return rows
 
     def product(self, line: int, text: str, what: str) -> float:
@@ -234,10 +227,8 @@ class _File(Text):
         factors = re.sub("[()]", "", text).split("/")
         if len(factors) > 2:
             self.fail(line, f"{what} is {text!r}; expected at most one division")
-        above, below = (
-            prod(_PI.get(term) or self.number(line, term, what) for term in factor.split("*"))
-            for factor in (factors[0], factors[1] if len(factors) == 2 else "1")
-        )
+        parts = (factors[0], factors[1] if len(factors) == 2 else "1")
+        above, below = (prod(_PI.get(w) or self.number(line, w, what) for w in part.split("*")) for part in parts)
         if below == 0.0:
             self.fail(line, f"{what} is {text!r}, a division by zero")
         return above / below
@@ -311,11 +302,9 @@ def _from_elements(file: _File, G: float, masses: Any, day: float | None) -> Any
 
 def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
     """Return position and velocity (2, 3) from the elements in the rows of a body."""
-    (node, periapsis, angle), (size, e, inclination) = (
-        file.vectors(name)[body] for name in ("positions", "velocities")
-    )
+    angles, (size, e, inclination) = (file.vectors(name)[body] for name in ("positions", "velocities"))
     line = file.rows("velocities")[body][0]
-    node, periapsis, angle, inclination = np.radians([node, periapsis, angle, inclination])
+    node, periapsis, angle, inclination = np.radians([*angles, inclination])
     if file.switches["kepler"] == 1:
         if day is None:
             file.fail(line, "the file gives a period in days; read it with units='kmhr' or others")
@@ -329,10 +318,9 @@ def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
 
 def _about_sun(file: _File, motion: Any, G: float, masses: Any) -> tuple[Any, Any]:
     """Return positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
-    shares = masses / masses.sum()
     # The vectors are first made relative to the first body, which loses no digits.
     from_first = motion - motion[:, :1]
-    barycentre = np.einsum("n,knx->kx", shares, from_first)
+    barycentre = np.einsum("n,knx->kx", masses / masses.sum(), from_first)
     try:
         r, v = motion[:, 0] + barycentre
         orbit = KeplerElements.from_cartesian(r, v, G * (_SUN + masses.sum()))

@@ -75,8 +75,6 @@ def animate(
 
     Raises
     ------
-    InvalidInput
-        For another ending, or a run without samples.
     FullbodyError
         If ffmpeg is needed but missing.
 
@@ -114,24 +112,21 @@ def animate(
     # All pictures show as many decimals as are needed to tell their times apart.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
-    writer: Any
-    if kind == ".html":
-        writer = animation.HTMLWriter(fps=fps, embed_frames=True, default_mode="loop", embed_limit=2000.0)
-    elif kind == ".gif":
-        writer = animation.PillowWriter(fps=fps)
-    else:
-        # Players of MP4 expect even numbers of pixels and this colour layout.
-        writer = animation.FFMpegWriter(fps=fps, codec="h264", extra_args=["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
+    # Players of MP4 expect even numbers of pixels and this colour layout.
+    writers: dict[str, tuple[str, dict[str, Any]]] = {
+        ".html": ("HTMLWriter", {"embed_frames": True, "default_mode": "loop", "embed_limit": 2000.0}),
+        ".gif": ("PillowWriter", {}),
+        ".mp4": ("FFMpegWriter", {"codec": "h264", "extra_args": ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"]}),
+    }
+    writer = getattr(animation, writers[kind][0])(fps=fps, **writers[kind][1])
     with _failing_by_name(path), replacing(path) as temporary:
         with writer.saving(figure, str(temporary), dpi):
             for time, centre, attitude, sun in zip(times, centres, attitudes, suns, strict=True):
                 artists: list[Any] = []
                 light = None if sun is None else Sunlight(run, sun, centre, attitude)
                 for body in near:
-                    name = run.context.names[body]
-                    artists += draw_body(
-                        ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13), light=light
-                    )
+                    pose = (body, centre[body], attitude[body], run.context.names[body])
+                    artists += draw_body(ax, run, *pose, {}, mesh=(25, 13), light=light)
                 title(ax, run, f"{time:.{decimals}f}")
                 writer.grab_frame()
                 for artist in artists:

@@ -47,17 +47,15 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
     Returns
     -------
     Page
-        The ``figure`` and its ``axes`` by name. For motion along a line, notes replace the elements and the
-        librations, which do not exist.
+        For motion along a line, notes replace the elements and the librations, which do not exist.
     """
     run = plots.sampled()
-    if figure is not None:
-        instance(figure, "figure", matplotlib("figure").FigureBase, "a matplotlib Figure or SubFigure")
     count = len(run.context)
     pair, forces = count > 1, list(run.context.forces)
     if figure is None:
         size = (11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4 + (2.4 if forces else 0.0))
         figure = matplotlib().figure(figsize=size, layout="constrained")
+    instance(figure, "figure", matplotlib("figure").FigureBase, "a matplotlib Figure or SubFigure")
     heights = ([4.4] if pair else []) + [2.1 * count, 2.2] + ([2.2] if forces else [])
     rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
     axes: dict[str, Any] = {}
@@ -72,7 +70,6 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
             elements(plots, panels, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
-            # Elements do not exist for motion along a line, for instance.
             for ax in panels:
                 ax.remove()
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
@@ -86,7 +83,6 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
             # The lowest panel labels the time axis for all.
             ax.label_outer()
         except InvalidInput as error:
-            # A single body and motion along a line, for instance, have no orbital frame.
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
             right.text(0.5, 1.0 - (index + 0.5) / count, note, ha="center", va="center")
