@@ -8,6 +8,7 @@ a body that is not locked turns back at its spin s_k about its axis e_k.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from ._pair import Pair, Pose, cross
 
 #: The matrix of the vector product with the unit vector along z.
 _UP = cross((0.0, 0.0, 1.0))
+#: For both bodies the components of a tangent vector that hold the rotation vector, and those of the angular momentum.
+TURNS = (slice(3, 6), slice(6, 9))
+MOMENTA = (slice(12, 15), slice(15, 18))
 
 
 def kernel(matrix: Floats, tolerance: float = 1e-10) -> Floats:
@@ -28,6 +32,11 @@ def kernel(matrix: Floats, tolerance: float = 1e-10) -> Floats:
 def complement(vectors: Floats) -> Floats:
     """Return orthonormal columns orthogonal to the given columns, which may be linearly dependent."""
     return kernel(vectors.T)
+
+
+def free_rotations(axis: int | None) -> Floats:
+    """Return rotation vectors (S, 3) of a body with an axis of symmetry that leave its gravity as it is."""
+    return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
 
 
 @dataclass(frozen=True)
@@ -57,9 +66,7 @@ class Rotation:
     def axis(self, body: int) -> Floats:
         """Return the unit vector e_k (3,) of a body's additional spin in its frame; for a sphere it is along Omega."""
         axis = self.axes[body]
-        if axis is None or axis == 3:
-            return np.asarray(self.pose.rotation[body].T @ [0.0, 0.0, 1.0])
-        return np.asarray(np.eye(3)[axis])
+        return self.pose.rotation[body].T @ [0.0, 0.0, 1.0] if axis in (None, 3) else np.eye(3)[axis]
 
     @property
     def spins(self) -> Floats:
@@ -82,16 +89,14 @@ class Rotation:
         spin_momentum = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
         return self.pair.mass * cross(self.pose.r) @ self.velocity + spin_momentum
 
-    @property
+    @cached_property
     def energy(self) -> float:
         kinetic = self.pair.mass * self.velocity @ self.velocity + np.sum(self.momenta * self.spins)
         return float(0.5 * kinetic + self.pair.loads(self.pose)[1])
 
     @property
     def units(self) -> Floats:
-        """Units (18,) of tangent vectors in which all components have similar weight. With d the separation, n Kepler's
-        rate and u_k = sqrt(m d^2 / I_k) radians, the units are d, u_k, m d n and m d^2 n / u_k.
-        """
+        """Units (18,) of tangent vectors: d, u_k = sqrt(m d^2 / I_k), m d n and m d^2 n / u_k, with n Kepler's rate."""
         d, m = self.pose.distance, self.pair.mass
         n = np.sqrt(self.pair.strength / (m * d**3))
         largest = self.pair.inertia.max(axis=1)
@@ -99,21 +104,14 @@ class Rotation:
         return np.repeat([d, *rotation_sizes, m * d * n, *(m * d * d * n / rotation_sizes)], 3)
 
     def symmetries(self) -> Floats:
-        """Return changes (9, S) of the pose that leave the system as it is: a turn of the whole, and turns about
-        symmetry axes.
-        """
+        """Return changes (9, S) of the pose that leave the system as it is: turns of the whole and about its axes."""
         columns = [np.concatenate([_UP @ self.pose.r, *(R[2] for R in self.pose.rotation)])]
         for body in range(2):
-            for way in self._free_rotations(body):
+            for way in free_rotations(self.axes[body]):
                 column = np.zeros(9)
-                column[3 + 3 * body : 6 + 3 * body] = way
+                column[TURNS[body]] = way
                 columns.append(column)
         return np.array(columns).T
-
-    def _free_rotations(self, body: int) -> Floats:
-        """Return rotation vectors (S, 3) of a body that leave its gravity as it is."""
-        axis = self.axes[body]
-        return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
 
     def rates(self) -> Floats:
         """The matrix (18, 18) of the linear equations of motion of tangent vectors."""
@@ -122,9 +120,8 @@ class Rotation:
         A = np.zeros((18, 18))
         A[:3, :3], A[:3, 9:12] = -omega, np.eye(3) / pair.mass
         A[9:12, :9], A[9:12, 9:12] = jacobian[:3], -omega
-        for k in range(2):
-            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
-            A[p, :9] = jacobian[3 + 3 * k : 6 + 3 * k]
+        for k, (v, p) in enumerate(zip(TURNS, MOMENTA, strict=True)):
+            A[p, :9] = jacobian[v]
             if pair.is_point(k):
                 continue
             inverse, frame_spin = np.diag(1.0 / pair.inertia[k]), cross(self.frame_spins[k])
@@ -142,8 +139,7 @@ class Rotation:
         # This is -Omega . (dr x dp).
         Q[:3, 9:12] = cross(self.omega)
         Q[9:12, :3] = -cross(self.omega)
-        for k in range(2):
-            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+        for k, (v, p) in enumerate(zip(TURNS, MOMENTA, strict=True)):
             if pair.is_point(k):
                 continue
             frame_spin, momentum = self.frame_spins[k], self.momenta[k]
@@ -161,11 +157,10 @@ class Rotation:
         rows[:, 9:12] = cross(self.pose.r)
         more = []
         for k, R in enumerate(self.pose.rotation):
-            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
             by_momenta = np.zeros((3, 18))
-            by_momenta[:, v], by_momenta[:, p] = -cross(self.momenta[k]), np.eye(3)
+            by_momenta[:, TURNS[k]], by_momenta[:, MOMENTA[k]] = -cross(self.momenta[k]), np.eye(3)
             rows += R @ by_momenta
-            more.append(self._free_rotations(k) @ by_momenta)
+            more.append(free_rotations(self.axes[k]) @ by_momenta)
         return np.concatenate([rows, *more])
 
     def generators(self) -> Floats:
@@ -175,12 +170,13 @@ class Rotation:
         matrix[9:12, 0] = self.pair.mass * _UP @ self.velocity
         for k in range(2):
             # When a body turns, its angular momentum keeps its inertial direction and so turns back in the body frame.
-            matrix[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ matrix[3 + 3 * k : 6 + 3 * k, 1:]
+            matrix[MOMENTA[k], 1:] = cross(self.momenta[k]) @ matrix[TURNS[k], 1:]
         return matrix
 
     def reduced(self) -> tuple[Floats, Floats, Floats]:
-        """Reduce the motion to tangent vectors that change no conserved momentum and are no symmetry. Return a basis
-        (18, 2 M) of them in :attr:`units`, and the matrices (2 M, 2 M) of their rates and of their energy.
+        """Return a basis (18, 2 M) of tangent vectors that change no conserved momentum and are no symmetry.
+
+        With it, in :attr:`units`, come the matrices (2 M, 2 M) of their rates and of their energy.
         """
         units = self.units
         still = kernel(even(self.momentum_rows() * units))
@@ -199,8 +195,7 @@ class Rotation:
         Q = self.energy_form() * np.outer(units, units) / (units[9] ** 2 / self.pair.mass)
         rows = [row * units for row in self.momentum_rows()[:3]]
         kept = [9, 10, 11]
-        for k in range(2):
-            v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
+        for k, (v, p) in enumerate(zip(TURNS, MOMENTA, strict=True)):
             if self.pair.is_point(k) or (self.free[k] and self.axes[k] == 3):
                 # A point has no angular momentum, and the one of a sphere that is not locked stays constant.
                 Q[v], Q[:, v] = 0.0, 0.0

@@ -33,6 +33,17 @@ def cross(v: Any) -> Floats:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
+def _radius(core: _core.Body) -> float:
+    """Return an upper bound of the distance of a body's points from its centre."""
+    solids = (_core.Polyhedron, _core.StokesCoefficients)
+    sizes = [
+        np.linalg.norm(position) + (shape.circumradius if isinstance(shape, solids) else max(shape))
+        for shape, _, position, _ in core.parts
+        if shape is not None
+    ]
+    return float(max(sizes, default=0.0))
+
+
 @dataclass(frozen=True)
 class Pose:
     """The pose of two bodies in a frame that turns with them: their separation and both attitudes."""
@@ -75,26 +86,14 @@ class Pair:
         self.mass = float(self.masses.prod() / self.total)
         self.strength = float(self.context.G * self.masses.prod())
         self.inertia: Floats = np.array([np.asarray(core.inertia) for core in self.context.bodies])
-        self.reach = [self._radius(core) for core in self.context.bodies]
-
-    @staticmethod
-    def _radius(core: _core.Body) -> float:
-        """Return an upper bound of the distance of a body's points from its centre."""
-        solids = (_core.Polyhedron, _core.StokesCoefficients)
-        sizes = [
-            np.linalg.norm(position) + (shape.circumradius if isinstance(shape, solids) else max(shape))
-            for shape, _, position, _ in core.parts
-            if shape is not None
-        ]
-        return float(max(sizes, default=0.0))
+        self.reach = [_radius(core) for core in self.context.bodies]
 
     def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None, time: float = 0.0) -> _core.State:
         """Return the core's state of a pose, with the barycentre at rest in the origin."""
         shares = np.array([-self.masses[1], self.masses[0]])[:, np.newaxis] / self.total
         spin = np.zeros((2, 3)) if spin is None else np.asarray(spin)
-        return _core.State(
-            time, shares * pose.r, shares * np.asarray(velocity), np.ascontiguousarray(pose.attitude), spin
-        )
+        attitude = np.ascontiguousarray(pose.attitude)
+        return _core.State(time, shares * pose.r, shares * np.asarray(velocity), attitude, spin)
 
     def loads(self, pose: Pose) -> tuple[Floats, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""
@@ -108,18 +107,17 @@ class Pair:
         state = self.state(pose)
         with explaining(self.context, state):
             full = self.context.core.jacobian(state, [])[0]
-        rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
-        return full[np.ix_(rows, columns)]
+        kept = [6, 7, 8, 3, 4, 5, 9, 10, 11]
+        return full[np.ix_(kept, kept)]
 
     def is_point(self, body: int) -> bool:
         """Return whether a body is a point, which has no attitude."""
         return not self.inertia[body].any()
 
     def axis(self, body: int, pose: Pose) -> int | None:
-        """Return the body axis of symmetry, judged by the other body: ``None`` if there is none, 3 for a sphere or a
-        point.
+        """Return the body axis of symmetry: ``None`` if there is none, 3 for a sphere or a point.
 
-        An axis of symmetry has equal moments of inertia across it, and turns about it leave no torque about it.
+        It has equal moments of inertia across it, and turns about it beside the other body leave no torque about it.
         """
         if isinstance(self.system.bodies[body].shape, Composite | Polyhedron | StokesCoefficients):
             axes = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]

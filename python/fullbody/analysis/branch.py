@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from operator import attrgetter
 from typing import Any, Literal
 
 import numpy as np
@@ -14,12 +13,12 @@ from ..base.attributes import WithUnit
 from ..base.kinds import choice, instance, whole
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
-from ..base.units import need
+from ..base.units import need, plain
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Array, Floats
 from . import pictures
 from ._linear import Rotation
-from ._newton import Condition, EquilibriumProblem, converged, corrected
+from ._newton import EquilibriumProblem, converged, corrected
 from .equilibrium import RelativeEquilibrium
 
 #: Step lengths along the branch in the units of :meth:`EquilibriumProblem.scales`: the first, the longest and the
@@ -50,13 +49,9 @@ class Fold:
 
 
 def _column(text: str, name: str, dimension: str) -> WithUnit[Array]:
-    """Return a property of branches: a number of each equilibrium (K,)."""
-
-    def numbers(branch: Any) -> Any:
-        values = (getattr(one, name) for one in branch.equilibria)
-        return np.array([float(getattr(value, "value", value)) for value in values])
-
-    return WithUnit(text, numbers, dimension)
+    """Return a property of branches: numbers of each equilibrium (K, ...)."""
+    get = attrgetter(name)
+    return WithUnit(text, lambda branch: np.array([plain(get(one)) for one in branch.equilibria]), dimension)
 
 
 class Branch(Tabled):
@@ -84,19 +79,18 @@ class Branch(Tabled):
     rate = _column("Rates (K,) at which the pair turns.", "rate", "spin")
     angular_momentum = _column("Total angular momenta (K,).", "angular_momentum", "angular momentum")
     energy = _column("Total energies (K,).", "energy", "energy")
+    frequency = _column(
+        "Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating.",
+        "modes.frequency",
+        "spin",
+    )
 
-    @cached_property
-    def frequency(self) -> Array:
-        """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
-        plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
-        return self.system.context.units.attach(np.array(plain), "spin")
-
-    @cached_property
+    @property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:
         """Whether each equilibrium (K,) is linearly stable: no mode grows."""
         return np.array([one.linearly_stable for one in self.equilibria])
 
-    @cached_property
+    @property
     def energetically_stable(self) -> npt.NDArray[np.bool_]:
         """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
         return np.array([one.energetically_stable for one in self.equilibria])
@@ -134,17 +128,13 @@ def branch(
     Parameters
     ----------
     equilibrium : RelativeEquilibrium
-        The equilibrium to begin with; the spins of bodies that are not locked are kept.
+        The spins of its bodies that are not locked are kept.
     over : {"separation", "angular_momentum"}
         The quantity whose final value is ``until``. The branch sets out towards it; behind a fold it may come back
         without having reached it.
     until : float or Quantity
     steps : int
         The largest number of steps.
-
-    Returns
-    -------
-    Branch
 
     Notes
     -----
@@ -171,8 +161,7 @@ def branch(
     if towards == 0.0:
         return Branch(found, folds, "reached")
     tangent = _tangent(problem, rotation)
-    slope = _slope(problem, rotation, tangent, over)
-    tangent = tangent * (towards if slope == 0.0 else towards * np.sign(slope))
+    tangent = tangent * towards * (np.sign(_slope(problem, rotation, tangent, over)) or 1.0)
     length, end = _FIRST, "steps"
     while len(found) <= count:
         try:
@@ -193,7 +182,7 @@ def branch(
                 fold = _fold(problem, rotation, tangent, length, quantity)
                 folds.append(Fold(quantity, RelativeEquilibrium(problem, fold)))
         if (problem.quantity(over, following) - goal) * towards >= 0.0:
-            found.append(RelativeEquilibrium(problem, converged(problem, following, Condition(over, goal))))
+            found.append(RelativeEquilibrium(problem, converged(problem, following, over, goal)))
             end = "reached"
             break
         found.append(RelativeEquilibrium(problem, following))
@@ -221,5 +210,4 @@ def _fold(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, leng
         turned = _tangent(problem, place)
         return _slope(problem, place, turned * np.sign(turned @ tangent), quantity)
 
-    solve: Callable[..., float] = brentq
-    return corrected(problem, rotation, tangent, solve(slope, 0.0, length, xtol=1e-14, rtol=1e-14))
+    return corrected(problem, rotation, tangent, brentq(slope, 0.0, length, xtol=1e-14, rtol=1e-14))

@@ -9,14 +9,14 @@ import numpy as np
 
 from ..base.attributes import WithUnit
 from ..base.limits import POSITIVE
-from ..base.tables import Table, Tabled, head, number
+from ..base.tables import Table, Tabled, facts, head, number
+from ..base.units import plain
 from ..errors import BodiesOverlap, NotConverged
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Scalar
-from ._newton import Condition, EquilibriumProblem, converged
+from ._newton import Axes, EquilibriumProblem, aligned, alignments, contact, converged, rotation_at, scan
 from ._pair import Pair
-from ._starts import Axes, aligned, alignments, contact, rotation_at, scan
 from .equilibrium import RelativeEquilibrium
 
 #: Energies and separations whose relative difference is less than this are equal.
@@ -52,7 +52,7 @@ class Touching(Tabled):
         return bool(self._pressure < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
-        rows = [(name, number(getattr(self, name))) for name in ("separation", "rate", "energy")]
+        rows = facts(self, "separation", "rate", "energy")
         return (Table("Touching bodies", (), [*rows, ("rest upon each other", "yes" if self.rests else "no")]),)
 
     def __repr__(self) -> str:
@@ -83,30 +83,20 @@ class Equilibria(Tabled):
         self.missed = tuple(missed)
 
     @cached_property
+    def _all(self) -> list[RelativeEquilibrium | Touching]:
+        return sorted([*self.apart, *self.touching], key=_energy)
+
+    @property
     def least(self) -> RelativeEquilibrium | Touching:
         """The state of least energy, in which a pair ends that loses energy and keeps its angular momentum."""
-        everything: list[RelativeEquilibrium | Touching] = [*self.apart, *self.touching]
-        if not everything:
+        if not self._all:
             raise NotConverged("no equilibrium was found, neither apart nor touching; see .missed")
-        return min(everything, key=_energy)
+        return self._all[0]
 
     def _tables(self) -> tuple[Table, ...]:
-        both: list[RelativeEquilibrium | Touching] = [*self.apart, *self.touching]
-        units = [getattr(getattr(both[0], name), "unit", "") for name in ("separation", "energy")] if both else ["", ""]
-        rows = []
-        for candidate in sorted(both, key=_energy):
-            numbers = [float(getattr(value, "value", value)) for value in (candidate.separation, candidate.energy)]
-            if isinstance(candidate, Touching):
-                kind = "touching"
-            else:
-                kind = (
-                    "minimum"
-                    if candidate.energetically_stable
-                    else "stable"
-                    if candidate.linearly_stable
-                    else "unstable"
-                )
-            rows.append((*(number(value) for value in numbers), kind))
+        names = ("separation", "energy")
+        units = [getattr(getattr(one, name), "unit", "") for one in self._all[:1] for name in names] or ["", ""]
+        rows = [(*(number(float(plain(getattr(one, name)))) for name in names), _kind(one)) for one in self._all]
         header = (head("separation", units[0]), head("energy", units[1]), "kind")
         return (Table(f"Equilibria of angular momentum {number(self.angular_momentum)}", header, list(rows)),)
 
@@ -118,8 +108,13 @@ class Equilibria(Tabled):
 
 
 def _energy(candidate: RelativeEquilibrium | Touching) -> float:
-    energy = candidate.energy
-    return float(getattr(energy, "value", energy))
+    return candidate.rotation.energy
+
+
+def _kind(candidate: RelativeEquilibrium | Touching) -> str:
+    if isinstance(candidate, Touching):
+        return "touching"
+    return "minimum" if candidate.energetically_stable else "stable" if candidate.linearly_stable else "unstable"
 
 
 def equilibria(system: System, angular_momentum: Any) -> Equilibria:
@@ -131,10 +126,6 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
         Two bodies without external forces.
     angular_momentum : float or Quantity
         Total angular momentum about the barycentre.
-
-    Returns
-    -------
-    Equilibria
 
     Notes
     -----
@@ -166,9 +157,7 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
             if guess is None:
                 continue
             try:
-                candidate = RelativeEquilibrium(
-                    problem, converged(problem, guess, Condition("angular_momentum", value))
-                )
+                candidate = RelativeEquilibrium(problem, converged(problem, guess, "angular_momentum", value))
             except (NotConverged, BodiesOverlap) as error:
                 missed.append(str(error))
                 continue
@@ -183,8 +172,5 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
 
 def _same(candidate: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
     """Return whether two equilibria are the same."""
-    first, second = (
-        np.array([float(getattr(value, "value", value)) for value in (e.separation, e.energy)])
-        for e in (candidate, other)
-    )
+    first, second = (np.array([e.rotation.pose.distance, e.rotation.energy]) for e in (candidate, other))
     return bool(np.all(np.abs(first - second) <= _SAME * np.abs(first)))

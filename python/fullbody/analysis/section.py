@@ -10,15 +10,16 @@ import numpy as np
 
 from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
+from ..base.units import plain
 from ..base.values import ArrayFields, block
 from ..ensembles.members import integrate_many
 from ..errors import FullbodyError, InvalidInput
-from ..events import Event, Occurrence
+from ..events import Event
 from ..model.state import State
 from ..motion.system import System
 from ..observables._signal import lines
 from ..record.record import Record
-from ..typing import Array, Floats
+from ..typing import Array
 from . import pictures
 
 
@@ -106,10 +107,6 @@ def section(
     threads : int, optional
         Number of threads, as in :func:`fullbody.integrate_many`.
 
-    Returns
-    -------
-    Section
-
     Examples
     --------
     >>> import fullbody
@@ -118,18 +115,16 @@ def section(
     >>> len(found.crossings[0])
     3
     """
-    starts = [states] if isinstance(states, State) else list(states)
+    members = [(system, state) for state in ([states] if isinstance(states, State) else states)]
     watched: Event = instance(event, "event", Event, "one of fullbody.events")
-    members = [(system, state) for state in starts]
     answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
     crossings, errors = [], []
     for answer in answers:
         if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
             raise answer
-        run = answer.run if isinstance(answer, FullbodyError) else answer
-        happened: list[Occurrence] = [] if run is None else run.events
-        crossings.append([item.state for item in happened])
         errors.append(answer if isinstance(answer, FullbodyError) else None)
+        run = answer.run if isinstance(answer, FullbodyError) else answer
+        crossings.append([] if run is None else [item.state for item in run.events])
     return Section(system, crossings, errors)
 
 
@@ -153,7 +148,7 @@ class Frequencies(ArrayFields):
 
 
 def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
-    """Find the strongest periodic terms of a quantity along a run by frequency analysis.
+    """Find the strongest periodic terms of a quantity along a run.
 
     Parameters
     ----------
@@ -163,10 +158,6 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
         The values at the samples of the run, or a function of the run that returns them.
     n : int
         The largest number of terms.
-
-    Returns
-    -------
-    Frequencies
 
     Notes
     -----
@@ -182,9 +173,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     (2,)
     """
     values = quantity(run) if callable(quantity) else quantity
-    unit = getattr(values, "unit", None)
-    numbers = np.asarray(getattr(values, "value", values), dtype=np.float64)
-    time: Floats = run.arrays["time"]
+    unit, numbers, time = getattr(values, "unit", None), plain(values), run.arrays["time"]
     if numbers.shape != time.shape or not np.isfinite(numbers).all():
         raise InvalidInput(
             f"quantity has shape {numbers.shape}; expected {time.shape}, finite numbers, one for a sample"
@@ -193,6 +182,5 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
     columns, amplitude = lines(time, numbers, whole(n, "n"))
     order = np.argsort(-amplitude)
-    attach = run.context.units.attach
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
-    return Frequencies(attach(columns[order], "spin"), sizes)
+    return Frequencies(run.context.units.attach(columns[order], "spin"), sizes)

@@ -31,8 +31,8 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
 
     results = ordered(outcomes)
     failures = [_UNDONE] * len(table)
-    #: The owner of each name of a parameter, variable or dimension.
-    names_in_use = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "")
+    #: What has each name of a parameter, variable or dimension.
+    owners = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "a parameter or kept for errors")
     variables: dict[str, _Variable] = {}
     models = _models(results)
     for outcome in results:
@@ -41,15 +41,9 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
             try:
                 if name not in variables:
                     variable = _Variable(name, *models[name], len(table))
-                    for variable_name in (name, *variable.inner):
-                        if variable_name in names_in_use:
-                            owner = (
-                                f"a dimension of {names_in_use[variable_name]}"
-                                if names_in_use[variable_name]
-                                else "a parameter or kept for errors"
-                            )
-                            raise InvalidInput(f"measure gives {name}, but {variable_name} is the name of {owner}")
-                    names_in_use |= dict.fromkeys((name, *variable.inner), name)
+                    if taken := [one for one in (name, *variable.inner) if one in owners]:
+                        raise InvalidInput(f"measure gives {name}, but {taken[0]} is the name of {owners[taken[0]]}")
+                    owners |= dict.fromkeys((name, *variable.inner), f"a dimension of {name}")
                     variables[name] = variable
                 variables[name].put(outcome.row, measured)
             except InvalidInput as error:
@@ -61,7 +55,7 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
         shape = (*table.shape, *variable.values.shape[1:])
         values = variable.values.astype(str) if variable.values.dtype == object else variable.values
         fields[name] = ((*dims, *variable.inner), values.reshape(shape), variable.attributes)
-    for name, parts in zip(FAILURE, zip(*[(f.name, f.text, f.stage) for f in failures], strict=True), strict=True):
+    for name, parts in zip(FAILURE, zip(*failures, strict=True), strict=True):
         fields[name] = (dims, np.array(parts, dtype=str).reshape(table.shape), {"long_name": FAILURE[name]})
     coordinates = {
         name: (column.dimensions, column.values, {} if column.unit is None else {"units": str(column.unit)})
@@ -87,12 +81,8 @@ def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[MeasuredValue, int]]
     results: dict[str, tuple[MeasuredValue, int]] = {}
     for outcome in outcomes:
         for name, measured in outcome.values.items():
-            model = results.get(name, (measured,))[0]
-            if (
-                name not in results
-                or (model.missing and not measured.missing)
-                or (model.unit is None and measured.unit)
-            ):
+            model = results.get(name, (None, 0))[0]
+            if model is None or (model.missing and not measured.missing) or (model.unit is None and measured.unit):
                 results[name] = (measured, outcome.row)
     return results
 
@@ -152,15 +142,10 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
     **units
         New units by the names of variables or coordinates, as astropy writes them.
 
-    Returns
-    -------
-    xarray.Dataset
-
     Raises
     ------
     InvalidInput
-        For a name that the dataset does not have, for a variable without a unit, and for a text that is not a unit or a
-        unit of another dimension. Maps of systems without units have none; their angles are radians, which
+        For a variable without a unit. Maps of systems without units have none; their angles are radians, which
         ``found.libration.attrs["units"] = "rad"`` declares.
 
     Examples
@@ -193,6 +178,5 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
         except (u.UnitsError, ValueError, TypeError) as error:
             raise InvalidInput(f"{name} cannot be converted to {unit!r}: {error}") from error
         changed[name] = (found[name].dims, values, {**found[name].attrs, "units": str(new)})
-    return found.assign_coords({name: one for name, one in changed.items() if name in found.coords}).assign(
-        {name: one for name, one in changed.items() if name not in found.coords}
-    )
+    coordinates = {name: changed.pop(name) for name in [*changed] if name in found.coords}
+    return found.assign_coords(coordinates).assign(changed)

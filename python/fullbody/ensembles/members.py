@@ -82,8 +82,6 @@ def integrate_many(
 
     Raises
     ------
-    InvalidInput
-        For invalid ``members``, ``events`` or ``threads``, and for sequences whose length differs from the members'.
     Interrupted
         On Ctrl-C, within 100 ms; it is a KeyboardInterrupt. Its attribute ``runs`` is the list so far: complete runs,
         interrupted ones (see ``run.stop_reason``), and ``None`` for members that had not begun. Errors of the iterable
@@ -174,8 +172,8 @@ class _Members:
         check_for_all(None if _is_sequence(integrator) else integrator, output, end)
         self._until, self._integrator = until, integrator
         following = False if derivatives is None else derivatives or True
-        self._options: dict[str, Any] = {"output": output, "events": events, "dense": dense}
-        self._options |= {"derivatives": following, "chaos": chaos}
+        options = {"output": output, "events": events, "dense": dense, "derivatives": following, "chaos": chaos}
+        self._options: dict[str, Any] = options
         self.answers: list[Any] = []
         #: The number of members that are not pairs of a system and a state.
         self.refused = 0
@@ -184,10 +182,8 @@ class _Members:
 
     def prepared(self) -> Iterator[Any]:
         """Yield the members as the core takes them; invalid ones receive their errors at once."""
-        until, integrator = (
-            value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator)
-        )
-        for index, parts in enumerate(zip(self._members, until, integrator, strict=False)):
+        each = (value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator))
+        for index, parts in enumerate(zip(self._members, *each, strict=False)):
             self.answers.append(None)
             try:
                 arguments = self._prepared(index, *parts)
@@ -236,9 +232,12 @@ class _Members:
         if report is None:
             return None
         of = "" if self.total is None else f" of {self.total}"
-        return lambda done, under_way: report(
-            done + self.refused + under_way, self.total, f"{done + self.refused}{of} runs"
-        )
+
+        def count(done: int, under_way: float) -> Any:
+            done += self.refused
+            return report(done + under_way, self.total, f"{done}{of} runs")
+
+        return count
 
     def fill(self) -> None:
         """Add an entry for every member, also for those that were never requested."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -40,8 +41,7 @@ class Draws:
 
 
 def paired(**columns: Any) -> Paired:
-    """Pair columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones, and so
-    on.
+    """Pair columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones.
 
     Parameters
     ----------
@@ -52,11 +52,6 @@ def paired(**columns: Any) -> Paired:
     -------
     Paired
         Parameters that give the map one dimension, ``row``.
-
-    Raises
-    ------
-    InvalidInput
-        For columns of different lengths.
 
     Examples
     --------
@@ -119,11 +114,7 @@ class ParameterColumn:
 
 @dataclass(frozen=True, slots=True)
 class ParameterTable:
-    """The rows of a sweep.
-
-    It has the lengths of the ``dimensions`` by name, of which the last one varies fastest, the parameters and the
-    ``labels`` of other dimensions by name, and whether any parameters are drawn at random.
-    """
+    """The rows of a sweep: the lengths of its dimensions, of which the last varies fastest, parameters and labels."""
 
     dimensions: dict[str, int] = field(default_factory=dict)
     columns: dict[str, ParameterColumn] = field(default_factory=dict)
@@ -146,11 +137,11 @@ class ParameterTable:
     def row(self, number: int) -> dict[str, Any]:
         """Return the parameters of a row as Python's own types or as Quantities."""
         index = dict(zip(self.dimensions, np.unravel_index(number, self.shape), strict=True)) if self.dimensions else {}
-        texts = {}
+        found = {}
         for name, column in self.columns.items():
             value = column.values[tuple(index[dimension] for dimension in column.dimensions)]
-            texts[name] = value.item() if column.unit is None else value << column.unit
-        return texts
+            found[name] = value.item() if column.unit is None else value << column.unit
+        return found
 
     def texts(self) -> dict[str, str]:
         """Return texts of the dimensions and of each coordinate, by readable names, for comparison with others."""
@@ -170,11 +161,10 @@ class ParameterTable:
             inner = [size if along in column.dimensions else 1 for along, size in self.dimensions.items()]
             values = np.broadcast_to(column.texts().reshape(inner), self.shape)
             texts.append([f"{name} = {text}" for text in values.ravel()])
-        seen: dict[str, int] = {}
+        seen = Counter[str]()
         names = []
-        for parts in zip(*texts, strict=True) if texts else [()] * len(self):
-            row = "; ".join(parts)
-            seen[row] = seen.get(row, 0) + 1
+        for row in map("; ".join, zip(*texts, strict=True) if texts else [()] * len(self)):
+            seen[row] += 1
             names.append(row if seen[row] == 1 else f"{row} ({seen[row]})")
         return names
 
@@ -283,11 +273,8 @@ def _kind(part: Any) -> Any:
         raise InvalidInput("parameters is a table with an index of many levels; expected table.reset_index()")
     numbered = isinstance(part.index, pd.RangeIndex) and part.index.name is None
     columns = {name: part[name].to_numpy() for name in part.columns}
-    return Paired(
-        columns,
-        "row" if part.index.name is None else str(part.index.name),
-        None if numbered else part.index.to_numpy(),
-    )
+    dimension = "row" if part.index.name is None else str(part.index.name)
+    return Paired(columns, dimension, None if numbered else part.index.to_numpy())
 
 
 def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterColumn:
@@ -298,14 +285,8 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterC
     refuse_masked(argument, name)
     if isinstance(argument, Iterable) and not isinstance(argument, str) and not hasattr(argument, "__array__"):
         argument = list(argument)
-    kind = getattr(getattr(argument, "dtype", None), "kind", "")
-    items = (
-        argument
-        if isinstance(argument, list)
-        else np.ravel(argument).tolist()
-        if kind in "OTU" and kind
-        else [argument]
-    )
+    of_texts = getattr(getattr(argument, "dtype", None), "kind", "") in ("O", "T", "U")
+    items = np.ravel(argument).tolist() if of_texts else argument if isinstance(argument, list) else [argument]
     texts = sum(isinstance(item, str) for item in items)
     if 0 < texts < len(items):
         raise InvalidInput(f"{name} is {argument!r}, texts and others; {expected}")

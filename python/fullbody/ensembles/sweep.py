@@ -118,8 +118,8 @@ def sweep(
     Raises
     ------
     InvalidInput
-        For invalid arguments; if the store holds another sweep, with the differences; and if a file of the store is
-        damaged or belongs to something else, with its name. Errors in single rows do not raise.
+        If the store holds another sweep, with the differences, and if a file of it is damaged or belongs to something
+        else, with its name. Errors in single rows do not raise.
     FullbodyError
         If another process has the store open, or the executor's workers die. Its attribute ``dataset`` is the map so
         far.
@@ -187,15 +187,10 @@ def sweep(
     }
     functions = {"setup": setup, "measure": _measures(measure), **end}
     workers = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
-    job = Job(
-        setup,
-        functions["measure"],
-        end,
-        options | {"threads": workers},
-        seed,
-        _draws(setup, table, seed),
-    )
-    size = _chunk_size(chunk, executor, workers)
+    job = Job(setup, functions["measure"], end, options | {"threads": workers}, seed, _draws(setup, table, seed))
+    of_threads = max(_LEAST, _OF_THREAD * (workers or os.cpu_count() or 1))
+    size = of_threads if executor is None else _OF_WORKER
+    size = size if chunk is None else whole(chunk, "chunk")
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"rng": seed})
@@ -226,13 +221,6 @@ def _measures(measure: Any) -> tuple[Callable[..., Any], ...]:
     if not measures or not all(isinstance(part, str) or callable(part) for part in measures):
         raise InvalidInput(f"measure is {measure!r}; expected a function, the name of an observable, or a list of them")
     return tuple(Observable(part) if isinstance(part, str) else part for part in measures)
-
-
-def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
-    """Return the number of rows in a chunk."""
-    if chunk is not None:
-        return whole(chunk, "chunk")
-    return max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
 
 
 def _computed(

@@ -6,7 +6,7 @@ import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -29,7 +29,7 @@ _FAILURES = (Exception, SystemExit)
 
 @dataclass(frozen=True, slots=True)
 class MeasuredValue:
-    """MeasuredValue numbers (any shape) with the name of their unit, or a text."""
+    """Numbers (any shape) with the name of their unit, or a text."""
 
     value: Floats | str
     unit: str | None = None
@@ -41,8 +41,7 @@ class MeasuredValue:
         return one_number and bool(np.isnan(self.value))
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(NamedTuple):
     """The failure of a row: the name of the error, its text, and whether it came in setup, run or measure."""
 
     name: str
@@ -123,14 +122,10 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], 
             members[row] = _member(job, row, parameters)
         except _FAILURES as error:
             outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
-    each: dict[str, Any] = {kind: [ends[row] for row in members]}
+    options = {**job.options, kind: [ends[row] for row in members]}
+    progress = False if report is None else lambda done, *_: report(int(done))
     try:
-        runs = integrate_many(
-            list(members.values()),
-            **each,
-            progress=False if report is None else lambda done, *_: report(int(done)),
-            **job.options,
-        )
+        runs = integrate_many(list(members.values()), progress=progress, **options)
     except KeyboardInterrupt as interrupt:
         runs = getattr(interrupt, "runs", [])
         for row, run in zip(members, runs, strict=False):
@@ -169,7 +164,10 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         part = _called(measure, place) if len(job.measures) > 1 else ""
         # A measure that fails does not affect the others.
         try:
-            found = _mapping(measure(run))
+            found = measure(run)
+            found = found.as_dict() if hasattr(found, "as_dict") else found
+            if not isinstance(found, Mapping):
+                raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
         except _FAILURES as error:
             failure = Failure.of(error, "measure", part).after(failure)
             continue
@@ -188,13 +186,6 @@ def _called(measure: Any, place: int) -> str:
         measure = measure.func
     name = getattr(measure, "__name__", "")
     return name if name.isidentifier() else f"number {place}"
-
-
-def _mapping(found: Any) -> Mapping[Any, Any]:
-    found = found.as_dict() if hasattr(found, "as_dict") else found
-    if not isinstance(found, Mapping):
-        raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
-    return found
 
 
 def _check_name(name: Any, taken: Mapping[str, MeasuredValue]) -> None:

@@ -53,17 +53,14 @@ class Frame:
         off = float(np.abs(force - needed).max() / np.abs(needed).max())
         way = core.velocity[1] - core.velocity[0]
         radial = float(abs(way @ self.rotation[:, 0]) / np.linalg.norm(way))
-        deviations = []
         told = {
             f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
             f"they approach or recede at {radial:.2g} of their speed": radial,
         }
-        if large := [text for text, share in told.items() if share > _STEADY]:
-            deviations.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
-        for body, turn, spin, name in zip(
-            self.context.bodies, core.rotation_matrix, core.spin, self.context.names, strict=True
-        ):
-            inertia = turn @ np.diag(body.inertia) @ turn.T
+        large = ", and ".join(text for text, share in told.items() if share > _STEADY)
+        deviations = [f"the bodies are not on a circular orbit ({large})"] if large else []
+        for k, (turn, name) in enumerate(zip(core.rotation_matrix, self.context.names, strict=True)):
+            spin, inertia = core.spin[k], turn @ np.diag(self.context.bodies[k].inertia) @ turn.T
             cross = np.cross(np.eye(3), turn @ spin - self.rate * self.rotation[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self.rate * float(np.abs(inertia).max()):

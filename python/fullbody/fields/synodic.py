@@ -14,9 +14,8 @@ from ..model.context import SystemLike
 from ..model.gravity import points_in
 from ..model.state import State, strip
 from ..typing import Array, Scalar
-from .equilibria import equilibria
+from .equilibria import equilibria, roche_lobe
 from .frame import Frame
-from .lobes import roche_lobe
 
 
 class Synodic:
@@ -129,10 +128,9 @@ class Synodic:
         golden = 0.5 * (1.0 + np.sqrt(5.0))
         half = golden * self.frame.distance if extent is None else self._units.number(extent, "length", "extent")
         ticks = np.linspace(-half, half, n)
-        x, y = np.meshgrid(ticks, ticks)
-        found = self.frame.jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
+        grid = np.stack([*np.meshgrid(ticks, ticks), np.zeros((n, n))], axis=-1)
         sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
-        return *sides, self._units.attach(found, "potential")
+        return *sides, self._units.attach(self.frame.jacobi(grid), "potential")
 
     def zero_velocity(self, level: Any, extent: Any = None, *, n: int = 801) -> list[Array]:
         """Return the curves of a Jacobi constant in the plane z = 0, which particles with that constant do not cross.
@@ -140,7 +138,6 @@ class Synodic:
         Parameters
         ----------
         level : float or Quantity
-            Jacobi's constant.
         extent, n
             As for :meth:`plane`.
 

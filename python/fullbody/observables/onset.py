@@ -70,10 +70,6 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     body, about : int or str
         Indices in the system, or names.
 
-    Returns
-    -------
-    Tumbling
-
     Raises
     ------
     InvalidInput

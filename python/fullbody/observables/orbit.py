@@ -179,10 +179,6 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     body, about : int or str
         Indices in the system, or names.
 
-    Returns
-    -------
-    ElementRates
-
     Raises
     ------
     InvalidInput
@@ -269,10 +265,6 @@ def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     body, about : int or str
         Indices in the system, or names.
 
-    Returns
-    -------
-    MeanElements
-
     Raises
     ------
     InvalidInput
@@ -305,10 +297,6 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     run : Run
     body, about : int or str
         Indices in the system, or names.
-
-    Returns
-    -------
-    MutualPeriod
 
     Raises
     ------
@@ -377,10 +365,6 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
         The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str
         Indices in the system, or names.
-
-    Returns
-    -------
-    Precession
 
     Raises
     ------

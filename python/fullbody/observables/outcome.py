@@ -79,10 +79,6 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
         The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest
         semi-axes.
 
-    Returns
-    -------
-    Fate
-
     Raises
     ------
     InvalidInput
@@ -160,10 +156,6 @@ def drift(run: Record) -> Drift:
     Parameters
     ----------
     run : Run
-
-    Returns
-    -------
-    Drift
 
     Examples
     --------

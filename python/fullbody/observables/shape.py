@@ -93,10 +93,6 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     body, about : int or str
         Indices in the system, or names.
 
-    Returns
-    -------
-    OrbitShape
-
     Raises
     ------
     InvalidInput
@@ -178,10 +174,6 @@ def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int
         Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str
         Indices in the system, or names.
-
-    Returns
-    -------
-    Eccentricity
 
     Raises
     ------

@@ -177,10 +177,6 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     n : int
         The largest number of periodic terms.
 
-    Returns
-    -------
-    Libration
-
     Raises
     ------
     InvalidInput

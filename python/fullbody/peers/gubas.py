@@ -72,11 +72,6 @@ def read_gubas(
         Options that are passed to :class:`fullbody.System`. The default is the exact gravity; ``gravity="multipole:4"``
         and others truncate the expansion as those programs do.
 
-    Returns
-    -------
-    system : System
-    state : State
-
     Raises
     ------
     InvalidInput
@@ -250,10 +245,11 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
         return cfg.value(_FORCES, option, limits)
 
     def third(name: str, mass: str, prefix: str, periapsis: str) -> None:
-        size, elements = value(mass, POSITIVE), [value(prefix + element) for element in _ELEMENTS]
+        size = value(mass, POSITIVE)
+        a, e, i, node, argument = (value(prefix + element) for element in _ELEMENTS)
         time = value(periapsis)
         with naming(cfg.path):
-            orbit = KeplerElements(*elements, M=0.0)
+            orbit = KeplerElements(a, e, i, node, argument, 0.0)
             found.append(ThirdBody(mass=size, orbit=orbit, of="body", time=time, name=name))
 
     if flyby:

@@ -43,11 +43,6 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     **options
         Options that are passed to :class:`fullbody.System`.
 
-    Returns
-    -------
-    system : System
-    state : State
-
     Raises
     ------
     InvalidInput

@@ -65,11 +65,6 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     **options
         Options that are passed to :class:`fullbody.System`.
 
-    Returns
-    -------
-    system : System
-    state : State
-
     Raises
     ------
     InvalidInput

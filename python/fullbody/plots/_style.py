@@ -204,11 +204,6 @@ def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
 
 
-def numbers(value: Any) -> Floats:
-    """Return the numbers of an array or a Quantity."""
-    return np.asarray(getattr(value, "value", value), dtype=np.float64)
-
-
 def unit_of(value: Any) -> str:
     """Return the unit of a Quantity for a label; for plain numbers, a text that they are in the system's units."""
     return str(value.unit.to_string("unicode")) if hasattr(value, "unit") else "system units"

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base import rotations
 from ..base.kinds import choice
+from ..base.units import plain
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
 from ..observing.light_curve import light_curve as magnitudes
@@ -18,7 +19,7 @@ from ..record import conserved
 from ..record.record import Record
 from ..typing import Floats
 from . import _style
-from ._style import ArrayOfAxes, RunPlots, called, grid, label, legend, line, numbers, single, time_label, times, wishes
+from ._style import ArrayOfAxes, RunPlots, called, grid, label, legend, line, single, time_label, times, wishes
 from .between import followed
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def elements(
     flat, result = _style.panels(ax, (3, 2) if len(rows) == 6 else (len(rows),), (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
-        value, style = numbers(getattr(values, name)), line(0, wishes(kwargs))
+        value, style = plain(getattr(values, name)), line(0, wishes(kwargs))
         if name in ("a", "e"):
             ax.plot(times(run), value, **style)
             _dress(ax, label(run, symbol, "length") if name == "a" else symbol, text)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.kinds import choice
+from ..base.units import plain
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import LINES, check_axes, colour_bar, escaped, grid, matplotlib, numbers, single, unit_of, world
+from ._style import LINES, check_axes, colour_bar, escaped, grid, matplotlib, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
@@ -31,8 +32,8 @@ def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, 
     choice(quantity, "quantity", [name for name in _SHOWN if hasattr(field, name)])
     value, phrase = getattr(field, quantity), quantity.replace("_", " ")
     if quantity.endswith("slope"):
-        return np.degrees(numbers(value)), f"{phrase} [deg]"
-    return numbers(value), f"{phrase} [{unit_of(value)}]"
+        return np.degrees(plain(value)), f"{phrase} [deg]"
+    return plain(value), f"{phrase} [{unit_of(value)}]"
 
 
 def _length(value: Any, letter: str) -> str:
@@ -59,7 +60,7 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     """
     values, label = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
-    outlines = _outlines(numbers(field.cells), np.degrees(numbers(field.longitude)))
+    outlines = _outlines(plain(field.cells), np.degrees(plain(field.longitude)))
     # Cells across the edge of the map are drawn on both sides of it.
     rotation = np.array([360.0, 0.0])
     right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
@@ -157,7 +158,7 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     """
     values, label = _values(field, quantity)
     ax = _stage(ax)
-    cells = numbers(field.cells)
+    cells = plain(field.cells)
     drawn = ax.add_collection3d(_polygons(cells, **{"array": values, "linewidths": 0.0, **kwargs}))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.6, pad=0.1)
     _equal(ax, cells, field.point)
@@ -200,7 +201,7 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         values = getattr(flight, "fate_time" if colour == "time" else colour)
         in_degrees = colour == "incidence"
         unit = "deg" if in_degrees else unit_of(values)
-        style["c"] = (np.degrees(numbers(values)) if in_degrees else numbers(values))[struck]
+        style["c"] = (np.degrees(plain(values)) if in_degrees else plain(values))[struck]
     longitude, latitude = (np.degrees(flight.arrays[name][struck]) for name in ("longitude", "latitude"))
     drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
@@ -233,7 +234,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     matplotlib Axes
     """
     units, points = pair.system.context.units, pair.equilibria()
-    constants = {point.name: float(numbers(point.jacobi)) for point in points}
+    constants = {point.name: float(plain(point.jacobi)) for point in points}
     given = constants.values() if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
     # Curves of nearly equal constants would cover each other.
     levels_drawn: list[float] = []
@@ -241,7 +242,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
         if not levels_drawn or level - levels_drawn[-1] > 1e-9 * abs(level):
             levels_drawn.append(level)
     ax = single(ax, (6.4, 5.6))
-    x, y, outlines = (numbers(value) for value in pair.plane(extent))
+    x, y, outlines = (plain(value) for value in pair.plane(extent))
     low, high = (min(constants.values(), default=outlines.min()), max(constants.values(), default=outlines.max()))
     span = max(high - low, 0.05 * abs(high))
     shades = {"levels": np.linspace(low, high + span, 16), "cmap": "Greys", "extend": "max", "alpha": 0.6}
@@ -254,7 +255,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     text = {"textcoords": "offset points", "ha": "center", "fontsize": "small", "zorder": 4}
     text["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0}
     for point in points:
-        at = numbers(point.position)
+        at = plain(point.position)
         face = "black" if point.stable else "white"
         ax.plot(*at[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
         # Names are placed aside of the bodies, to which the points beside them are near.
@@ -297,7 +298,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     all_points = []
     for k, (name, body) in enumerate(zip(pair.system.context.names, pair.system.context.bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
-        points = numbers(pair.roche_lobe(name, rows=rows).points)
+        points = plain(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))
         style = {"color": colour, "alpha": 0.18, "linewidth": 0.1, "rstride": 1, "cstride": 1, "label": escaped(name)}
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})

@@ -21,6 +21,11 @@ def spiceypy() -> Any:
     return spiceypy
 
 
+def message_of(error: Exception) -> str:
+    """Return the message of an error of SPICE in one line."""
+    return str(getattr(error, "long", "") or getattr(error, "explain", "") or error).strip()
+
+
 class Conventions:
     """The conversions of a system's times and vectors to SPICE's.
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +23,7 @@ _DOUBLINGS = 8
 _CHUNK = 4096
 
 
-@dataclass(frozen=True)
-class Nodes:
+class Nodes(NamedTuple):
     """Nodes: times in seconds past J2000 (K,), values and rates (K, N, C), and the polynomials' degree."""
 
     et: Floats
@@ -59,14 +57,9 @@ def attitudes(conventions: Conventions) -> Curve:
 def nodes(
     run: Record, conventions: Conventions, curve: Curve, tolerance: float, error_text: Callable[[float], str]
 ) -> Nodes:
-    """Choose nodes so close that the interpolation is within the tolerance of the continuous solution.
+    """Choose nodes so close that the interpolation is within the tolerance of the continuous solution, or warn.
 
     For a run without a continuous solution the nodes are the samples, and the error is that at every second sample.
-
-    Warns
-    -----
-    PrecisionWarning
-        If the interpolation misses the tolerance; the message has the error.
     """
     if run.dense is None:
         et, values, rates = _of_samples(run, conventions, curve)
@@ -149,6 +142,5 @@ def _hermite(et: Floats, values: Floats, rates: Floats, at: Floats) -> Any:
     slope = (1.0 / between).sum(axis=2) - 1.0
     ratio[:, np.arange(window), np.arange(window)] = 1.0
     square = ratio.prod(axis=2) ** 2
-    return np.einsum("mw,mwnc->mnc", (1.0 - 2.0 * x * slope) * square, values[use]) + np.einsum(
-        "mw,mwnc->mnc", x * square, rates[use]
-    )
+    parts = ((1.0 - 2.0 * x * slope) * square, values[use]), (x * square, rates[use])
+    return sum(np.einsum("mw,mwnc->mnc", *part) for part in parts)

@@ -12,9 +12,8 @@ import numpy as np
 from ..base import rotations
 from ..errors import InvalidInput
 from ..model.context import SystemLike
-from ..model.state import State
-from .conventions import Conventions, body_numbers, number, spiceypy
-from .kernel import message_of
+from ..model.state import State, from_numbers
+from .conventions import Conventions, body_numbers, message_of, number, spiceypy
 
 
 def state(
@@ -54,10 +53,6 @@ def state(
     InvalidInput
         For a system without units, epoch or frame, and if the kernels lack a body's position or attitude.
 
-    See Also
-    --------
-    fullbody.Run.to_spk, fullbody.Run.to_ck
-
     Notes
     -----
     Astropy converts the epoch to TDB, so that no kernel of leap seconds is needed.
@@ -75,50 +70,34 @@ def state(
     True
     """
     conventions = Conventions(system, "a state from SPICE")
-    numbers, observer = body_numbers(ids, system.context.names), number(barycentre, "barycentre")
-    missing = [name for k, name in enumerate(system.context.names) if k not in numbers]
-    if missing:
-        raise InvalidInput(f"ids has no number of {missing[0]}; expected those of {', '.join(system.context.names)}")
+    context, spice = system.context, spiceypy()
+    numbers, observer = body_numbers(ids, context.names), number(barycentre, "barycentre")
+    if missing := [name for k, name in enumerate(context.names) if k not in numbers]:
+        raise InvalidInput(f"ids has no number of {missing[0]}; expected those of {', '.join(context.names)}")
     named = dict(frames or {})
     for name in named:
-        system.context.index(name, "a body in frames")
-    time_number = system.context.units.number(time, "time", "time")
-    et = float(conventions.et(time_number))
-    spice = spiceypy()
-    rows = []
+        context.index(name, "a body in frames")
+    moment = context.units.number(time, "time", "time")
+    et = float(conventions.et(moment))
+    position, velocity, spin = (np.zeros((len(context), 3)) for _ in range(3))
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(context), 1))
     with loaded(kernels):
-        for k, name in enumerate(system.context.names):
+        for k, name in enumerate(context.names):
             body = numbers[k]
             with _telling(f"the position of {name} ({body}) from {observer}", system, time):
                 state_vector, _ = spice.spkgeo(body, et, "J2000", observer)
-            position, velocity = np.reshape(state_vector, (2, 3)) @ conventions.axes
-            attitude, spin = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
-            if name in named or any(system.context.bodies[k].semi_axes):
+            position[k], velocity[k] = np.reshape(state_vector, (2, 3)) @ conventions.axes / conventions.km
+            if name in named or any(context.bodies[k].semi_axes):
                 with _telling(f"the attitude of {name} ({body})", system, time):
                     frame = named.get(name) or spice.cidfrm(body)[1]
                     transformation = spice.sxform(frame, "J2000", et)
                 matrix = transformation[:3, :3]
-                attitude = rotations.quaternion(conventions.axes.T @ matrix)
+                attitude[k] = rotations.quaternion(conventions.axes.T @ matrix)
                 # The rate of the matrix is the matrix times the vector product with the spin.
                 cross = matrix.T @ transformation[3:, :3]
-                spin = np.array([cross[2, 1], cross[0, 2], cross[1, 0]])
-            rows.append(
-                (
-                    position / conventions.km,
-                    velocity / conventions.km * conventions.second,
-                    attitude,
-                    spin * conventions.second,
-                )
-            )
-    positions, velocities, attitudes, spins = (np.array(column) for column in zip(*rows, strict=True))
-    attach = system.context.units.attach
-    return State(
-        position=attach(positions, "length"),
-        velocity=attach(velocities, "velocity"),
-        attitude=attitudes,
-        spin=attach(spins, "spin"),
-        time=attach(time_number, "time"),
-    )
+                spin[k] = cross[2, 1], cross[0, 2], cross[1, 0]
+    second = conventions.second
+    return from_numbers(context, position, velocity * second, attitude, spin * second, moment)
 
 
 @contextmanager
