@@ -201,7 +201,7 @@ def escape_number(app: object, what: str, name: str, obj: object, options: objec
 
 def add_return(app: object, what: str, name: str, obj: Any, options: object, lines: list[str]) -> None:
     """Add what a function's signature says that it returns, unless its text has a section about it."""
-    if what not in ("function", "method") or not {"Parameters", "Returns", "Yields"} & {*lines} == {"Parameters"}:
+    if what not in ("function", "method") or {"Parameters", "Returns", "Yields"} & {*lines} != {"Parameters"}:
         return
     kind = inspect.signature(obj).return_annotation
     if kind not in (inspect.Signature.empty, None, "None", "Any"):

@@ -218,8 +218,8 @@ class Store:
             for out in outcomes
         ]
         whole = BytesIO()
-        texts = {"sweep": np.array(_mark(self._manifest)), "index": np.array(json.dumps(index))}
-        np.savez(whole, numbers=np.concatenate(numbers) if numbers else np.empty(0), **texts)
+        mark, texts = np.array(_mark(self._manifest)), np.array(json.dumps(index))
+        np.savez(whole, sweep=mark, index=texts, numbers=np.concatenate(numbers) if numbers else np.empty(0))
         # A chunk of a sweep that this one extends may begin with a row of the same number.
         names = (f"{outcomes[0].row:08d}{f'-{k}' if k else ''}.npz" for k in itertools.count())
         path = next(path for name in names if not (path := self.folder / name).exists())

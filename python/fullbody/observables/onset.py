@@ -43,16 +43,13 @@ class Tumbling(ArrayFields):
     largest: Any
 
     def as_dict(self) -> dict[str, Any]:
-        """Return a table's entries: ``largest_roll``, ``largest_pitch`` and ``largest_yaw``, which are half a turn if
-        the body has gone round; ``tumbles``, 1 if the limit was passed, else 0; and ``tumbling_time``, or ``None``.
+        """Return ``largest_roll``, ``largest_pitch`` and ``largest_yaw``, which are half a turn if the body has gone
+        round; ``tumbles``, 1 if the limit was passed, else 0; and ``tumbling_time``, or ``None``.
         """
         half_turn = np.pi * (self.largest.unit if is_quantity(self.largest) else 1.0)
         largest = zip(_NAMES, np.minimum(self.largest, half_turn), strict=True)
-        return {
-            **{f"largest_{name}": size for name, size in largest},
-            "tumbles": float(self.time is not None),
-            "tumbling_time": self.time,
-        }
+        sizes = {f"largest_{name}": size for name, size in largest}
+        return {**sizes, "tumbles": float(self.time is not None), "tumbling_time": self.time}
 
 
 def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: int | str = 0) -> Tumbling:
@@ -65,16 +62,10 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     Parameters
     ----------
     run : Run
+        Between its samples the body may turn by half a turn in its orbit's frame at most.
     limit : float or Quantity
-        The limit in radians; at most a quarter turn, which is the largest pitch possible.
+        At most a quarter turn, which is the largest pitch possible.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a limit that is not an angle in that range, and for samples between which the body may turn by more than
-        half a turn in its orbit's frame.
 
     Notes
     -----
@@ -112,7 +103,7 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     ]
     forward = -1.0 if len(motion.time) > 1 and motion.time[1] < motion.time[0] else 1.0
     time, name = min(passages, key=lambda passage: forward * passage[0])
-    return Tumbling(motion.span(np.float64(time)), name, largest)
+    return Tumbling(motion.span(time), name, largest)
 
 
 def _passage(time: Floats, size: Floats, k: int, limit: float) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.units import plain
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements, computed
@@ -19,7 +20,6 @@ from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
 #: and the relative size below which that term may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
-_ELEMENTS = ("a", "e", "i", "Omega", "omega", "M")
 #: Two apsidal rates agree if they differ by less than this fraction of them plus this fraction of a turn per run.
 _AGREE, _TURNED = 0.02, 1e-4
 
@@ -153,19 +153,11 @@ class Precession(ArrayFields):
     inclination: Array
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rates, periods and inclinations for a table: ``apsidal_rate``, ``nodal_rate``,
-        ``argument_of_periapsis_rate``, ``anomalistic_period``, ``sidereal_period``, ``smallest_inclination`` and
-        ``largest_inclination``.
-        """
-        return {
-            "apsidal_rate": self.apsidal,
-            "nodal_rate": self.nodal,
-            "argument_of_periapsis_rate": self.argument_of_periapsis,
-            "anomalistic_period": self.anomalistic_period,
-            "sidereal_period": self.sidereal_period,
-            "smallest_inclination": self.inclination[0],
-            "largest_inclination": self.inclination[1],
-        }
+        """Return the rates, each with ``_rate`` after its name, periods, ``smallest_`` and ``largest_inclination``."""
+        rates = {f"{name}_rate": getattr(self, name) for name in ("apsidal", "nodal", "argument_of_periapsis")}
+        periods = {name: getattr(self, name) for name in ("anomalistic_period", "sidereal_period")}
+        smallest, largest = self.inclination
+        return {**rates, **periods, "smallest_inclination": smallest, "largest_inclination": largest}
 
 
 def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> ElementRates:
@@ -174,15 +166,10 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
+        Of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -195,28 +182,19 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     """
     motion = RelativeMotion(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, body=body, about=about)
-    a, e, i, *angles = (np.asarray(getattr(value := getattr(elements, name), "value", value)) for name in _ELEMENTS)
-    varpi, longitude = angles[0] + angles[1], sum(angles)
+    a, e, i, *angles = (plain(getattr(elements, name)) for name in ("a", "e", "i", "Omega", "omega", "M"))
+    varpi = angles[0] + angles[1]
     columns: dict[str, Floats] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
-    for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, longitude), strict=True):
+    for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, varpi + angles[2]), strict=True):
         columns[name] = signal.unwrapped(angle)
     undefined = _undefined(motion, e, i, *angles[:2])
     rates, means = Rates(undefined), Rates(undefined)
-    for name, values in columns.items():
-        if name in undefined:
-            continue
-        for result, number in (
-            (rates, np.gradient(values, motion.time, edge_order=2)),
-            (means, motion.mean_rate(values)),
-        ):
-            unit = {"a": "velocity", "e": "rate", "h": "rate", "k": "rate"}.get(name, "spin")
-            result[name] = motion.units.attach(number, unit)
-    attached = [
-        motion.units.attach(a, "length"),
-        e,
-        *(motion.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
-    ]
-    return ElementRates(computed(attached, run.context.frame), rates, means)
+    for name in (name for name in columns if name not in undefined):
+        unit = {"a": "velocity", "e": "rate", "h": "rate", "k": "rate"}.get(name, "spin")
+        rates[name] = motion.attach(np.gradient(columns[name], motion.time, edge_order=2), unit)
+        means[name] = motion.attach(motion.mean_rate(columns[name]), unit)
+    angles = [motion.attach(columns[name], "angle") for name in ("i", "Omega", "omega", "M")]
+    return ElementRates(computed([motion.attach(a, "length"), e, *angles], run.context.frame), rates, means)
 
 
 def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, periapsis: Floats) -> dict[str, str]:
@@ -237,10 +215,9 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
         # A vector that is zero throughout has the direction that elements give it by convention.
         if not length.any():
             continue
-        scatter = float(
-            np.std(length - signal.averaged(motion.time, length, abs(np.ptp(motion.time)) / motion.revolutions))
-        )
-        revolutions = [signal.windings(vector[first::step]) for first, step in ((0, 1), (0, 2))]
+        revolution = abs(np.ptp(motion.time)) / motion.revolutions
+        scatter = float(np.std(length - signal.averaged(motion.time, length, revolution)))
+        revolutions = [signal.windings(vector[::step]) for step in (1, 2)]
         if length.min() <= scatter or abs(revolutions[0] - revolutions[1]) > 0.5:
             reason = (
                 f"the osculating {what} of {motion.name} comes to {length.min():.2g}, with a scatter of {scatter:.2g} "
@@ -260,15 +237,10 @@ def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
+        Of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -295,13 +267,8 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     Parameters
     ----------
     run : Run
+        Of two revolutions or more.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -313,13 +280,9 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     """
     motion = RelativeMotion(run, body, about, 8, "a mutual period", REVOLUTIONS)
     moments = passages(motion)
-    revolutions = len(moments) - 1
-    ends = moments[1:]
-    period = np.diff(moments)
-    drift = float("nan")
-    if revolutions >= 3:
-        drift = signal.slope(ends, period)
-    mean = 2 * np.pi / motion.mean_motion(motion.path) if revolutions >= WINDOWED else period.mean()
+    ends, period = moments[1:], np.diff(moments)
+    drift = signal.slope(ends, period) if len(ends) >= 3 else float("nan")
+    mean = 2 * np.pi / motion.mean_motion(motion.path) if len(ends) >= WINDOWED else period.mean()
     return MutualPeriod(motion.span(ends), motion.span(period), motion.span(np.float64(mean)), drift)
 
 
@@ -336,16 +299,12 @@ def passages(motion: RelativeMotion) -> Floats:
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
         after = int(np.argmax(angle >= target))
         moments.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
-    return _sharpened(motion, np.array(moments), start)
-
-
-def _sharpened(motion: RelativeMotion, moments: Floats, start: float) -> Floats:
-    """Refine times of passages by Newton's method along the Kepler orbits, as a spline errs on eccentric orbits."""
+    found: Floats = np.array(moments)
+    # A spline errs on eccentric orbits; Newton's method along the Kepler orbits refines its times.
     for _ in range(3):
-        angle, rate = motion.longitude_at(moments)
-        missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
-        moments = moments - missed / rate
-    return moments
+        angle, rate = motion.longitude_at(found)
+        found = found - (np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi) / rate
+    return found
 
 
 def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, about: int | str = 0) -> Precession:
@@ -360,17 +319,11 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     Parameters
     ----------
     run : Run
-        A run of several revolutions; more revolutions give better means.
+        Of five revolutions or more; more give better means. The apsidal rate from every second sample has to agree with
+        that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
     axis : array_like, (3,), optional
         The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than five revolutions, and for samples too far apart: the apsidal rate from every second
-        sample has to agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
 
     Notes
     -----
@@ -399,13 +352,13 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     if radial is not None:
         _check_halved(motion, sidereal - radial)
     nodal, inclination = motion.precession(motion.normal, axis)
-    draconic = None if nodal is None or radial is None else motion.from_node(axis)
+    draconic = None if nodal is None or radial is None else motion.from_node(axis) - radial
     return Precession(
-        None if radial is None else motion.rate(np.float64(sidereal - radial)),
-        None if nodal is None else motion.rate(np.float64(nodal)),
-        None if draconic is None or radial is None else motion.rate(np.float64(draconic - radial)),
-        None if radial is None else motion.span(np.float64(2 * np.pi / radial)),
-        motion.span(np.float64(2 * np.pi / sidereal)),
+        motion.rate(None if radial is None else sidereal - radial),
+        motion.rate(nodal),
+        motion.rate(draconic),
+        motion.span(None if radial is None else 2 * np.pi / radial),
+        motion.span(2 * np.pi / sidereal),
         motion.angle(np.array([inclination.min(), inclination.max()])),
     )
 
@@ -415,12 +368,8 @@ def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None
     sidereal = motion.mean_motion(path)
     distance = np.linalg.norm(path.r, axis=1)
     terms = zip(*signal.lines(path.time, distance, _TERMS), strict=True)
-    near = sorted(
-        ((size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR), key=lambda t: -t[0]
-    )
-    if not near or near[0][0] < _ROUND * distance.mean():
-        return sidereal, None
-    if len(near) > 1 and near[1][0] > near[0][0] / 2:
+    near = sorted((-size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR)
+    if not near or -near[0][0] < _ROUND * distance.mean() or (len(near) > 1 and near[1][0] < near[0][0] / 2):
         return sidereal, None
     return sidereal, near[0][1]
 
@@ -430,8 +379,8 @@ def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
     sidereal, radial = frequencies(motion, motion.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:
-        reasons = "none" if radial is None else f"{motion.rate(np.float64(sidereal - radial)):.4g}"
+        other = "none" if radial is None else f"{motion.rate(sidereal - radial):.4g}"
         raise InvalidInput(
-            f"the apsidal rate is {motion.rate(np.float64(apsidal)):.4g} by all samples, but {reasons} by every second "
-            f"one; precession needs samples closer together ({motion.closer()})"
+            f"the apsidal rate is {motion.rate(apsidal):.4g} by all samples, but {other} by every second one; "
+            f"precession needs samples closer together ({motion.closer()})"
         )

@@ -43,15 +43,9 @@ class OrbitShape(ArrayFields):
     e: Any
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the extreme distances ``periapsis`` and ``apoapsis``, and the means of ``a`` and ``e`` as
-        ``a_of_distances`` and ``e_of_distances``, for a table.
-        """
-        return {
-            "periapsis": self.periapsis.min(),
-            "apoapsis": self.apoapsis.max(),
-            "a_of_distances": self.a.mean(),
-            "e_of_distances": self.e.mean(),
-        }
+        """Return the extremes ``periapsis`` and ``apoapsis``, and means ``a_of_distances`` and ``e_of_distances``."""
+        means = {f"{name}_of_distances": getattr(self, name).mean() for name in ("a", "e")}
+        return {"periapsis": self.periapsis.min(), "apoapsis": self.apoapsis.max(), **means}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,14 +83,8 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     Parameters
     ----------
     run : Run
-        A run of one revolution at least.
+        Of one revolution or more.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than one revolution, and for samples half a revolution apart or more.
 
     Notes
     -----
@@ -122,8 +110,7 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     sampled = motion.at(moments)
     distance, speed = _radial(sampled)
     first = np.searchsorted(moments, ends)
-    extremes = [_extremes(motion, moments, speed, distance, sign, first) for sign in (1.0, -1.0)]
-    nearest, farthest = extremes
+    nearest, farthest = (_extremes(motion, moments, speed, distance, sign, first) for sign in (1.0, -1.0))
     return OrbitShape(
         motion.span(ends[1:]),
         motion.length(nearest),
@@ -163,22 +150,15 @@ def _extremes(
 
 
 def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> Eccentricity:
-    """Compute the mean eccentricity of an orbit: the free part, the part that the figures force, and the osculating
-    one.
+    """Compute the mean eccentricity of an orbit: the free part, the part that figures force, and the osculating one.
 
     Parameters
     ----------
     run : Run
-        A run of at least five revolutions; more revolutions give better means.
+        Of five revolutions or more; more give better means.
     mu : float or Quantity, optional
         Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than five revolutions, and for samples half a revolution apart or more.
 
     Notes
     -----

@@ -44,9 +44,7 @@ class Libration(ArrayFields):
     period: Scalar | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the amplitude as ``libration``, and ``libration_period``, for a table; both are ``None`` for a body
-        that rotates relative to the line between the bodies.
-        """
+        """Return the amplitude as ``libration``, and ``libration_period``, both ``None`` without a libration."""
         return {"libration": self.amplitude, "libration_period": self.period}
 
 
@@ -56,11 +54,11 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     Parameters
     ----------
     run : Run
+        Of two revolutions of ``body`` about ``about``, or more.
     axis : array_like, (3,), optional
         Reference axis; by default the total angular momentum at the start.
     body, about : int or str
-        Indices in the system, or names; by default ``about`` is the first body other than ``body``. The length of the
-        run is measured in revolutions of ``body`` about ``about``.
+        By default ``about`` is the first body other than ``body``.
 
     Returns
     -------
@@ -70,8 +68,8 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a body that does not spin, and for a pole nearer to the axis than
-        1e-9 radians at half of the samples or more, since its motion about the axis is then round-off.
+        For a body that does not spin, and for a pole nearer to the axis than 1e-9 radians at half of the samples or
+        more, since its motion about the axis is then round-off.
 
     Notes
     -----
@@ -95,7 +93,7 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
             f"below {NEAREST:g} or between the samples it is not known how it goes about it; expected another axis, or "
             f"samples closer together ({motion.closer()})"
         )
-    return motion.rate(np.float64(rate))
+    return motion.rate(rate)
 
 
 def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Array:
@@ -105,12 +103,11 @@ def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Arra
     ----------
     run : Run
     body, about : int or str
-        Indices in the system, or names.
 
     Returns
     -------
     ndarray or Quantity, (K,)
-        Angles in radians, from 0 to pi.
+        Angles from 0 to pi.
 
     Examples
     --------
@@ -136,19 +133,13 @@ def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) ->
     Parameters
     ----------
     run : Run
+        Between its samples the body may turn by half a turn in that frame at most.
     body, about : int or str
-        Indices in the system, or names.
 
     Returns
     -------
     ndarray or Quantity, (K, 3)
-        Roll, pitch and yaw in radians; roll and yaw have no jumps.
-
-    Raises
-    ------
-    InvalidInput
-        For samples between which the body may turn by more than half a turn in that frame, so that the direction of the
-        turn is ambiguous.
+        Roll, pitch and yaw; roll and yaw have no jumps.
 
     Examples
     --------
@@ -171,18 +162,16 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     Parameters
     ----------
     run : Run
-        A run of several periods of the libration, sampled several times in each.
+        Of two revolutions or more, and several periods of the libration, sampled several times in each: the axis may
+        turn by a quarter turn at most between two samples.
     body, about : int or str
-        Indices in the system, or names.
     n : int
         The largest number of periodic terms.
 
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a point, for a body without a single longest axis, for one whose
-        longest axis is along the orbit's normal, and for samples between which that axis may turn by more than a
-        quarter turn.
+        For a body without a single longest axis, and for one whose longest axis is along the orbit's normal.
 
     Notes
     -----
@@ -224,17 +213,15 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     angle = angle - np.pi * np.round(angle[0] / np.pi)
     fine = _between(motion, angle)
     swing = float(np.ptp(fine) / 2)
-    if swing > np.pi / 2:
-        none = motion.rate(np.zeros(0)), motion.angle(np.zeros(0)), None
-        return Libration(motion.span(motion.time), motion.angle(angle), None, *none)
-    frequencies, amplitudes = signal.lines(motion.path.time, fine, n)
+    librates = swing <= np.pi / 2
+    frequencies, amplitudes = signal.lines(motion.path.time, fine, n) if librates else np.zeros((2, 0))
     return Libration(
         motion.span(motion.time),
         motion.angle(angle),
-        motion.angle(np.float64(swing)),
+        motion.angle(swing if librates else None),
         motion.rate(frequencies),
         motion.angle(amplitudes),
-        motion.span(np.float64(2 * np.pi / frequencies[0])) if len(frequencies) else None,
+        motion.span(2 * np.pi / frequencies[0] if len(frequencies) else None),
     )
 
 
