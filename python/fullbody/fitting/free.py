@@ -49,17 +49,9 @@ class Free:
 
 
 class Parameters:
-    """Parameters as arrays (P,) of plain numbers, each in the unit of its start.
+    """Parameters as arrays (P,) of plain numbers, each in the unit of its start, ``None`` without one.
 
-    Attributes
-    ----------
-    names : tuple of str
-    units : tuple
-        Units; ``None`` for plain numbers.
-    start, lower, upper : ndarray, (P,)
-        Bounds are infinite where there are none.
-    mean, sigma : ndarray, (P,)
-        The priors; sigma is infinite where there is none.
+    Bounds ``lower`` and ``upper`` are infinite where there are none, and so is ``sigma`` of a prior.
     """
 
     def __init__(self, given: Any) -> None:
@@ -113,8 +105,7 @@ class Parameters:
 
     def only(self, names: Sequence[str]) -> Parameters:
         """Return the parameters with these names, in the same order."""
-        found = copy.copy(self)
-        places = [self.names.index(name) for name in names]
+        found, places = copy.copy(self), [self.names.index(name) for name in names]
         found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
         for what in ("start", "lower", "upper", "mean", "sigma"):
             setattr(found, what, getattr(self, what)[places])
@@ -169,10 +160,10 @@ class Parameters:
         return next((float(length) for length in lengths if np.isfinite(length)), 1.0)
 
     def at_bounds(self, values: Floats, norms: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return which of values (P,) are at their lower and upper bounds: within a twentieth of their errors alone.
+        """Return which of values (P,) are at their lower and upper bounds.
 
-        The errors are the inverse of the norms (P,) of the derivatives. Values whose errors are wider than the bounds
-        are at one if they are within a hundredth of that width.
+        They are within a twentieth of their errors alone, the inverse of the norms (P,) of the derivatives, and within
+        a hundredth of the width of the bounds.
         """
         near = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
         near = np.minimum(near, 0.01 * (self.upper - self.lower))

@@ -69,7 +69,7 @@ class RelativeMotion:
 
     @cached_property
     def path(self) -> follow.Path:
-        """The motion at even times that resolve its harmonics; samples that do, or of no orbit, are taken as they are."""
+        """The motion at even times that resolve its harmonics; samples that do so are taken as they are."""
         samples = self._samples
         if not self._orbits:
             self._check_directions()

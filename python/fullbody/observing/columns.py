@@ -56,12 +56,7 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
 def refuse_rounded(given: Any, values: Floats, sigma: Floats, what: str) -> None:
     """Raise an error for numbers whose type rounds them to more than a tenth of their standard errors.
 
-    Parameters
-    ----------
-    given : array_like
-        The numbers as they were given.
-    values, sigma : ndarray
-        The same numbers of 64 bits, and their standard errors, in one unit.
+    The ``values`` are those that were ``given``, as numbers of 64 bits in the unit of ``sigma``.
     """
     if (kind := _short(given)) is None:
         return
@@ -102,15 +97,8 @@ def _unmasked(given: Any) -> tuple[Any, Any]:
 class Rows:
     """Which rows of a table of observations are kept, in the order of time.
 
-    Attributes
-    ----------
-    times : Time, Quantity or ndarray, (K,)
-    kept : ndarray of int, (K,)
-        The indices of the kept rows in the table, in the order of time.
-    missing : tuple of int
-        The indices of the rows that are left out, since a value is masked or NaN.
-    given : int
-        The number of rows of the table.
+    The table has ``given`` rows, of which those with the indices ``kept`` (K,) have the ``times`` (K,), and those with
+    the indices ``missing`` are left out, since a value is masked or NaN.
     """
 
     def __init__(self, times: Any, given: dict[str, Floats], observed: Sequence[str], owner: str) -> None:
