@@ -119,7 +119,13 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], 
     for row, parameters in rows:
         try:
             ends[row] = _end(end, parameters)
-            members[row] = _member(job, row, parameters)
+            random = {} if job.seed is None or not job.with_rng else {RNG: stream(job.seed, row, 1)}
+            member = job.setup(**parameters, **random)
+            match member:
+                case (System(), State()):
+                    members[row] = member
+                case _:
+                    raise InvalidInput(f"the setup gives {member!r}; expected (system, state)")
         except _FAILURES as error:
             outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
     options = {**job.options, kind: [ends[row] for row in members]}
@@ -140,15 +146,6 @@ def _end(until: Any, parameters: Mapping[str, Any]) -> Any:
     if callable(until) and not is_quantity(until):
         return until(**parameters)
     return parameters[until] if isinstance(until, str) and until in parameters else until
-
-
-def _member(job: Job, row: int, parameters: Mapping[str, Any]) -> tuple[System, State]:
-    random = {} if job.seed is None or not job.with_rng else {RNG: stream(job.seed, row, 1)}
-    member = job.setup(**parameters, **random)
-    match member:
-        case (System() as system, State() as state):
-            return system, state
-    raise InvalidInput(f"the setup gives {member!r}; expected (system, state)")
 
 
 def _outcome(job: Job, row: int, run: Any) -> Outcome:
@@ -173,7 +170,11 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
             continue
         for name, value in found.items():
             try:
-                _check_name(name, values)
+                if not isinstance(name, str) or not fits(name):
+                    raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
+                if name in values:
+                    what = f"measure gives {name}, which a measure before it gives too"
+                    raise InvalidInput(f"{what}; expected each name once")
                 values[name] = _value(value, name)
             except _FAILURES as error:
                 failure = Failure.of(error, "measure", part).after(failure)
@@ -186,13 +187,6 @@ def _called(measure: Any, place: int) -> str:
         measure = measure.func
     name = getattr(measure, "__name__", "")
     return name if name.isidentifier() else f"number {place}"
-
-
-def _check_name(name: Any, taken: Mapping[str, MeasuredValue]) -> None:
-    if not isinstance(name, str) or not fits(name):
-        raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
-    if name in taken:
-        raise InvalidInput(f"measure gives {name}, which a measure before it gives too; expected each name once")
 
 
 def _value(value: Any, name: str) -> MeasuredValue:

@@ -107,7 +107,8 @@ def _root(frame: Frame, seed: Floats) -> Floats | None:
     x = x - np.linalg.solve(jacobian, value)
     if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(jacobian).max() or np.abs(x).max() > 3.0:
         return None
-    return None if frame.is_inside(x * frame.distance) else x
+    # Within a body gravity has a source.
+    return None if np.trace(frame.gravity(x * frame.distance).gradient) < -0.01 * scale else x
 
 
 def _described(frame: Frame, name: str, x: Floats) -> Equilibrium:

@@ -84,7 +84,3 @@ class Frame:
             gravity.field @ self.rotation + outward * x,
             self.rotation.T @ gravity.gradient @ self.rotation + np.diag(outward),
         )
-
-    def is_inside(self, x: Floats) -> bool:
-        """Return whether a point is within a body, where gravity has a source."""
-        return bool(np.trace(self.gravity(x).gradient) < -0.01 * self.rate**2)

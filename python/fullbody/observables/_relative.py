@@ -215,7 +215,7 @@ class RelativeMotion:
         """Return the mean rate of an angle that changes with every revolution."""
         return signal.slope(self.time, values, self._power)
 
-    @property
+    @cached_property
     def _power(self) -> int:
         return 3 if self.revolutions >= WINDOWED else 1
 

@@ -6,7 +6,6 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.units import need
 from ..errors import InvalidInput
@@ -52,12 +51,6 @@ def averaged(time: Floats, values: Floats, length: float) -> Floats:
     integral = np.concatenate([[0.0], np.cumsum(np.diff(way) * (values[1:] + values[:-1]) / 2)])
     first, last = np.maximum(way - length / 2, way[0]), np.minimum(way + length / 2, way[-1])
     return np.asarray((np.interp(last, way, integral) - np.interp(first, way, integral)) / (last - first))
-
-
-def windings(vector: npt.NDArray[np.complex128]) -> float:
-    """Return the number of turns of the direction of a complex vector."""
-    angle = unwrapped(np.angle(vector))
-    return float(angle[-1] - angle[0]) / (2 * np.pi)
 
 
 def even(time: Floats) -> bool:

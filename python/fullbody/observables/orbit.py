@@ -217,7 +217,8 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
             continue
         revolution = abs(np.ptp(motion.time)) / motion.revolutions
         scatter = float(np.std(length - signal.averaged(motion.time, length, revolution)))
-        revolutions = [signal.windings(vector[::step]) for step in (1, 2)]
+        turns = (signal.unwrapped(np.angle(vector[::step])) for step in (1, 2))
+        revolutions = [float(angle[-1] - angle[0]) / (2 * np.pi) for angle in turns]
         if length.min() <= scatter or abs(revolutions[0] - revolutions[1]) > 0.5:
             reason = (
                 f"the osculating {what} of {motion.name} comes to {length.min():.2g}, with a scatter of {scatter:.2g} "

@@ -240,7 +240,10 @@ def read_table(
             # Numbers keep a short type, which may be too coarse for their errors.
             short = [values.astype(_short(part) or float) for (values, _), part in zip(pairs, parts, strict=True)]
             scaled = [values if one is None else values * one for values, one in zip(short, units, strict=True)]
-            arguments[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, what)
+            try:
+                arguments[argument] = scaled[0] if isinstance(named, str) else np.stack(scaled, axis=-1)
+            except (ValueError, TypeError) as error:
+                raise InvalidInput(f"the columns of {what} do not go together: {error}") from error
     return arguments
 
 
@@ -252,13 +255,6 @@ def _unit_of(given: Any, argument: str) -> Any:
         return usable_unit(given)
     except (ValueError, TypeError, OverflowError) as error:
         raise InvalidInput(f"unit of {argument} is {given!r}; expected a unit or its name: {error}") from error
-
-
-def _stacked(parts: list[Any], what: str) -> Any:
-    try:
-        return np.stack(parts, axis=-1)
-    except (ValueError, TypeError) as error:
-        raise InvalidInput(f"the columns of {what} do not go together: {error}") from error
 
 
 def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any]) -> Any:

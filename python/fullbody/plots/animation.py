@@ -132,8 +132,11 @@ def animate(
                 for artist in artists:
                     artist.remove()
         if kind == ".html":
-            temporary.write_text(_offline(temporary.read_text(encoding="utf-8")), encoding="utf-8")
-    return Path(path)
+            # The buttons of matplotlib's page show characters instead of a font from the network, its one link.
+            page = re.sub(r"<link[^>]*>", "", temporary.read_text(encoding="utf-8"))
+            page = re.sub(r'<i class="fa fa-([a-z -]+)"></i>', lambda icon: _ICONS[icon[1]], page)
+            temporary.write_text(page, encoding="utf-8")
+    return path
 
 
 @contextmanager
@@ -160,9 +163,3 @@ def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
             "expected 1 to 65535 each way"
         )
     return (width, height), dots
-
-
-def _offline(page: str) -> str:
-    """Replace the one link in matplotlib's page: buttons show characters instead of a font from the network."""
-    page = re.sub(r"<link[^>]*>", "", page)
-    return re.sub(r'<i class="fa fa-([a-z -]+)"></i>', lambda icon: _ICONS[icon[1]], page)

@@ -245,7 +245,10 @@ def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
         handle = None
         try:
             handle = getattr(spice, opener)(str(temporary), "fullbody", 0)
-            spice.dafac(handle, _comments(run))
+            lines = [f"Written by fullbody {version()}.", f"System: {run.system!r}", f"Integrator: {run.integrator!r}"]
+            lines += [f"Epoch of the system: {run.system.options['epoch']}, its frame: {run.context.frame}"]
+            # Kernels hold only characters of ASCII.
+            spice.dafac(handle, [line.encode("ascii", "backslashreplace").decode()[:1000] for line in lines])
             yield handle
         except spice.utils.exceptions.SpiceyError as error:
             raise FullbodyError(f"{path} cannot be written: {message_of(error)}") from error
@@ -253,10 +256,3 @@ def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
             if handle is not None:
                 with suppress(spice.utils.exceptions.SpiceyError):
                     spice.dafcls(handle)
-
-
-def _comments(run: Record) -> list[str]:
-    """Return the comments as lines of ASCII, the only characters that kernels hold."""
-    lines = [f"Written by fullbody {version()}.", f"System: {run.system!r}", f"Integrator: {run.integrator!r}"]
-    lines += [f"Epoch of the system: {run.system.options['epoch']}, its frame: {run.context.frame}"]
-    return [line.encode("ascii", "backslashreplace").decode()[:1000] for line in lines]
