@@ -149,12 +149,11 @@ def relative_equilibrium(
         The value that the equilibrium has to have; exactly one of the three is given: the distance between the centres,
         the total angular momentum, or the rate at which the pair turns.
     spin : dict, optional
-        Spins of bodies about their axes of symmetry, by the names of the bodies that are not locked; all others are
-        locked. A body that is not locked needs such an axis: a sphere, a spheroid, or one that :func:`averaged` gave.
+        Spins of bodies about their axes of symmetry, by the names of the bodies that are not locked. Such a body is a
+        sphere, a spheroid, or one that :func:`averaged` gave.
     axes : dict, optional
-        The initial axes of bodies by their names: first the body axis along the line between the bodies, then the one
-        along the angular momentum, such as ``{"Beta": "yz"}``. By default these are the axes of least and of greatest
-        inertia.
+        The initial axes of bodies by their names: the body axis along the line between the bodies, and the one along
+        the angular momentum, such as ``{"Beta": "yz"}``; by default those of least and of greatest inertia.
     start : State, optional
         A state whose poses are the initial guess instead; its angular momentum becomes the z-axis.
 

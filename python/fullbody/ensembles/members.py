@@ -50,10 +50,8 @@ def integrate_many(
     ----------
     members : iterable of (System, State)
         Pairs of a system and its initial state. A generator is consumed only as members are needed.
-    until : float, Quantity, text with a unit, or a sequence of them
-        End time of all runs, or a sequence with one for each member. Either this or ``duration`` is given.
-    duration : float, Quantity, text with a unit, or a sequence of them
-        Length of time of the runs from their starts, negative for runs back in time.
+    until, duration : float, Quantity, text with a unit, or a sequence of them
+        The end of the runs or their length, exactly one of the two; a sequence has one for each member.
     output : None, "ends", float, Quantity or array_like
         Samples to keep, as in :meth:`fullbody.System.integrate`. They determine the memory that is used: ``"ends"``
         keeps two samples per run, and an empty array none.
@@ -62,16 +60,14 @@ def integrate_many(
     events : iterable of Event
         Events to detect in every run. Functions of :class:`fullbody.events.Function` are called from other threads, one
         at a time.
-    dense : bool
     progress : bool, str or callable
         ``True`` or a title for a progress bar; or a function of (done, total, description), called about every 25 ms
         with the number of members done, which includes parts of the running ones, the number of members (``None`` for a
         generator), and a text.
     threads : int, optional
         Number of threads; by default the number that the process may run at once.
-    derivatives : bool or sequence of str
-    chaos : bool
-        Further options, as in :meth:`fullbody.System.integrate`.
+    dense, derivatives, chaos
+        Options of :meth:`fullbody.System.integrate`.
 
     Returns
     -------

@@ -23,11 +23,10 @@ from ..record.integrators import Integrator, Verner98
 from ..record.times import end_arguments
 from . import store as stores
 from .dataset import FAILURE, dataset
-from .executors import here, submitted
 from .members import check_for_all, thread_count
 from .parameters import RNG, ParameterTable, tabulated
 from .sources import described
-from .work import Job, Observable, Outcome, ordered
+from .work import Job, Observable, Outcome, here, ordered, submitted
 
 if TYPE_CHECKING:
     import xarray
@@ -66,54 +65,47 @@ def sweep(
         row's own, which depends only on the sweep's ``rng`` and the row's number. If it has a default value, nothing is
         drawn without the sweep's ``rng``.
     parameters : mapping, pandas.DataFrame, Paired, Draws, or a list of these
-        A mapping of names to values makes a grid with a dimension for each list of values; a single value is a
-        parameter without dimension. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
-        :func:`fullbody.ensembles.draws` has one along random draws. A list makes the product of its parts. Values are
-        numbers, Quantities or texts.
-    until : float, Quantity, text or callable
-        The end of the runs, as for :meth:`fullbody.System.integrate`, or the name of the parameter that is the end, or
-        a function that returns it, ``until(**parameters)``. Either this or ``duration`` is given.
-    duration : float, Quantity, text or callable
-        The length of time of the runs, in the same forms.
+        A mapping of names to values (numbers, Quantities or texts) makes a grid with a dimension for each list of
+        values. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
+        :func:`fullbody.ensembles.draws` has one along random draws. A list makes the product of its parts.
+    until, duration : float, Quantity, text or callable
+        The end of the runs or their length, exactly one of the two, as for :meth:`fullbody.System.integrate`; or the
+        name of a parameter that is it, or a function that returns it, ``until(**parameters)``.
     measure : text, callable, or list of these
         The name of an observable of :mod:`fullbody.observables`, such as ``"libration"``; or ``measure(run) -> dict``
         of numbers, arrays of numbers of the same shape in all rows, or texts, each under the name of its variable; or a
-        function that returns the result of an observable, whose ``as_dict()`` is taken. Numbers may be Quantities.
-        Entries that a row omits, or returns as ``None``, are nan there. In a list each measure is called separately: if
-        one fails, the values of the others remain.
+        function that returns the result of an observable, whose ``as_dict()`` is taken. Entries that a row omits, or
+        returns as ``None``, are nan there. If one measure of a list fails, the values of the others remain.
     output, integrator, events, dense, derivatives, chaos
         Options of :func:`fullbody.integrate_many`, for all runs; by default a run keeps its start and its end.
     executor : optional
         Anything with the interface of ``concurrent.futures``: ``ProcessPoolExecutor()``, ``client.get_executor()`` of
-        dask.distributed, ``mpi4py.futures.MPIPoolExecutor()``. Its workers take chunks of rows. Functions of notebooks
-        and scripts reach other processes by cloudpickle.
+        dask.distributed, ``mpi4py.futures.MPIPoolExecutor()``. Functions of notebooks and scripts reach its workers by
+        cloudpickle.
     threads : int, optional
         Number of threads of this process, by default one per core; or of each worker of the executor, by default one.
     store : str or Path, optional
         Where to keep the outcomes: a name that ends in ``.nc``, or a folder. A sweep that was interrupted for any
         reason continues from there when it is called again, and ends with the map of an uninterrupted one, bit for bit
-        on a machine with the same vector instructions. A sweep whose parameters include all rows of the stored one
-        keeps those rows and computes the others. It needs ``key``. See the notes.
+        on a machine with the same vector instructions. See the notes.
     key : str, optional
-        A text of your own that stands for everything that the sweep uses and that the store does not compare. Change it
-        whenever something of that kind changes, such as a file that the setup reads. It has no effect without a store.
+        A text of your own, needed with a store, that stands for everything that the sweep uses and that the store does
+        not compare. Change it whenever something of that kind changes, such as a file that the setup reads.
     rng : int or numpy.random.Generator, optional
-        The seed of random numbers, or a generator that draws the seed, needed if anything is drawn; with a store only a
-        seed.
+        The seed of random numbers, needed if anything is drawn, or without a store a generator that draws the seed.
     chunk : int, optional
         Number of rows that are stored at a time and whose runs are in memory together; by default 16 with an executor,
         otherwise 64, or 16 per thread if that is more. The map does not depend on it.
     progress : bool, str or callable
-        Progress bar, its title, or a function, as in :func:`fullbody.integrate_many`, which counts rows.
+        As in :func:`fullbody.integrate_many`, counting rows.
 
     Returns
     -------
     xarray.Dataset
         Variables over the dimensions of the parameters, whose values are its coordinates, with units in their
-        attributes; those of arrays have further dimensions, ``name_0`` and so on. Numbers are floats. Beside what
-        ``measure`` returns there are ``error``, the name of the error with which a row ended, empty for none;
-        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``. If several things fail, such as a
-        run and a measure of it, ``error`` and ``error_stage`` are those of the first, and ``error_text`` contains all.
+        attributes; those of arrays have further dimensions, ``name_0`` and so on. Beside what ``measure`` returns there
+        are ``error``, the name of the first error of a row, empty for none; ``error_stage``, which is ``"setup"``,
+        ``"run"`` or ``"measure"``; and ``error_text``, which contains all.
 
     Raises
     ------
@@ -139,11 +131,10 @@ def sweep(
     is ``map.where(map.error == "")``.
 
     A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until the sweep is complete, and then the map itself.
-    Every file is written completely or not at all. A store refuses a sweep that differs from its own, and its error
-    names what differs: the key, the seed, the end, the output, the integrator, the events, the other options; the
-    version of fullbody, numpy or Python; and the source text of the setup, of the measures, and of the functions and
-    classes of your own modules that these name, and so on. Comments do not count, and of an enclosing function the
-    variables that are numbers or texts do.
+    Every file is written completely or not at all. A store refuses a sweep that differs from its own, and names what
+    differs: the key, the seed, an option; the version of fullbody, numpy or Python; or the source text of the setup, of
+    the measures, and of the functions and classes of your own modules that these name, and so on. Comments do not
+    count, and of an enclosing function the variables that are numbers or texts do.
 
     A store does not notice changes of data files, environment variables, values of global variables, default values
     that are computed, compiled code, installed packages other than fullbody and numpy, functions without a source text,

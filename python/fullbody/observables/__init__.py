@@ -10,7 +10,6 @@ the maps of :func:`fullbody.sweep`. The functions need scipy, except :func:`fate
 fullbody[analysis]``.
 """
 
-from .onset import Tumbling, tumbles
 from .orbit import (
     ElementRates,
     MeanElements,
@@ -23,7 +22,7 @@ from .orbit import (
 )
 from .outcome import Drift, Fate, drift, fate
 from .shape import Eccentricity, OrbitShape, eccentricity, orbit_shape
-from .spin import Libration, libration, obliquity, roll_pitch_yaw, spin_precession
+from .spin import Libration, Tumbling, libration, obliquity, roll_pitch_yaw, spin_precession, tumbles
 
 __all__ = [
     "Drift",

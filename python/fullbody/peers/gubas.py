@@ -43,29 +43,24 @@ def read_gubas(
 
     The relative position and velocity are components along the primary's axes, and "A into N" turns them into the
     inertial frame; spins are along each body's own axes, densities in g/cm^3. The barycentre is placed at rest at the
-    origin.
+    origin. A polyhedron's tables of vertices and faces are searched for beside the file; a warning says if they are not
+    in its principal axes, as GUBAS takes them. Its state is that of its centre of mass and these axes.
 
-    A polyhedron's tables of vertices and faces are searched for beside the file. Its state is that of its centre of
-    mass and its principal axes. GUBAS takes the tables as given in these axes; a warning says if they are not.
-
-    Effects that are switched on besides mutual gravity become forces of the system, which are computed correctly where
-    GUBAS errs (see the warnings). "Flyby" and "Heliocentric Orbit" are a :class:`fullbody.forces.ThirdBody` each, named
-    flyby and Sun. As in GUBAS, they move about the binary on the given elements. If the elements are those of the
-    binary about the Sun, this places the Sun on the opposite side, where its tide is the same except for the odd
-    orders. The Sun's mass is the option "Solar Mass". "Solar Gravity" is a Sun on a circular orbit in the plane z = 0,
-    which is on the -x axis at the start. "Tidal Torque" is a :class:`fullbody.forces.Tide` on each body. The lag angle
-    eps is converted to a time lag by sin(2 eps) = f lag, where f is the larger of 2 abs(omega - n) and n at the start,
-    omega is the body's spin and n the orbit's rate.
+    Effects that are switched on besides mutual gravity become forces of the system. "Flyby" and "Heliocentric Orbit"
+    are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun, which move about the binary on the given
+    elements, as in GUBAS. If the elements are those of the binary about the Sun, this places the Sun on the opposite
+    side, where its tide is the same except for the odd orders. "Solar Gravity" is a Sun on a circular orbit in the
+    plane z = 0, which is on the -x axis at the start. "Tidal Torque" is a :class:`fullbody.forces.Tide` on each body.
+    The lag angle eps is converted to a time lag by sin(2 eps) = f lag, where f is the larger of 2 abs(omega - n) and n
+    at the start, omega is the body's spin and n the orbit's rate.
 
     Parameters
     ----------
     path : str or Path
         The configuration file. The numeric ``ic_input.txt``, which GUBAS writes from it for its own use, is not read.
     euler : {"degree", "radian"}, optional
-        The unit of Euler angles. Both programs take radians, but comments in the files that come with
-        them say degrees or radians. Without this argument, angles other than zero are taken in the unit that the
-        comments state, with a warning if it is degrees; if the comments state none, they are taken as radians with a
-        warning.
+        The unit of Euler angles; by default the one that the file's comments state, with a warning if that is degrees,
+        since both programs take radians, or if they state none, for which radians are taken.
     units : bool
         Whether the system returns Quantities. Numbers are in km, s, kg in either case.
     **options
@@ -81,9 +76,9 @@ def read_gubas(
     Warns
     -----
     UserWarning
-        For Euler angles whose unit is in doubt, and for forces for which GUBAS's own result differs: GUBAS omits the
-        torques of third bodies and displaces the secondary in their pull, its tides add energy, and its "Solar Gravity"
-        has a fixed direction.
+        For Euler angles whose unit is in doubt, and for forces that are computed correctly where GUBAS errs: it omits
+        the torques of third bodies and displaces the secondary in their pull, its tides add energy, and its "Solar
+        Gravity" has a fixed direction.
 
     References
     ----------

@@ -37,17 +37,16 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     ----------
     sim : rebound.Simulation
     units : (length, time, mass) or bool, optional
-        The units of the simulation's numbers, which are not converted; ``True`` for the simulation's own
-        (``sim.units``), or for km, hour, kg if it has none. Results are then Quantities; without this argument they are
-        plain numbers, whether or not the simulation has units.
+        The units of the simulation's numbers, which are not converted; ``True`` for ``sim.units``, or for km, hour, kg
+        if it has none. Results are then Quantities, by default plain numbers.
     **options
         Options that are passed to :class:`fullbody.System`.
 
     Raises
     ------
     InvalidInput
-        For massless particles and for test particles with a mass (those from ``N_active`` on), which this package does
-        not have; for a simulation without particles; and for units other than the simulation's own.
+        For massless particles and test particles with a mass (from ``N_active`` on), which this package does not have,
+        and for units other than the simulation's own.
 
     Warns
     -----
@@ -145,13 +144,6 @@ def to_rebound(system: System, state: State) -> Any:
     Returns
     -------
     rebound.Simulation
-
-    Raises
-    ------
-    InvalidInput
-        If the state has another number of bodies.
-    ModuleNotFoundError
-        If the package ``rebound`` is missing.
 
     Warns
     -----

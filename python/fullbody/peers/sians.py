@@ -58,10 +58,9 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     ----------
     path : str or Path
     units : {None, "SI", "kmhr", "kms"} or (length, time, mass)
-        The program's option ``-units``, which the file does not record. With ``None`` G is 1; with a name G is
-        6.67408e-11 in SI, converted to m s kg, km h kg or km s kg; results are plain numbers. With three units, such as
-        ``("km", "hour", "kg")``, the same G is converted to them and results are Quantities. With ``kepler: 1`` periods
-        are in days (in seconds with "kms").
+        The program's option ``-units``, which the file does not record. With ``None`` G is 1; with a name it is
+        6.67408e-11 in SI, converted to m s kg, km h kg or km s kg; results are plain numbers, and Quantities with three
+        units, such as ``("km", "hour", "kg")``. With ``kepler: 1`` periods are in days (in seconds with "kms").
     **options
         Options that are passed to :class:`fullbody.System`.
 
@@ -79,8 +78,8 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
 
     Notes
     -----
-    The file's integration settings (``t_end``, ``ntol``, ...) are read but not used. The program solves Kepler's
-    equation by a series to third order in e; here it is solved exactly.
+    The file's integration settings (``t_end``, ``ntol``, ...) are not used. The program solves Kepler's equation by a
+    series to third order in e; here it is solved exactly.
 
     References
     ----------

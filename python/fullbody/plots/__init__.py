@@ -8,8 +8,7 @@ from __future__ import annotations
 from ._style import RunPlots
 from .curves import angles, elements, energy, libration, light_curve, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
-from .orbit import orbit
-from .scene import scene
+from .scene import orbit, scene
 from .summary import summary
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]

@@ -11,7 +11,7 @@ from ..base.kinds import instance
 from ..errors import InvalidInput
 from ._style import RunPlots, check_body, escaped, joined, matplotlib
 from .curves import elements, energy, libration, spins, work
-from .orbit import orbit
+from .scene import orbit
 
 
 @dataclass(frozen=True, slots=True, repr=False)
