@@ -33,11 +33,7 @@ _RATIO, _FARTHEST = 1.12, 100.0
 
 @dataclass(frozen=True)
 class EquilibriumProblem:
-    """The equations of uniform rotation, with the choice of locked bodies and the spins of the free ones.
-
-    ``axes`` are those of :class:`Rotation`, and ``spin`` has the total spin about its axis of each body that is not
-    locked.
-    """
+    """The equations of uniform rotation, with the total spins about their axes of the bodies that are not locked."""
 
     pair: Pair
     axes: tuple[int | None, int | None]

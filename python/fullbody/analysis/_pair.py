@@ -115,10 +115,7 @@ class Pair:
         return not self.inertia[body].any()
 
     def axis(self, body: int, pose: Pose) -> int | None:
-        """Return the body axis of symmetry: ``None`` if there is none, 3 for a sphere or a point.
-
-        It has equal moments of inertia across it, and turns about it beside the other body leave no torque about it.
-        """
+        """Return a body's axis of symmetry, by its inertia and its torques: ``None`` without one, 3 for a sphere."""
         if isinstance(self.system.bodies[body].shape, Composite | Polyhedron | StokesCoefficients):
             axes = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]
         else:

@@ -74,10 +74,7 @@ def table_of(dataset: xarray.Dataset) -> ParameterTable:
 
 
 def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[MeasuredValue, int]]:
-    """Return for each variable the value, and its row, that determines kind, shape and unit: the first with a unit.
-
-    If no row has a unit, it is the first value that is not missing.
-    """
+    """Return for each variable the value that sets its kind and unit, and its row: with a unit, or else not missing."""
     results: dict[str, tuple[MeasuredValue, int]] = {}
     for outcome in outcomes:
         for name, measured in outcome.values.items():

@@ -151,10 +151,7 @@ class ParameterTable:
         return by_name
 
     def identities(self, numbered: bool) -> list[str]:
-        """Return a text for each row that is equal for rows of equal parameters, and of equal numbers if these count.
-
-        Rows with the same parameters are numbered among themselves.
-        """
+        """Return a text for each row: its parameters, its number if that counts, its place among equal rows."""
         texts = [[str(number) for number in range(len(self))]] if numbered else []
         for name, column in sorted(self.coordinates.items()):
             # Each column lies along some of the dimensions, in the table's order.
@@ -307,10 +304,7 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterC
 
 
 def _exact(items: list[Any], name: str) -> Any:
-    """Return values as an array that represents each integer exactly.
-
-    Numpy converts integers to floats beside floats, and beside negative integers if they are near 2**64.
-    """
+    """Return values as an array that holds each integer exactly, which numpy may convert to floats."""
     if any(type(value) is bool or not isinstance(value, int | float | np.integer) for value in items):
         return np.asarray(items)
     kinds = (np.float64,) if any(isinstance(value, float) for value in items) else (np.int64, np.uint64)

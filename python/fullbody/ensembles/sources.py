@@ -22,11 +22,7 @@ from ..base.units import is_quantity
 
 
 def described(things: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts of values by their names, with the source texts of the user's functions and classes.
-
-    The sources of the user's own functions and classes that these name are added. Comments and the layout of a source
-    do not count.
-    """
+    """Return the texts of values by their names, and the sources of the user's functions that these name."""
     texts = {name: _text(thing) for name, thing in things.items()}
     seen: set[int] = set()
     for name, thing in things.items():

@@ -164,11 +164,7 @@ class Store:
                 temporary.write_text(text, encoding="utf-8")
 
     def _is_same(self, manifest: Manifest, table: Manifest, rows: Iterable[str]) -> bool:
-        """Return whether a stored sweep is the same as this one or, otherwise, one that this one extends.
-
-        It is an error if they differ in more than the parameters, or if this sweep does not have all of the stored
-        rows.
-        """
+        """Return whether a stored sweep is this one, or one that it extends; any other is an error."""
         changed = _differences(manifest, self._manifest)
         others = _differences(table, self._table)
         if changed or not self._rows.keys() >= set(rows):

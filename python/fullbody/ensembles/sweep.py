@@ -224,10 +224,7 @@ def _computed(
     report: Report | None,
     open_store: Any,
 ) -> xarray.Dataset:
-    """Compute all rows that have no outcome yet and return the map.
-
-    An error that ends the sweep has the map so far in its attribute ``dataset``.
-    """
+    """Compute all rows that have no outcome yet; an error has the map so far in its attribute ``dataset``."""
     count = _Count(report, len(table), outcomes.values())
 
     def keep(results: list[Outcome]) -> None:
@@ -277,10 +274,7 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
 
 
 def _draws(setup: Callable[..., Any], table: ParameterTable, seed: int | None) -> bool:
-    """Return whether the setup receives random numbers, after a check of the names of its arguments.
-
-    An argument ``rng`` with a default value receives random numbers only if there is a seed.
-    """
+    """Return whether the setup receives random numbers, after a check of the names of its arguments."""
     arguments = _arguments(setup)
     rng = arguments.get(RNG)
     drawn = rng is not None and (seed is not None or rng.default is rng.empty)

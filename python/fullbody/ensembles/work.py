@@ -125,10 +125,7 @@ def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
 
 
 def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:
-    """Work on rows and append their outcomes to a list, so that an interrupt leaves the finished ones.
-
-    ``report`` is called with the number of finished runs.
-    """
+    """Work on rows and append their outcomes, which an interrupt leaves; report the number of finished runs."""
     members: dict[int, tuple[System, State]] = {}
     ends: dict[int, Any] = {}
     ((kind, end),) = job.end.items()
@@ -242,10 +239,7 @@ def _in_thread(job: Job, rows: Rows) -> list[Outcome]:
 
 
 def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
-    """Submit chunks to an executor, and keep the outcomes of each once it is done.
-
-    An object that is not an executor, functions that cannot be sent to other processes, and dying workers are errors.
-    """
+    """Submit chunks to an executor, and keep the outcomes of each once it is done."""
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise InvalidInput(
             f"executor is {executor!r}; expected one with the interface of concurrent.futures, such as "

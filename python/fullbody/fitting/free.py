@@ -160,11 +160,7 @@ class Parameters:
         return next((float(length) for length in lengths if np.isfinite(length)), 1.0)
 
     def at_bounds(self, values: Floats, norms: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return which of values (P,) are at their lower and upper bounds.
-
-        They are within a twentieth of their errors alone, the inverse of the norms (P,) of the derivatives, and within
-        a hundredth of the width of the bounds.
-        """
+        """Return which values are at their bounds: within 0.05 of the errors 1 / norms and 0.01 of the width."""
         near = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
         near = np.minimum(near, 0.01 * (self.upper - self.lower))
         return values - self.lower <= near, self.upper - values <= near

@@ -28,11 +28,7 @@ def check_times(time: Floats, least: int, what: str) -> None:
 
 
 def slope(time: Floats, values: Floats, power: int = 1) -> float:
-    """Return the slope of a straight line by least squares, weighted by a power of a Hann window.
-
-    A periodic term with k periods, k above power + 1, is reduced to about k^-(2 power + 1) (Laskar 1993, Physica D 67,
-    257).
-    """
+    """Return a least-squares slope, weighted by a power of a Hann window (Laskar 1993, Physica D 67, 257)."""
     phase = (time - time[0]) / (time[-1] - time[0])
     # The weights are positive at the ends too, so that a few samples suffice.
     weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)

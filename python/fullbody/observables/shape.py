@@ -129,11 +129,7 @@ def _radial(path: Path) -> tuple[Floats, Floats]:
 def _extremes(
     motion: RelativeMotion, moments: Floats, speed: Floats, distance: Floats, sign: float, first: npt.NDArray[np.intp]
 ) -> Floats:
-    """Return the smallest (sign 1) or largest (-1) distance of each revolution, given the times of its ends.
-
-    Candidates are the distances where the radial velocity changes sign and those at the samples, since round-off may
-    put an extreme at the end of a revolution into neither of two.
-    """
+    """Return the smallest (sign 1) or largest (-1) distances of revolutions, at samples and between them."""
     depths = np.array([(sign * distance[k : m + 1]).min() for k, m in pairwise(first)])
     towards = sign * speed[first[0] : first[-1] + 1]
     starts = first[0] + np.flatnonzero((towards[:-1] < 0.0) & (towards[1:] >= 0.0))

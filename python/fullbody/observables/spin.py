@@ -234,10 +234,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
 
 
 def _between(motion: RelativeMotion, angle: Floats) -> Floats:
-    """Return the angle of a direction from the line to the other body, along the path.
-
-    The spline goes through the sum of the angle and the longitude, which is smooth also on an eccentric orbit.
-    """
+    """Return the angle of a direction from the line to the other body, along the path."""
     if motion.path.time is motion.time:
         return angle
     spline = signal.scipy_module("interpolate").CubicSpline

@@ -22,10 +22,7 @@ _ROUNDED = 0.1
 
 
 def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
-    """Return the numbers of a column, with NaN for masked or missing values, and the unit that it came with.
-
-    Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
-    """
+    """Return the numbers of a column in a unit, with NaN for missing values, and the unit that it came with."""
     refuse_booleans(given, what)
     if hasattr(given, "dims") or getattr(getattr(given, "dtype", None), "kind", "") == "m":
         given = array_or_quantity(given, what)
@@ -54,10 +51,7 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
 
 
 def refuse_rounded(given: Any, values: Floats, sigma: Floats, what: str) -> None:
-    """Raise an error for numbers whose type rounds them to more than a tenth of their standard errors.
-
-    The ``values`` are those that were ``given``, as numbers of 64 bits in the unit of ``sigma``.
-    """
+    """Raise an error for numbers whose given type rounds them to more than a tenth of their standard errors."""
     if (kind := _short(given)) is None:
         return
     values, sigma = np.atleast_1d(values), sigma.min(axis=-1) if sigma.ndim > values.ndim else sigma

@@ -26,10 +26,7 @@ def system_epoch(system: SystemLike, what: str) -> Any:
 
 
 def in_system(times: Any, system: SystemLike, what: str) -> Floats:
-    """Return times as numbers in a system's unit of time since its epoch, in the shape given.
-
-    Dates are converted to TDB, which is the time scale of a system.
-    """
+    """Return times, or dates of any scale, as numbers in a system's unit of time since its epoch."""
     times = epochs.dates(times, what)
     if are_dates(times):
         since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")

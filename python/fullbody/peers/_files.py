@@ -60,10 +60,7 @@ class Text:
 
 
 def along_body_axes(path: Any, bodies: Sequence[Body], attitude: Floats, spin: Floats) -> tuple[Floats, Floats]:
-    """Return quaternions (N, 4) and spins (N, 3) of the body frames, from those of the axes of the given shapes.
-
-    The programs' positions are those of the centres of mass, and their attitudes those of the axes of the vertices.
-    """
+    """Return quaternions (N, 4) and spins (N, 3) of the body frames, from those of the axes of the given shapes."""
     attitude, spin = attitude.copy(), spin.copy()
     for k, body in enumerate(bodies):
         frame = body.working_frame

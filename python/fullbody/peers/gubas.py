@@ -224,10 +224,7 @@ def _shape(cfg: _Config, name: str) -> Ellipsoid | Sphere | Polyhedron:
 
 
 def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list[Force]:
-    """Return the forces that are switched on, and warn where GUBAS's own result differs.
-
-    Tides need the relative position and velocity (2, 3) and the spins (2, 3), all inertial.
-    """
+    """Return the forces that are switched on, by inertial vectors (2, 3), and warn where GUBAS's own result differs."""
     switches = ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque")
     flyby, helio, hill, tides = (cfg.on(_FORCES, name) for name in switches)
     if helio and hill:

@@ -251,10 +251,7 @@ def chosen(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
 
 
 def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
-    """Return the bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
-
-    Without ``about``, the picture is that of the two bodies that come nearest to each other.
-    """
+    """Return the bodies in one picture with ``about``, or with the nearest two, and the others with their distances."""
     position, count = run.arrays["position"], len(run.context)
     if about is None:
 

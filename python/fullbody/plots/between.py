@@ -124,10 +124,7 @@ def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Tra
 
 
 def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False) -> Floats:
-    """Interpolate by cubics, or by straight lines between samples more than half a turn apart, where cubics fail.
-
-    ``straight_too`` (K - 1, N) marks further intervals with straight lines.
-    """
+    """Interpolate by cubics, or by lines where samples are half a turn apart or more, or as marked (K - 1, N)."""
     from scipy.interpolate import CubicHermiteSpline, interp1d
 
     chord = np.linalg.norm(np.diff(centres, axis=0), axis=2)
@@ -193,10 +190,7 @@ def _revolutions(run: Record, times: Floats, samples: Floats) -> Floats:
 
 
 def warn_if_aliased(run: Record, times: Floats, shown: str = "pictures") -> None:
-    """Warn if a body turns by more than half a turn between two pictures, as it would seem to turn otherwise.
-
-    The same holds between two samples, unless the run has its continuous solution.
-    """
+    """Warn if a body makes more than half a turn between two pictures, or between samples without a dense solution."""
     samples = run.arrays["time"]
     advice = {"pictures": "show more of them, or a shorter time"} if shown == "pictures" else {}
     if run.dense is None:

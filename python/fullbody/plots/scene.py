@@ -266,10 +266,7 @@ def directions(run: Record, geometry: Vectors, times: Floats) -> Floats:
 
 
 def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
-    """Return the ellipsoids of a body that cast its shadow, in its frame: matrices to unit spheres, and centres.
-
-    A polyhedron casts the shadow of an ellipsoid whose vertices have the same second moments.
-    """
+    """Return the ellipsoids that cast a body's shadow: matrices to unit spheres, and centres, in its frame."""
     ellipsoids = []
     for surface in _style.surfaces(run, body):
         columns = surface.columns
@@ -294,10 +291,7 @@ class Sunlight:
         ]
 
     def shade(self, body: int, part: int, points: Floats, normals: Floats) -> Floats:
-        """Return the brightness (M,) of points (M, 3) of a part's surface, which is 1 where the Sun is overhead.
-
-        Normals (M, 3) point outward, of any length.
-        """
+        """Return the brightness (M,), 1 under the Sun, of points (M, 3) of a part with outward normals (M, 3)."""
         height = normals @ self._sun / np.linalg.norm(normals, axis=1)
         lit = height > 0.0
         for other, k, inverse, centre in self._casts:
