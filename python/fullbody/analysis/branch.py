@@ -30,15 +30,7 @@ _FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation",
 
 @dataclass(frozen=True)
 class Fold:
-    """A fold: a point of a branch at which a quantity turns back.
-
-    Attributes
-    ----------
-    quantity : str
-        ``"separation"`` or ``"angular_momentum"``.
-    equilibrium : RelativeEquilibrium
-        The equilibrium at which the quantity has its extreme.
-    """
+    """The ``equilibrium`` of a branch at which a ``quantity``, separation or angular momentum, turns back."""
 
     quantity: str
     equilibrium: RelativeEquilibrium

@@ -78,7 +78,7 @@ class Modes(Tabled):
         amplitude : float
             The size of the largest component of its position and rotation: relative to the separation, or in radians.
         phase : float
-            Phase of the mode, radians.
+            In radians.
 
         Examples
         --------

@@ -32,14 +32,11 @@ def branch(
     Parameters
     ----------
     ax : matplotlib axes, optional
+        Those to draw on, which are returned.
     x, y : str
         Names of attributes; ``y="frequency"`` draws all modes.
     **kwargs
         Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib axes
     """
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
         choice(name, what, known)
@@ -82,17 +79,7 @@ def _phrase(name: str) -> str:
 
 
 def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
-    """Draw in one panel for each mode how far the separation and the bodies oscillate.
-
-    Parameters
-    ----------
-    axes : array of matplotlib axes, optional
-        As many axes as there are modes.
-
-    Returns
-    -------
-    ndarray of matplotlib axes
-    """
+    """Draw in one panel for each mode how far the separation and the bodies oscillate; return the panels' axes."""
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     turns = [f"{escaped(name)} about {axis}" for name in modes.system.names for axis in "xyz"]
@@ -127,12 +114,9 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     x, y : callable
         Functions that take a State and return a number or Quantity.
     ax : matplotlib axes, optional
+        Those to draw on, which are returned.
     **kwargs
         Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib axes
     """
     kwargs, columns = wishes(kwargs), (section.values(x), section.values(y))
     ax = single(ax, (6.0, 4.5))

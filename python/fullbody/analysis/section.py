@@ -43,17 +43,7 @@ class Section(Tabled):
         self.errors = tuple(errors)
 
     def values(self, coordinate: Callable[[State], Any]) -> tuple[Any, ...]:
-        """Evaluate a coordinate at the crossings: an array (C,) for each start.
-
-        Parameters
-        ----------
-        coordinate : callable
-            A function that takes a State and returns a number or Quantity.
-
-        Returns
-        -------
-        tuple of ndarray or Quantity
-        """
+        """Return arrays (C,), one for each start, of a function of a State that gives a number or Quantity."""
         function(coordinate, "coordinate", "a function of a State")
         columns = []
         for states in self.crossings:
@@ -97,15 +87,11 @@ def section(
     system : System
     states : State or sequence of State
         The states in which the motions start.
-    until : float, Quantity or text with a unit
-        The end of the motions, a time. Either this or ``duration`` is given.
     event : Event
         The event that defines the surface, from :mod:`fullbody.events`, such as :class:`fullbody.events.Periapsis` or a
         :class:`fullbody.events.Function` with a direction.
-    duration : float, Quantity or text with a unit
-        The length of time of the motions from their starts.
-    threads : int, optional
-        Number of threads, as in :func:`fullbody.integrate_many`.
+    until, duration, threads
+        As in :func:`fullbody.integrate_many`.
 
     Examples
     --------

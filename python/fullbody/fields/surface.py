@@ -97,15 +97,8 @@ def surface_along(run: Record, body: int | str = 0, *, rows: int = 36) -> Surfac
     run : Run
         The run whose samples are examined; some thirty samples in each libration or revolution give extremes to a few
         parts in a thousand of their change.
-    body : int or str
-        The body's index in the system, or its name.
-    rows : int
-        Number of rows of cells, as for :func:`surface`.
-
-    Raises
-    ------
-    InvalidInput
-        For a run without samples, and for the reasons given at :func:`surface`.
+    body, rows
+        As for :func:`surface`.
 
     Examples
     --------
@@ -144,15 +137,10 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     system : System
     state : State
     body : int or str
-        The body's index in the system, or its name.
+        The body's index in the system, or its name; not a point mass, which has no surface.
     rows : int
         Number of rows of cells from pole to pole of an ellipsoid. For a polyhedron its faces are used, for a composite
         the surfaces of its parts outside of each other.
-
-    Raises
-    ------
-    InvalidInput
-        For a body without a surface, which is a point mass.
 
     Notes
     -----

@@ -28,22 +28,8 @@ class Synodic:
     Parameters
     ----------
     system : System
-        A system of two bodies.
+        Two bodies that orbit each other.
     state : State
-
-    Attributes
-    ----------
-    rate : float or Quantity
-        Omega, the orbit's angular velocity in the state.
-    separation : float or Quantity
-        Distance between the centres.
-    position : ndarray or Quantity, (2, 3)
-        Positions of the bodies' centres in the frame, in the system's order.
-
-    Raises
-    ------
-    InvalidInput
-        For another number of bodies, and for bodies that do not orbit each other.
 
     Warns
     -----
@@ -66,7 +52,7 @@ class Synodic:
         #: The frame in plain numbers.
         self.frame = Frame(system.context, strip(state, system.context))
 
-    rate = WithUnit[Scalar]("Angular velocity of the frame.", "frame.rate", "spin")
+    rate = WithUnit[Scalar]("Omega, the orbit's angular velocity in the state.", "frame.rate", "spin")
     separation = WithUnit[Scalar]("Distance between the centres.", "frame.distance", "length")
     position = WithUnit[Array]("Positions (2, 3) of the bodies' centres in the frame.", "frame.centres", "length")
 

@@ -52,9 +52,9 @@ class ElementRates(ArrayFields):
         varpi + M, ``h`` = e sin(varpi) and ``k`` = e cos(varpi), by differences of second order.
     mean_rates : dict of str to float or Quantity
         Slopes of straight lines through the whole run (least squares under a Hann window, to its third power from five
-        revolutions on). Both dicts lack angles that are not defined, and raise an error that says why when they are
-        asked for one: omega, varpi and M of an orbit whose osculating eccentricity comes to zero within its scatter, or
-        whose periapsis samples do not resolve, and Omega and omega of one whose inclination does so.
+        revolutions on). Both dicts lack angles that are not defined, and say why when they are asked for one: omega,
+        varpi and M if the osculating eccentricity comes to zero within its scatter, or samples do not resolve
+        periapsis, and Omega and omega if the inclination does so.
     """
 
     elements: KeplerElements[Array]
@@ -68,15 +68,7 @@ class ElementRates(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeanElements(ArrayFields):
-    """Means of the osculating elements of an orbit.
-
-    Attributes
-    ----------
-    a : float or Quantity
-    e : float
-    i : float or Quantity
-        Inclination in radians.
-    """
+    """Means of the osculating elements ``a``, ``e`` and ``i`` of an orbit."""
 
     a: Scalar
     e: Scalar
@@ -98,10 +90,9 @@ class MutualPeriod(ArrayFields):
     period : ndarray or Quantity, (R,)
         The period of each revolution.
     mean : float or Quantity
-        2 pi divided by the mean rate of the longitude over the run: the slope of a straight line by least squares under
-        the third power of a Hann window. This mean uses all samples and suppresses terms that recur four times or more;
-        it differs a little from the mean of ``period``, which depends only on the ends of the revolutions. In a run of
-        less than five revolutions it is the mean of ``period``.
+        2 pi divided by the mean rate of the longitude: the slope of a straight line by least squares under the third
+        power of a Hann window, which suppresses terms that recur four times or more. In a run of less than five
+        revolutions it is the mean of ``period``, which depends only on the ends of the revolutions.
     drift : float
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
@@ -123,18 +114,16 @@ class Precession(ArrayFields):
     Attributes
     ----------
     apsidal : float, Quantity or None
-        Mean rate of periapsis, in radians per unit of time and positive along the motion, from a direction in the
-        orbit's plane that turns with the plane but not in it: the mean of d(omega)/dt + cos(i) d(Omega)/dt, whichever
-        plane i, Omega and omega refer to. It depends neither on the axis nor on the length of the run. ``None`` if the
-        distance shows no periapsis, as in a circular orbit, or only variations of another origin.
+        Mean rate of periapsis, positive along the motion, from a direction in the orbit's plane that turns with the
+        plane but not in it: the mean of d(omega)/dt + cos(i) d(Omega)/dt, whichever plane i, Omega and omega refer to.
+        ``None`` if the distance shows no periapsis, as in a circular orbit, or only variations of another origin.
     nodal : float, Quantity or None
         Mean rate of the node about the axis, d(Omega)/dt. ``None`` if the orbit's pole is nearer to the axis or its
         opposite than 1e-9 radians at half of the samples or more, since the node is then round-off, and if the pole
         goes about the axis another number of times by every second sample.
     argument_of_periapsis : float, Quantity or None
         Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` if either is missing. It vanishes
-        at the critical inclination. The longitude of periapsis, Omega + omega, changes by the sum of this rate and
-        ``nodal``.
+        at the critical inclination.
     anomalistic_period : float, Quantity or None
         Mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
@@ -142,7 +131,7 @@ class Precession(ArrayFields):
         angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, grows
         faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
-        The smallest and the largest angle between the orbit's pole and the axis, radians.
+        The smallest and the largest angle between the orbit's pole and the axis.
     """
 
     apsidal: Scalar | None
@@ -231,9 +220,7 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
 
 
 def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> MeanElements:
-    """Compute the means of an orbit's osculating semi-major axis, eccentricity and inclination.
-
-    The means are taken under a Hann window, which suppresses terms that recur several times in the run.
+    """Compute means of the osculating a, e and i under a Hann window, which suppresses terms that recur several times.
 
     Parameters
     ----------

@@ -166,12 +166,7 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
     Parameters
     ----------
     body, about : int or str
-        Indices in the system, or names.
-
-    Raises
-    ------
-    InvalidInput
-        If there is no orbit: a single body, or motion along a line.
+        Indices in the system, or names, of bodies that do not move along a line.
     """
     run, kwargs = plots.sampled(), wishes(kwargs)
     body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
@@ -318,11 +313,6 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
 
     If the largest work exceeds the smallest more than thirty times, the axis is linear up to the largest work of
     the smallest force and logarithmic beyond.
-
-    Raises
-    ------
-    InvalidInput
-        For a run without external forces.
     """
     run = plots.sampled()
     forces = list(run.context.forces)

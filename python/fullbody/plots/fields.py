@@ -51,12 +51,9 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
         ``"slope"``, ``"geopotential"`` or ``"surface_acceleration"``; along a run ``"least_slope"``,
         ``"greatest_slope"``, ``"least_surface_acceleration"`` or ``"greatest_surface_acceleration"``.
     ax : matplotlib Axes, optional
+        Those to draw on, which are returned.
     **kwargs
         Passed to ``PolyCollection``: ``cmap``, ``clim`` and others.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     values, label = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
@@ -147,14 +144,11 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     ----------
     field : SurfaceField or SurfaceRange
     quantity : str
-        The quantity to show, as for :func:`surface_map`.
+        As for :func:`surface_map`.
     ax : matplotlib Axes3D, optional
+        Those to draw on, which are returned.
     **kwargs
         Passed to ``Poly3DCollection``: ``cmap``, ``clim`` and others.
-
-    Returns
-    -------
-    matplotlib Axes3D
     """
     values, label = _values(field, quantity)
     ax = _stage(ax)
@@ -174,15 +168,11 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     flight : Flight
     body : int or str
     ax : matplotlib Axes, optional
+        Those to draw on, which are returned.
     colour : {"time", "speed", "incidence"} or None
         The quantity that the colour of a dot shows: the time, the speed, or the angle to the normal of the last impact.
     **kwargs
         Passed to ``scatter``: ``s``, ``cmap``, ``norm`` and others.
-
-    Returns
-    -------
-    matplotlib Axes
-
     """
     index = flight.context.index(body)
     if colour is not None:
@@ -224,14 +214,11 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     levels : sequence of float or Quantity, optional
         Jacobi constants of the curves; by default those of the equilibrium points.
     ax : matplotlib Axes, optional
+        Those to draw on, which are returned.
     extent : float or Quantity, optional
         Half the side length of the picture.
     **kwargs
         Passed to ``Axes.contour``.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     units, points = pair.system.context.units, pair.equilibria()
     constants = {point.name: float(plain(point.jacobi)) for point in points}
@@ -285,14 +272,11 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     ----------
     pair : Synodic
     ax : matplotlib Axes3D, optional
+        Those to draw on, which are returned.
     rows : int
         The number of rows of the lobes' meshes.
     **kwargs
         Passed to ``Axes3D.plot_surface``.
-
-    Returns
-    -------
-    matplotlib Axes3D
     """
     ax = _stage(ax)
     all_points = []

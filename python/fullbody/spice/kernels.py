@@ -72,10 +72,6 @@ def to_spk(run: Record, path: Any, ids: dict[str, int], barycentre: int) -> Path
     PrecisionWarning
         If the error of interpolated positions is larger; the message gives it.
 
-    See Also
-    --------
-    fullbody.spice.state
-
     Examples
     --------
     >>> import fullbody, spiceypy, tempfile
