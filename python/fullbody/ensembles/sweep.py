@@ -225,22 +225,31 @@ def _computed(
     open_store: Any,
 ) -> xarray.Dataset:
     """Compute all rows that have no outcome yet; an error has the map so far in its attribute ``dataset``."""
-    count = _Count(report, len(table), outcomes.values())
+    failed = sum(outcome.failure is not None for outcome in outcomes.values())
+
+    def show(runs: int = 0) -> None:
+        """Report the rows that are done, and finished runs of a chunk that is not."""
+        if report is not None:
+            errors = f", {failed} with errors" if failed else ""
+            report(len(outcomes) + runs, len(table), f"{len(outcomes)} of {len(table)} rows{errors}")
 
     def keep(results: list[Outcome]) -> None:
+        nonlocal failed
         results = ordered(results)
         outcomes.update((outcome.row, outcome) for outcome in results)
         if open_store is not None:
             open_store.add(results)
-        count.add(results)
+        failed += sum(outcome.failure is not None for outcome in results)
+        show()
 
+    show()
     missing = [row not in outcomes for row in range(len(table))]
     blocks = (
         [row for row in range(k, min(k + size, len(missing))) if missing[row]] for k in range(0, len(missing), size)
     )
     tasks = ([(row, table.row(row)) for row in rows] for rows in blocks if rows)
     try:
-        here(job, tasks, keep, count.under_way) if executor is None else submitted(executor, job, tasks, keep)
+        here(job, tasks, keep, show) if executor is None else submitted(executor, job, tasks, keep)
     except (KeyboardInterrupt, FullbodyError, OSError) as error:
         where = "in .dataset" if open_store is None else f"in {open_store.path} and in .dataset"
         done = f"{len(outcomes)} of {len(table)} rows are done, {where}"
@@ -292,24 +301,3 @@ def _draws(setup: Callable[..., Any], table: ParameterTable, seed: int | None) -
         if needed and name not in table.columns and not (drawn and name == RNG):
             raise InvalidInput(f"parameters has no {name!r}, which the setup needs; it has {', '.join(table.columns)}")
     return drawn
-
-
-class _Count:
-    """The number of rows that are done and of those with errors, reported as they grow."""
-
-    def __init__(self, report: Report | None, rows: int, outcomes: Iterable[Outcome]) -> None:
-        self._report, self._rows, self._done, self._failed = report, rows, 0, 0
-        self.add(outcomes)
-
-    def add(self, outcomes: Iterable[Outcome]) -> None:
-        """Count rows as done."""
-        for outcome in outcomes:
-            self._done += 1
-            self._failed += outcome.failure is not None
-        self.under_way(0)
-
-    def under_way(self, runs: int) -> None:
-        """Report finished runs of a chunk that is not done."""
-        if self._report is not None:
-            failed = f", {self._failed} with errors" if self._failed else ""
-            self._report(self._done + runs, self._rows, f"{self._done} of {self._rows} rows{failed}")

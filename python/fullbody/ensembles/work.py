@@ -118,10 +118,8 @@ _Keep: TypeAlias = Callable[[list[Outcome]], None]
 
 def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
     """Return the outcomes of rows, of a job that was packed for another process."""
-    outcomes: list[Outcome] = []
     with once():
-        work(pickle.loads(packed), rows, outcomes)
-    return outcomes
+        return _in_thread(pickle.loads(packed), rows)
 
 
 def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:

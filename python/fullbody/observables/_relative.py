@@ -47,9 +47,13 @@ class RelativeMotion:
         self.what = what
         self.name = f"body {body} ({run.context.names[body]})"
         self.units = run.context.units
-        self.time = run.arrays["time"]
-        signal.check_times(self.time, least, what)
         record = run.arrays
+        self.time = record["time"]
+        if len(self.time) < least:
+            raise InvalidInput(f"the run has {len(self.time)} samples; {what} needs {least} or more")
+        steps = np.diff(self.time)
+        if not ((steps > 0).all() or (steps < 0).all()):
+            raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
         self.r, self.v = (record[name][:, body] - record[name][:, about] for name in ("position", "velocity"))
         self._samples = follow.Path(self.time, self.r, self.v)
         normal = np.cross(self.r, self.v)
@@ -211,12 +215,9 @@ class RelativeMotion:
             raise InvalidInput("the body does not spin; it has no pole of rotation")
         return np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
 
-    def mean_rate(self, values: Floats) -> float:
-        """Return the mean rate of an angle that changes with every revolution."""
-        return signal.slope(self.time, values, self._power)
-
     @cached_property
-    def _power(self) -> int:
+    def power(self) -> int:
+        """The power of the window for the mean rate of an angle that changes with every revolution."""
         return 3 if self.revolutions >= WINDOWED else 1
 
     @cached_property
@@ -235,7 +236,7 @@ class RelativeMotion:
 
     def mean_motion(self, path: follow.Path) -> float:
         """Return the mean rate of the longitude."""
-        return abs(signal.slope(path.time, swept(path)[0], self._power))
+        return abs(signal.slope(path.time, swept(path)[0], self.power))
 
     def precession(self, poles: Floats, axis: Any) -> tuple[float | None, Floats]:
         """Return the mean rate at which directions turn about an axis, and their angles from it.
@@ -259,7 +260,7 @@ class RelativeMotion:
         node = np.cross(axis, normal)
         across = np.cross(normal, node) / np.linalg.norm(normal, axis=1)[:, None]
         angle = signal.unwrapped(np.arctan2(np.sum(r * across, axis=1), np.sum(r * node, axis=1)))
-        return abs(signal.slope(self.path.time, angle, self._power))
+        return abs(signal.slope(self.path.time, angle, self.power))
 
 
 def across(axis: Floats) -> tuple[Floats, Floats]:

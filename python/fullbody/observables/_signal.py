@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..base.units import need
-from ..errors import InvalidInput
 from ..typing import Floats
 
 
@@ -16,15 +15,6 @@ def scipy_module(name: str) -> Any:
     """Import a module of scipy, or raise an error that says how to install it."""
     with need("analysis", "an observable, or an orbit of a mean period,"):
         return import_module(f"scipy.{name}")
-
-
-def check_times(time: Floats, least: int, what: str) -> None:
-    """Raise an error for too few samples, and for times that do not increase or decrease throughout."""
-    if len(time) < least:
-        raise InvalidInput(f"the run has {len(time)} samples; {what} needs {least} or more")
-    steps = np.diff(time)
-    if not (np.all(steps > 0) or np.all(steps < 0)):
-        raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
 
 
 def slope(time: Floats, values: Floats, power: int = 1) -> float:

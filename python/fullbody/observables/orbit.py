@@ -181,7 +181,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     for name in (name for name in columns if name not in undefined):
         unit = {"a": "velocity", "e": "rate", "h": "rate", "k": "rate"}.get(name, "spin")
         rates[name] = motion.attach(np.gradient(columns[name], motion.time, edge_order=2), unit)
-        means[name] = motion.units.attach(motion.mean_rate(columns[name]), unit)
+        means[name] = motion.units.attach(signal.slope(motion.time, columns[name], motion.power), unit)
     angles = [motion.attach(columns[name], "angle") for name in ("i", "Omega", "omega", "M")]
     return ElementRates(computed([motion.attach(a, "length"), e, *angles], run.context.frame), rates, means)
 

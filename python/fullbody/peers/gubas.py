@@ -152,10 +152,10 @@ class _Config(Text):
         except configparser.ParsingError as error:
             line = error.errors[0][0]
             self.fail(line, f"{self.lines[line - 1].strip()!r} is no 'name: value'")
-        #: Line numbers by section and option, and units of angles in the comments by section, neither of which the
-        #: parser keeps.
+        #: Line numbers by section and option, and units of angles, "deg" or "rad", in the comments by section, neither
+        #: of which the parser keeps.
         self._line_numbers: dict[tuple[str, str], int] = {}
-        self._angles: dict[str, set[str]] = {}
+        self.angles: dict[str, set[str]] = {}
         section = ""
         for line, text in enumerate(self.lines, start=1):
             if header := re.match(r"\s*\[([^]]*)\]", text):
@@ -164,7 +164,7 @@ class _Config(Text):
             if option := re.match(r"\s*([^:=]*?)\s*[:=]", text):
                 self._line_numbers.setdefault((section, option[1].lower()), line)
             if comment := re.search("[#;](.*)", text):
-                self._angles.setdefault(section, set()).update(map(str.lower, _ANGLES.findall(comment[1])))
+                self.angles.setdefault(section, set()).update(map(str.lower, _ANGLES.findall(comment[1])))
 
     def line(self, section: str, option: str) -> int:
         """Return the line of an option, 0 if there is none."""
@@ -198,10 +198,6 @@ class _Config(Text):
     def on(self, section: str, option: str) -> bool:
         """Return whether a switch is on; without the option it is off."""
         return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
-
-    def angles(self, section: str) -> set[str]:
-        """Return the units, "deg" or "rad", that the comments of a section mention."""
-        return self._angles.get(section, set())
 
 
 def _rotations(cfg: _Config, euler: str | None) -> list[Floats]:
@@ -319,7 +315,7 @@ def _rotation_matrix(cfg: _Config, name: str) -> Floats:
 
 def _unit_of_angles(cfg: _Config) -> str:
     """Return the unit of angles according to the comments, which differ between versions, and warn about it."""
-    units = cfg.angles(_START)
+    units = cfg.angles.get(_START, set())
     ask = "say euler='degree' or euler='radian'"
     if len(units) == 2:
         cfg.fail(None, f"comments of [{_START}] speak of degrees and of radians, and angles are given; {ask}")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -73,8 +72,7 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     return _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times), attitudes
 
 
-@dataclass(frozen=True)
-class Trails:
+class Trails(NamedTuple):
     """Particles of a flight at times (T,) within a run, for pictures.
 
     Positions (P, T, 3) are from the barycentre, and NaN if a particle is gone; ``landed`` (P,) has the times at which
