@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import permutations, product
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -217,9 +217,8 @@ def aligned(axes: Axes, distance: float) -> Pose:
 
 def long_axes(pair: Pair) -> Axes:
     """Return the axes of least inertia for the line and those of greatest inertia for the angular momentum."""
-    orders = [np.argsort(moments, kind="stable") for moments in pair.inertia]
-    (a, b) = ((int(order[0]), int(order[2])) for order in orders)
-    return a, b
+    (a, _, b), (c, _, d) = (map(int, np.argsort(moments, kind="stable")) for moments in pair.inertia)
+    return (a, b), (c, d)
 
 
 def alignments(pair: Pair) -> Iterator[Axes]:
@@ -249,8 +248,6 @@ def contact(pair: Pair, axes: Axes) -> float:
     core = pair.system.with_options(gravity="point").context.core
     while high - low > 4e-16 * high:
         middle = (low + high) / 2
-        if not low < middle < high:
-            break
         try:
             core.energy(pair.state(aligned(axes, middle)))
         except BodiesOverlap:
@@ -260,11 +257,9 @@ def contact(pair: Pair, axes: Axes) -> float:
     return high
 
 
-@dataclass(frozen=True)
-class Scan:
-    """One alignment at many separations (K,), with the angular momentum of uniform rotation at each."""
+class Scan(NamedTuple):
+    """Many separations (K,) of one alignment, with the angular momentum of uniform rotation at each."""
 
-    axes: Axes
     separation: Floats
     angular_momentum: Floats
 
@@ -298,5 +293,4 @@ def scan(problem: EquilibriumProblem, axes: Axes, touching: float, until: float)
         if k < min(j, m):
             slopes = (k - j) / (b - a), (m - k) / (c - b)
             evaluate((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))
-    table = np.array(sorted(samples)).reshape(-1, 2)
-    return Scan(axes, table[:, 0], table[:, 1])
+    return Scan(*np.array(sorted(samples)).reshape(-1, 2).T)

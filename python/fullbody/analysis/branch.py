@@ -62,10 +62,8 @@ class Branch(Tabled):
     """
 
     def __init__(self, equilibria: list[RelativeEquilibrium], folds: list[Fold], end: str) -> None:
-        self.equilibria = tuple(equilibria)
+        self.equilibria, self.folds, self.end = tuple(equilibria), tuple(folds), end
         self.system = equilibria[0].system
-        self.folds = tuple(folds)
-        self.end = end
 
     separation = _column("Distances (K,) between the centres.", "separation", "length")
     rate = _column("Rates (K,) at which the pair turns.", "rate", "spin")

@@ -23,6 +23,7 @@ from ..typing import Array
 from . import pictures
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Section(Tabled):
     """The states in which motions cross a surface, made by :func:`section`.
 
@@ -35,12 +36,9 @@ class Section(Tabled):
         For each start the error that ended its run early, or ``None``; the crossings until then are kept.
     """
 
-    def __init__(
-        self, system: System, crossings: Sequence[Sequence[State]], errors: Sequence[FullbodyError | None]
-    ) -> None:
-        self.system = system
-        self.crossings = tuple(tuple(crossing) for crossing in crossings)
-        self.errors = tuple(errors)
+    system: System
+    crossings: tuple[tuple[State, ...], ...]
+    errors: tuple[FullbodyError | None, ...]
 
     def values(self, coordinate: Callable[[State], Any]) -> tuple[Any, ...]:
         """Return arrays (C,), one for each start, of a function of a State that gives a number or Quantity."""
@@ -110,8 +108,8 @@ def section(
             raise answer
         errors.append(answer if isinstance(answer, FullbodyError) else None)
         run = answer.run if isinstance(answer, FullbodyError) else answer
-        crossings.append([] if run is None else [item.state for item in run.events])
-    return Section(system, crossings, errors)
+        crossings.append(() if run is None else tuple(item.state for item in run.events))
+    return Section(system, tuple(crossings), tuple(errors))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -110,17 +110,17 @@ class _Variable:
         if value.shape != first.shape:
             text = self._unlike(f"of shape {value.shape}", f"of shape {first.shape}")
             raise InvalidInput(f"{text}; expected one shape throughout, filled up with nan")
-        self.values[row] = self._converted(measured) if measured.unit != self._first.unit else value
+        unit, wanted = measured.unit, self._first.unit
+        if unit != wanted:
+            from astropy import units as u
 
-    def _converted(self, measured: MeasuredValue) -> Any:
-        from astropy import units as u
-
-        if measured.unit is None or self._first.unit is None:
-            raise InvalidInput(self._unlike(f"with the unit {measured.unit}", f"with {self._first.unit}"))
-        try:
-            return u.Quantity(measured.value, measured.unit).to_value(self._first.unit)
-        except u.UnitConversionError as error:
-            raise InvalidInput(self._unlike(f"in {measured.unit}", f"in {self._first.unit}")) from error
+            if unit is None or wanted is None:
+                raise InvalidInput(self._unlike(f"with the unit {unit}", f"with {wanted}"))
+            try:
+                value = u.Quantity(value, unit).to_value(wanted)
+            except u.UnitConversionError as error:
+                raise InvalidInput(self._unlike(f"in {unit}", f"in {wanted}")) from error
+        self.values[row] = value
 
     def _unlike(self, here: str, there: str) -> str:
         return f"measure gives {self._name} {here}, but {there} in row {self._row}"
