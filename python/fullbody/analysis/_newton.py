@@ -13,8 +13,7 @@ import numpy as np
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Floats
-from ._linear import TURNS, Rotation
-from ._pair import Pair, Pose, cross
+from ._pair import TURNS, Pair, Pose, Rotation, cross
 
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 #: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.

@@ -17,8 +17,7 @@ from ..base.tables import number
 from ..errors import BodiesOverlap, NotConverged
 from ..model.state import strip, wrap
 from ..typing import Floats
-from ._linear import even, free_rotations
-from ._pair import Pair, Pose, cross
+from ._pair import Pair, Pose, cross, even, free_rotations
 
 #: For both bodies the rows of a tangent vector that hold the rotation vector, and those that hold the spin.
 ROTATIONS = (slice(6, 9), slice(12, 15))

@@ -17,8 +17,8 @@ from ..base.units import need, plain
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Array, Floats
 from . import pictures
-from ._linear import Rotation
 from ._newton import EquilibriumProblem, converged, corrected
+from ._pair import Rotation
 from .equilibrium import RelativeEquilibrium
 
 #: Step lengths along the branch in the units of :meth:`EquilibriumProblem.scales`: the first, the longest and the

@@ -20,9 +20,8 @@ from ..model.shapes import Ellipsoid, Sphere
 from ..model.state import State, strip
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._linear import Rotation
 from ._newton import Axes, EquilibriumProblem, Kind, aligned, contact, converged, long_axes, rotation_at, scan
-from ._pair import Pair, Pose
+from ._pair import Pair, Pose, Rotation
 from .modes import Modes, displaced, modes_of
 
 #: Curvatures below this belong to directions in which the system does not change.

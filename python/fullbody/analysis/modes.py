@@ -15,7 +15,7 @@ from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Array, Floats, Scalar
 from . import pictures
-from ._linear import MOMENTA, Rotation
+from ._pair import MOMENTA, Rotation
 
 _Complex = npt.NDArray[np.complex128]
 #: Growth of a mode, relative to the fastest rate, that may be rounding of nearly equal eigenvalues.

@@ -18,8 +18,7 @@ from ..errors import FullbodyError, InvalidInput
 from ..model.state import State, strip, wrap
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._linear import complement, even, free_rotations, kernel
-from ._pair import Pair, Pose, cross
+from ._pair import Pair, Pose, complement, cross, even, free_rotations, kernel
 from ._shooting import ROTATIONS, SPINS, Ends, PairPoint, Shooting, begun, generators, momentum_rows, solved
 from .equilibrium import RelativeEquilibrium, pose_of
 

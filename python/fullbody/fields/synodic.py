@@ -14,8 +14,7 @@ from ..model.context import SystemLike
 from ..model.gravity import points_in
 from ..model.state import State, strip
 from ..typing import Array, Scalar
-from .equilibria import equilibria, roche_lobe
-from .frame import Frame
+from .frame import Frame, equilibria, roche_lobe
 
 
 class Synodic:

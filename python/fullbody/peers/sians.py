@@ -89,27 +89,10 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     Examples
     --------
     >>> import fullbody, pathlib, tempfile
-    >>> text = '''
-    ... kepler: 0
-    ... @ Masses
-    ... 2.0
-    ... 4*1e-1
-    ... @ Semiaxes
-    ... 1.0 0.9 0.8
-    ... 0.3 0.2 0.2
-    ... @ Positions
-    ... 0 0 0
-    ... 5 0 0
-    ... @ Velocities
-    ... 0 0 0
-    ... 0 0.7 0
-    ... @ Angles, degrees
-    ... 0 0 90
-    ... 0 0 0
-    ... @ Angular velocities
-    ... 0 0 1
-    ... 0 0 0.1
-    ... '''
+    >>> rows = {"Masses": ("2", "4*1e-1"), "Semiaxes": ("1.0 0.9 0.8", "0.3 0.2 0.2"), "Positions": ("0 0 0", "5 0 0"),
+    ...         "Velocities": ("0 0 0", "0 0.7 0"), "Angles, degrees": ("0 0 90", "0 0 0"),
+    ...         "Angular velocities": ("0 0 1", "0 0 0.1")}
+    >>> text = chr(10).join(["kepler: 0", *(line for name in rows for line in ("@ " + name, *rows[name]))])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "pair.txt")
     ...     _ = path.write_text(text)
