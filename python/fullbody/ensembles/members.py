@@ -105,13 +105,16 @@ def integrate_many(
     """
     threads = None if threads is None else thread_count(threads)
     end = end_arguments(until, duration)
-    batch = _Members(members, end, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
+    following = False if (names := differentiated(derivatives)) is None else names or True
+    options = {"output": output, "events": watched(events), "dense": dense, "derivatives": following, "chaos": chaos}
+    batch = _Members(members, end, integrator, options)
     try:
         with once(), Progress(progress) as report:
             _core.integrate_many(batch.prepared(), batch.take, batch.counting(report), threads)
         batch.warn()
     except BaseException as error:
-        batch.fill()
+        # Members that were never requested have an entry, too.
+        batch.answers += [None] * ((batch.total or 0) - len(batch.answers))
         if isinstance(error, KeyboardInterrupt):
             interrupted = Interrupted(f"interrupted with {batch.whole()} done; the runs so far are in .runs")
             interrupted.runs = batch.answers
@@ -139,17 +142,7 @@ def thread_count(threads: Any) -> int:
 class _Members:
     """The members of an ensemble and their answers so far."""
 
-    def __init__(
-        self,
-        members: Any,
-        end: dict[str, Any],
-        output: Any,
-        integrator: Any,
-        events: list[Event],
-        dense: bool,
-        derivatives: list[str] | None,
-        chaos: bool,
-    ) -> None:
+    def __init__(self, members: Any, end: dict[str, Any], integrator: Any, options: dict[str, Any]) -> None:
         ((self._end, until),) = end.items()
         per_member = [value for value in (until, integrator) if _is_sequence(value)]
         try:
@@ -160,16 +153,12 @@ class _Members:
         self.total = len(members) if hasattr(members, "__len__") else None
         for name, value in ((self._end, until), ("integrator", integrator)):
             if _is_sequence(value) and len(value) != self.total:
-                raise InvalidInput(
-                    f"{name} has {len(value)} values; expected one, or {self.total}, one for each member"
-                )
+                expected = f"expected one, or {self.total}, one for each member"
+                raise InvalidInput(f"{name} has {len(value)} values; {expected}")
         if isinstance(members, tuple | list) and members and isinstance(members[0], System):
             raise InvalidInput("members is one member; expected a list of them: [(system, state), ...]")
-        check_for_all(None if _is_sequence(integrator) else integrator, output, end)
-        self._until, self._integrator = until, integrator
-        following = False if derivatives is None else derivatives or True
-        options = {"output": output, "events": events, "dense": dense, "derivatives": following, "chaos": chaos}
-        self._options: dict[str, Any] = options
+        check_for_all(None if _is_sequence(integrator) else integrator, options["output"], end)
+        self._until, self._integrator, self._options = until, integrator, options
         self.answers: list[Any] = []
         #: The number of members that are not pairs of a system and a state.
         self.refused = 0
@@ -234,10 +223,6 @@ class _Members:
             return report(done + under_way, self.total, f"{done}{of} runs")
 
         return count
-
-    def fill(self) -> None:
-        """Add an entry for every member, also for those that were never requested."""
-        self.answers += [None] * ((self.total or 0) - len(self.answers))
 
     def whole(self) -> str:
         """Return the number of members that are done."""

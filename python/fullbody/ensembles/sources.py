@@ -59,17 +59,15 @@ def _text(value: Any) -> str:
 def _parts(value: Any) -> Iterator[Any]:
     """Yield a value and the values that it is composed of."""
     yield value
-    match value:
-        case functools.partial():
-            inner = [value.func, *value.args, *value.keywords.values()]
-        case list() | tuple() | set() | frozenset():
-            inner = list(value)
-        case Mapping():
-            inner = list(value.values())
-        case _ if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            inner = [getattr(value, part.name) for part in dataclasses.fields(value)]
-        case _:
-            inner = []
+    inner: list[Any] = []
+    if isinstance(value, functools.partial):
+        inner = [value.func, *value.args, *value.keywords.values()]
+    elif isinstance(value, list | tuple | set | frozenset):
+        inner = list(value)
+    elif isinstance(value, Mapping):
+        inner = list(value.values())
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        inner = [getattr(value, part.name) for part in dataclasses.fields(value)]
     for part in inner:
         yield from _parts(part)
 
