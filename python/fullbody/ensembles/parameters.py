@@ -173,12 +173,8 @@ class ParameterTable:
             raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
         self.dimensions[name] = size
 
-    def add(self, name: Any, column: ParameterColumn) -> None:
+    def add(self, name: str, column: ParameterColumn) -> None:
         """Add a parameter."""
-        if not isinstance(name, str) or not name.isidentifier():
-            raise InvalidInput(
-                f"parameters has the name {name!r}; expected one that an argument of a function may have"
-            )
         if name == RNG:
             raise InvalidInput(f"parameters has the name {RNG!r}, which is kept for the random numbers of a row")
         if name in self.columns:
@@ -218,8 +214,8 @@ def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
         match _kind(part):
             case Draws() as drawn:
                 table.add_dimension("draw", drawn.n)
-                random |= argument_names(drawn.distributions)
-                for name in argument_names(drawn.distributions):
+                random |= (names := argument_names(drawn.distributions))
+                for name in names:
                     table.add(name, ParameterColumn(None, ()))
             case Paired() as pairs:
                 _add_pairs(table, pairs)

@@ -58,11 +58,6 @@ class Parameters:
         if not isinstance(given, Mapping) or not given:
             raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
         given = argument_names(given)
-        for name in given:
-            if not isinstance(name, str) or not name.isidentifier():
-                raise InvalidInput(
-                    f"parameters has the name {name!r}; expected one that an argument of a function may have"
-                )
         free = [value if isinstance(value, Free) else Free(value) for value in given.values()]
         self.names = tuple(given)
         starts = [gathered(one.value, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
