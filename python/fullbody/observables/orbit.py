@@ -155,7 +155,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        Of two revolutions or more.
+        A run of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
@@ -225,7 +225,7 @@ def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        Of two revolutions or more.
+        A run of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
@@ -255,7 +255,7 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     Parameters
     ----------
     run : Run
-        Of two revolutions or more.
+        A run of two revolutions or more.
     body, about : int or str
 
     Examples
@@ -307,8 +307,8 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     Parameters
     ----------
     run : Run
-        Of five revolutions or more; more give better means. The apsidal rate from every second sample has to agree with
-        that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
+        A run of five revolutions or more; more give better means. The apsidal rate from every second sample has to
+        agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
     axis : array_like, (3,), optional
         The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str

@@ -70,7 +70,7 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     Parameters
     ----------
     run : Run
-        With samples, unless it ended with a contact.
+        A run with samples, unless it ended with a contact.
     body, about : int or str
     beyond : float or Quantity, optional
         The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest

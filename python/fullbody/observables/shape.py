@@ -83,7 +83,7 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     Parameters
     ----------
     run : Run
-        Of one revolution or more.
+        A run of one revolution or more.
     body, about : int or str
 
     Notes
@@ -151,7 +151,7 @@ def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int
     Parameters
     ----------
     run : Run
-        Of five revolutions or more; more give better means.
+        A run of five revolutions or more; more give better means.
     mu : float or Quantity, optional
         Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str

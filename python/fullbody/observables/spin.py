@@ -62,7 +62,7 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     Parameters
     ----------
     run : Run
-        Of two revolutions of ``body`` about ``about``, or more.
+        A run of two revolutions of ``body`` about ``about``, or more.
     axis : array_like, (3,), optional
         Reference axis; by default the total angular momentum at the start.
     body, about : int or str
@@ -170,8 +170,8 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     Parameters
     ----------
     run : Run
-        Of two revolutions or more, and several periods of the libration, sampled several times in each: the axis may
-        turn by a quarter turn at most between two samples.
+        A run of two revolutions or more, and several periods of the libration, sampled several times in each: the axis
+        may turn by a quarter turn at most between two samples.
     body, about : int or str
     n : int
         The largest number of periodic terms.
