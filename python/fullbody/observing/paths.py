@@ -14,8 +14,7 @@ from ..errors import InvalidInput
 from ..forces.ephemeris import about_sun, barycentric, dense_table
 from ..frames import rotation
 from ..model.context import SystemLike
-from ..spice.conventions import message_of, spiceypy
-from ..spice.state import loaded
+from ..spice.state import loaded, message_of, spiceypy
 from ..typing import Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 

@@ -21,7 +21,7 @@ from ..base.version import version
 from ..errors import FullbodyError, InvalidInput, PrecisionWarning, caution
 from ..record.record import Record
 from ..typing import Floats
-from .conventions import Conventions, body_numbers, message_of, number, spiceypy
+from .state import Conventions, body_numbers, message_of, number, spiceypy
 
 #: The tolerances of the interpolation between the nodes, km and rad.
 _POSITION, _ANGLE = 1e-9, 1e-12
