@@ -6,6 +6,7 @@ outputs that they are kept with, which the tests check.
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import shutil
@@ -198,15 +199,27 @@ def escape_number(app: object, what: str, name: str, obj: object, options: objec
         lines[first] = "\\" + lines[first]
 
 
+def add_return(app: object, what: str, name: str, obj: Any, options: object, lines: list[str]) -> None:
+    """Add what a function's signature says that it returns, unless its text has a section about it."""
+    if what not in ("function", "method") or {"Parameters", "Returns", "Yields"} & {*lines} != {"Parameters"}:
+        return
+    kind = inspect.signature(obj).return_annotation
+    if kind not in (inspect.Signature.empty, None, "None", "Any"):
+        after = ("Raises", "Warns", "See Also", "Notes", "References", "Examples")
+        place = next((k for k, line in enumerate(lines) if line in after), len(lines))
+        lines[place:place] = ["Returns", "-------", str(kind), ""]
+
+
 def drop_template(app: Any, error: Exception | None) -> None:
     """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
     (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
 
 
 def setup(app: Any) -> None:
-    """Connect what this file defines; the escape comes after numpydoc, which takes the text apart."""
+    """Connect what this file defines, before or after numpydoc, which takes the text apart."""
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
     app.connect("source-read", without_results)
+    app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("build-finished", drop_template, priority=900)

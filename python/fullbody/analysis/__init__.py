@@ -3,9 +3,8 @@
 Everything here needs scipy: ``pip install fullbody[analysis]``.
 """
 
-from .branch import Branch, Fold, branch
 from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium
-from .least import Equilibria, Touching, equilibria
+from .families import Branch, Equilibria, Fold, Touching, branch, equilibria
 from .modes import Modes
 from .periodic import PeriodicOrbit, periodic_family, periodic_orbit
 from .section import Frequencies, Section, frequencies, section

@@ -1,21 +1,23 @@
-"""Newton's method for uniform rotations of a pair."""
+"""Uniform rotations of a pair: their equations, initial guesses with aligned principal axes, and Newton's method."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from functools import cache
+from itertools import permutations, product
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Floats
-from ._linear import Rotation
-from ._pair import Pair, Pose, cross
-
-__all__ = ["Condition", "EquilibriumProblem", "Kind", "converged", "corrected"]
+from ._pair import TURNS, Pair, Pose, Rotation, cross
 
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
+#: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.
+Axes: TypeAlias = tuple[tuple[int, int], tuple[int, int]]
 
 _STEPS = 60
 #: One step moves the centres by at most this fraction of their distance and turns bodies by at most as many radians.
@@ -24,23 +26,13 @@ _LONGEST = 0.2
 _SOLVED, _ROUNDING = 1e-10, 1e-14
 #: A matrix is singular if its smallest singular value is below this fraction of its largest one.
 _SINGULAR = 1e-9
-
-
-@dataclass(frozen=True)
-class Condition:
-    """The condition that selects one rotation of a family: a quantity and its value, in the system's units."""
-
-    kind: Kind
-    value: float
+#: The ratio of neighbouring separations of a scan, and the ratio of the largest separation to that of contact.
+_RATIO, _FARTHEST = 1.12, 100.0
 
 
 @dataclass(frozen=True)
 class EquilibriumProblem:
-    """The equations of uniform rotation, with the choice of locked bodies and the spins of the free ones.
-
-    ``axes`` are those of :class:`Rotation`, and ``spin`` has the total spin about its axis of each body that is not
-    locked.
-    """
+    """The equations of uniform rotation, with the total spins about their axes of the bodies that are not locked."""
 
     pair: Pair
     axes: tuple[int | None, int | None]
@@ -59,7 +51,7 @@ class EquilibriumProblem:
         missing, _ = pair.loads(rotation.pose)
         missing[:3] -= pair.mass * cross(omega) @ rotation.velocity
         for k in range(2):
-            missing[3 + 3 * k : 6 + 3 * k] -= cross(rotation.frame_spins[k]) @ rotation.momenta[k]
+            missing[TURNS[k]] -= cross(rotation.frame_spins[k]) @ rotation.momenta[k]
         return missing
 
     def jacobian(self, rotation: Rotation) -> Floats:
@@ -73,20 +65,15 @@ class EquilibriumProblem:
         for k in range(2):
             if self.axes[k] == 3:
                 continue
-            rows = slice(3 + 3 * k, 6 + 3 * k)
-            frame_spin, momentum = rotation.frame_spins[k], rotation.momenta[k]
             frame_spin_by, spun = self._spin_derivatives(rotation, k)
-            derivatives[rows] += cross(momentum) @ frame_spin_by - cross(frame_spin) @ (
-                pair.inertia[k][:, np.newaxis] * spun
-            )
+            by_momentum = cross(rotation.frame_spins[k]) @ (pair.inertia[k][:, np.newaxis] * spun)
+            derivatives[TURNS[k]] += cross(rotation.momenta[k]) @ frame_spin_by - by_momentum
         return derivatives
 
     def _spin_derivatives(self, rotation: Rotation, body: int) -> tuple[Floats, Floats]:
-        """Return the derivatives (3, 10) of Omega and of the spin in a body's frame with respect to the pose and the
-        rate.
-        """
+        """Return the derivatives (3, 10) of Omega and of the spin in a body's frame by the pose and the rate."""
         frame_spin_by = np.zeros((3, 10))
-        frame_spin_by[:, 3 + 3 * body : 6 + 3 * body] = cross(rotation.frame_spins[body])
+        frame_spin_by[:, TURNS[body]] = cross(rotation.frame_spins[body])
         frame_spin_by[:, 9] = rotation.pose.rotation[body][2]
         if body not in self.spin:
             return frame_spin_by, frame_spin_by
@@ -113,9 +100,8 @@ class EquilibriumProblem:
             derivatives[9] = self.pair.mass * across @ across
             for k in range(2):
                 pole = pose.rotation[k][2]
-                spun = self._spin_derivatives(rotation, k)[1]
-                derivatives += (pole * self.pair.inertia[k]) @ spun
-                derivatives[3 + 3 * k : 6 + 3 * k] += rotation.momenta[k] @ cross(pole)
+                derivatives += (pole * self.pair.inertia[k]) @ self._spin_derivatives(rotation, k)[1]
+                derivatives[TURNS[k]] += rotation.momenta[k] @ cross(pole)
         return derivatives
 
     def scales(self, rotation: Rotation) -> tuple[Floats, Floats]:
@@ -135,7 +121,7 @@ class EquilibriumProblem:
         jacobian = self.jacobian(rotation) * columns
         for k in range(2):
             if self.axes[k] != 3:
-                rows[3 + 3 * k : 6 + 3 * k] = np.abs(jacobian[3 + 3 * k : 6 + 3 * k]).max()
+                rows[TURNS[k]] = np.abs(jacobian[TURNS[k]]).max()
         jacobian /= rows[:, np.newaxis]
         still = rotation.symmetries() / columns[:9, np.newaxis]
         gauge = np.zeros((still.shape[1], 10))
@@ -144,33 +130,20 @@ class EquilibriumProblem:
         return np.concatenate([jacobian, gauge]), missing
 
 
-def converged(problem: EquilibriumProblem, guess: Rotation, condition: Condition) -> Rotation:
-    """Find by Newton's method the uniform rotation near a guess at which a quantity has a given value.
-
-    Raises
-    ------
-    NotConverged
-        If the matrix of the steps is nearly singular, as at a fold in the quantity, or if nothing is found.
-    BodiesOverlap
-    """
+def converged(problem: EquilibriumProblem, guess: Rotation, kind: Kind, value: float) -> Rotation:
+    """Find by Newton's method the uniform rotation near a guess at which a quantity has a given value."""
 
     def row(rotation: Rotation, columns: Floats) -> tuple[Floats, float]:
-        slope = problem.quantity_gradient(condition.kind, rotation) * columns
-        unit = max(abs(condition.value), np.abs(slope).max())
-        return slope / unit, (problem.quantity(condition.kind, rotation) - condition.value) / unit
+        slope = problem.quantity_gradient(kind, rotation) * columns
+        unit = max(abs(value), np.abs(slope).max())
+        return slope / unit, (problem.quantity(kind, rotation) - value) / unit
 
-    quantity = condition.kind.replace("_", " ")
-    return _solved(problem, guess, row, f"{quantity} {condition.value:.9g}", quantity)
+    quantity = kind.replace("_", " ")
+    return _solved(problem, guess, row, f"{quantity} {value:.9g}", quantity)
 
 
 def corrected(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, length: float) -> Rotation:
-    """Find the uniform rotation in the plane across a step (10,), which is in units of `scales`.
-
-    Raises
-    ------
-    NotConverged, BodiesOverlap
-        If the step is too long.
-    """
+    """Find the uniform rotation in the plane across a step (10,), which is in units of `scales`."""
     if length == 0.0:
         return rotation
     step = length * tangent * problem.scales(rotation)[1]
@@ -225,3 +198,98 @@ def _moved(problem: EquilibriumProblem, rotation: Rotation, step: Floats) -> Rot
         else:
             return problem.rotation(pose, rotation.rate + step[9])
     raise overlap
+
+
+@cache
+def _attitude(line: int, pole: int) -> Floats:
+    """Return the quaternion that puts one body axis along x and another one along z."""
+    matrix = np.zeros((3, 3))
+    matrix[0, line] = matrix[2, pole] = 1.0
+    matrix[1] = np.cross(matrix[2], matrix[0])
+    return rotations.quaternion(matrix)
+
+
+def aligned(axes: Axes, distance: float) -> Pose:
+    """Return the pose with the given body axes along x, which is the line between the bodies, and along z."""
+    return Pose(np.array([distance, 0.0, 0.0]), np.array([_attitude(*pair) for pair in axes]))
+
+
+def long_axes(pair: Pair) -> Axes:
+    """Return the axes of least inertia for the line and those of greatest inertia for the angular momentum."""
+    (a, _, b), (c, _, d) = (map(int, np.argsort(moments, kind="stable")) for moments in pair.inertia)
+    return (a, b), (c, d)
+
+
+def alignments(pair: Pair) -> Iterator[Axes]:
+    """Yield all alignments of principal axes that differ by more than the symmetries of ellipsoids."""
+    choices = []
+    for moments in pair.inertia:
+        shares = np.round(moments / max(moments.max(), 1e-300), 12)
+        # The first of equal alignments is entered last, and so it is kept.
+        kinds = {(shares[line], shares[pole]): (line, pole) for line, pole in [*permutations(range(3), 2)][::-1]}
+        choices.append(sorted(kinds.values()))
+    yield from product(*choices)
+
+
+def rotation_at(problem: EquilibriumProblem, pose: Pose) -> Rotation | None:
+    """Return the rotation whose rate balances the force along the line, or ``None`` where that force repels."""
+    loads, _ = problem.pair.loads(pose)
+    inward = -float(loads[:3] @ pose.r) / (problem.pair.mass * float(pose.r[:2] @ pose.r[:2]))
+    return problem.rotation(pose, np.sqrt(inward)) if inward > 0.0 else None
+
+
+def contact(pair: Pair, axes: Axes) -> float:
+    """Return the least separation at which bodies of an alignment do not overlap; zero for points."""
+    low, high = 0.0, sum(pair.reach)
+    if high == 0.0:
+        return 0.0
+    # Contact does not depend on gravity, so the test bodies have none.
+    core = pair.system.with_options(gravity="point").context.core
+    while high - low > 4e-16 * high:
+        middle = (low + high) / 2
+        try:
+            core.energy(pair.state(aligned(axes, middle)))
+        except BodiesOverlap:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+class Scan(NamedTuple):
+    """Many separations (K,) of one alignment, with the angular momentum of uniform rotation at each."""
+
+    separation: Floats
+    angular_momentum: Floats
+
+    def crossings(self, value: float) -> Floats:
+        """Return separations near which the angular momentum has a value, the nearest first."""
+        above = self.angular_momentum >= value
+        indices = np.flatnonzero(above[1:] != above[:-1])
+        d, j = self.separation, self.angular_momentum
+        return d[indices] + (value - j[indices]) / (j[indices + 1] - j[indices]) * (d[indices + 1] - d[indices])
+
+
+def scan(problem: EquilibriumProblem, axes: Axes, touching: float, until: float) -> Scan:
+    """Scan separations from contact outwards until the angular momentum exceeds a value and grows."""
+    pair = problem.pair
+    distance = max(touching, 1e-3 * sum(pair.reach))
+    if distance == 0.0:
+        # For points J^2 = m^2 G M d.
+        distance = 1e-2 * until**2 / (pair.mass * pair.strength)
+    farthest = _FARTHEST * max(distance, until**2 / (pair.mass * pair.strength))
+    samples: list[tuple[float, float]] = []
+
+    def evaluate(distance: float) -> None:
+        if (rotation := rotation_at(problem, aligned(axes, distance))) is not None:
+            samples.append((distance, float(rotation.angular_momentum[2])))
+
+    while distance <= farthest and not (len(samples) > 1 and samples[-1][1] > max(until, samples[-2][1])):
+        evaluate(distance)
+        distance *= _RATIO if samples else 1.01
+    for (a, j), (b, k), (c, m) in zip(samples, samples[1:], samples[2:], strict=False):
+        # Near its minimum a parabola tells whether the angular momentum falls below the value between two separations.
+        if k < min(j, m):
+            slopes = (k - j) / (b - a), (m - k) / (c - b)
+            evaluate((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))
+    return Scan(*np.array(sorted(samples)).reshape(-1, 2).T)

@@ -12,23 +12,21 @@ from ..base import rotations
 from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE
-from ..base.tables import Table, Tabled, number, tables_of
+from ..base.tables import Table, Tabled, facts, number, tables_of
+from ..base.units import plain
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
 from ..model.state import State, strip
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._linear import Rotation
-from ._newton import Condition, EquilibriumProblem, Kind, converged
-from ._pair import Pair, Pose
-from ._starts import Axes, aligned, contact, long_axes, rotation_at, scan
+from ._newton import Axes, EquilibriumProblem, Kind, aligned, contact, converged, long_axes, rotation_at, scan
+from ._pair import Pair, Pose, Rotation
 from .modes import Modes, displaced, modes_of
-
-__all__ = ["RelativeEquilibrium", "averaged", "relative_equilibrium"]
 
 #: Curvatures below this belong to directions in which the system does not change.
 _FLAT = 1e-10
+_DIMENSIONS: dict[Kind, str] = {"separation": "length", "angular_momentum": "angular momentum", "rate": "spin"}
 
 
 class RelativeEquilibrium(Tabled):
@@ -58,20 +56,15 @@ class RelativeEquilibrium(Tabled):
     separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
     rate = WithUnit[Scalar]("Rate Omega at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
 
-    @property
-    def period(self) -> Scalar:
-        """Period of the rotation, 2 pi divided by the rate."""
-        return self.system.context.units.attach(2 * np.pi / self.rotation.rate, "time")
-
-    @cached_property
-    def angular_momentum(self) -> Scalar:
-        """Total angular momentum about the barycentre, which is along z."""
-        return self.system.context.units.attach(float(self.rotation.angular_momentum[2]), "angular momentum")
-
-    @cached_property
-    def energy(self) -> Scalar:
-        """Total energy with the barycentre at rest."""
-        return self.system.context.units.attach(self.rotation.energy, "energy")
+    period = WithUnit[Scalar](
+        "Period of the rotation, 2 pi divided by the rate.", lambda one: 2 * np.pi / one.rotation.rate, "time"
+    )
+    angular_momentum = WithUnit[Scalar](
+        "Total angular momentum about the barycentre, which is along z.",
+        lambda one: float(one.rotation.angular_momentum[2]),
+        "angular momentum",
+    )
+    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.energy", "energy")
 
     @property
     def locked(self) -> tuple[str, ...]:
@@ -92,8 +85,7 @@ class RelativeEquilibrium(Tabled):
     @property
     def linearly_stable(self) -> bool:
         """Whether the equilibrium is linearly stable: no mode grows."""
-        growth = self.modes.growth
-        return not np.any(np.asarray(getattr(growth, "value", growth)) > 0.0)
+        return not (plain(self.modes.growth) > 0.0).any()
 
     @cached_property
     def curvatures(self) -> Floats:
@@ -114,32 +106,26 @@ class RelativeEquilibrium(Tabled):
         """
         return bool(np.all(np.asarray(self.curvatures) > _FLAT))
 
+    def _free(self) -> dict[str, Scalar]:
+        """Return the spins of the bodies that are not locked, by their names."""
+        attach, names = self.system.context.units.attach, self.system.names
+        return {names[body]: attach(spin, "spin") for body, spin in sorted(self.problem.spin.items())}
+
     def _tables(self) -> tuple[Table, ...]:
-        names = ("separation", "rate", "period", "angular_momentum", "energy")
-        rows = [(name.replace("_", " "), number(getattr(self, name))) for name in names]
-        free = [name for name in self.system.names if name not in self.locked]
+        rows = facts(self, "separation", "rate", "period", "angular_momentum", "energy")
         rows.append(("locked", ", ".join(self.locked) or "neither body"))
-        rows += [(f"spin of {name}", number(self._spin(self.system.names.index(name)))) for name in free]
+        rows += [(f"spin of {name}", number(spin)) for name, spin in self._free().items()]
         rows.append(("linearly stable", "yes" if self.linearly_stable else "no"))
         rows.append(("minimum of energy", "yes" if self.energetically_stable else "no"))
-        return (Table("Relative equilibrium", (), list(rows)), *tables_of(self.modes))
-
-    def _spin(self, body: int) -> Scalar:
-        return self.system.context.units.attach(self.problem.spin[body], "spin")
+        return (Table("Relative equilibrium", (), rows), *tables_of(self.modes))
 
     def __repr__(self) -> str:
-        free = [
-            f", {name} spinning at {number(self._spin(k), 6)}"
-            for k, name in enumerate(self.system.names)
-            if k in self.problem.spin
-        ]
+        free = "".join(f", {name} spinning at {number(spin, 6)}" for name, spin in self._free().items())
         stable = "linearly stable" if self.linearly_stable else "unstable"
         stable = "a minimum of energy" if self.energetically_stable else f"{stable}, no minimum of energy"
         locked = " and ".join(self.locked) or "neither body"
-        return (
-            f"RelativeEquilibrium(separation={number(self.separation)}, period={number(self.period)}, "
-            f"{locked} locked{''.join(free)}; {stable})"
-        )
+        sizes = f"separation={number(self.separation)}, period={number(self.period)}"
+        return f"RelativeEquilibrium({sizes}, {locked} locked{free}; {stable})"
 
 
 def relative_equilibrium(
@@ -162,24 +148,22 @@ def relative_equilibrium(
         The value that the equilibrium has to have; exactly one of the three is given: the distance between the centres,
         the total angular momentum, or the rate at which the pair turns.
     spin : dict, optional
-        Spins of bodies about their axes of symmetry, by the names of the bodies that are not locked; all others are
-        locked. A body that is not locked needs such an axis: a sphere, a spheroid, or one that :func:`averaged` gave.
+        Spins of bodies about their axes of symmetry, by the names of the bodies that are not locked. Such a body is a
+        sphere, a spheroid, or one that :func:`averaged` gave.
     axes : dict, optional
-        The initial axes of bodies by their names: first the body axis along the line between the bodies, then the one
-        along the angular momentum, such as ``{"Beta": "yz"}``. By default these are the axes of least and of greatest
-        inertia.
+        The initial axes of bodies by their names: the body axis along the line between the bodies, and the one along
+        the angular momentum, such as ``{"Beta": "yz"}``; by default those of least and of greatest inertia.
     start : State, optional
         A state whose poses are the initial guess instead; its angular momentum becomes the z-axis.
 
     Returns
     -------
     RelativeEquilibrium
-        The equilibrium found. If two separations have the angular momentum, it is the one with the larger separation,
-        unless a start near the other one is given.
+        If two separations have the angular momentum, it is the one with the larger separation, unless a start near the
+        other one is given.
 
     Raises
     ------
-    InvalidInput
     NotConverged
         If no equilibrium is found, and at folds, where Newton's step is nearly singular.
     BodiesOverlap
@@ -199,7 +183,13 @@ def relative_equilibrium(
     (True, 7)
     """
     pair = Pair(system)
-    condition = _condition(system, separation, angular_momentum, rate)
+    wanted: dict[Kind, Any] = {"separation": separation, "angular_momentum": angular_momentum, "rate": rate}
+    wanted = {kind: value for kind, value in wanted.items() if value is not None}
+    if len(wanted) != 1:
+        names = ", ".join(wanted) or "none"
+        raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
+    [(kind, given)] = wanted.items()
+    value = system.context.units.number(given, _DIMENSIONS[kind], kind, POSITIVE)
     if start is not None and axes is not None:
         raise InvalidInput("axes and start are both given; expected one of the two")
     body_axes = _axes(pair, axes)
@@ -210,37 +200,23 @@ def relative_equilibrium(
         pose = aligned(body_axes, 2.0 * max(contact(pair, body_axes), 1e-3))
     problem = _problem(pair, pose, spin)
     if start is None:
-        pose = aligned(body_axes, _distance(problem, body_axes, condition))
+        pose = aligned(body_axes, _distance(problem, body_axes, kind, value))
     # Kepler's rate is the first guess where gravity repels along the line.
     kepler = np.sqrt(pair.strength / (pair.mass * pose.distance**3))
     guess = rotation_at(problem, pose) or problem.rotation(pose, kepler)
-    return RelativeEquilibrium(problem, converged(problem, guess, condition))
-
-
-def _condition(system: System, separation: Any, angular_momentum: Any, rate: Any) -> Condition:
-    values = {"separation": separation, "angular_momentum": angular_momentum, "rate": rate}
-    body_axes = {name: value for name, value in values.items() if value is not None}
-    if len(body_axes) != 1:
-        names = ", ".join(body_axes) or "none"
-        raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
-    [(name, value)] = body_axes.items()
-    dimension = {"separation": "length", "angular_momentum": "angular momentum", "rate": "spin"}[name]
-    number = system.context.units.number(value, dimension, name, POSITIVE)
-    kind: Kind = name  # type: ignore[assignment]
-    return Condition(kind, number)
+    return RelativeEquilibrium(problem, converged(problem, guess, kind, value))
 
 
 def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
     """Parse the axes along the line and the pole from words such as "xz"."""
-    scanned = list(long_axes(pair))
+    found = list(long_axes(pair))
     for name, word in (axes or {}).items():
         body = pair.context.index(name, "a body of axes")
         letters = list(word) if isinstance(word, str | tuple | list) else []
         if len(letters) != 2 or not set(letters) <= set("xyz") or letters[0] == letters[1]:
             raise InvalidInput(f"axes of {name} is {word!r}; expected two of x, y and z, such as 'xz'")
-        scanned[body] = ("xyz".index(letters[0]), "xyz".index(letters[1]))
-    first, second = scanned
-    return first, second
+        found[body] = ("xyz".index(letters[0]), "xyz".index(letters[1]))
+    return found[0], found[1]
 
 
 def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> EquilibriumProblem:
@@ -261,21 +237,21 @@ def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Equilibr
     return EquilibriumProblem(pair, axes, spins)
 
 
-def _distance(problem: EquilibriumProblem, axes: Axes, condition: Condition) -> float:
+def _distance(problem: EquilibriumProblem, axes: Axes, kind: Kind, value: float) -> float:
     """Return the first guess for the separation."""
     pair = problem.pair
-    if condition.kind == "separation":
-        return condition.value
-    if condition.kind == "rate":
-        return max(contact(pair, axes), float(np.cbrt(pair.strength / (pair.mass * condition.value**2))))
-    scanned = scan(problem, axes, contact(pair, axes), condition.value)
-    crossings = scanned.crossings(condition.value)
+    if kind == "separation":
+        return value
+    if kind == "rate":
+        return max(contact(pair, axes), float(np.cbrt(pair.strength / (pair.mass * value**2))))
+    scanned = scan(problem, axes, contact(pair, axes), value)
+    crossings = scanned.crossings(value)
     if len(crossings) == 0:
         least = int(scanned.angular_momentum.argmin())
         attach = pair.context.units.attach
         raise NotConverged(
             f"no relative equilibrium of these axes has the angular momentum "
-            f"{number(attach(np.float64(condition.value), 'angular momentum'))}; with the bodies apart the least is "
+            f"{number(attach(np.float64(value), 'angular momentum'))}; with the bodies apart the least is "
             f"about {number(attach(scanned.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
             f"{number(attach(scanned.separation[least], 'length'), 5)}"
         )
@@ -316,11 +292,7 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     body : int or str
         A body that is an ellipsoid and spins about its z-axis.
     copies : int
-        The number of copies, 2 or more.
-
-    Returns
-    -------
-    System
+        Two or more.
 
     Examples
     --------

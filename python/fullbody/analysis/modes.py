@@ -9,15 +9,13 @@ import numpy.typing as npt
 
 from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
-from ..base.units import UNITLESS
+from ..base.units import UNITLESS, plain
 from ..errors import InvalidInput
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Array, Floats, Scalar
 from . import pictures
-from ._linear import Rotation
-
-__all__ = ["Modes", "displaced", "modes_of"]
+from ._pair import MOMENTA, Rotation
 
 _Complex = npt.NDArray[np.complex128]
 #: Growth of a mode, relative to the fastest rate, that may be rounding of nearly equal eigenvalues.
@@ -68,8 +66,7 @@ class Modes(Tabled):
     def period(self) -> Array:
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
-            numbers = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
-        return self.system.context.units.attach(numbers, "time")
+            return self.system.context.units.attach(2 * np.pi / plain(self.frequency), "time")
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
         """Return the state of the equilibrium with one mode added, to first order.
@@ -81,11 +78,7 @@ class Modes(Tabled):
         amplitude : float
             The size of the largest component of its position and rotation: relative to the separation, or in radians.
         phase : float
-            Phase of the mode, radians.
-
-        Returns
-        -------
-        State
+            In radians.
 
         Examples
         --------
@@ -111,13 +104,10 @@ class Modes(Tabled):
     def _tables(self) -> tuple[Table, ...]:
         unit = getattr(self.frequency, "unit", "")
         header = (head("frequency", unit), "by rate", head("growth", unit), "plane", "energy", "largest in")
-        rate = np.asarray(getattr(self.rate, "value", self.rate))
         rows = []
-        for k, frequency in enumerate(np.asarray(getattr(self.frequency, "value", self.frequency))):
-            growth = np.asarray(getattr(self.growth, "value", self.growth))[k]
-            sign = {1: "+", 0: "0", -1: "-"}[int(self.energy_sign[k])]
-            plane = "in" if self.in_plane[k] else "out of"
-            rows.append((number(frequency), number(frequency / rate, 6), number(growth, 4), plane, sign, self._part(k)))
+        for k, (frequency, growth) in enumerate(zip(plain(self.frequency), plain(self.growth), strict=True)):
+            sizes = (number(frequency), number(frequency / plain(self.rate), 6), number(growth, 4))
+            rows.append((*sizes, "in" if self.in_plane[k] else "out of", "0+-"[self.energy_sign[k]], self._part(k)))
         return (Table("Modes", header, list(rows)),)
 
     def _part(self, mode: int) -> str:
@@ -128,8 +118,8 @@ class Modes(Tabled):
         return words[int(np.abs([*self.position[mode], *self.rotation[mode].ravel()]).argmax())]
 
     def __repr__(self) -> str:
-        frequency = np.array2string(np.asarray(getattr(self.frequency, "value", self.frequency)), precision=6)
-        growing = int(np.sum(np.asarray(getattr(self.growth, "value", self.growth)) > 0))
+        frequency = np.array2string(plain(self.frequency), precision=6)
+        growing = int(np.sum(plain(self.growth) > 0))
         unit = f" {self.frequency.unit}" if hasattr(self.frequency, "unit") else ""
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 
@@ -141,7 +131,7 @@ def displaced(rotation: Rotation, deviation: Floats) -> State:
     spins = rotation.spins.copy()
     for k in range(2):
         if not pair.is_point(k):
-            spins[k] += deviation[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
+            spins[k] += deviation[MOMENTA[k]] / pair.inertia[k]
     return wrap(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins), pair.context)
 
 
@@ -165,13 +155,8 @@ def modes_of(rotation: Rotation) -> Modes:
     for index, k in enumerate(kept):
         amount = np.real(vectors[:, k].conj() @ energy @ vectors[:, k]) / abs(scale[index]) ** 2
         signs.append(0 if values[k].real != 0.0 or values[k] == 0.0 else int(np.sign(amount)))
-    inertial_rotations = [
-        np.einsum("kij,kj->ki", rotation.pose.rotation, column[3:].reshape(2, 3)) for column in parts.T
-    ]
-    flat = [
-        max(abs(column[2]), np.abs(vectors[:, :2]).max()) < 1e-6
-        for column, vectors in zip(parts.T, inertial_rotations, strict=True)
-    ]
+    turns = np.ascontiguousarray(parts[3:].T.reshape(-1, 2, 3))
+    inertial = np.einsum("kij,mkj->mki", rotation.pose.rotation, turns)
     attach = rotation.pair.context.units.attach
     return Modes(
         rotation.pair.system,
@@ -179,9 +164,9 @@ def modes_of(rotation: Rotation) -> Modes:
         attach(np.array([values[k].imag for k in kept]), "spin"),
         attach(np.array([values[k].real + 0.0 for k in kept]), "spin"),
         np.ascontiguousarray(parts[:3].T),
-        np.ascontiguousarray(parts[3:].T.reshape(-1, 2, 3)),
+        turns,
         np.array(signs, dtype=np.int64),
-        np.array(flat, dtype=bool),
+        np.maximum(np.abs(parts[2]), np.abs(inertial[:, :, :2]).max(axis=(1, 2))) < 1e-6,
         rotation,
         whole,
     )

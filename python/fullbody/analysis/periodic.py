@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -12,19 +12,15 @@ import numpy.typing as npt
 from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import NONZERO, POSITIVE
-from ..base.tables import Table, Tabled, number
-from ..base.units import UNITLESS
+from ..base.tables import Table, Tabled, facts, number
+from ..base.units import UNITLESS, plain
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State, strip, wrap
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._flow import ROTATIONS, SPINS, PairPoint, generators, momentum_rows
-from ._linear import complement, even, kernel
-from ._pair import Pair, Pose, cross
-from ._shooting import Ends, Shooting, begun, solved
+from ._pair import Pair, Pose, complement, cross, even, free_rotations, kernel
+from ._shooting import ROTATIONS, SPINS, Ends, PairPoint, Shooting, begun, generators, momentum_rows, solved
 from .equilibrium import RelativeEquilibrium, pose_of
-
-__all__ = ["PeriodicOrbit", "periodic_family", "periodic_orbit"]
 
 #: The largest closure of members of a family.
 _CLOSED = 1e-12
@@ -49,53 +45,43 @@ class PeriodicOrbit(Tabled):
 
     def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
         pair, point = shooting.pair, shooting.points[0]
-        self.system: System = shooting.system
+        self.system: System = pair.system
         self.state: State = wrap(pair.state(point.pose, point.velocity, point.spin), pair.context)
-        self.closure = closure
-        self._shooting = shooting
-        self._transition = np.eye(18)
-        for _, part in ends:
-            self._transition = part @ self._transition
+        self.closure, self._shooting = closure, shooting
+        self._transition = reduce(lambda whole, end: end[1] @ whole, ends, np.eye(18))
 
     period = WithUnit[Scalar]("The time after which the motion repeats.", "_shooting.period", "time")
 
-    @property
-    def turn(self) -> Scalar:
-        """The angle, -pi to pi, by which the pair has turned about the angular momentum after a period."""
-        angle = float(np.remainder(self._shooting.angle + np.pi, 2 * np.pi) - np.pi)
-        return self.system.context.units.attach(angle, "angle")
+    turn = WithUnit[Scalar](
+        "The angle, -pi to pi, by which the pair has turned about the angular momentum after a period.",
+        lambda one: float(np.remainder(one._shooting.angle + np.pi, 2 * np.pi) - np.pi),
+        "angle",
+    )
+    energy = WithUnit[Scalar](
+        "Total energy with the barycentre at rest.",
+        lambda one: one._shooting.points[0].energy(one._shooting.pair),
+        "energy",
+    )
+    angular_momentum = WithUnit[Scalar](
+        "Total angular momentum, which is along z.",
+        lambda one: float(one._shooting.points[0].angular_momentum(one._shooting.pair)[2]),
+        "angular momentum",
+    )
 
     @property
     def half_turns(self) -> dict[str, str]:
         """Axes about which bodies have made a half turn after a period, which an ellipsoid does not show."""
-        half_rotations = {}
-        for name, axis in zip(self.system.names, self._shooting.half, strict=True):
-            if axis > 0:
-                half_rotations[name] = "xyz"[axis - 1]
-        return half_rotations
-
-    @cached_property
-    def energy(self) -> Scalar:
-        """Total energy with the barycentre at rest."""
-        value = self._shooting.points[0].energy(self._shooting.pair)
-        return self.system.context.units.attach(value, "energy")
-
-    @cached_property
-    def angular_momentum(self) -> Scalar:
-        """Total angular momentum, which is along z."""
-        value = float(self._shooting.points[0].angular_momentum(self._shooting.pair)[2])
-        return self.system.context.units.attach(value, "angular momentum")
+        halves = zip(self.system.names, self._shooting.half, strict=True)
+        return {name: "xyz"[axis - 1] for name, axis in halves if axis > 0}
 
     @cached_property
     def monodromy(self) -> Floats:
-        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period with respect to the one at
-        the start.
+        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period by the one at the start.
 
         The turn of the orbit is taken back. A tangent vector contains the changes of the separation and its rate, and
         for each body a rotation vector in its frame and the change of its spin, in the system's units.
         """
-        shooting = self._shooting
-        return np.asarray(np.linalg.solve(shooting.target_derivatives()[0], self._transition))
+        return np.asarray(np.linalg.solve(self._shooting.target_derivatives()[0], self._transition))
 
     @cached_property
     def multipliers(self) -> npt.NDArray[np.complex128]:
@@ -109,8 +95,7 @@ class PeriodicOrbit(Tabled):
         point, units = shooting.points[0], shooting.units()
         rows = [point.energy_row(pair), *momentum_rows(pair, point)]
         for k, axis in enumerate(shooting.axes):
-            ways = np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
-            for way in ways:
+            for way in free_rotations(axis):
                 row = np.zeros(18)
                 row[SPINS[k]] = way
                 if axis == 3:
@@ -129,19 +114,16 @@ class PeriodicOrbit(Tabled):
         return bool(np.all(np.abs(np.abs(self.multipliers) - 1.0) < _ROUND))
 
     def _tables(self) -> tuple[Table, ...]:
-        names = ("period", "turn", "energy", "angular_momentum")
-        rows = [(name.replace("_", " "), number(getattr(self, name))) for name in names]
+        rows = facts(self, "period", "turn", "energy", "angular_momentum")
         rows.append(("closure", f"{self.closure:.2g}"))
         rows.append(("largest multiplier", f"{abs(self.multipliers[0]):.8g}"))
         rows.append(("linearly stable", "yes" if self.linearly_stable else "no"))
-        return (Table("Periodic orbit", (), list(rows)),)
+        return (Table("Periodic orbit", (), rows),)
 
     def __repr__(self) -> str:
         stable = "linearly stable" if self.linearly_stable else f"largest multiplier {abs(self.multipliers[0]):.6g}"
-        return (
-            f"PeriodicOrbit(period={number(self.period)}, turn={number(self.turn, 6)}, closure={self.closure:.1g}, "
-            f"{stable})"
-        )
+        sizes = f"period={number(self.period)}, turn={number(self.turn, 6)}, closure={self.closure:.1g}"
+        return f"PeriodicOrbit({sizes}, {stable})"
 
 
 def periodic_orbit(
@@ -174,16 +156,10 @@ def periodic_orbit(
     tolerance : float
         The largest accepted ``closure``, which is the distance of the orbit's end from its start.
 
-    Returns
-    -------
-    PeriodicOrbit
-
     Raises
     ------
-    InvalidInput
     NotConverged
         If no orbit is found.
-    BodiesOverlap
 
     Notes
     -----
@@ -211,11 +187,14 @@ def periodic_orbit(
     pair = Pair(system)
     time = system.context.units.number(period, "time", "period", POSITIVE)
     within = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
-    held = _held(hold)
+    held = (hold,) if isinstance(hold, str) else tuple(hold)
+    for name in held:
+        if name not in _HELD:
+            raise InvalidInput(f"hold has {name!r}; expected some of {', '.join(_HELD)}")
     pose, rotation = pose_of(pair, state, "state")
     count = _segments(pair, pose, time, segments)
     start = PairPoint.of(strip(state, system.context))
-    shooting, ends = begun(system, pair, PairPoint(pose, rotation @ start.velocity, start.spin), time, count)
+    shooting, ends = begun(pair, PairPoint(pose, rotation @ start.velocity, start.spin), time, count)
     first = shooting.points[0]
     kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
     return PeriodicOrbit(*solved(shooting, ends, held, kept, within))
@@ -237,13 +216,8 @@ def periodic_family(
     segments : int, optional
         Number of segments, as in :func:`periodic_orbit`.
 
-    Returns
-    -------
-    tuple of PeriodicOrbit
-
     Raises
     ------
-    InvalidInput
     NotConverged
         If an orbit is not found; the error's attribute ``orbits`` contains those before.
 
@@ -265,12 +239,10 @@ def periodic_family(
     sizes = UNITLESS.numbers(amplitudes, "number", "amplitudes", ("A",), NONZERO)
     if not len(sizes):
         raise InvalidInput("amplitudes is empty; expected one or more")
-    pair = equilibrium.problem.pair
-    system = pair.system
-    centre = PairPoint.of(strip(equilibrium.state, system.context))
-    modes = equilibrium.modes
-    deviation = PairPoint.of(strip(modes.excited(mode, sizes[0]), system.context)).less(centre)
-    time = float(getattr(modes.period[mode], "value", modes.period[mode]))
+    pair, modes = equilibrium.problem.pair, equilibrium.modes
+    centre = PairPoint.of(strip(equilibrium.state, pair.context))
+    deviation = PairPoint.of(strip(modes.excited(mode, sizes[0]), pair.context)).less(centre)
+    time = float(plain(modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
     momentum = float(equilibrium.rotation.angular_momentum[2])
@@ -279,9 +251,9 @@ def periodic_family(
         start = centre.moved(deviation * (size / previous))
         count = _segments(pair, start.pose, time, segments)
         try:
-            shooting, ends = begun(system, pair, start, time, count)
             kept = {"angular_momentum": momentum}
-            orbit = PeriodicOrbit(*solved(shooting, ends, tuple(kept), kept, _CLOSED, deviation))
+            begin = begun(pair, start, time, count)
+            orbit = PeriodicOrbit(*solved(*begin, tuple(kept), kept, _CLOSED, deviation))
         except FullbodyError as error:
             error.orbits = tuple(orbits)  # type: ignore[attr-defined]
             raise
@@ -289,14 +261,6 @@ def periodic_family(
         deviation = orbit._shooting.points[0].less(centre)
         time = orbit._shooting.period
     return tuple(orbits)
-
-
-def _held(hold: str | Sequence[str]) -> tuple[str, ...]:
-    held = (hold,) if isinstance(hold, str) else tuple(hold)
-    for name in held:
-        if name not in _HELD:
-            raise InvalidInput(f"hold has {name!r}; expected some of {', '.join(_HELD)}")
-    return held
 
 
 def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:

@@ -10,19 +10,13 @@ import numpy.typing as npt
 
 from ..base.kinds import choice
 from ..base.tables import number
+from ..base.units import plain
 from ..model.state import State
-from ..plots._style import LINES, escaped, grid, legend, line, matplotlib, panels, single, wishes
+from ..plots._style import LINES, escaped, grid, legend, line, matplotlib, panels, single, unit_of, wishes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.
 _SEEN = 1e-3
-
-
-def _bare(values: Any) -> tuple[Any, str]:
-    """Return escaped numbers, and their unit in brackets for a label."""
-    unit = getattr(values, "unit", None)
-    text = f" [{unit.to_string('unicode')}]" if unit is not None else " [system units]"
-    return np.asarray(getattr(values, "value", values)), text
 
 
 def branch(
@@ -38,20 +32,17 @@ def branch(
     Parameters
     ----------
     ax : matplotlib axes, optional
+        Those to draw on, which are returned.
     x, y : str
         Names of attributes; ``y="frequency"`` draws all modes.
     **kwargs
         Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib axes
     """
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
         choice(name, what, known)
     kwargs = wishes(kwargs)
     ax = single(ax, (6.0, 4.0))
-    (across, x_unit), (up, y_unit) = (_bare(getattr(branch, name)) for name in (x, y))
+    across, up = (plain(getattr(branch, name)) for name in (x, y))
     columns = up.reshape(len(branch), -1)
     kinds = np.where(branch.energetically_stable, 0, np.where(branch.linearly_stable, 1, 2))
     names = ("minimum of energy", "linearly stable", "unstable")
@@ -68,10 +59,10 @@ def branch(
             seen.add(kind)
         begin = end
     for fold in branch.folds if y != "frequency" else ():
-        place = [float(_bare(getattr(fold.equilibrium, name))[0]) for name in (x, y)]
+        place = [float(plain(getattr(fold.equilibrium, name))) for name in (x, y)]
         ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
-    ax.set_xlabel(_phrase(x) + x_unit)
-    ax.set_ylabel(_phrase(y) + y_unit)
+    for set_label, name in ((ax.set_xlabel, x), (ax.set_ylabel, y)):
+        set_label(f"{_phrase(name)} [{unit_of(getattr(branch, name))}]")
     if x == "separation" and branch.end == "contact":
         ax.axvline(across[-1], color="0.6", linewidth=0.8, linestyle=":")
         ax.annotate(
@@ -88,35 +79,20 @@ def _phrase(name: str) -> str:
 
 
 def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
-    """Draw in one panel for each mode how far the separation and the bodies oscillate.
-
-    Parameters
-    ----------
-    axes : array of matplotlib axes, optional
-        As many axes as there are modes.
-
-    Returns
-    -------
-    ndarray of matplotlib axes
-    """
+    """Draw in one panel for each mode how far the separation and the bodies oscillate; return the panels' axes."""
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
-    names = modes.system.names
-    labels = [
-        "distance",
-        "longitude",
-        "latitude",
-        *(f"{escaped(name)} about {axis}" for name in names for axis in "xyz"),
-    ]
+    turns = [f"{escaped(name)} about {axis}" for name in modes.system.names for axis in "xyz"]
+    labels = ["distance", "longitude", "latitude", *turns]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
     for place, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
-        frequency = float(np.asarray(getattr(modes.frequency, "value", modes.frequency))[place])
-        turns = phase if frequency > 0.0 else np.zeros_like(phase)
+        frequency = float(plain(modes.frequency)[place])
+        periods = phase if frequency > 0.0 else np.zeros_like(phase)
         for k, part in enumerate(shape):
             if abs(part) > _SEEN:
-                ax.plot(phase, np.real(part * np.exp(2j * np.pi * turns)), label=labels[k], **styles[k])
+                ax.plot(phase, np.real(part * np.exp(2j * np.pi * periods)), label=labels[k], **styles[k])
         if frequency > 0.0:
             title = f"period {number(modes.period[place], 6)}"
         else:
@@ -138,18 +114,15 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     x, y : callable
         Functions that take a State and return a number or Quantity.
     ax : matplotlib axes, optional
+        Those to draw on, which are returned.
     **kwargs
         Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    matplotlib axes
     """
     kwargs, columns = wishes(kwargs), (section.values(x), section.values(y))
     ax = single(ax, (6.0, 4.5))
     colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(section), 1)))
     for across, up, colour in zip(*columns, colours, strict=True):
         style = {"linestyle": "none", "marker": ".", "markersize": 3.0, "markeredgewidth": 0.0, "color": colour}
-        ax.plot(_bare(across)[0], _bare(up)[0], **{**style, **kwargs})
+        ax.plot(plain(across), plain(up), **{**style, **kwargs})
     grid(ax)
     return ax

@@ -10,20 +10,20 @@ import numpy as np
 
 from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
+from ..base.units import plain
 from ..base.values import ArrayFields, block
 from ..ensembles.members import integrate_many
 from ..errors import FullbodyError, InvalidInput
-from ..events import Event, Occurrence
+from ..events import Event
 from ..model.state import State
 from ..motion.system import System
 from ..observables._signal import lines
 from ..record.record import Record
-from ..typing import Array, Floats
+from ..typing import Array
 from . import pictures
 
-__all__ = ["Frequencies", "Section", "frequencies", "section"]
 
-
+@dataclass(frozen=True, eq=False, repr=False)
 class Section(Tabled):
     """The states in which motions cross a surface, made by :func:`section`.
 
@@ -36,25 +36,12 @@ class Section(Tabled):
         For each start the error that ended its run early, or ``None``; the crossings until then are kept.
     """
 
-    def __init__(
-        self, system: System, crossings: Sequence[Sequence[State]], errors: Sequence[FullbodyError | None]
-    ) -> None:
-        self.system = system
-        self.crossings = tuple(tuple(crossing) for crossing in crossings)
-        self.errors = tuple(errors)
+    system: System
+    crossings: tuple[tuple[State, ...], ...]
+    errors: tuple[FullbodyError | None, ...]
 
     def values(self, coordinate: Callable[[State], Any]) -> tuple[Any, ...]:
-        """Evaluate a coordinate at the crossings: an array (C,) for each start.
-
-        Parameters
-        ----------
-        coordinate : callable
-            A function that takes a State and returns a number or Quantity.
-
-        Returns
-        -------
-        tuple of ndarray or Quantity
-        """
+        """Return arrays (C,), one for each start, of a function of a State that gives a number or Quantity."""
         function(coordinate, "coordinate", "a function of a State")
         columns = []
         for states in self.crossings:
@@ -98,19 +85,11 @@ def section(
     system : System
     states : State or sequence of State
         The states in which the motions start.
-    until : float, Quantity or text with a unit
-        The end of the motions, a time. Either this or ``duration`` is given.
     event : Event
         The event that defines the surface, from :mod:`fullbody.events`, such as :class:`fullbody.events.Periapsis` or a
         :class:`fullbody.events.Function` with a direction.
-    duration : float, Quantity or text with a unit
-        The length of time of the motions from their starts.
-    threads : int, optional
-        Number of threads, as in :func:`fullbody.integrate_many`.
-
-    Returns
-    -------
-    Section
+    until, duration, threads
+        As in :func:`fullbody.integrate_many`.
 
     Examples
     --------
@@ -120,19 +99,17 @@ def section(
     >>> len(found.crossings[0])
     3
     """
-    starts = [states] if isinstance(states, State) else list(states)
+    members = [(system, state) for state in ([states] if isinstance(states, State) else states)]
     watched: Event = instance(event, "event", Event, "one of fullbody.events")
-    members = [(system, state) for state in starts]
     answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
     crossings, errors = [], []
     for answer in answers:
         if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
             raise answer
-        run = answer.run if isinstance(answer, FullbodyError) else answer
-        happened: list[Occurrence] = [] if run is None else run.events
-        crossings.append([item.state for item in happened])
         errors.append(answer if isinstance(answer, FullbodyError) else None)
-    return Section(system, crossings, errors)
+        run = answer.run if isinstance(answer, FullbodyError) else answer
+        crossings.append(() if run is None else tuple(item.state for item in run.events))
+    return Section(system, tuple(crossings), tuple(errors))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -155,7 +132,7 @@ class Frequencies(ArrayFields):
 
 
 def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
-    """Find the strongest periodic terms of a quantity along a run by frequency analysis.
+    """Find the strongest periodic terms of a quantity along a run.
 
     Parameters
     ----------
@@ -165,10 +142,6 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
         The values at the samples of the run, or a function of the run that returns them.
     n : int
         The largest number of terms.
-
-    Returns
-    -------
-    Frequencies
 
     Notes
     -----
@@ -184,9 +157,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     (2,)
     """
     values = quantity(run) if callable(quantity) else quantity
-    unit = getattr(values, "unit", None)
-    numbers = np.asarray(getattr(values, "value", values), dtype=np.float64)
-    time: Floats = run.arrays["time"]
+    unit, numbers, time = getattr(values, "unit", None), plain(values), run.arrays["time"]
     if numbers.shape != time.shape or not np.isfinite(numbers).all():
         raise InvalidInput(
             f"quantity has shape {numbers.shape}; expected {time.shape}, finite numbers, one for a sample"
@@ -195,6 +166,5 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
     columns, amplitude = lines(time, numbers, whole(n, "n"))
     order = np.argsort(-amplitude)
-    attach = run.context.units.attach
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
-    return Frequencies(attach(columns[order], "spin"), sizes)
+    return Frequencies(run.context.units.attach(columns[order], "spin"), sizes)

@@ -64,8 +64,13 @@ def normal(text: Any) -> Any:
 
 
 def argument_names(given: Mapping[Any, _T]) -> dict[Any, _T]:
-    """Return a dictionary with the names of arguments in the normal form of Python's identifiers, NFKC."""
-    return {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in given.items()}
+    """Return parameters by names in the normal form of Python's identifiers, NFKC, or refuse a name that is none."""
+    found = {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in given.items()}
+    for name in found:
+        if not isinstance(name, str) or not name.isidentifier():
+            expected = "expected one that an argument of a function may have"
+            raise InvalidInput(f"parameters has the name {name!r}; {expected}")
+    return found
 
 
 def integer(value: object) -> int | None:

@@ -92,3 +92,8 @@ def vector(value: Any, digits: int = 6) -> str:
 def head(name: str, unit: object) -> str:
     """Return the head of a column: a name, with its unit if it has one."""
     return f"{name} [{unit}]" if unit else name
+
+
+def facts(owner: Any, *names: str) -> list[Sequence[str]]:
+    """Return rows of attributes of an object: their names in words, and their numbers."""
+    return [(name.replace("_", " "), number(getattr(owner, name))) for name in names]

@@ -53,6 +53,11 @@ def is_quantity(value: object) -> bool:
     return hasattr(value, "unit") and hasattr(value, "to_value")
 
 
+def plain(value: Any) -> Floats:
+    """Return the numbers of a Quantity in its own unit, or plain numbers as they are, as an array of floats."""
+    return np.asarray(getattr(value, "value", value), dtype=np.float64)
+
+
 def refuse_booleans(value: object, what: str, expected: str = "numbers") -> None:
     """Raise an error for True and False, and for arrays of them, where numbers are meant."""
     if isinstance(value, bool | np.bool_):

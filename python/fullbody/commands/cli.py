@@ -10,8 +10,6 @@ from ..base.version import version
 from ..errors import FullbodyError
 from . import info, kw4, run
 
-__all__ = ["build_parser", "main"]
-
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser with all subcommands."""

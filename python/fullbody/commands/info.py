@@ -22,8 +22,6 @@ from ..setups.toml import read_toml
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["register"]
-
 
 def register(subparsers: Any) -> None:
     """Add the command."""

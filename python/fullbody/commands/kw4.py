@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.atomic import replacing
 from ..base.tables import Table, to_text
+from ..base.units import plain
 from ..errors import InvalidInput
 from ..files.reading import netcdf
 from ..motion.run import Run
@@ -21,19 +22,6 @@ from ..record.integrators import Integrator, Verner98
 from ..systems import kw4_ho2021
 from ..typing import Floats
 from .run import page
-
-__all__ = [
-    "METHODS",
-    "SHAPES",
-    "Shape",
-    "add_options",
-    "measure",
-    "register",
-    "run_year",
-    "spin_range",
-    "unitless",
-    "write",
-]
 
 Shape = Literal["ellipsoid", "spheroid"]
 SHAPES: tuple[Shape, ...] = get_args(Shape)
@@ -110,7 +98,7 @@ def run_year(
 def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
     """Measure elements, Beta's spin in 1e-5 rad/s and errors since the start, on a run in km, hour, kg."""
     orbit = year.elements()
-    a, hours = unitless(orbit.a), unitless(year.time)
+    a, hours = plain(orbit.a), plain(year.time)
 
     def mean(values: Any) -> float:
         return float(np.trapezoid(values, hours) / np.ptp(hours))
@@ -124,7 +112,7 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
         "a_min": float(a.min()),
         "a_max": float(a.max()),
         "a_mean": mean(a),
-        "period": mean(unitless(orbit.period(year.system.mu()))),
+        "period": mean(plain(orbit.period(year.system.mu()))),
         **spins,
         "energy_drift": float(np.max(np.abs(year.energy_drift))),
         "energy_drift_orbital": float(np.max(np.abs(year.energy_drift_orbital))),
@@ -138,13 +126,8 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> Floats:
     """Return the range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
     first = system.integrate(state, _SPIN, output=spacing, integrator=integrator)
-    spin = unitless(first.spin)[:, 1] * (1e5 / 3600.0)
+    spin = plain(first.spin)[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
-
-
-def unitless(values: Any) -> Floats:
-    """Return the numbers of a Quantity, or plain numbers as they are; both are in km, hour, kg, radians here."""
-    return np.asarray(getattr(values, "value", values))
 
 
 def _text(value: Any) -> str:

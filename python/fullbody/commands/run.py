@@ -16,8 +16,6 @@ from ..motion.run import Run
 from ..plots._style import matplotlib
 from ..setups.toml import read_toml
 
-__all__ = ["page", "register"]
-
 _PAGES = (".png", ".pdf", ".svg")
 
 

@@ -15,8 +15,6 @@ from .work import Failure, MeasuredValue, Outcome, ordered
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FAILURE", "dataset", "in_units", "table_of"]
-
 #: Variables that describe what went wrong in a row, with their meanings.
 FAILURE = {
     "error": "the kind of error that a row ended with; empty for none",
@@ -33,8 +31,8 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
 
     results = ordered(outcomes)
     failures = [_UNDONE] * len(table)
-    #: The owner of each name of a parameter, variable or dimension.
-    names_in_use = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "")
+    #: What has each name of a parameter, variable or dimension.
+    owners = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "a parameter or kept for errors")
     variables: dict[str, _Variable] = {}
     models = _models(results)
     for outcome in results:
@@ -43,15 +41,9 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
             try:
                 if name not in variables:
                     variable = _Variable(name, *models[name], len(table))
-                    for variable_name in (name, *variable.inner):
-                        if variable_name in names_in_use:
-                            owner = (
-                                f"a dimension of {names_in_use[variable_name]}"
-                                if names_in_use[variable_name]
-                                else "a parameter or kept for errors"
-                            )
-                            raise InvalidInput(f"measure gives {name}, but {variable_name} is the name of {owner}")
-                    names_in_use |= dict.fromkeys((name, *variable.inner), name)
+                    if taken := [one for one in (name, *variable.inner) if one in owners]:
+                        raise InvalidInput(f"measure gives {name}, but {taken[0]} is the name of {owners[taken[0]]}")
+                    owners |= dict.fromkeys((name, *variable.inner), f"a dimension of {name}")
                     variables[name] = variable
                 variables[name].put(outcome.row, measured)
             except InvalidInput as error:
@@ -63,7 +55,7 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
         shape = (*table.shape, *variable.values.shape[1:])
         values = variable.values.astype(str) if variable.values.dtype == object else variable.values
         fields[name] = ((*dims, *variable.inner), values.reshape(shape), variable.attributes)
-    for name, parts in zip(FAILURE, zip(*[(f.name, f.text, f.stage) for f in failures], strict=True), strict=True):
+    for name, parts in zip(FAILURE, zip(*failures, strict=True), strict=True):
         fields[name] = (dims, np.array(parts, dtype=str).reshape(table.shape), {"long_name": FAILURE[name]})
     coordinates = {
         name: (column.dimensions, column.values, {} if column.unit is None else {"units": str(column.unit)})
@@ -82,19 +74,12 @@ def table_of(dataset: xarray.Dataset) -> ParameterTable:
 
 
 def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[MeasuredValue, int]]:
-    """Return for each variable the value, and its row, that determines kind, shape and unit: the first with a unit.
-
-    If no row has a unit, it is the first value that is not missing.
-    """
+    """Return for each variable the value that sets its kind and unit, and its row: with a unit, or else not missing."""
     results: dict[str, tuple[MeasuredValue, int]] = {}
     for outcome in outcomes:
         for name, measured in outcome.values.items():
-            model = results.get(name, (measured,))[0]
-            if (
-                name not in results
-                or (model.missing and not measured.missing)
-                or (model.unit is None and measured.unit)
-            ):
+            model = results.get(name, (None, 0))[0]
+            if model is None or (model.missing and not measured.missing) or (model.unit is None and measured.unit):
                 results[name] = (measured, outcome.row)
     return results
 
@@ -125,17 +110,17 @@ class _Variable:
         if value.shape != first.shape:
             text = self._unlike(f"of shape {value.shape}", f"of shape {first.shape}")
             raise InvalidInput(f"{text}; expected one shape throughout, filled up with nan")
-        self.values[row] = self._converted(measured) if measured.unit != self._first.unit else value
+        unit, wanted = measured.unit, self._first.unit
+        if unit != wanted:
+            from astropy import units as u
 
-    def _converted(self, measured: MeasuredValue) -> Any:
-        from astropy import units as u
-
-        if measured.unit is None or self._first.unit is None:
-            raise InvalidInput(self._unlike(f"with the unit {measured.unit}", f"with {self._first.unit}"))
-        try:
-            return u.Quantity(measured.value, measured.unit).to_value(self._first.unit)
-        except u.UnitConversionError as error:
-            raise InvalidInput(self._unlike(f"in {measured.unit}", f"in {self._first.unit}")) from error
+            if unit is None or wanted is None:
+                raise InvalidInput(self._unlike(f"with the unit {unit}", f"with {wanted}"))
+            try:
+                value = u.Quantity(value, unit).to_value(wanted)
+            except u.UnitConversionError as error:
+                raise InvalidInput(self._unlike(f"in {unit}", f"in {wanted}")) from error
+        self.values[row] = value
 
     def _unlike(self, here: str, there: str) -> str:
         return f"measure gives {self._name} {here}, but {there} in row {self._row}"
@@ -154,15 +139,10 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
     **units
         New units by the names of variables or coordinates, as astropy writes them.
 
-    Returns
-    -------
-    xarray.Dataset
-
     Raises
     ------
     InvalidInput
-        For a name that the dataset does not have, for a variable without a unit, and for a text that is not a unit or a
-        unit of another dimension. Maps of systems without units have none; their angles are radians, which
+        For a variable without a unit. Maps of systems without units have none; their angles are radians, which
         ``found.libration.attrs["units"] = "rad"`` declares.
 
     Examples
@@ -195,6 +175,5 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
         except (u.UnitsError, ValueError, TypeError) as error:
             raise InvalidInput(f"{name} cannot be converted to {unit!r}: {error}") from error
         changed[name] = (found[name].dims, values, {**found[name].attrs, "units": str(new)})
-    return found.assign_coords({name: one for name, one in changed.items() if name in found.coords}).assign(
-        {name: one for name, one in changed.items() if name not in found.coords}
-    )
+    coordinates = {name: changed.pop(name) for name in [*changed] if name in found.coords}
+    return found.assign_coords(coordinates).assign(changed)

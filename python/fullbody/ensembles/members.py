@@ -22,8 +22,6 @@ from ..motion.system import System
 from ..record.integrators import Integrator
 from ..record.times import end_arguments, spacing_warning
 
-__all__ = ["integrate_many"]
-
 Answer: TypeAlias = Run | Exception
 
 #: A larger number of threads than this is taken for a mistake.
@@ -52,10 +50,8 @@ def integrate_many(
     ----------
     members : iterable of (System, State)
         Pairs of a system and its initial state. A generator is consumed only as members are needed.
-    until : float, Quantity, text with a unit, or a sequence of them
-        End time of all runs, or a sequence with one for each member. Either this or ``duration`` is given.
-    duration : float, Quantity, text with a unit, or a sequence of them
-        Length of time of the runs from their starts, negative for runs back in time.
+    until, duration : float, Quantity, text with a unit, or a sequence of them
+        The end of the runs or their length, exactly one of the two; a sequence has one for each member.
     output : None, "ends", float, Quantity or array_like
         Samples to keep, as in :meth:`fullbody.System.integrate`. They determine the memory that is used: ``"ends"``
         keeps two samples per run, and an empty array none.
@@ -64,16 +60,14 @@ def integrate_many(
     events : iterable of Event
         Events to detect in every run. Functions of :class:`fullbody.events.Function` are called from other threads, one
         at a time.
-    dense : bool
     progress : bool, str or callable
         ``True`` or a title for a progress bar; or a function of (done, total, description), called about every 25 ms
         with the number of members done, which includes parts of the running ones, the number of members (``None`` for a
         generator), and a text.
     threads : int, optional
         Number of threads; by default the number that the process may run at once.
-    derivatives : bool or sequence of str
-    chaos : bool
-        Further options, as in :meth:`fullbody.System.integrate`.
+    dense, derivatives, chaos
+        Options of :meth:`fullbody.System.integrate`.
 
     Returns
     -------
@@ -84,8 +78,6 @@ def integrate_many(
 
     Raises
     ------
-    InvalidInput
-        For invalid ``members``, ``events`` or ``threads``, and for sequences whose length differs from the members'.
     Interrupted
         On Ctrl-C, within 100 ms; it is a KeyboardInterrupt. Its attribute ``runs`` is the list so far: complete runs,
         interrupted ones (see ``run.stop_reason``), and ``None`` for members that had not begun. Errors of the iterable
@@ -113,13 +105,16 @@ def integrate_many(
     """
     threads = None if threads is None else thread_count(threads)
     end = end_arguments(until, duration)
-    batch = _Members(members, end, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
+    following = False if (names := differentiated(derivatives)) is None else names or True
+    options = {"output": output, "events": watched(events), "dense": dense, "derivatives": following, "chaos": chaos}
+    batch = _Members(members, end, integrator, options)
     try:
         with once(), Progress(progress) as report:
             _core.integrate_many(batch.prepared(), batch.take, batch.counting(report), threads)
         batch.warn()
     except BaseException as error:
-        batch.fill()
+        # Members that were never requested have an entry, too.
+        batch.answers += [None] * ((batch.total or 0) - len(batch.answers))
         if isinstance(error, KeyboardInterrupt):
             interrupted = Interrupted(f"interrupted with {batch.whole()} done; the runs so far are in .runs")
             interrupted.runs = batch.answers
@@ -147,17 +142,7 @@ def thread_count(threads: Any) -> int:
 class _Members:
     """The members of an ensemble and their answers so far."""
 
-    def __init__(
-        self,
-        members: Any,
-        end: dict[str, Any],
-        output: Any,
-        integrator: Any,
-        events: list[Event],
-        dense: bool,
-        derivatives: list[str] | None,
-        chaos: bool,
-    ) -> None:
+    def __init__(self, members: Any, end: dict[str, Any], integrator: Any, options: dict[str, Any]) -> None:
         ((self._end, until),) = end.items()
         per_member = [value for value in (until, integrator) if _is_sequence(value)]
         try:
@@ -168,16 +153,12 @@ class _Members:
         self.total = len(members) if hasattr(members, "__len__") else None
         for name, value in ((self._end, until), ("integrator", integrator)):
             if _is_sequence(value) and len(value) != self.total:
-                raise InvalidInput(
-                    f"{name} has {len(value)} values; expected one, or {self.total}, one for each member"
-                )
+                expected = f"expected one, or {self.total}, one for each member"
+                raise InvalidInput(f"{name} has {len(value)} values; {expected}")
         if isinstance(members, tuple | list) and members and isinstance(members[0], System):
             raise InvalidInput("members is one member; expected a list of them: [(system, state), ...]")
-        check_for_all(None if _is_sequence(integrator) else integrator, output, end)
-        self._until, self._integrator = until, integrator
-        following = False if derivatives is None else derivatives or True
-        self._options: dict[str, Any] = {"output": output, "events": events, "dense": dense}
-        self._options |= {"derivatives": following, "chaos": chaos}
+        check_for_all(None if _is_sequence(integrator) else integrator, options["output"], end)
+        self._until, self._integrator, self._options = until, integrator, options
         self.answers: list[Any] = []
         #: The number of members that are not pairs of a system and a state.
         self.refused = 0
@@ -186,10 +167,8 @@ class _Members:
 
     def prepared(self) -> Iterator[Any]:
         """Yield the members as the core takes them; invalid ones receive their errors at once."""
-        until, integrator = (
-            value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator)
-        )
-        for index, parts in enumerate(zip(self._members, until, integrator, strict=False)):
+        each = (value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator))
+        for index, parts in enumerate(zip(self._members, *each, strict=False)):
             self.answers.append(None)
             try:
                 arguments = self._prepared(index, *parts)
@@ -238,13 +217,12 @@ class _Members:
         if report is None:
             return None
         of = "" if self.total is None else f" of {self.total}"
-        return lambda done, under_way: report(
-            done + self.refused + under_way, self.total, f"{done + self.refused}{of} runs"
-        )
 
-    def fill(self) -> None:
-        """Add an entry for every member, also for those that were never requested."""
-        self.answers += [None] * ((self.total or 0) - len(self.answers))
+        def count(done: int, under_way: float) -> Any:
+            done += self.refused
+            return report(done + under_way, self.total, f"{done}{of} runs")
+
+        return count
 
     def whole(self) -> str:
         """Return the number of members that are done."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -15,8 +16,6 @@ from ..base.foreign import array_or_quantity
 from ..base.kinds import whole
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
-
-__all__ = ["RNG", "Draws", "Paired", "ParameterColumn", "ParameterTable", "draws", "paired", "tabulated"]
 
 #: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
 _MOST_ROWS = 10**8
@@ -42,8 +41,7 @@ class Draws:
 
 
 def paired(**columns: Any) -> Paired:
-    """Pair columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones, and so
-    on.
+    """Pair columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones.
 
     Parameters
     ----------
@@ -54,11 +52,6 @@ def paired(**columns: Any) -> Paired:
     -------
     Paired
         Parameters that give the map one dimension, ``row``.
-
-    Raises
-    ------
-    InvalidInput
-        For columns of different lengths.
 
     Examples
     --------
@@ -121,11 +114,7 @@ class ParameterColumn:
 
 @dataclass(frozen=True, slots=True)
 class ParameterTable:
-    """The rows of a sweep.
-
-    It has the lengths of the ``dimensions`` by name, of which the last one varies fastest, the parameters and the
-    ``labels`` of other dimensions by name, and whether any parameters are drawn at random.
-    """
+    """The rows of a sweep: the lengths of its dimensions, of which the last varies fastest, parameters and labels."""
 
     dimensions: dict[str, int] = field(default_factory=dict)
     columns: dict[str, ParameterColumn] = field(default_factory=dict)
@@ -148,11 +137,11 @@ class ParameterTable:
     def row(self, number: int) -> dict[str, Any]:
         """Return the parameters of a row as Python's own types or as Quantities."""
         index = dict(zip(self.dimensions, np.unravel_index(number, self.shape), strict=True)) if self.dimensions else {}
-        texts = {}
+        found = {}
         for name, column in self.columns.items():
             value = column.values[tuple(index[dimension] for dimension in column.dimensions)]
-            texts[name] = value.item() if column.unit is None else value << column.unit
-        return texts
+            found[name] = value.item() if column.unit is None else value << column.unit
+        return found
 
     def texts(self) -> dict[str, str]:
         """Return texts of the dimensions and of each coordinate, by readable names, for comparison with others."""
@@ -162,21 +151,17 @@ class ParameterTable:
         return by_name
 
     def identities(self, numbered: bool) -> list[str]:
-        """Return a text for each row that is equal for rows of equal parameters, and of equal numbers if these count.
-
-        Rows with the same parameters are numbered among themselves.
-        """
+        """Return a text for each row: its parameters, its number if that counts, its place among equal rows."""
         texts = [[str(number) for number in range(len(self))]] if numbered else []
         for name, column in sorted(self.coordinates.items()):
             # Each column lies along some of the dimensions, in the table's order.
             inner = [size if along in column.dimensions else 1 for along, size in self.dimensions.items()]
             values = np.broadcast_to(column.texts().reshape(inner), self.shape)
             texts.append([f"{name} = {text}" for text in values.ravel()])
-        seen: dict[str, int] = {}
+        seen = Counter[str]()
         names = []
-        for parts in zip(*texts, strict=True) if texts else [()] * len(self):
-            row = "; ".join(parts)
-            seen[row] = seen.get(row, 0) + 1
+        for row in map("; ".join, zip(*texts, strict=True) if texts else [()] * len(self)):
+            seen[row] += 1
             names.append(row if seen[row] == 1 else f"{row} ({seen[row]})")
         return names
 
@@ -188,12 +173,8 @@ class ParameterTable:
             raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
         self.dimensions[name] = size
 
-    def add(self, name: Any, column: ParameterColumn) -> None:
+    def add(self, name: str, column: ParameterColumn) -> None:
         """Add a parameter."""
-        if not isinstance(name, str) or not name.isidentifier():
-            raise InvalidInput(
-                f"parameters has the name {name!r}; expected one that an argument of a function may have"
-            )
         if name == RNG:
             raise InvalidInput(f"parameters has the name {RNG!r}, which is kept for the random numbers of a row")
         if name in self.columns:
@@ -233,8 +214,8 @@ def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
         match _kind(part):
             case Draws() as drawn:
                 table.add_dimension("draw", drawn.n)
-                random |= argument_names(drawn.distributions)
-                for name in argument_names(drawn.distributions):
+                random |= (names := argument_names(drawn.distributions))
+                for name in names:
                     table.add(name, ParameterColumn(None, ()))
             case Paired() as pairs:
                 _add_pairs(table, pairs)
@@ -285,11 +266,8 @@ def _kind(part: Any) -> Any:
         raise InvalidInput("parameters is a table with an index of many levels; expected table.reset_index()")
     numbered = isinstance(part.index, pd.RangeIndex) and part.index.name is None
     columns = {name: part[name].to_numpy() for name in part.columns}
-    return Paired(
-        columns,
-        "row" if part.index.name is None else str(part.index.name),
-        None if numbered else part.index.to_numpy(),
-    )
+    dimension = "row" if part.index.name is None else str(part.index.name)
+    return Paired(columns, dimension, None if numbered else part.index.to_numpy())
 
 
 def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterColumn:
@@ -300,14 +278,8 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterC
     refuse_masked(argument, name)
     if isinstance(argument, Iterable) and not isinstance(argument, str) and not hasattr(argument, "__array__"):
         argument = list(argument)
-    kind = getattr(getattr(argument, "dtype", None), "kind", "")
-    items = (
-        argument
-        if isinstance(argument, list)
-        else np.ravel(argument).tolist()
-        if kind in "OTU" and kind
-        else [argument]
-    )
+    of_texts = getattr(getattr(argument, "dtype", None), "kind", "") in ("O", "T", "U")
+    items = np.ravel(argument).tolist() if of_texts else argument if isinstance(argument, list) else [argument]
     texts = sum(isinstance(item, str) for item in items)
     if 0 < texts < len(items):
         raise InvalidInput(f"{name} is {argument!r}, texts and others; {expected}")
@@ -328,10 +300,7 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterC
 
 
 def _exact(items: list[Any], name: str) -> Any:
-    """Return values as an array that represents each integer exactly.
-
-    Numpy converts integers to floats beside floats, and beside negative integers if they are near 2**64.
-    """
+    """Return values as an array that holds each integer exactly, which numpy may convert to floats."""
     if any(type(value) is bool or not isinstance(value, int | float | np.integer) for value in items):
         return np.asarray(items)
     kinds = (np.float64,) if any(isinstance(value, float) for value in items) else (np.int64, np.uint64)

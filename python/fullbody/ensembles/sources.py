@@ -20,15 +20,9 @@ import numpy as np
 
 from ..base.units import is_quantity
 
-__all__ = ["described"]
-
 
 def described(things: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts of values by their names, with the source texts of the user's functions and classes.
-
-    The sources of the user's own functions and classes that these name are added. Comments and the layout of a source
-    do not count.
-    """
+    """Return the texts of values by their names, and the sources of the user's functions that these name."""
     texts = {name: _text(thing) for name, thing in things.items()}
     seen: set[int] = set()
     for name, thing in things.items():
@@ -65,17 +59,15 @@ def _text(value: Any) -> str:
 def _parts(value: Any) -> Iterator[Any]:
     """Yield a value and the values that it is composed of."""
     yield value
-    match value:
-        case functools.partial():
-            inner = [value.func, *value.args, *value.keywords.values()]
-        case list() | tuple() | set() | frozenset():
-            inner = list(value)
-        case Mapping():
-            inner = list(value.values())
-        case _ if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            inner = [getattr(value, part.name) for part in dataclasses.fields(value)]
-        case _:
-            inner = []
+    inner: list[Any] = []
+    if isinstance(value, functools.partial):
+        inner = [value.func, *value.args, *value.keywords.values()]
+    elif isinstance(value, list | tuple | set | frozenset):
+        inner = list(value)
+    elif isinstance(value, Mapping):
+        inner = list(value.values())
+    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
+        inner = [getattr(value, part.name) for part in dataclasses.fields(value)]
     for part in inner:
         yield from _parts(part)
 

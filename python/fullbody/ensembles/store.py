@@ -29,8 +29,6 @@ from .work import Failure, MeasuredValue, Outcome
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["ATTRIBUTE", "Manifest", "Store", "opened"]
-
 #: The description of a sweep: texts by their names.
 Manifest = Mapping[str, str]
 #: The attribute of a map that holds the description of its sweep.
@@ -42,10 +40,7 @@ _LEFT = re.compile(r"\..*\.[0-9a-f]{32}\.part\.(npz|json)")
 
 @contextmanager
 def opened(path: Any, manifest: Manifest, table: ParameterTable) -> Iterator[Store]:
-    """Open the store at a path, locked against other processes.
-
-    Another process that has it open is an error, and so is something else that lies there, or a sweep that differs.
-    """
+    """Open the store at a path, locked against other processes; anything else that lies there is an error."""
     store = Store(as_path(path, "store"), manifest, table)
     store.refresh()
     if store.map is not None:
@@ -80,29 +75,20 @@ def _locked(store: Store) -> Iterator[None]:
         yield
 
 
-if sys.platform == "win32":
+def _hold(file: IO[bytes]) -> bool:
+    """Lock a file for this process alone: forked workers that outlive it do not keep the lock."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
 
-    def _hold(file: IO[bytes]) -> bool:
-        """Lock a file for this process; the lock ends with the process."""
-        import msvcrt
-
-        try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
-        return True
+        else:
+            import fcntl
 
-else:
-
-    def _hold(file: IO[bytes]) -> bool:
-        """Lock a file for this process alone: forked workers that outlive it do not keep the lock."""
-        import fcntl
-
-        try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            return False
-        return True
+    except OSError:
+        return False
+    return True
 
 
 class Store:
@@ -178,11 +164,7 @@ class Store:
                 temporary.write_text(text, encoding="utf-8")
 
     def _is_same(self, manifest: Manifest, table: Manifest, rows: Iterable[str]) -> bool:
-        """Return whether a stored sweep is the same as this one or, otherwise, one that this one extends.
-
-        It is an error if they differ in more than the parameters, or if this sweep does not have all of the stored
-        rows.
-        """
+        """Return whether a stored sweep is this one, or one that it extends; any other is an error."""
         changed = _differences(manifest, self._manifest)
         others = _differences(table, self._table)
         if changed or not self._rows.keys() >= set(rows):
@@ -223,7 +205,7 @@ class Store:
         index = [
             {
                 "row": self._identities[out.row],
-                "failure": None if out.failure is None else [out.failure.name, out.failure.text, out.failure.stage],
+                "failure": out.failure,
                 "values": {
                     name: item.value if isinstance(item.value, str) else [item.value.shape, item.unit]
                     for name, item in out.values.items()
@@ -232,12 +214,8 @@ class Store:
             for out in outcomes
         ]
         whole = BytesIO()
-        np.savez(
-            whole,
-            sweep=np.array(_mark(self._manifest)),
-            index=np.array(json.dumps(index)),
-            numbers=np.concatenate(numbers) if numbers else np.empty(0),
-        )
+        mark, texts = np.array(_mark(self._manifest)), np.array(json.dumps(index))
+        np.savez(whole, sweep=mark, index=texts, numbers=np.concatenate(numbers) if numbers else np.empty(0))
         # A chunk of a sweep that this one extends may begin with a row of the same number.
         names = (f"{outcomes[0].row:08d}{f'-{k}' if k else ''}.npz" for k in itertools.count())
         path = next(path for name in names if not (path := self.folder / name).exists())
@@ -270,15 +248,13 @@ def _differences(stored: Manifest, present: Manifest) -> list[str]:
     differences = []
     for name in sorted(stored.keys() | present.keys()):
         lines = itertools.zip_longest(*(str(texts.get(name, "")).splitlines() for texts in (stored, present)))
-        for was, now in (pair for pair in lines if pair[0] != pair[1]):
-            there, here = ("nothing" if line is None else _short(line) for line in (was, now))
+        if pair := next((pair for pair in lines if pair[0] != pair[1]), None):
+            there, here = ("nothing" if line is None else _short(line.strip()) for line in pair)
             differences.append(f"{name} ({there}, here {here})")
-            break
     return differences
 
 
 def _short(line: str) -> str:
-    line = line.strip()
     return line if len(line) <= 60 else f"{line[:57]}..."
 
 

@@ -23,16 +23,13 @@ from ..record.integrators import Integrator, Verner98
 from ..record.times import end_arguments
 from . import store as stores
 from .dataset import FAILURE, dataset
-from .executors import here, submitted
 from .members import check_for_all, thread_count
 from .parameters import RNG, ParameterTable, tabulated
 from .sources import described
-from .work import Job, Observable, Outcome, ordered
+from .work import Job, Observable, Outcome, here, ordered, submitted
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["sweep"]
 
 #: The chunk size for an executor's worker, the least one in this process, and the number per thread in this process.
 _OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
@@ -68,60 +65,53 @@ def sweep(
         row's own, which depends only on the sweep's ``rng`` and the row's number. If it has a default value, nothing is
         drawn without the sweep's ``rng``.
     parameters : mapping, pandas.DataFrame, Paired, Draws, or a list of these
-        A mapping of names to values makes a grid with a dimension for each list of values; a single value is a
-        parameter without dimension. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
-        :func:`fullbody.ensembles.draws` has one along random draws. A list makes the product of its parts. Values are
-        numbers, Quantities or texts.
-    until : float, Quantity, text or callable
-        The end of the runs, as for :meth:`fullbody.System.integrate`, or the name of the parameter that is the end, or
-        a function that returns it, ``until(**parameters)``. Either this or ``duration`` is given.
-    duration : float, Quantity, text or callable
-        The length of time of the runs, in the same forms.
+        A mapping of names to values (numbers, Quantities or texts) makes a grid with a dimension for each list of
+        values. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
+        :func:`fullbody.ensembles.draws` has one along random draws. A list makes the product of its parts.
+    until, duration : float, Quantity, text or callable
+        The end of the runs or their length, exactly one of the two, as for :meth:`fullbody.System.integrate`; or the
+        name of a parameter that is it, or a function that returns it, ``until(**parameters)``.
     measure : text, callable, or list of these
         The name of an observable of :mod:`fullbody.observables`, such as ``"libration"``; or ``measure(run) -> dict``
         of numbers, arrays of numbers of the same shape in all rows, or texts, each under the name of its variable; or a
-        function that returns the result of an observable, whose ``as_dict()`` is taken. Numbers may be Quantities.
-        Entries that a row omits, or returns as ``None``, are nan there. In a list each measure is called separately: if
-        one fails, the values of the others remain.
+        function that returns the result of an observable, whose ``as_dict()`` is taken. Entries that a row omits, or
+        returns as ``None``, are nan there. If one measure of a list fails, the values of the others remain.
     output, integrator, events, dense, derivatives, chaos
         Options of :func:`fullbody.integrate_many`, for all runs; by default a run keeps its start and its end.
     executor : optional
         Anything with the interface of ``concurrent.futures``: ``ProcessPoolExecutor()``, ``client.get_executor()`` of
-        dask.distributed, ``mpi4py.futures.MPIPoolExecutor()``. Its workers take chunks of rows. Functions of notebooks
-        and scripts reach other processes by cloudpickle.
+        dask.distributed, ``mpi4py.futures.MPIPoolExecutor()``. Functions of notebooks and scripts reach its workers by
+        cloudpickle.
     threads : int, optional
         Number of threads of this process, by default one per core; or of each worker of the executor, by default one.
     store : str or Path, optional
         Where to keep the outcomes: a name that ends in ``.nc``, or a folder. A sweep that was interrupted for any
         reason continues from there when it is called again, and ends with the map of an uninterrupted one, bit for bit
-        on a machine with the same vector instructions. A sweep whose parameters include all rows of the stored one
-        keeps those rows and computes the others. It needs ``key``. See the notes.
+        on a machine with the same vector instructions. See the notes.
     key : str, optional
-        A text of your own that stands for everything that the sweep uses and that the store does not compare. Change it
-        whenever something of that kind changes, such as a file that the setup reads. It has no effect without a store.
+        A text of your own, needed with a store, that stands for everything that the sweep uses and that the store does
+        not compare. Change it whenever something of that kind changes, such as a file that the setup reads.
     rng : int or numpy.random.Generator, optional
-        The seed of random numbers, or a generator that draws the seed, needed if anything is drawn; with a store only a
-        seed.
+        The seed of random numbers, needed if anything is drawn, or without a store a generator that draws the seed.
     chunk : int, optional
         Number of rows that are stored at a time and whose runs are in memory together; by default 16 with an executor,
         otherwise 64, or 16 per thread if that is more. The map does not depend on it.
     progress : bool, str or callable
-        Progress bar, its title, or a function, as in :func:`fullbody.integrate_many`, which counts rows.
+        As in :func:`fullbody.integrate_many`, counting rows.
 
     Returns
     -------
     xarray.Dataset
         Variables over the dimensions of the parameters, whose values are its coordinates, with units in their
-        attributes; those of arrays have further dimensions, ``name_0`` and so on. Numbers are floats. Beside what
-        ``measure`` returns there are ``error``, the name of the error with which a row ended, empty for none;
-        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``. If several things fail, such as a
-        run and a measure of it, ``error`` and ``error_stage`` are those of the first, and ``error_text`` contains all.
+        attributes; those of arrays have further dimensions, ``name_0`` and so on. Beside what ``measure`` returns there
+        are ``error``, the name of the first error of a row, empty for none; ``error_stage``, which is ``"setup"``,
+        ``"run"`` or ``"measure"``; and ``error_text``, which contains all.
 
     Raises
     ------
     InvalidInput
-        For invalid arguments; if the store holds another sweep, with the differences; and if a file of the store is
-        damaged or belongs to something else, with its name. Errors in single rows do not raise.
+        If the store holds another sweep, with the differences, and if a file of it is damaged or belongs to something
+        else, with its name. Errors in single rows do not raise.
     FullbodyError
         If another process has the store open, or the executor's workers die. Its attribute ``dataset`` is the map so
         far.
@@ -141,11 +131,10 @@ def sweep(
     is ``map.where(map.error == "")``.
 
     A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until the sweep is complete, and then the map itself.
-    Every file is written completely or not at all. A store refuses a sweep that differs from its own, and its error
-    names what differs: the key, the seed, the end, the output, the integrator, the events, the other options; the
-    version of fullbody, numpy or Python; and the source text of the setup, of the measures, and of the functions and
-    classes of your own modules that these name, and so on. Comments do not count, and of an enclosing function the
-    variables that are numbers or texts do.
+    Every file is written completely or not at all. A store refuses a sweep that differs from its own, and names what
+    differs: the key, the seed, an option; the version of fullbody, numpy or Python; or the source text of the setup, of
+    the measures, and of the functions and classes of your own modules that these name, and so on. Comments do not
+    count, and of an enclosing function the variables that are numbers or texts do.
 
     A store does not notice changes of data files, environment variables, values of global variables, default values
     that are computed, compiled code, installed packages other than fullbody and numpy, functions without a source text,
@@ -189,15 +178,10 @@ def sweep(
     }
     functions = {"setup": setup, "measure": _measures(measure), **end}
     workers = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
-    job = Job(
-        setup,
-        functions["measure"],
-        end,
-        options | {"threads": workers},
-        seed,
-        _draws(setup, table, seed),
-    )
-    size = _chunk_size(chunk, executor, workers)
+    job = Job(setup, functions["measure"], end, options | {"threads": workers}, seed, _draws(setup, table, seed))
+    of_threads = max(_LEAST, _OF_THREAD * (workers or os.cpu_count() or 1))
+    size = of_threads if executor is None else _OF_WORKER
+    size = size if chunk is None else whole(chunk, "chunk")
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"rng": seed})
@@ -230,13 +214,6 @@ def _measures(measure: Any) -> tuple[Callable[..., Any], ...]:
     return tuple(Observable(part) if isinstance(part, str) else part for part in measures)
 
 
-def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
-    """Return the number of rows in a chunk."""
-    if chunk is not None:
-        return whole(chunk, "chunk")
-    return max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
-
-
 def _computed(
     job: Job,
     table: ParameterTable,
@@ -247,26 +224,32 @@ def _computed(
     report: Report | None,
     open_store: Any,
 ) -> xarray.Dataset:
-    """Compute all rows that have no outcome yet and return the map.
+    """Compute all rows that have no outcome yet; an error has the map so far in its attribute ``dataset``."""
+    failed = sum(outcome.failure is not None for outcome in outcomes.values())
 
-    An error that ends the sweep has the map so far in its attribute ``dataset``.
-    """
-    count = _Count(report, len(table), outcomes.values())
+    def show(runs: int = 0) -> None:
+        """Report the rows that are done, and finished runs of a chunk that is not."""
+        if report is not None:
+            errors = f", {failed} with errors" if failed else ""
+            report(len(outcomes) + runs, len(table), f"{len(outcomes)} of {len(table)} rows{errors}")
 
     def keep(results: list[Outcome]) -> None:
+        nonlocal failed
         results = ordered(results)
         outcomes.update((outcome.row, outcome) for outcome in results)
         if open_store is not None:
             open_store.add(results)
-        count.add(results)
+        failed += sum(outcome.failure is not None for outcome in results)
+        show()
 
+    show()
     missing = [row not in outcomes for row in range(len(table))]
     blocks = (
         [row for row in range(k, min(k + size, len(missing))) if missing[row]] for k in range(0, len(missing), size)
     )
     tasks = ([(row, table.row(row)) for row in rows] for rows in blocks if rows)
     try:
-        here(job, tasks, keep, count.under_way) if executor is None else submitted(executor, job, tasks, keep)
+        here(job, tasks, keep, show) if executor is None else submitted(executor, job, tasks, keep)
     except (KeyboardInterrupt, FullbodyError, OSError) as error:
         where = "in .dataset" if open_store is None else f"in {open_store.path} and in .dataset"
         done = f"{len(outcomes)} of {len(table)} rows are done, {where}"
@@ -300,10 +283,7 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
 
 
 def _draws(setup: Callable[..., Any], table: ParameterTable, seed: int | None) -> bool:
-    """Return whether the setup receives random numbers, after a check of the names of its arguments.
-
-    An argument ``rng`` with a default value receives random numbers only if there is a seed.
-    """
+    """Return whether the setup receives random numbers, after a check of the names of its arguments."""
     arguments = _arguments(setup)
     rng = arguments.get(RNG)
     drawn = rng is not None and (seed is not None or rng.default is rng.empty)
@@ -321,24 +301,3 @@ def _draws(setup: Callable[..., Any], table: ParameterTable, seed: int | None) -
         if needed and name not in table.columns and not (drawn and name == RNG):
             raise InvalidInput(f"parameters has no {name!r}, which the setup needs; it has {', '.join(table.columns)}")
     return drawn
-
-
-class _Count:
-    """The number of rows that are done and of those with errors, reported as they grow."""
-
-    def __init__(self, report: Report | None, rows: int, outcomes: Iterable[Outcome]) -> None:
-        self._report, self._rows, self._done, self._failed = report, rows, 0, 0
-        self.add(outcomes)
-
-    def add(self, outcomes: Iterable[Outcome]) -> None:
-        """Count rows as done."""
-        for outcome in outcomes:
-            self._done += 1
-            self._failed += outcome.failure is not None
-        self.under_way(0)
-
-    def under_way(self, runs: int) -> None:
-        """Report finished runs of a chunk that is not done."""
-        if self._report is not None:
-            failed = f", {self._failed} with errors" if self._failed else ""
-            self._report(self._done + runs, self._rows, f"{self._done} of {self._rows} rows{failed}")

@@ -1,37 +1,47 @@
-"""The work on rows of a sweep: set up, integrate and measure."""
+"""The work on rows of a sweep (set up, integrate, measure), in this process or by the workers of an executor."""
 
 from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from itertools import islice
+from queue import SimpleQueue
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from .. import observables
 from ..base.foreign import array_or_quantity
-from ..base.units import is_quantity, refuse_masked
-from ..errors import InvalidInput, once
+from ..base.units import is_quantity, need, refuse_masked
+from ..errors import FullbodyError, InvalidInput, once
 from ..model.state import State
 from ..motion.system import System
 from ..typing import Floats
 from .members import integrate_many
 from .parameters import RNG, fits, storable, stream
 
-__all__ = ["Failure", "Job", "MeasuredValue", "Observable", "Outcome", "Rows", "work", "work_sent"]
-
 #: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
 
 #: Errors that end a single row; Ctrl-C ends the whole sweep.
 _FAILURES = (Exception, SystemExit)
+#: The number of chunks that an executor holds at a time.
+_HELD = 4096
+#: The number of attempts at a chunk whose worker dies or fails for another reason.
+_TRIES = 3
+
+_BROKEN = (
+    "the executor has lost a worker, by a crash or for want of memory, and takes no more work; expected to be called "
+    "again with a new one"
+)
 
 
 @dataclass(frozen=True, slots=True)
 class MeasuredValue:
-    """MeasuredValue numbers (any shape) with the name of their unit, or a text."""
+    """Numbers (any shape) with the name of their unit, or a text."""
 
     value: Floats | str
     unit: str | None = None
@@ -43,8 +53,7 @@ class MeasuredValue:
         return one_number and bool(np.isnan(self.value))
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(NamedTuple):
     """The failure of a row: the name of the error, its text, and whether it came in setup, run or measure."""
 
     name: str
@@ -103,36 +112,37 @@ class Observable:
         return self.name
 
 
+#: What keeps the outcomes of a chunk.
+_Keep: TypeAlias = Callable[[list[Outcome]], None]
+
+
 def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
     """Return the outcomes of rows, of a job that was packed for another process."""
-    outcomes: list[Outcome] = []
     with once():
-        work(pickle.loads(packed), rows, outcomes)
-    return outcomes
+        return _in_thread(pickle.loads(packed), rows)
 
 
 def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:
-    """Work on rows and append their outcomes to a list, so that an interrupt leaves the finished ones.
-
-    ``report`` is called with the number of finished runs.
-    """
+    """Work on rows and append their outcomes, which an interrupt leaves; report the number of finished runs."""
     members: dict[int, tuple[System, State]] = {}
     ends: dict[int, Any] = {}
     ((kind, end),) = job.end.items()
     for row, parameters in rows:
         try:
             ends[row] = _end(end, parameters)
-            members[row] = _member(job, row, parameters)
+            random = {} if job.seed is None or not job.with_rng else {RNG: stream(job.seed, row, 1)}
+            member = job.setup(**parameters, **random)
+            match member:
+                case (System(), State()):
+                    members[row] = member
+                case _:
+                    raise InvalidInput(f"the setup gives {member!r}; expected (system, state)")
         except _FAILURES as error:
             outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
-    each: dict[str, Any] = {kind: [ends[row] for row in members]}
+    options = {**job.options, kind: [ends[row] for row in members]}
+    progress = False if report is None else lambda done, *_: report(int(done))
     try:
-        runs = integrate_many(
-            list(members.values()),
-            **each,
-            progress=False if report is None else lambda done, *_: report(int(done)),
-            **job.options,
-        )
+        runs = integrate_many(list(members.values()), progress=progress, **options)
     except KeyboardInterrupt as interrupt:
         runs = getattr(interrupt, "runs", [])
         for row, run in zip(members, runs, strict=False):
@@ -149,15 +159,6 @@ def _end(until: Any, parameters: Mapping[str, Any]) -> Any:
     return parameters[until] if isinstance(until, str) and until in parameters else until
 
 
-def _member(job: Job, row: int, parameters: Mapping[str, Any]) -> tuple[System, State]:
-    random = {} if job.seed is None or not job.with_rng else {RNG: stream(job.seed, row, 1)}
-    member = job.setup(**parameters, **random)
-    match member:
-        case (System() as system, State() as state):
-            return system, state
-    raise InvalidInput(f"the setup gives {member!r}; expected (system, state)")
-
-
 def _outcome(job: Job, row: int, run: Any) -> Outcome:
     """Return the outcome of a run, or of the error that ended it with the run so far."""
     failure = None
@@ -171,13 +172,20 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         part = _called(measure, place) if len(job.measures) > 1 else ""
         # A measure that fails does not affect the others.
         try:
-            found = _mapping(measure(run))
+            found = measure(run)
+            found = found.as_dict() if hasattr(found, "as_dict") else found
+            if not isinstance(found, Mapping):
+                raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
         except _FAILURES as error:
             failure = Failure.of(error, "measure", part).after(failure)
             continue
         for name, value in found.items():
             try:
-                _check_name(name, values)
+                if not isinstance(name, str) or not fits(name):
+                    raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
+                if name in values:
+                    what = f"measure gives {name}, which a measure before it gives too"
+                    raise InvalidInput(f"{what}; expected each name once")
                 values[name] = _value(value, name)
             except _FAILURES as error:
                 failure = Failure.of(error, "measure", part).after(failure)
@@ -190,20 +198,6 @@ def _called(measure: Any, place: int) -> str:
         measure = measure.func
     name = getattr(measure, "__name__", "")
     return name if name.isidentifier() else f"number {place}"
-
-
-def _mapping(found: Any) -> Mapping[Any, Any]:
-    found = found.as_dict() if hasattr(found, "as_dict") else found
-    if not isinstance(found, Mapping):
-        raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
-    return found
-
-
-def _check_name(name: Any, taken: Mapping[str, MeasuredValue]) -> None:
-    if not isinstance(name, str) or not fits(name):
-        raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
-    if name in taken:
-        raise InvalidInput(f"measure gives {name}, which a measure before it gives too; expected each name once")
 
 
 def _value(value: Any, name: str) -> MeasuredValue:
@@ -223,3 +217,86 @@ def _value(value: Any, name: str) -> MeasuredValue:
 def ordered(outcomes: Iterable[Outcome]) -> list[Outcome]:
     """Sort outcomes by the number of their rows."""
     return sorted(outcomes, key=lambda outcome: outcome.row)
+
+
+def here(job: Job, chunks: Iterable[Rows], keep: _Keep, report: Callable[[int], None]) -> None:
+    """Work on chunks in this process, one after another, and report how many runs of a chunk are done."""
+    for rows in chunks:
+        outcomes: list[Outcome] = []
+        try:
+            work(job, rows, outcomes, report)
+        finally:
+            if outcomes:
+                keep(outcomes)
+
+
+def _in_thread(job: Job, rows: Rows) -> list[Outcome]:
+    outcomes: list[Outcome] = []
+    work(job, rows, outcomes)
+    return outcomes
+
+
+def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
+    """Submit chunks to an executor, and keep the outcomes of each once it is done."""
+    if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
+        raise InvalidInput(
+            f"executor is {executor!r}; expected one with the interface of concurrent.futures, such as "
+            "ProcessPoolExecutor(), or client.get_executor() of dask.distributed"
+        )
+    call = partial(_in_thread, job) if isinstance(executor, ThreadPoolExecutor) else partial(work_sent, _packed(job))
+    waiting = iter(chunks)
+    done: SimpleQueue[Future[list[Outcome]]] = SimpleQueue()
+    held: dict[Future[list[Outcome]], tuple[Rows, int]] = {}
+
+    def submit(rows: Rows, tries: int) -> None:
+        try:
+            future = executor.submit(call, rows)
+        except BrokenExecutor as error:
+            raise FullbodyError(_BROKEN) from error
+        except RuntimeError as error:
+            raise FullbodyError(f"the executor takes no work: {error}; expected one that is not shut down") from error
+        held[future] = rows, tries
+        future.add_done_callback(done.put)
+
+    try:
+        for rows in islice(waiting, _HELD):
+            submit(rows, 1)
+        while held:
+            future = done.get()
+            rows, tries = held.pop(future)
+            error = CancelledError("it was called off") if future.cancelled() else future.exception()
+            if error is None:
+                keep(future.result())
+                for more in islice(waiting, 1):
+                    submit(more, 1)
+            elif not isinstance(error, Exception):
+                raise error
+            elif tries < _TRIES:
+                submit(rows, tries + 1)
+            else:
+                raise FullbodyError(
+                    f"rows {rows[0][0]} to {rows[-1][0]} failed in {_TRIES} workers, the last time with "
+                    f"{type(error).__name__}: {error}"
+                ) from error
+    finally:
+        for future in held:
+            future.cancel()
+        # Chunks that were done when another error occurred are kept.
+        while not done.empty():
+            future = done.get()
+            if future in held and not future.cancelled() and future.exception() is None:
+                keep(future.result())
+
+
+def _packed(job: Job) -> bytes:
+    """Pack the job for other processes, with functions of notebooks and scripts in full."""
+    with need("data", "a sweep by other processes"):
+        import cloudpickle
+    try:
+        packed: bytes = cloudpickle.dumps(job)
+    except Exception as error:
+        raise InvalidInput(
+            f"the sweep cannot be sent to other processes: {error}; expected functions that use no open files and the "
+            "like"
+        ) from error
+    return packed

@@ -6,8 +6,7 @@ The module :mod:`fullbody.plots` draws them.
 
 from __future__ import annotations
 
-from .equilibria import Equilibrium
-from .lobes import RocheLobe
+from .frame import Equilibrium, RocheLobe
 from .surface import SurfaceField, SurfaceRange, surface, surface_along
 from .synodic import Synodic
 

@@ -1,21 +1,33 @@
-"""The rotating frame of a pair of bodies, and the field in it."""
+"""The rotating frame of a pair of bodies, its equilibrium points, and the Roche lobes, which the inner point bounds."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
-from ..base.units import Units
+from ..base.arguments import place
+from ..base.kinds import whole
+from ..base.units import Units, need
+from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
 from ..model.context import Context
 from ..model.failures import explaining
 from ..model.gravity import Gravity, gravity_at
-from ..typing import Floats
-
-__all__ = ["Frame"]
+from ..model.polyhedron import Polyhedron
+from ..typing import Array, Floats, Scalar
 
 #: Relative rates of change of accelerations or figures above which they do not rest in the frame.
 _STEADY = 1e-3
+#: Real parts of eigenvalues that count as zero, in units of the rate.
+_NEUTRAL = 1e-6
+#: The distance, in separations, below which two points are the same.
+_SAME = 1e-6
+#: The number of steps in which a ray searches for the surface, and of halvings of the last one.
+_STEPS, _HALVINGS = 200, 50
 
 
 class Frame:
@@ -55,17 +67,14 @@ class Frame:
         off = float(np.abs(force - needed).max() / np.abs(needed).max())
         way = core.velocity[1] - core.velocity[0]
         radial = float(abs(way @ self.rotation[:, 0]) / np.linalg.norm(way))
-        deviations = []
         told = {
             f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
             f"they approach or recede at {radial:.2g} of their speed": radial,
         }
-        if large := [text for text, share in told.items() if share > _STEADY]:
-            deviations.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
-        for body, turn, spin, name in zip(
-            self.context.bodies, core.rotation_matrix, core.spin, self.context.names, strict=True
-        ):
-            inertia = turn @ np.diag(body.inertia) @ turn.T
+        large = ", and ".join(text for text, share in told.items() if share > _STEADY)
+        deviations = [f"the bodies are not on a circular orbit ({large})"] if large else []
+        for k, (turn, name) in enumerate(zip(core.rotation_matrix, self.context.names, strict=True)):
+            spin, inertia = core.spin[k], turn @ np.diag(self.context.bodies[k].inertia) @ turn.T
             cross = np.cross(np.eye(3), turn @ spin - self.rate * self.rotation[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self.rate * float(np.abs(inertia).max()):
@@ -90,6 +99,195 @@ class Frame:
             self.rotation.T @ gravity.gradient @ self.rotation + np.diag(outward),
         )
 
-    def is_inside(self, x: Floats) -> bool:
-        """Return whether a point is within a body, where gravity has a source."""
-        return bool(np.trace(self.gravity(x).gradient) < -0.01 * self.rate**2)
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Equilibrium(ArrayFields):
+    """A point where a particle can rest in the rotating frame.
+
+    Attributes
+    ----------
+    name : str
+        ``"L1"`` to ``"L5"``: between the bodies, behind the lighter one, behind the heavier one, 60 degrees before and
+        behind the lighter one. Further points, which two point masses do not have, are ``"E6"`` and so on.
+    position : ndarray or Quantity, (3,)
+        Position in the rotating frame.
+    jacobi : float or Quantity
+        Jacobi's constant at the point.
+    eigenvalues : ndarray or Quantity, (6,)
+        Complex eigenvalues of the linear motion about the point, per unit of time.
+    stable : bool
+        Whether no eigenvalue has a positive real part.
+    """
+
+    name: str
+    position: Array
+    jacobi: Scalar
+    eigenvalues: Any
+    stable: bool
+
+
+def equilibria(pair: Any) -> list[Equilibrium]:
+    """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
+
+    Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.
+    """
+    frame = pair.frame
+    found: list[tuple[str, Floats]] = []
+    # The grid is in separations, too.
+    angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    grid = [r * np.array([np.cos(a), np.sin(a), 0.0]) for r in (0.4, 0.7, 1.1) for a in angles]
+    for name, seed in [*_of_points(frame), *(("", seed) for seed in grid)]:
+        x = _root(frame, seed)
+        if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in found):
+            continue
+        # The extent of the bodies may remove a classical point; the search then finds another point.
+        classical = name and np.linalg.norm(x - seed) < 0.3
+        found.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in found)}", x))
+    return [_described(frame, name, x * frame.distance) for name, x in found]
+
+
+def _of_points(frame: Frame) -> list[tuple[str, Floats]]:
+    """Return the equilibrium points of two point masses, in units of the separation."""
+    with need("analysis", "an equilibrium point"):
+        from scipy.optimize import brentq
+
+    light = float(frame.context.masses[1 - frame.primary] / frame.context.masses.sum())
+
+    def pull(x: float) -> float:
+        heavy, near = x + light, x - 1.0 + light
+        return x - (1.0 - light) * heavy / abs(heavy) ** 3 - light * near / abs(near) ** 3
+
+    gap = 1e-9
+    spans = ((gap - light, 1.0 - light - gap), (1.0 - light + gap, 2.5), (-2.5, -light - gap))
+    roots = [np.array([brentq(pull, *span, xtol=1e-15), 0.0, 0.0]) for span in spans]
+    third = [np.array([0.5 - light, sign * np.sqrt(0.75), 0.0]) for sign in (1.0, -1.0)]
+    return list(zip(("L1", "L2", "L3", "L4", "L5"), [*roots, *third], strict=True))
+
+
+def _root(frame: Frame, seed: Floats) -> Floats | None:
+    """Return the equilibrium point, in separations, that Newton's method finds outside of the bodies, or ``None``."""
+    with need("analysis", "an equilibrium point"):
+        from scipy.optimize import root
+
+    scale = frame.rate**2
+
+    def pull(x: Floats) -> tuple[Floats, Floats]:
+        acceleration, jacobian = frame.acceleration_and_gradient(x * frame.distance)
+        return acceleration / (scale * frame.distance), jacobian / scale
+
+    answer = root(pull, seed, jac=True, options={"xtol": 1e-14})
+    x: Floats = answer.x
+    # The remaining acceleration is round-off of the gravity of the nearest body.
+    value, jacobian = pull(x)
+    x = x - np.linalg.solve(jacobian, value)
+    if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(jacobian).max() or np.abs(x).max() > 3.0:
+        return None
+    # Within a body gravity has a source.
+    return None if np.trace(frame.gravity(x * frame.distance).gradient) < -0.01 * scale else x
+
+
+def _described(frame: Frame, name: str, x: Floats) -> Equilibrium:
+    """Describe a point by its eigenvalues: x'' = W x + 2 Omega (y', -x', 0), W the derivatives of the acceleration."""
+    coriolis = 2.0 * frame.rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    _, gradient = frame.acceleration_and_gradient(x)
+    eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [gradient, coriolis]]))
+    attach, stable = frame.context.units.attach, bool(eigenvalues.real.max() < _NEUTRAL * frame.rate)
+    jacobi = attach(frame.jacobi(x)[()], "potential")
+    return Equilibrium(name, attach(x, "length"), jacobi, attach(eigenvalues, "spin"), stable)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RocheLobe(ArrayFields):
+    """The Roche lobe of a body: it holds matter at rest in the rotating frame inside this surface.
+
+    Attributes
+    ----------
+    name : str
+        Name of the body.
+    jacobi : float or Quantity
+        Jacobi's constant on the surface: that of the equilibrium point between the bodies.
+    points : ndarray or Quantity, (rows + 1, 2 rows + 1, 3)
+        Points of the surface in the rotating frame: rows from the end at that equilibrium point to the opposite one,
+        columns about the axis, with the last equal to the first.
+    volume : float or Quantity
+        Volume of the mesh through the points, which is smaller than the lobe by about 3.7 parts in ``rows**2``.
+    radius : float or Quantity
+        Radius of the sphere with that volume.
+    """
+
+    name: str
+    jacobi: Scalar
+    points: Array
+    volume: Scalar
+    radius: Scalar
+
+
+def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
+    """Return the surface of a body's Roche lobe, which has the Jacobi constant of the point between the bodies.
+
+    Parameters
+    ----------
+    body : int or str
+        The body's index in the system, or its name.
+    rows : int
+        Number of rows of the mesh from end to end.
+    """
+    frame, rows, index = pair.frame, whole(rows, "rows", 4), place(body, pair.frame.context.names, "body")
+    inner = _root(frame, _of_points(frame)[0][1])
+    if inner is None:
+        raise InvalidInput(
+            f"there is no equilibrium point between {' and '.join(frame.context.names)}: they have no lobes"
+        )
+    units = frame.context.units
+    centre, tip = frame.centres[index], inner * frame.distance - frame.centres[index]
+    level = float(frame.jacobi(inner * frame.distance))
+    along = tip / np.linalg.norm(tip)
+    across = np.array([-along[1], along[0], 0.0])
+    polar, angle = np.meshgrid(np.pi * np.arange(1, rows) / rows, np.pi * np.arange(2 * rows) / rows, indexing="ij")
+    ring = np.cos(angle)[..., None] * across + np.sin(angle)[..., None] * np.cross(along, across)
+    rays = np.cos(polar)[..., None] * along + np.sin(polar)[..., None] * ring
+    rays = np.concatenate([np.stack([along, -along]), rays.reshape(-1, 3)])
+    reach = float(np.linalg.norm(tip))
+    distance = _crossings(frame, centre, rays, level, reach)
+    # The surface ends at the point in a cone, where a ray finds no crossing.
+    distance[0] = reach
+    flat = centre + distance[:, None] * rays
+    first, last = (np.broadcast_to(end, (1, 2 * rows, 3)) for end in flat[:2])
+    points = np.concatenate([first, flat[2:].reshape(rows - 1, 2 * rows, 3), last])
+    volume = Polyhedron(flat, _faces(rows)).volume
+    return RocheLobe(
+        frame.context.names[index],
+        units.attach(np.float64(level), "potential"),
+        units.attach(np.concatenate([points, points[:, :1]], axis=1), "length"),
+        units.attach(volume, "volume"),
+        units.attach((volume * 3.0 / (4.0 * np.pi)) ** (1.0 / 3.0), "length"),
+    )
+
+
+def _crossings(frame: Frame, centre: Floats, rays: Floats, level: float, reach: float) -> Floats:
+    """Return the distance on each ray where Jacobi's constant first falls below the level, or else the reach."""
+    low, high = np.zeros(len(rays)), np.full(len(rays), reach)
+    going = np.arange(len(rays))
+    for distance in reach * np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
+        below = frame.jacobi(centre + distance * rays[going]) < level
+        high[going[below]] = distance
+        going = going[~below]
+        low[going] = distance
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        below = frame.jacobi(centre + middle[:, None] * rays) < level
+        low, high = np.where(below, low, middle), np.where(below, middle, high)
+    return high
+
+
+def _faces(rows: int) -> npt.NDArray[np.int64]:
+    """Return triangles between two ends, the first vertices, and rings of points between them."""
+    count = 2 * rows
+    here = np.arange(count)
+    after = (here + 1) % count
+    rings = 2 + count * np.arange(rows - 1)[:, None]
+    first = np.stack([np.zeros_like(here), rings[0] + here, rings[0] + after], axis=1)
+    last = np.stack([np.ones_like(here), rings[-1] + after, rings[-1] + here], axis=1)
+    a, b, c, d = rings[:-1] + here, rings[:-1] + after, rings[1:] + here, rings[1:] + after
+    between = [np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, c, b), (b, c, d))]
+    return np.concatenate([first, *between, last])

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,11 +20,22 @@ from ..model.state import State, strip
 from ..record.record import Record
 from ..typing import Array, Floats
 
-__all__ = ["SurfaceField", "SurfaceRange", "surface", "surface_along"]
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class _Surface(ArrayFields):
+    """The geometry of a surface, as :class:`SurfaceField` describes it."""
+
+    name: str
+    point: Array
+    normal: Floats
+    area: Array
+    cells: Array
+    longitude: Array
+    latitude: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SurfaceField(ArrayFields):
+class SurfaceField(_Surface):
     """Fields on a body's surface, at S points with a cell each.
 
     Attributes
@@ -47,13 +58,6 @@ class SurfaceField(ArrayFields):
         Angle between the outward normal and the upward vertical, which is opposite to the acceleration.
     """
 
-    name: str
-    point: Array
-    normal: Floats
-    area: Array
-    cells: Array
-    longitude: Array
-    latitude: Array
     geopotential: Array
     acceleration: Array
     slope: Array
@@ -65,7 +69,7 @@ class SurfaceField(ArrayFields):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SurfaceRange(ArrayFields):
+class SurfaceRange(_Surface):
     """Smallest and largest slope and acceleration at each of S points of a body's surface along a run.
 
     Attributes
@@ -76,13 +80,6 @@ class SurfaceRange(ArrayFields):
     least_surface_acceleration, greatest_surface_acceleration : ndarray or Quantity, (S,)
     """
 
-    name: str
-    point: Array
-    normal: Floats
-    area: Array
-    cells: Array
-    longitude: Array
-    latitude: Array
     least_slope: Array
     greatest_slope: Array
     least_surface_acceleration: Array
@@ -100,19 +97,8 @@ def surface_along(run: Record, body: int | str = 0, *, rows: int = 36) -> Surfac
     run : Run
         The run whose samples are examined; some thirty samples in each libration or revolution give extremes to a few
         parts in a thousand of their change.
-    body : int or str
-        The body's index in the system, or its name.
-    rows : int
-        Number of rows of cells, as for :func:`surface`.
-
-    Returns
-    -------
-    SurfaceRange
-
-    Raises
-    ------
-    InvalidInput
-        For a run without samples, and for the reasons given at :func:`surface`.
+    body, rows
+        As for :func:`surface`.
 
     Examples
     --------
@@ -125,26 +111,18 @@ def surface_along(run: Record, body: int | str = 0, *, rows: int = 36) -> Surfac
     """
     if not isinstance(run, Record) or not len(run):
         raise InvalidInput(f"run is {run!r}; expected a fullbody.Run with samples")
-    first = surface(run.system, run[0], body, rows=rows)
-    low: Any = [first.slope, first.surface_acceleration]
-    high: Any = list(low)
-    for k in range(1, len(run)):
+    extremes: dict[str, Any] = {}
+    for k in range(len(run)):
         field = surface(run.system, run[k], body, rows=rows)
-        for index, surface_samples in enumerate((field.slope, field.surface_acceleration)):
-            low[index], high[index] = np.minimum(low[index], surface_samples), np.maximum(high[index], surface_samples)
-    points = {name: getattr(first, name) for name in SurfaceRange.__slots__[:7]}
-    return SurfaceRange(
-        **points,
-        least_slope=low[0],
-        greatest_slope=high[0],
-        least_surface_acceleration=low[1],
-        greatest_surface_acceleration=high[1],
-    )
+        for what in ("slope", "surface_acceleration"):
+            value = getattr(field, what)
+            for name, pick in ((f"least_{what}", np.minimum), (f"greatest_{what}", np.maximum)):
+                extremes[name] = pick(extremes.get(name, value), value)
+    return SurfaceRange(**{part.name: getattr(field, part.name) for part in fields(_Surface)}, **extremes)
 
 
 def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int = 36) -> SurfaceField:
-    """Compute geopotential, acceleration and slope on a body's surface, with its rotation and the tide of the other
-    bodies.
+    """Compute geopotential, acceleration and slope on a body's surface, with its rotation and the others' tide.
 
     With r from the body's centre of mass, omega its spin, Phi the potential and g the field of all bodies, Phi_o the
     potential of the other bodies, and a_c the acceleration of the centre, in the body frame,
@@ -159,19 +137,10 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     system : System
     state : State
     body : int or str
-        The body's index in the system, or its name.
+        The body's index in the system, or its name; not a point mass, which has no surface.
     rows : int
         Number of rows of cells from pole to pole of an ellipsoid. For a polyhedron its faces are used, for a composite
         the surfaces of its parts outside of each other.
-
-    Returns
-    -------
-    SurfaceField
-
-    Raises
-    ------
-    InvalidInput
-        For a body without a surface, which is a point mass.
 
     Notes
     -----
@@ -186,56 +155,49 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     >>> field.slope.shape, bool(field.slope.max() < 0.5)
     ((648,), True)
     """
-    index, units = system.context.index(body, "body"), system.context.units
-    count = whole(rows, "rows", 2)
-    core, this_body = strip(state, system.context), system.context.bodies[index]
-    surface_samples = samples(this_body, count)
-    if not len(surface_samples.points):
-        raise InvalidInput(f"{system.context.names[index]} has no surface; expected a body other than a point mass")
-    r, rotation, spin = surface_samples.points, core.rotation_matrix[index], core.spin[index]
+    context, count = system.context, whole(rows, "rows", 2)
+    index, attach = context.index(body, "body"), context.units.attach
+    core, this_body = strip(state, context), context.bodies[index]
+    r, normals, cells = samples(this_body, count)
+    if not len(r):
+        raise InvalidInput(f"{context.names[index]} has no surface; expected a body other than a point mass")
+    rotation, spin = core.rotation_matrix[index], core.spin[index]
     here, pose = core.position[index], (core.position[None], core.attitude[None])
-    all_bodies = gravity_at(system.context.attraction, *pose, here + r @ rotation.T, Units())
-    others_at_centre = [
-        gravity_at(system.context.attraction, *pose, here, Units(), k) for k in range(len(system.context)) if k != index
-    ]
-    others = sum(float(other.potential) for other in others_at_centre)
+    all_bodies = gravity_at(context.attraction, *pose, here + r @ rotation.T, Units())
+    others = sum(
+        float(gravity_at(context.attraction, *pose, here, Units(), k).potential)
+        for k in range(len(context))
+        if k != index
+    )
     loads = interactions(system, state)
-    force, torque = (units.strip(v, d, d)[index] for v, d in ((loads.force, "force"), (loads.torque, "torque")))
+    force, torque = (context.units.strip(getattr(loads, name), name, name)[index] for name in ("force", "torque"))
     centre = rotation.T @ force / this_body.mass
     rotation_velocity = np.cross(spin, r)
     spin_up = (torque - np.cross(spin, this_body.inertia * spin)) / this_body.inertia
     acceleration = all_bodies.field @ rotation - centre - np.cross(spin, rotation_velocity) - np.cross(spin_up, r)
     geopotential = others - all_bodies.potential + r @ centre - 0.5 * (rotation_velocity**2).sum(axis=1)
-    across = np.linalg.norm(np.cross(acceleration, surface_samples.normals), axis=1)
-    diagonals = (
-        surface_samples.cells[:, 2] - surface_samples.cells[:, 0],
-        surface_samples.cells[:, 3] - surface_samples.cells[:, 1],
-    )
+    across = np.linalg.norm(np.cross(acceleration, normals), axis=1)
+    diagonals = (cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
     return SurfaceField(
-        name=system.context.names[index],
-        point=units.attach(r, "length"),
-        normal=surface_samples.normals,
-        area=units.attach(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1), "area"),
-        cells=units.attach(surface_samples.cells, "length"),
-        longitude=units.attach(np.arctan2(r[:, 1], r[:, 0]), "angle"),
-        latitude=units.attach(np.arctan2(r[:, 2], np.hypot(r[:, 0], r[:, 1])), "angle"),
-        geopotential=units.attach(geopotential, "potential"),
-        acceleration=units.attach(acceleration, "acceleration"),
-        slope=units.attach(np.arctan2(across, -(acceleration * surface_samples.normals).sum(axis=1)), "angle"),
+        name=context.names[index],
+        point=attach(r, "length"),
+        normal=normals,
+        area=attach(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1), "area"),
+        cells=attach(cells, "length"),
+        longitude=attach(np.arctan2(r[:, 1], r[:, 0]), "angle"),
+        latitude=attach(np.arctan2(r[:, 2], np.hypot(r[:, 0], r[:, 1])), "angle"),
+        geopotential=attach(geopotential, "potential"),
+        acceleration=attach(acceleration, "acceleration"),
+        slope=attach(np.arctan2(across, -(acceleration * normals).sum(axis=1)), "angle"),
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Samples:
+class Samples(NamedTuple):
     """Sample points (S, 3), unit normals (S, 3) and the corners of cells (S, 4, 3), in the body frame."""
 
     points: Floats
     normals: Floats
     cells: Floats
-
-    def chosen(self, which: npt.NDArray[np.bool_]) -> Samples:
-        """Return the samples that a mask selects."""
-        return Samples(self.points[which], self.normals[which], self.cells[which])
 
 
 def samples(body: _core.Body, rows: int) -> Samples:
@@ -248,16 +210,14 @@ def samples(body: _core.Body, rows: int) -> Samples:
     matter = [part for part in body.parts if part[0] is not None and part[1] > 0.0]
     if any(isinstance(shape, _core.StokesCoefficients) for shape, *_ in matter):
         raise InvalidInput("the body is given by its Stokes coefficients; expected one with a surface")
-    found = [_of_part(*part, rows) for part in matter]
-    if len(matter) > 1:
-        found = [
-            one.chosen(~np.any([_within(other, one.points) for other in matter if other is not part], axis=0))
-            for one, part in zip(found, matter, strict=True)
-        ]
-    empty = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3)))
-    names = ("points", "normals", "cells")
-    all_of = ([none, *(getattr(one, name) for one in found)] for none, name in zip(empty, names, strict=True))
-    return Samples(*map(np.concatenate, all_of))
+    found = [Samples(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3)))]
+    for part in matter:
+        one = _of_part(*part, rows)
+        if len(matter) > 1:
+            outside = ~np.any([_within(other, one.points) for other in matter if other is not part], axis=0)
+            one = Samples(*(values[outside] for values in one))
+        found.append(one)
+    return Samples(*map(np.concatenate, zip(*found, strict=True)))
 
 
 def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -> Samples:

@@ -14,11 +14,7 @@ from ..model.context import SystemLike
 from ..model.gravity import points_in
 from ..model.state import State, strip
 from ..typing import Array, Scalar
-from .equilibria import equilibria
-from .frame import Frame
-from .lobes import roche_lobe
-
-__all__ = ["Synodic"]
+from .frame import Frame, equilibria, roche_lobe
 
 
 class Synodic:
@@ -31,22 +27,8 @@ class Synodic:
     Parameters
     ----------
     system : System
-        A system of two bodies.
+        Two bodies that orbit each other.
     state : State
-
-    Attributes
-    ----------
-    rate : float or Quantity
-        Omega, the orbit's angular velocity in the state.
-    separation : float or Quantity
-        Distance between the centres.
-    position : ndarray or Quantity, (2, 3)
-        Positions of the bodies' centres in the frame, in the system's order.
-
-    Raises
-    ------
-    InvalidInput
-        For another number of bodies, and for bodies that do not orbit each other.
 
     Warns
     -----
@@ -69,7 +51,7 @@ class Synodic:
         #: The frame in plain numbers.
         self.frame = Frame(system.context, strip(state, system.context))
 
-    rate = WithUnit[Scalar]("Angular velocity of the frame.", "frame.rate", "spin")
+    rate = WithUnit[Scalar]("Omega, the orbit's angular velocity in the state.", "frame.rate", "spin")
     separation = WithUnit[Scalar]("Distance between the centres.", "frame.distance", "length")
     position = WithUnit[Array]("Positions (2, 3) of the bodies' centres in the frame.", "frame.centres", "length")
 
@@ -131,10 +113,9 @@ class Synodic:
         golden = 0.5 * (1.0 + np.sqrt(5.0))
         half = golden * self.frame.distance if extent is None else self._units.number(extent, "length", "extent")
         ticks = np.linspace(-half, half, n)
-        x, y = np.meshgrid(ticks, ticks)
-        found = self.frame.jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
+        grid = np.stack([*np.meshgrid(ticks, ticks), np.zeros((n, n))], axis=-1)
         sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
-        return *sides, self._units.attach(found, "potential")
+        return *sides, self._units.attach(self.frame.jacobi(grid), "potential")
 
     def zero_velocity(self, level: Any, extent: Any = None, *, n: int = 801) -> list[Array]:
         """Return the curves of a Jacobi constant in the plane z = 0, which particles with that constant do not cross.
@@ -142,7 +123,6 @@ class Synodic:
         Parameters
         ----------
         level : float or Quantity
-            Jacobi's constant.
         extent, n
             As for :meth:`plane`.
 

@@ -18,30 +18,11 @@ from ..motion.system import System, system_of
 from ..record.integrators import rebuild
 from .free import Free, Parameters
 
-__all__ = ["FORMAT", "contents", "described", "save"]
-
 #: The attribute that marks a file as a fit, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_fit", 1)
 #: The attributes of a fit that JSON can hold.
-_PLAIN: tuple[str, ...] = (
-    "chi2",
-    "loss",
-    "dof",
-    "p_value",
-    "condition",
-    "weakest",
-    "unconstrained",
-    "differenced",
-    "at_bounds",
-    "starts",
-    "message",
-    "iterations",
-    "runs",
-    "refused",
-    "last_refusal",
-    "labels",
-    "_of_setup",
-)
+_PLAIN: tuple[str, ...] = ("chi2", "loss", "dof", "p_value", "condition", "weakest", "unconstrained", "differenced")
+_PLAIN += ("at_bounds", "starts", "message", "iterations", "runs", "refused", "last_refusal", "labels", "_of_setup")
 _STATE = ("position", "velocity", "attitude", "spin")
 _LIMITS = ("start", "lower", "upper", "mean", "sigma")
 

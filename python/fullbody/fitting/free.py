@@ -17,9 +17,6 @@ from ..base.values import ByName
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["Free", "Parameters"]
-
-
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
 _SIGMA = Limits(least=SMALLEST, text=f"a number above zero, at least {SMALLEST}")
 
@@ -52,28 +49,15 @@ class Free:
 
 
 class Parameters:
-    """Parameters as arrays (P,) of plain numbers, each in the unit of its start.
+    """Parameters as arrays (P,) of plain numbers, each in the unit of its start, ``None`` without one.
 
-    Attributes
-    ----------
-    names : tuple of str
-    units : tuple
-        Units; ``None`` for plain numbers.
-    start, lower, upper : ndarray, (P,)
-        Bounds are infinite where there are none.
-    mean, sigma : ndarray, (P,)
-        The priors; sigma is infinite where there is none.
+    Bounds ``lower`` and ``upper`` are infinite where there are none, and so is ``sigma`` of a prior.
     """
 
     def __init__(self, given: Any) -> None:
         if not isinstance(given, Mapping) or not given:
             raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
         given = argument_names(given)
-        for name in given:
-            if not isinstance(name, str) or not name.isidentifier():
-                raise InvalidInput(
-                    f"parameters has the name {name!r}; expected one that an argument of a function may have"
-                )
         free = [value if isinstance(value, Free) else Free(value) for value in given.values()]
         self.names = tuple(given)
         starts = [gathered(one.value, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
@@ -116,8 +100,7 @@ class Parameters:
 
     def only(self, names: Sequence[str]) -> Parameters:
         """Return the parameters with these names, in the same order."""
-        found = copy.copy(self)
-        places = [self.names.index(name) for name in names]
+        found, places = copy.copy(self), [self.names.index(name) for name in names]
         found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
         for what in ("start", "lower", "upper", "mean", "sigma"):
             setattr(found, what, getattr(self, what)[places])
@@ -172,11 +155,7 @@ class Parameters:
         return next((float(length) for length in lengths if np.isfinite(length)), 1.0)
 
     def at_bounds(self, values: Floats, norms: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return which of values (P,) are at their lower and upper bounds: within a twentieth of their errors alone.
-
-        The errors are the inverse of the norms (P,) of the derivatives. Values whose errors are wider than the bounds
-        are at one if they are within a hundredth of that width.
-        """
+        """Return which values are at their bounds: within 0.05 of the errors 1 / norms and 0.01 of the width."""
         near = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
         near = np.minimum(near, 0.01 * (self.upper - self.lower))
         return values - self.lower <= near, self.upper - values <= near

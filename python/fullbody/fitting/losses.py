@@ -13,15 +13,12 @@ from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["Loss", "Outliers", "loss_of"]
-
 
 @dataclass(frozen=True)
 class Outliers:
     """A loss for data of which some are wrong: minus the logarithm of a mixture of two normal distributions.
 
-    With z a residual divided by its error, the likelihood is proportional to
-    (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
+    For z, a residual over its error, the likelihood goes as (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
 
     Parameters
     ----------
@@ -72,10 +69,7 @@ _KNOWN: dict[str, Callable[[Floats], Floats]] = {
 
 
 class Loss:
-    """A loss function of pulls, each of which is replaced by the signed root of its loss.
-
-    The sum of the squares of these roots is the sum of the losses, so that a solver of least squares takes them.
-    """
+    """A loss of pulls: a solver of least squares takes the signed root of the loss in place of each."""
 
     def __init__(self, argument: Any, function: Callable[[Floats], Any]) -> None:
         self.argument = argument

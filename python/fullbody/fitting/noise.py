@@ -15,8 +15,6 @@ import numpy as np
 
 from ..typing import Floats
 
-__all__ = ["NoiseDerivatives", "derivatives", "log_determinant", "relative"]
-
 
 class NoiseDerivatives(NamedTuple):
     """Derivatives with respect to P parameters of the errors of K rows of C numbers.

@@ -7,19 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..base.kinds import whole
-from ..base.units import need
+from ..base.units import need, plain
 from ..plots._style import LINES, grid, matplotlib, panels
-
-__all__ = ["FitPlots"]
 
 
 class FitPlots:
-    """The plots of a fit.
-
-    Parameters
-    ----------
-    fit : Fit
-    """
+    """The plots of a fit."""
 
     def __init__(self, fit: Any) -> None:
         self._fit = fit
@@ -30,20 +23,15 @@ class FitPlots:
         Parameters
         ----------
         ax : array of matplotlib Axes, optional
-            Axes to draw on, one for each of the observations.
+            One for each of the observations, which are returned.
         **kwargs
             Passed to ``Axes.plot``.
-
-        Returns
-        -------
-        ndarray of Axes, or the axes given
         """
         fit = self._fit
         flat, result = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
         for axes, label, times, pulls in zip(flat, fit.labels, fit.times, fit.pulls, strict=True):
-            unit = getattr(times, "unit", None)
+            unit, across = getattr(times, "unit", None), plain(times)
             columns = np.reshape(pulls, (len(pulls), -1))
-            across = np.asarray(getattr(times, "value", times))
             if len(across) != len(columns):
                 # A measured value has no time.
                 across = np.full(len(columns), across.max(initial=0.0))
@@ -63,10 +51,9 @@ class FitPlots:
         Parameters
         ----------
         samples : xarray.Dataset, optional
-            What :meth:`fullbody.fitting.Fit.sample` returns; draws from the normal distribution of the fit unless
-            given.
+            What :meth:`fullbody.fitting.Fit.sample` returns; by default ``n`` draws from the normal distribution of the
+            fit.
         n : int
-            Number of these draws.
         rng : int or numpy Generator
         **kwargs
             Passed to ``corner.corner``.
@@ -86,5 +73,5 @@ class FitPlots:
             rows = np.stack([np.ravel(samples[name].values) for name in fit.names], axis=1)
         units = [getattr(value, "unit", None) for value in fit.values.values()]
         labels = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(fit.names, units, strict=True)]
-        truths = [float(getattr(value, "value", value)) for value in fit.values.values()]
+        truths = [float(plain(value)) for value in fit.values.values()]
         return corner.corner(rows, **{"labels": labels, "truths": truths} | kwargs)

@@ -1,4 +1,4 @@
-"""Fits by least squares, from one start or from many."""
+"""Fits by least squares, by steps of a trust region from one start or from many."""
 
 from __future__ import annotations
 
@@ -15,18 +15,22 @@ from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
 from ..typing import Floats
 from .free import Parameters
 from .losses import Outliers, loss_of
-from .objective import Objective
-from .problem import Observed, Problem, Refused
+from .objective import Linearised, Objective
+from .problem import EvaluatedPoint, Observed, Problem, Refused
 from .result import Fit, Minimum
 
 if TYPE_CHECKING:
     from ..record.integrators import Integrator
 
-__all__ = ["fit"]
-
 
 #: The largest difference, in units of each parameter's error, between two fits at the same minimum.
 _SAME = 0.1
+#: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
+#: parameters at which it stops if rounding errors prevent that.
+_CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
+#: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
+#: relative to it, that rounding errors hide.
+_FAR, _HIDDEN = 0.03, 1e-11
 
 
 def fit(
@@ -63,9 +67,8 @@ def fit(
         function takes squares (...) and returns the loss with two derivatives (3, ...).
     starts : int or list of dict
         The starts themselves, or their number: the first has the given values, the others are spread by Latin hypercube
-        between the bounds of each parameter, or over its prior if it has no bounds.
+        between the bounds of each parameter, or over its prior if it has no bounds; they need ``rng``.
     rng : int or numpy Generator, optional
-        The random numbers of starts, needed if ``starts`` is a number above one.
     progress : bool, str or callable
         Whether to show the number of runs and chi2, or a title; or a function of (done, total, description): the number
         of runs, ``None``, and a text with chi2.
@@ -79,7 +82,7 @@ def fit(
     Raises
     ------
     InvalidInput
-        For invalid arguments, more parameters than data, a setup that jumps or rounds, and starts that are all refused.
+        For more parameters than data, a setup that jumps or rounds, and starts that are all refused.
     Interrupted
         On Ctrl-C before there is anything to return.
 
@@ -112,23 +115,16 @@ def fit(
     >>> round(found.values["mass"], 6), found.dof
     (2.0, 39)
     """
-    with once():
-        return _fitted(setup, parameters, observations, integrator, loss, starts, rng, progress)
-
-
-def _fitted(
-    setup: Any, parameters: Any, observations: Any, integrator: Any, loss: Any, starts: Any, rng: Any, progress: Any
-) -> Fit:
     with need("fit", "a fit"):
-        from .solver import Solver
-    free = Parameters(parameters)
-    problem = Problem(setup, free, observations, integrator)
-    objective = Objective(problem, loss_of(loss))
-    begins = _starts(free, starts, rng)
-    solvers: list[Solver] = []
-    with Progress(progress) as report:
+        import scipy.optimize  # noqa: F401
+    with once(), Progress(progress) as report:
+        free = Parameters(parameters)
+        problem = Problem(setup, free, observations, integrator)
+        objective = Objective(problem, loss_of(loss))
+        begins = _starts(free, starts, rng)
+        solvers: list[_Solver] = []
         for begin in begins:
-            solver = Solver(objective, report)
+            solver = _Solver(objective, report)
             try:
                 solver.solve(begin)
             except Refused as error:
@@ -139,17 +135,17 @@ def _fitted(
                 solvers.append(solver)
             if solver.interrupted:
                 break
-    if not solvers:
-        if problem.differentiated or not problem.refused:
-            raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
-        raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
-    fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
-    best = min(fits, key=lambda other: other.loss)
-    best.minima, best.starts = _minima(problem, fits), len(begins)
-    if best.message:
-        caution(f"the fit was {best.message}", InconsistentInput)
-    elif best.unconstrained is not None:
-        caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
+        if not solvers:
+            if problem.differentiated or not problem.refused:
+                raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
+            raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
+        fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
+        best = min(fits, key=lambda other: other.loss)
+        best.minima, best.starts = _minima(problem, fits), len(begins)
+        if best.message:
+            caution(f"the fit was {best.message}", InconsistentInput)
+        elif best.unconstrained is not None:
+            caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
     return best
 
 
@@ -203,3 +199,121 @@ def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
     if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))).all():
         return False
     return not full_turns.any() or problem.unchanged(fit.numbers, fit.numbers - full_turns)
+
+
+class _Converged(Exception):
+    """The solver is at a minimum."""
+
+
+class _Solver:
+    """The residuals of a problem in the form that scipy's solver takes.
+
+    It keeps the ``best`` values so far with their derivatives, and a ``message`` with the reason why it stopped before
+    it was at a minimum.
+    """
+
+    def __init__(self, objective: Objective, report: Any) -> None:
+        self._objective, self._report = objective, report
+        self._problem, self._parameters = objective.problem, objective.parameters
+        self._last: EvaluatedPoint | None = None
+        self.best: Linearised | None = None
+        self.message, self.iterations, self.interrupted = "", 0, False
+        self._distance, self._accepted = np.inf, False
+
+    def solve(self, start: Floats) -> None:
+        """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
+        from scipy.optimize import least_squares
+
+        try:
+            self._last = self._problem.point(start)
+            _check_count(self._problem, self._last)
+            first = [self._linearised(start)]
+            reach = self._problem.reach(start)
+            # The first trust region allows changes by all of the parameters' sizes.
+            scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
+            begin = reach / scale
+
+            def residuals(x: Floats) -> Floats:
+                return self._residuals(start + scale * (x - begin))
+
+            def jacobian(x: Floats) -> Floats:
+                return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
+
+            bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
+            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15}
+            # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
+            # minimum is judged below by the distance that is left, not by these warnings.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                solution = least_squares(residuals, begin, jacobian, bounds, **options)
+            why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
+            if why and self.best is not None:
+                why += self._problem.limits(self.best.point.values)
+            if solution.status <= 0:
+                self.message = f"stopped after {solution.nfev} proposals, the limit{why}"
+            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * solution.cost:
+                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
+        except _Converged:
+            pass
+        except KeyboardInterrupt:
+            self.interrupted = True
+            self.message = "interrupted: the values are the best so far, not those of a minimum"
+
+    def _residuals(self, values: Floats) -> Floats:
+        if self._last is None or not np.array_equal(self._last.values, values):
+            try:
+                # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
+                self._last = self._problem.point(values, differentiated=self._accepted)
+            except Refused:
+                if self.best is None:
+                    raise
+                return np.full(len(self.best.vector), np.nan)
+            finally:
+                self._accepted = False
+                self._show()
+        return self._objective.vector(self._last)
+
+    def _linearised(self, values: Floats) -> Linearised:
+        if self._last is None or not np.array_equal(self._last.values, values):
+            self._last = self._problem.point(values)
+        here = self._objective.linearised(self._last, self._problem.jacobian(self._last))
+        if self.best is None or here.cost <= self.best.cost:
+            self.best = here
+        self.iterations += 1
+        self._accepted = True
+        self._show()
+        self._distance = self._step(here)
+        if self._distance < _CLOSE:
+            raise _Converged
+        return here
+
+    def _step(self, here: Linearised) -> float:
+        """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
+        norms = np.linalg.norm(here.matrix, axis=0)
+        free = norms > 0.0
+        scaled = here.matrix / np.where(free, norms, 1.0)
+        low, high = self._parameters.at_bounds(here.point.values, norms)
+        for _ in range(len(norms)):
+            step = np.zeros(len(norms))
+            step[free] = np.linalg.lstsq(scaled[:, free], -here.vector, rcond=1e-12)[0]
+            out = free & (((step < 0.0) & low) | ((step > 0.0) & high))
+            if not out.any():
+                break
+            free = free & ~out
+        return float(np.linalg.norm(scaled @ step))
+
+    def _show(self) -> None:
+        if self._report is not None and self.best is not None:
+            runs = self._problem.runs + self._problem.differentiated
+            self._report(runs, None, f"chi2 {2.0 * self.best.cost:.8g}")
+
+
+def _check_count(problem: Problem, point: EvaluatedPoint) -> None:
+    """Raise an error for more parameters than data."""
+    data = len(point.rows) + int(np.isfinite(problem.parameters.sigma).sum())
+    solved = problem.linear_unknowns(point)
+    if data < len(problem.parameters) + solved:
+        also = f" and {solved} zero points" if solved else ""
+        raise InvalidInput(
+            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
+            "priors; expected no more parameters than data"
+        )

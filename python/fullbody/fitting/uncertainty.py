@@ -19,8 +19,6 @@ from .problem import Problem
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Covariance", "Derived", "derived", "sample"]
-
 
 #: The ratio of singular values below which a combination of parameters counts as unconstrained.
 _SINGULAR = 1e-9

@@ -28,12 +28,11 @@ __all__ = ["Run"]
 if TYPE_CHECKING:
     from ..plots import Plots
     from ..plots.animation import animate
-    from ..spice.ck import to_ck
-    from ..spice.spk import to_spk
+    from ..spice.kernels import to_ck, to_spk
     from ..view import view
 else:
     animate, view = Deferred(".plots.animation", "animate"), Deferred(".view", "view")
-    to_spk, to_ck = Deferred(".spice.spk", "to_spk"), Deferred(".spice.ck", "to_ck")
+    to_spk, to_ck = Deferred(".spice.kernels", "to_spk"), Deferred(".spice.kernels", "to_ck")
 
 
 #: The drifts of conserved quantities, with what they are.

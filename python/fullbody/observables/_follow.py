@@ -10,8 +10,6 @@ import numpy.typing as npt
 from .. import _core
 from ..typing import Floats
 
-__all__ = ["Path", "along", "fitting_mu", "harmonics", "periods"]
-
 #: The least number of points per revolution, and the powers of e by which the harmonics fall within those points.
 _LEAST, _FALL = 16, 16.0
 

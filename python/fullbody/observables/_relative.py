@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partialmethod
 from typing import Any, NoReturn
 
 import numpy as np
@@ -47,11 +47,15 @@ class RelativeMotion:
         self.what = what
         self.name = f"body {body} ({run.context.names[body]})"
         self.units = run.context.units
-        self.time = run.arrays["time"]
-        signal.check_times(self.time, least, what)
         record = run.arrays
-        self.r = record["position"][:, body] - record["position"][:, about]
-        self.v = record["velocity"][:, body] - record["velocity"][:, about]
+        self.time = record["time"]
+        if len(self.time) < least:
+            raise InvalidInput(f"the run has {len(self.time)} samples; {what} needs {least} or more")
+        steps = np.diff(self.time)
+        if not ((steps > 0).all() or (steps < 0).all()):
+            raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
+        self.r, self.v = (record[name][:, body] - record[name][:, about] for name in ("position", "velocity"))
+        self._samples = follow.Path(self.time, self.r, self.v)
         normal = np.cross(self.r, self.v)
         size = np.linalg.norm(normal, axis=1)
         radial = size <= 1e-14 * np.linalg.norm(self.r, axis=1) * np.linalg.norm(self.v, axis=1)
@@ -69,9 +73,7 @@ class RelativeMotion:
 
     @cached_property
     def path(self) -> follow.Path:
-        """The motion at even times that are close enough to resolve its harmonics. Samples that already are so are
-        taken as they are, as are the samples of a motion that is not an orbit.
-        """
+        """The motion at even times that resolve its harmonics; samples that do so are taken as they are."""
         samples = self._samples
         if not self._orbits:
             self._check_directions()
@@ -99,10 +101,10 @@ class RelativeMotion:
 
     def _check_directions(self) -> None:
         """Raise an error if samples are far apart and no orbit tells the motion between them."""
-        speed = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
+        rate = speed(self._samples)
         cosine = np.sum(self.r[1:] * self.r[:-1], axis=1)
         sine = np.linalg.norm(np.cross(self.r[1:], self.r[:-1]), axis=1)
-        fastest = np.maximum(speed[1:], speed[:-1]) * np.abs(np.diff(self.time))
+        fastest = np.maximum(rate[1:], rate[:-1]) * np.abs(np.diff(self.time))
         angle = np.maximum(np.arctan2(sine, cosine), fastest)
         if angle.max() > _TURN:
             k = int(angle.argmax())
@@ -121,10 +123,6 @@ class RelativeMotion:
         kept = np.union1d(np.arange(0, len(self.time), 2), len(self.time) - 1)
         samples = follow.Path(*(values[kept] for values in self._samples))
         return follow.along(samples, self._mu, self.path.time)[0]
-
-    @property
-    def _samples(self) -> follow.Path:
-        return follow.Path(self.time, self.r, self.v)
 
     @cached_property
     def _mu(self) -> float:
@@ -170,8 +168,7 @@ class RelativeMotion:
         lost = np.abs(ahead - np.diff(angle)) > np.pi
         if lost.any():
             first = int(np.argmax(lost))
-            moment = self.path.time[first]
-            k = int(np.argmin(np.abs(self.time[:-1] - moment)))
+            k = int(np.argmin(np.abs(self.time[:-1] - self.path.time[first])))
             self._refuse_sparse(k, abs(float(ahead[first])) / (2 * np.pi))
         if self.revolutions < least:
             raise InvalidInput(f"the run covers {self.revolutions:.3g} revolutions; {self.what} needs {least} or more")
@@ -192,27 +189,23 @@ class RelativeMotion:
             k = int(angle.argmax())
             raise InvalidInput(
                 f"{self.name} turns by about {angle[k]:.3g} rad in the orbit's frame between the samples at "
-                f"{self.units.attach(self.time[k], 'time')} and {self.units.attach(self.time[k + 1], 'time')}; {what} "
-                f"needs less than {most:.3g} (a smaller output=)"
+                f"{self.span(self.time[k])} and {self.span(self.time[k + 1])}; {what} needs less than {most:.3g} "
+                "(a smaller output=)"
             )
 
     @property
     def relative_spin(self) -> Floats:
         """The body's angular velocity (K, 3) less that of the line to the other body, inertial frame."""
-        orbital_rate = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
-        return np.einsum("kij,kj->ki", self.matrix, self.spin) - orbital_rate[:, None] * self.normal
+        return np.einsum("kij,kj->ki", self.matrix, self.spin) - speed(self._samples)[:, None] * self.normal
 
-    def rate(self, value: Any) -> Any:
-        return self.units.attach(value, "spin")
+    def attach(self, value: Any, dimension: str) -> Any:
+        """Return numbers with their unit, if the system has units, and ``None`` as it is."""
+        return None if value is None else self.units.attach(np.asarray(value)[()], dimension)
 
-    def angle(self, value: Any) -> Any:
-        return self.units.attach(value, "angle")
-
-    def span(self, value: Any) -> Any:
-        return self.units.attach(value, "time")
-
-    def length(self, value: Any) -> Any:
-        return self.units.attach(value, "length")
+    rate = partialmethod(attach, dimension="spin")
+    angle = partialmethod(attach, dimension="angle")
+    span = partialmethod(attach, dimension="time")
+    length = partialmethod(attach, dimension="length")
 
     @property
     def pole(self) -> Floats:
@@ -222,12 +215,9 @@ class RelativeMotion:
             raise InvalidInput("the body does not spin; it has no pole of rotation")
         return np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
 
-    def mean_rate(self, values: Floats) -> float:
-        """Return the mean rate of an angle that changes with every revolution."""
-        return signal.slope(self.time, values, self._power)
-
-    @property
-    def _power(self) -> int:
+    @cached_property
+    def power(self) -> int:
+        """The power of the window for the mean rate of an angle that changes with every revolution."""
         return 3 if self.revolutions >= WINDOWED else 1
 
     @cached_property
@@ -246,7 +236,7 @@ class RelativeMotion:
 
     def mean_motion(self, path: follow.Path) -> float:
         """Return the mean rate of the longitude."""
-        return abs(signal.slope(path.time, swept(path)[0], self._power))
+        return abs(signal.slope(path.time, swept(path)[0], self.power))
 
     def precession(self, poles: Floats, axis: Any) -> tuple[float | None, Floats]:
         """Return the mean rate at which directions turn about an axis, and their angles from it.
@@ -270,7 +260,7 @@ class RelativeMotion:
         node = np.cross(axis, normal)
         across = np.cross(normal, node) / np.linalg.norm(normal, axis=1)[:, None]
         angle = signal.unwrapped(np.arctan2(np.sum(r * across, axis=1), np.sum(r * node, axis=1)))
-        return abs(signal.slope(self.path.time, angle, self._power))
+        return abs(signal.slope(self.path.time, angle, self.power))
 
 
 def across(axis: Floats) -> tuple[Floats, Floats]:
@@ -300,14 +290,8 @@ def step(start: follow.Path, end: follow.Path, first: Floats, last: Floats) -> F
     """Return the angles (K,) that the direction sweeps from each point of one path to the next point of another.
 
     The angle is the great circle between both directions, plus the excess of the way that leaves and arrives along the
-    velocities: a cubic across the circle, so that the error falls with the fourth power of the step.
-
-    Parameters
-    ----------
-    start, end
-        Paths of K points each.
-    first, last : ndarray, (K,)
-        The senses of the motion in the paths, 1 or -1; see :func:`swept`.
+    velocities: a cubic across the circle, so that the error falls with the fourth power of the step. The senses (K,) of
+    the motion, 1 or -1, are ``first`` in the one path and ``last`` in the other.
     """
     u, w = (path.r / np.linalg.norm(path.r, axis=1)[:, None] for path in (start, end))
     n, m = (sense[:, None] * _unit(np.cross(path.r, path.v)) for path, sense in ((start, first), (end, last)))

@@ -6,10 +6,8 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.units import need
-from ..errors import InvalidInput
 from ..typing import Floats
 
 
@@ -19,21 +17,8 @@ def scipy_module(name: str) -> Any:
         return import_module(f"scipy.{name}")
 
 
-def check_times(time: Floats, least: int, what: str) -> None:
-    """Raise an error for too few samples, and for times that do not increase or decrease throughout."""
-    if len(time) < least:
-        raise InvalidInput(f"the run has {len(time)} samples; {what} needs {least} or more")
-    steps = np.diff(time)
-    if not (np.all(steps > 0) or np.all(steps < 0)):
-        raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
-
-
 def slope(time: Floats, values: Floats, power: int = 1) -> float:
-    """Return the slope of a straight line by least squares, weighted by a power of a Hann window.
-
-    A periodic term with k periods, k above power + 1, is reduced to about k^-(2 power + 1) (Laskar 1993, Physica D 67,
-    257).
-    """
+    """Return a least-squares slope, weighted by a power of a Hann window (Laskar 1993, Physica D 67, 257)."""
     phase = (time - time[0]) / (time[-1] - time[0])
     # The weights are positive at the ends too, so that a few samples suffice.
     weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)
@@ -52,12 +37,6 @@ def averaged(time: Floats, values: Floats, length: float) -> Floats:
     integral = np.concatenate([[0.0], np.cumsum(np.diff(way) * (values[1:] + values[:-1]) / 2)])
     first, last = np.maximum(way - length / 2, way[0]), np.minimum(way + length / 2, way[-1])
     return np.asarray((np.interp(last, way, integral) - np.interp(first, way, integral)) / (last - first))
-
-
-def windings(vector: npt.NDArray[np.complex128]) -> float:
-    """Return the number of turns of the direction of a complex vector."""
-    angle = unwrapped(np.angle(vector))
-    return float(angle[-1] - angle[0]) / (2 * np.pi)
 
 
 def even(time: Floats) -> bool:

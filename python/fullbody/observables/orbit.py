@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.units import plain
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements, computed
@@ -16,21 +17,9 @@ from . import _signal as signal
 from ._follow import Path
 from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 
-__all__ = [
-    "ElementRates",
-    "MeanElements",
-    "MutualPeriod",
-    "Precession",
-    "element_rates",
-    "mean_elements",
-    "mutual_period",
-    "orbit_precession",
-]
-
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
 #: and the relative size below which that term may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
-_ELEMENTS = ("a", "e", "i", "Omega", "omega", "M")
 #: Two apsidal rates agree if they differ by less than this fraction of them plus this fraction of a turn per run.
 _AGREE, _TURNED = 0.02, 1e-4
 
@@ -63,9 +52,9 @@ class ElementRates(ArrayFields):
         varpi + M, ``h`` = e sin(varpi) and ``k`` = e cos(varpi), by differences of second order.
     mean_rates : dict of str to float or Quantity
         Slopes of straight lines through the whole run (least squares under a Hann window, to its third power from five
-        revolutions on). Both dicts lack angles that are not defined, and raise an error that says why when they are
-        asked for one: omega, varpi and M of an orbit whose osculating eccentricity comes to zero within its scatter, or
-        whose periapsis samples do not resolve, and Omega and omega of one whose inclination does so.
+        revolutions on). Both dicts lack angles that are not defined, and say why when they are asked for one: omega,
+        varpi and M if the osculating eccentricity comes to zero within its scatter, or samples do not resolve
+        periapsis, and Omega and omega if the inclination does so.
     """
 
     elements: KeplerElements[Array]
@@ -79,15 +68,7 @@ class ElementRates(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeanElements(ArrayFields):
-    """Means of the osculating elements of an orbit.
-
-    Attributes
-    ----------
-    a : float or Quantity
-    e : float
-    i : float or Quantity
-        Inclination in radians.
-    """
+    """Means of the osculating elements ``a``, ``e`` and ``i`` of an orbit."""
 
     a: Scalar
     e: Scalar
@@ -109,10 +90,9 @@ class MutualPeriod(ArrayFields):
     period : ndarray or Quantity, (R,)
         The period of each revolution.
     mean : float or Quantity
-        2 pi divided by the mean rate of the longitude over the run: the slope of a straight line by least squares under
-        the third power of a Hann window. This mean uses all samples and suppresses terms that recur four times or more;
-        it differs a little from the mean of ``period``, which depends only on the ends of the revolutions. In a run of
-        less than five revolutions it is the mean of ``period``.
+        2 pi divided by the mean rate of the longitude: the slope of a straight line by least squares under the third
+        power of a Hann window, which suppresses terms that recur four times or more. In a run of less than five
+        revolutions it is the mean of ``period``, which depends only on the ends of the revolutions.
     drift : float
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
@@ -134,18 +114,16 @@ class Precession(ArrayFields):
     Attributes
     ----------
     apsidal : float, Quantity or None
-        Mean rate of periapsis, in radians per unit of time and positive along the motion, from a direction in the
-        orbit's plane that turns with the plane but not in it: the mean of d(omega)/dt + cos(i) d(Omega)/dt, whichever
-        plane i, Omega and omega refer to. It depends neither on the axis nor on the length of the run. ``None`` if the
-        distance shows no periapsis, as in a circular orbit, or only variations of another origin.
+        Mean rate of periapsis, positive along the motion, from a direction in the orbit's plane that turns with the
+        plane but not in it: the mean of d(omega)/dt + cos(i) d(Omega)/dt, whichever plane i, Omega and omega refer to.
+        ``None`` if the distance shows no periapsis, as in a circular orbit, or only variations of another origin.
     nodal : float, Quantity or None
         Mean rate of the node about the axis, d(Omega)/dt. ``None`` if the orbit's pole is nearer to the axis or its
         opposite than 1e-9 radians at half of the samples or more, since the node is then round-off, and if the pole
         goes about the axis another number of times by every second sample.
     argument_of_periapsis : float, Quantity or None
         Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` if either is missing. It vanishes
-        at the critical inclination. The longitude of periapsis, Omega + omega, changes by the sum of this rate and
-        ``nodal``.
+        at the critical inclination.
     anomalistic_period : float, Quantity or None
         Mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
@@ -153,7 +131,7 @@ class Precession(ArrayFields):
         angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, grows
         faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
-        The smallest and the largest angle between the orbit's pole and the axis, radians.
+        The smallest and the largest angle between the orbit's pole and the axis.
     """
 
     apsidal: Scalar | None
@@ -164,19 +142,11 @@ class Precession(ArrayFields):
     inclination: Array
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rates, periods and inclinations for a table: ``apsidal_rate``, ``nodal_rate``,
-        ``argument_of_periapsis_rate``, ``anomalistic_period``, ``sidereal_period``, ``smallest_inclination`` and
-        ``largest_inclination``.
-        """
-        return {
-            "apsidal_rate": self.apsidal,
-            "nodal_rate": self.nodal,
-            "argument_of_periapsis_rate": self.argument_of_periapsis,
-            "anomalistic_period": self.anomalistic_period,
-            "sidereal_period": self.sidereal_period,
-            "smallest_inclination": self.inclination[0],
-            "largest_inclination": self.inclination[1],
-        }
+        """Return the rates, each with ``_rate`` after its name, periods, ``smallest_`` and ``largest_inclination``."""
+        rates = {f"{name}_rate": getattr(self, name) for name in ("apsidal", "nodal", "argument_of_periapsis")}
+        periods = {name: getattr(self, name) for name in ("anomalistic_period", "sidereal_period")}
+        smallest, largest = self.inclination
+        return {**rates, **periods, "smallest_inclination": smallest, "largest_inclination": largest}
 
 
 def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> ElementRates:
@@ -185,19 +155,10 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
+        A run of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
-        Indices in the system, or names.
-
-    Returns
-    -------
-    ElementRates
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -210,28 +171,19 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     """
     motion = RelativeMotion(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, body=body, about=about)
-    a, e, i, *angles = (np.asarray(getattr(value := getattr(elements, name), "value", value)) for name in _ELEMENTS)
-    varpi, longitude = angles[0] + angles[1], sum(angles)
+    a, e, i, *angles = (plain(getattr(elements, name)) for name in ("a", "e", "i", "Omega", "omega", "M"))
+    varpi = angles[0] + angles[1]
     columns: dict[str, Floats] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
-    for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, longitude), strict=True):
+    for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, varpi + angles[2]), strict=True):
         columns[name] = signal.unwrapped(angle)
     undefined = _undefined(motion, e, i, *angles[:2])
     rates, means = Rates(undefined), Rates(undefined)
-    for name, values in columns.items():
-        if name in undefined:
-            continue
-        for result, number in (
-            (rates, np.gradient(values, motion.time, edge_order=2)),
-            (means, motion.mean_rate(values)),
-        ):
-            unit = {"a": "velocity", "e": "rate", "h": "rate", "k": "rate"}.get(name, "spin")
-            result[name] = motion.units.attach(number, unit)
-    attached = [
-        motion.units.attach(a, "length"),
-        e,
-        *(motion.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
-    ]
-    return ElementRates(computed(attached, run.context.frame), rates, means)
+    for name in (name for name in columns if name not in undefined):
+        unit = {"a": "velocity", "e": "rate", "h": "rate", "k": "rate"}.get(name, "spin")
+        rates[name] = motion.attach(np.gradient(columns[name], motion.time, edge_order=2), unit)
+        means[name] = motion.units.attach(signal.slope(motion.time, columns[name], motion.power), unit)
+    angles = [motion.attach(columns[name], "angle") for name in ("i", "Omega", "omega", "M")]
+    return ElementRates(computed([motion.attach(a, "length"), e, *angles], run.context.frame), rates, means)
 
 
 def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, periapsis: Floats) -> dict[str, str]:
@@ -252,10 +204,10 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
         # A vector that is zero throughout has the direction that elements give it by convention.
         if not length.any():
             continue
-        scatter = float(
-            np.std(length - signal.averaged(motion.time, length, abs(np.ptp(motion.time)) / motion.revolutions))
-        )
-        revolutions = [signal.windings(vector[first::step]) for first, step in ((0, 1), (0, 2))]
+        revolution = abs(np.ptp(motion.time)) / motion.revolutions
+        scatter = float(np.std(length - signal.averaged(motion.time, length, revolution)))
+        turns = (signal.unwrapped(np.angle(vector[::step])) for step in (1, 2))
+        revolutions = [float(angle[-1] - angle[0]) / (2 * np.pi) for angle in turns]
         if length.min() <= scatter or abs(revolutions[0] - revolutions[1]) > 0.5:
             reason = (
                 f"the osculating {what} of {motion.name} comes to {length.min():.2g}, with a scatter of {scatter:.2g} "
@@ -268,26 +220,15 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
 
 
 def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> MeanElements:
-    """Compute the means of an orbit's osculating semi-major axis, eccentricity and inclination.
-
-    The means are taken under a Hann window, which suppresses terms that recur several times in the run.
+    """Compute means of the osculating a, e and i under a Hann window, which suppresses terms that recur several times.
 
     Parameters
     ----------
     run : Run
+        A run of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
-        Indices in the system, or names.
-
-    Returns
-    -------
-    MeanElements
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -314,17 +255,8 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     Parameters
     ----------
     run : Run
+        A run of two revolutions or more.
     body, about : int or str
-        Indices in the system, or names.
-
-    Returns
-    -------
-    MutualPeriod
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -336,13 +268,9 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     """
     motion = RelativeMotion(run, body, about, 8, "a mutual period", REVOLUTIONS)
     moments = passages(motion)
-    revolutions = len(moments) - 1
-    ends = moments[1:]
-    period = np.diff(moments)
-    drift = float("nan")
-    if revolutions >= 3:
-        drift = signal.slope(ends, period)
-    mean = 2 * np.pi / motion.mean_motion(motion.path) if revolutions >= WINDOWED else period.mean()
+    ends, period = moments[1:], np.diff(moments)
+    drift = signal.slope(ends, period) if len(ends) >= 3 else float("nan")
+    mean = 2 * np.pi / motion.mean_motion(motion.path) if len(ends) >= WINDOWED else period.mean()
     return MutualPeriod(motion.span(ends), motion.span(period), motion.span(np.float64(mean)), drift)
 
 
@@ -359,16 +287,12 @@ def passages(motion: RelativeMotion) -> Floats:
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
         after = int(np.argmax(angle >= target))
         moments.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
-    return _sharpened(motion, np.array(moments), start)
-
-
-def _sharpened(motion: RelativeMotion, moments: Floats, start: float) -> Floats:
-    """Refine times of passages by Newton's method along the Kepler orbits, as a spline errs on eccentric orbits."""
+    found: Floats = np.array(moments)
+    # A spline errs on eccentric orbits; Newton's method along the Kepler orbits refines its times.
     for _ in range(3):
-        angle, rate = motion.longitude_at(moments)
-        missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
-        moments = moments - missed / rate
-    return moments
+        angle, rate = motion.longitude_at(found)
+        found = found - (np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi) / rate
+    return found
 
 
 def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, about: int | str = 0) -> Precession:
@@ -383,21 +307,11 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     Parameters
     ----------
     run : Run
-        A run of several revolutions; more revolutions give better means.
+        A run of five revolutions or more; more give better means. The apsidal rate from every second sample has to
+        agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
     axis : array_like, (3,), optional
         The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str
-        Indices in the system, or names.
-
-    Returns
-    -------
-    Precession
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than five revolutions, and for samples too far apart: the apsidal rate from every second
-        sample has to agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
 
     Notes
     -----
@@ -426,13 +340,13 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     if radial is not None:
         _check_halved(motion, sidereal - radial)
     nodal, inclination = motion.precession(motion.normal, axis)
-    draconic = None if nodal is None or radial is None else motion.from_node(axis)
+    draconic = None if nodal is None or radial is None else motion.from_node(axis) - radial
     return Precession(
-        None if radial is None else motion.rate(np.float64(sidereal - radial)),
-        None if nodal is None else motion.rate(np.float64(nodal)),
-        None if draconic is None or radial is None else motion.rate(np.float64(draconic - radial)),
-        None if radial is None else motion.span(np.float64(2 * np.pi / radial)),
-        motion.span(np.float64(2 * np.pi / sidereal)),
+        motion.rate(None if radial is None else sidereal - radial),
+        motion.rate(nodal),
+        motion.rate(draconic),
+        motion.span(None if radial is None else 2 * np.pi / radial),
+        motion.span(2 * np.pi / sidereal),
         motion.angle(np.array([inclination.min(), inclination.max()])),
     )
 
@@ -442,12 +356,8 @@ def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None
     sidereal = motion.mean_motion(path)
     distance = np.linalg.norm(path.r, axis=1)
     terms = zip(*signal.lines(path.time, distance, _TERMS), strict=True)
-    near = sorted(
-        ((size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR), key=lambda t: -t[0]
-    )
-    if not near or near[0][0] < _ROUND * distance.mean():
-        return sidereal, None
-    if len(near) > 1 and near[1][0] > near[0][0] / 2:
+    near = sorted((-size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR)
+    if not near or -near[0][0] < _ROUND * distance.mean() or (len(near) > 1 and near[1][0] < near[0][0] / 2):
         return sidereal, None
     return sidereal, near[0][1]
 
@@ -457,8 +367,8 @@ def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
     sidereal, radial = frequencies(motion, motion.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:
-        reasons = "none" if radial is None else f"{motion.rate(np.float64(sidereal - radial)):.4g}"
+        other = "none" if radial is None else f"{motion.rate(sidereal - radial):.4g}"
         raise InvalidInput(
-            f"the apsidal rate is {motion.rate(np.float64(apsidal)):.4g} by all samples, but {reasons} by every second "
-            f"one; precession needs samples closer together ({motion.closer()})"
+            f"the apsidal rate is {motion.rate(apsidal):.4g} by all samples, but {other} by every second one; "
+            f"precession needs samples closer together ({motion.closer()})"
         )

@@ -16,11 +16,10 @@ from ..record.record import Record
 from ..typing import Scalar
 from ._relative import check_run
 
-__all__ = ["Drift", "Fate", "drift", "fate"]
-
 #: The distance, in sums of the longest semi-axes, beyond which figures and spins change the energy of an orbit by less
 #: than a thousandth of its parts.
 _FAR = 20.0
+_DRIFTS = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,11 +61,7 @@ class Drift(ArrayFields):
 
     def as_dict(self) -> dict[str, Any]:
         """Return ``energy_drift``, ``energy_drift_orbital`` and ``angular_momentum_drift`` for a table."""
-        return {
-            "energy_drift": self.energy,
-            "energy_drift_orbital": self.energy_orbital,
-            "angular_momentum_drift": self.angular_momentum,
-        }
+        return dict(zip(_DRIFTS, (self.energy, self.energy_orbital, self.angular_momentum), strict=True))
 
 
 def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> Fate:
@@ -75,20 +70,11 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     Parameters
     ----------
     run : Run
+        A run with samples, unless it ended with a contact.
     body, about : int or str
-        Indices in the system, or names.
     beyond : float or Quantity, optional
         The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest
         semi-axes.
-
-    Returns
-    -------
-    Fate
-
-    Raises
-    ------
-    InvalidInput
-        For a run without samples that did not end with a contact.
 
     Notes
     -----
@@ -110,7 +96,8 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     check_run(run, "a fate")
     context = run.context
     first, second = context.index(body, "body"), context.index(about, "about")
-    limit = _far(context, first, second) if beyond is None else context.units.number(beyond, "length", "beyond")
+    far = _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (first, second)))
+    limit = far if beyond is None else context.units.number(beyond, "length", "beyond")
     contact = _contact(run, first)
     if contact is not None:
         return Fate("contact", contact)
@@ -144,10 +131,6 @@ def _contact(run: Record, body: int) -> Any:
     return None
 
 
-def _far(context: Context, body: int, about: int) -> float:
-    return _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (body, about)))
-
-
 def _gone(run: Record, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
     """Return at which samples a body is far away and unbound."""
     arrays = run.arrays
@@ -163,10 +146,6 @@ def drift(run: Record) -> Drift:
     ----------
     run : Run
 
-    Returns
-    -------
-    Drift
-
     Examples
     --------
     >>> import fullbody
@@ -175,5 +154,4 @@ def drift(run: Record) -> Drift:
     True
     """
     check_run(run, "a drift")
-    names = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
-    return Drift(*(float(np.abs(getattr(run, name)).max()) if len(run) else None for name in names))
+    return Drift(*(float(np.abs(getattr(run, name)).max()) if len(run) else None for name in _DRIFTS))

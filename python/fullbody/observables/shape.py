@@ -16,8 +16,6 @@ from ._follow import Path
 from ._relative import WINDOWED, RelativeMotion
 from .orbit import frequencies, passages
 
-__all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
-
 #: Number of Newton steps from a sampled extreme of the distance to the extreme itself.
 _STEPS = 4
 
@@ -45,15 +43,9 @@ class OrbitShape(ArrayFields):
     e: Any
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the extreme distances ``periapsis`` and ``apoapsis``, and the means of ``a`` and ``e`` as
-        ``a_of_distances`` and ``e_of_distances``, for a table.
-        """
-        return {
-            "periapsis": self.periapsis.min(),
-            "apoapsis": self.apoapsis.max(),
-            "a_of_distances": self.a.mean(),
-            "e_of_distances": self.e.mean(),
-        }
+        """Return the extremes ``periapsis`` and ``apoapsis``, and means ``a_of_distances`` and ``e_of_distances``."""
+        means = {f"{name}_of_distances": getattr(self, name).mean() for name in ("a", "e")}
+        return {"periapsis": self.periapsis.min(), "apoapsis": self.apoapsis.max(), **means}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,18 +83,8 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     Parameters
     ----------
     run : Run
-        A run of one revolution at least.
+        A run of one revolution or more.
     body, about : int or str
-        Indices in the system, or names.
-
-    Returns
-    -------
-    OrbitShape
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than one revolution, and for samples half a revolution apart or more.
 
     Notes
     -----
@@ -128,8 +110,7 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     sampled = motion.at(moments)
     distance, speed = _radial(sampled)
     first = np.searchsorted(moments, ends)
-    extremes = [_extremes(motion, moments, speed, distance, sign, first) for sign in (1.0, -1.0)]
-    nearest, farthest = extremes
+    nearest, farthest = (_extremes(motion, moments, speed, distance, sign, first) for sign in (1.0, -1.0))
     return OrbitShape(
         motion.span(ends[1:]),
         motion.length(nearest),
@@ -148,11 +129,7 @@ def _radial(path: Path) -> tuple[Floats, Floats]:
 def _extremes(
     motion: RelativeMotion, moments: Floats, speed: Floats, distance: Floats, sign: float, first: npt.NDArray[np.intp]
 ) -> Floats:
-    """Return the smallest (sign 1) or largest (-1) distance of each revolution, given the times of its ends.
-
-    Candidates are the distances where the radial velocity changes sign and those at the samples, since round-off may
-    put an extreme at the end of a revolution into neither of two.
-    """
+    """Return the smallest (sign 1) or largest (-1) distances of revolutions, at samples and between them."""
     depths = np.array([(sign * distance[k : m + 1]).min() for k, m in pairwise(first)])
     towards = sign * speed[first[0] : first[-1] + 1]
     starts = first[0] + np.flatnonzero((towards[:-1] < 0.0) & (towards[1:] >= 0.0))
@@ -169,26 +146,15 @@ def _extremes(
 
 
 def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> Eccentricity:
-    """Compute the mean eccentricity of an orbit: the free part, the part that the figures force, and the osculating
-    one.
+    """Compute the mean eccentricity of an orbit: the free part, the part that figures force, and the osculating one.
 
     Parameters
     ----------
     run : Run
-        A run of at least five revolutions; more revolutions give better means.
+        A run of five revolutions or more; more give better means.
     mu : float or Quantity, optional
         Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str
-        Indices in the system, or names.
-
-    Returns
-    -------
-    Eccentricity
-
-    Raises
-    ------
-    InvalidInput
-        For a run of less than five revolutions, and for samples half a revolution apart or more.
 
     Notes
     -----

@@ -1,13 +1,15 @@
-"""Poles, attitudes and libration of a body."""
+"""Poles, attitudes, libration and tumbling of a body."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ..base.kinds import whole
+from ..base.limits import Limits
+from ..base.units import UNITLESS, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..record.record import Record
@@ -15,7 +17,11 @@ from ..typing import Array, Floats, Scalar
 from . import _signal as signal
 from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
 
-__all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
+_NAMES: tuple[Literal["roll", "pitch", "yaw"], ...] = ("roll", "pitch", "yaw")
+#: The half turns that leave an ellipsoid unchanged.
+_HALF_TURNS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
+#: Number of samples before and after a passage that a cubic goes through.
+_AROUND = 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,9 +52,7 @@ class Libration(ArrayFields):
     period: Scalar | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the amplitude as ``libration``, and ``libration_period``, for a table; both are ``None`` for a body
-        that rotates relative to the line between the bodies.
-        """
+        """Return the amplitude as ``libration``, and ``libration_period``, both ``None`` without a libration."""
         return {"libration": self.amplitude, "libration_period": self.period}
 
 
@@ -58,11 +62,11 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     Parameters
     ----------
     run : Run
+        A run of two revolutions of ``body`` about ``about``, or more.
     axis : array_like, (3,), optional
         Reference axis; by default the total angular momentum at the start.
     body, about : int or str
-        Indices in the system, or names; by default ``about`` is the first body other than ``body``. The length of the
-        run is measured in revolutions of ``body`` about ``about``.
+        By default ``about`` is the first body other than ``body``.
 
     Returns
     -------
@@ -72,8 +76,8 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a body that does not spin, and for a pole nearer to the axis than
-        1e-9 radians at half of the samples or more, since its motion about the axis is then round-off.
+        For a body that does not spin, and for a pole nearer to the axis than 1e-9 radians at half of the samples or
+        more, since its motion about the axis is then round-off.
 
     Notes
     -----
@@ -97,7 +101,7 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
             f"below {NEAREST:g} or between the samples it is not known how it goes about it; expected another axis, or "
             f"samples closer together ({motion.closer()})"
         )
-    return motion.rate(np.float64(rate))
+    return motion.rate(rate)
 
 
 def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Array:
@@ -107,12 +111,11 @@ def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Arra
     ----------
     run : Run
     body, about : int or str
-        Indices in the system, or names.
 
     Returns
     -------
     ndarray or Quantity, (K,)
-        Angles in radians, from 0 to pi.
+        Angles from 0 to pi.
 
     Examples
     --------
@@ -138,19 +141,13 @@ def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) ->
     Parameters
     ----------
     run : Run
+        Between its samples the body may turn by half a turn in that frame at most.
     body, about : int or str
-        Indices in the system, or names.
 
     Returns
     -------
     ndarray or Quantity, (K, 3)
-        Roll, pitch and yaw in radians; roll and yaw have no jumps.
-
-    Raises
-    ------
-    InvalidInput
-        For samples between which the body may turn by more than half a turn in that frame, so that the direction of the
-        turn is ambiguous.
+        Roll, pitch and yaw; roll and yaw have no jumps.
 
     Examples
     --------
@@ -173,22 +170,16 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     Parameters
     ----------
     run : Run
-        A run of several periods of the libration, sampled several times in each.
+        A run of two revolutions or more, and several periods of the libration, sampled several times in each: the axis
+        may turn by a quarter turn at most between two samples.
     body, about : int or str
-        Indices in the system, or names.
     n : int
         The largest number of periodic terms.
-
-    Returns
-    -------
-    Libration
 
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a point, for a body without a single longest axis, for one whose
-        longest axis is along the orbit's normal, and for samples between which that axis may turn by more than a
-        quarter turn.
+        For a body without a single longest axis, and for one whose longest axis is along the orbit's normal.
 
     Notes
     -----
@@ -230,25 +221,20 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     angle = angle - np.pi * np.round(angle[0] / np.pi)
     fine = _between(motion, angle)
     swing = float(np.ptp(fine) / 2)
-    if swing > np.pi / 2:
-        none = motion.rate(np.zeros(0)), motion.angle(np.zeros(0)), None
-        return Libration(motion.span(motion.time), motion.angle(angle), None, *none)
-    frequencies, amplitudes = signal.lines(motion.path.time, fine, n)
+    librates = swing <= np.pi / 2
+    frequencies, amplitudes = signal.lines(motion.path.time, fine, n) if librates else np.zeros((2, 0))
     return Libration(
         motion.span(motion.time),
         motion.angle(angle),
-        motion.angle(np.float64(swing)),
+        motion.angle(swing if librates else None),
         motion.rate(frequencies),
         motion.angle(amplitudes),
-        motion.span(np.float64(2 * np.pi / frequencies[0])) if len(frequencies) else None,
+        motion.span(2 * np.pi / frequencies[0] if len(frequencies) else None),
     )
 
 
 def _between(motion: RelativeMotion, angle: Floats) -> Floats:
-    """Return the angle of a direction from the line to the other body, along the path.
-
-    The spline goes through the sum of the angle and the longitude, which is smooth also on an eccentric orbit.
-    """
+    """Return the angle of a direction from the line to the other body, along the path."""
     if motion.path.time is motion.time:
         return angle
     spline = signal.scipy_module("interpolate").CubicSpline
@@ -275,3 +261,95 @@ def orbit_frame(motion: RelativeMotion) -> Floats:
     """Return axes (K, 3, 3) as columns: towards the other body, along its apparent motion, and along the normal."""
     x = -motion.r / np.linalg.norm(motion.r, axis=1)[:, None]
     return np.stack([x, np.cross(motion.normal, x), motion.normal], axis=2)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tumbling(ArrayFields):
+    """The time at which a body first turned further than a limit from its equilibrium attitude.
+
+    Attributes
+    ----------
+    time : float, Quantity or None
+        The time of the first passage; ``None`` if the run has none.
+    angle : {"roll", "pitch", "yaw"} or None
+        The angle that passed the limit.
+    largest : ndarray or Quantity, (3,)
+        The largest absolute roll, pitch and yaw of the run's samples, radians; above half a turn the body has gone
+        round.
+    """
+
+    time: Any
+    angle: Literal["roll", "pitch", "yaw"] | None
+    largest: Any
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return ``largest_roll``, ``largest_pitch`` and ``largest_yaw``, which are half a turn if the body has gone
+        round; ``tumbles``, 1 if the limit was passed, else 0; and ``tumbling_time``, or ``None``.
+        """
+        half_turn = np.pi * (self.largest.unit if is_quantity(self.largest) else 1.0)
+        largest = zip(_NAMES, np.minimum(self.largest, half_turn), strict=True)
+        sizes = {f"largest_{name}": size for name, size in largest}
+        return {**sizes, "tumbles": float(self.time is not None), "tumbling_time": self.time}
+
+
+def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: int | str = 0) -> Tumbling:
+    """Determine whether and when a body's roll, pitch or yaw passes a limit.
+
+    The angles are those of :func:`roll_pitch_yaw`, but relative to the nearest of the attitudes in which an ellipsoid
+    looks the same, so that a body that starts upside down or backwards starts near zero. From there they are followed
+    without jumps, so that a roll of 370 degrees is not taken for one of 10.
+
+    Parameters
+    ----------
+    run : Run
+        Between its samples the body may turn by half a turn in its orbit's frame at most.
+    limit : float or Quantity
+        At most a quarter turn, which is the largest pitch possible.
+    body, about : int or str
+
+    Notes
+    -----
+    Between two samples the time is found on a cubic through those around it. A swing beyond the limit and back that
+    falls between samples is not detected.
+
+    Examples
+    --------
+    With its pole a little aside of the orbit's normal Dimorphos rolls, but does not tumble.
+
+    >>> import fullbody, numpy as np
+    >>> system, state = fullbody.systems.didymos_after_dart(tilt=1e-3)
+    >>> run = system.integrate(state, 300.0, output=1.0)
+    >>> found = fullbody.observables.tumbles(run, limit=np.radians(30))
+    >>> found.angle, round(float(found.time))
+    ('roll', 255)
+    >>> fullbody.observables.tumbles(run).time is None
+    True
+    """
+    quarter = Limits(above=0.0, most=np.pi / 2, text="an angle above zero, a quarter turn (pi/2) at most")
+    most = UNITLESS.number(limit, "angle", "limit", quarter)
+    motion = RelativeMotion(run, body, about, 1, "tumbling")
+    relative = in_orbit_frame(motion)
+    nearest = int(np.argmax(_HALF_TURNS @ np.diagonal(relative[0])))
+    rotation_angles = angles(relative * _HALF_TURNS[nearest])
+    size = np.abs(rotation_angles)
+    largest = motion.angle(size.max(axis=0))
+    # The run may go backwards in time: the first passage is the first one recorded.
+    beyond = (size > most).any(axis=1)
+    if not beyond.any():
+        return Tumbling(None, None, largest)
+    k = int(np.argmax(beyond))
+    passages = [
+        (_passage(motion.time, size[:, j], k, most), name) for j, name in enumerate(_NAMES) if size[k, j] > most
+    ]
+    forward = -1.0 if len(motion.time) > 1 and motion.time[1] < motion.time[0] else 1.0
+    time, name = min(passages, key=lambda passage: forward * passage[0])
+    return Tumbling(motion.span(time), name, largest)
+
+
+def _passage(time: Floats, size: Floats, k: int, limit: float) -> float:
+    """Return the time at which an angle passes a limit between the samples k - 1 and k."""
+    if k == 0:
+        return float(time[0])
+    near = slice(max(k - _AROUND, 0), k + _AROUND)
+    cubic = signal.scipy_module("interpolate").BarycentricInterpolator(time[near], size[near] - limit)
+    return float(signal.scipy_module("optimize").brentq(cubic, time[k - 1], time[k]))

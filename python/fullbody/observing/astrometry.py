@@ -16,8 +16,6 @@ from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_
 from .data import Observations
 from .vectors import Vectors, local_geometry, turn
 
-__all__ = ["Astrometry"]
-
 #: The largest offset, a degree in radians, that causes no warning if it is a plain number.
 _WIDEST = np.pi / 180.0
 
@@ -54,16 +52,6 @@ class Astrometry(Observations):
         Whether the positions are those of the centres of light of the two bodies, by Lommel-Seeliger's law, instead of
         their centres of mass. Both have to be ellipsoids, spheres or points; the geometry needs the Sun.
 
-    Raises
-    ------
-    InvalidInput
-        For errors that are not above zero, correlations that are not between -1 and 1, and shapes that do not fit.
-
-    Warns
-    -----
-    InconsistentInput
-        For rows that are left out.
-
     Examples
     --------
     >>> import astropy.units as u, fullbody
@@ -99,17 +87,16 @@ class Astrometry(Observations):
         frame: Any = "equatorial",
         photocentre: bool = False,
     ) -> None:
-        given = {
-            name: column(value, name, "rad") for name, value in (("east", east), ("north", north), ("sigma", sigma))
-        }
+        values = {"east": east, "north": north, "sigma": sigma}
+        given = {name: column(value, name, "rad") for name, value in values.items()}
         plain = [name for name, (_, unit) in given.items() if unit is None]
         if plain and len(plain) < 3:
             raise InvalidInput(
                 f"{plain[0]} has no unit, but others of east, north and sigma have; expected all or none"
             )
-        numbers = {name: values for name, (values, _) in given.items()}
-        for name, value in (("east", east), ("north", north)):
-            refuse_rounded(value, numbers[name], numbers["sigma"], f"{name} of Astrometry")
+        numbers = {name: part for name, (part, _) in given.items()}
+        for name in ("east", "north"):
+            refuse_rounded(values[name], numbers[name], numbers["sigma"], f"{name} of Astrometry")
         numbers["correlation"], without = column(correlation, "correlation", "")
         if without is not None and not without.is_equivalent(""):
             raise InvalidInput(f"correlation has the unit {without}; expected plain numbers")
@@ -136,13 +123,7 @@ class Astrometry(Observations):
 
     @classmethod
     def from_polar(
-        cls,
-        times: Any,
-        separation: Any,
-        position_angle: Any,
-        sigma_separation: Any,
-        sigma_angle: Any,
-        **options: Any,
+        cls, times: Any, separation: Any, position_angle: Any, sigma_separation: Any, sigma_angle: Any, **options: Any
     ) -> Self:
         """Make astrometry from separations and position angles.
 
@@ -172,13 +153,10 @@ class Astrometry(Observations):
         >>> data.correlation.round(6)
         array([-0.923077])
         """
-        (rho, unit), (angle, _) = (
-            column(separation, "separation", "rad"),
-            column(position_angle, "position_angle", "rad"),
-        )
-        along, _ = column(sigma_separation, "sigma_separation", "rad")
-        turn, _ = column(sigma_angle, "sigma_angle", "rad")
-        along, turn = positive_rows(along, "sigma_separation"), positive_rows(turn, "sigma_angle")
+        rho, unit = column(separation, "separation", "rad")
+        angle = column(position_angle, "position_angle", "rad")[0]
+        errors = {"sigma_separation": sigma_separation, "sigma_angle": sigma_angle}
+        along, turn = (positive_rows(column(sigma, name, "rad")[0], name) for name, sigma in errors.items())
         warn_if_degrees(position_angle, "position_angle")
         if not (rho > 0.0).all():
             raise InvalidInput("separation has values that are not above zero; expected lengths in the sky")
@@ -281,11 +259,9 @@ def offsets(about: Floats, apart: Floats) -> Floats:
     The vectors ``about`` (K, 3) go from the observer to the reference body, and ``apart`` (K, 3) from there to the
     other body. The function is analytic and takes complex numbers.
     """
-    x, y, z = np.moveaxis(about, -1, 0)
+    (x, y, z), (along, across, up) = (np.moveaxis(vectors, -1, 0) for vectors in (about, apart))
     level = np.sqrt(x * x + y * y)
     length = np.sqrt(x * x + y * y + z * z)
-    east = (x * apart[..., 1] - y * apart[..., 0]) / level
-    outward = (x * apart[..., 0] + y * apart[..., 1]) / level
-    north = (level * apart[..., 2] - z * outward) / length
-    depth = length + (level * outward + z * apart[..., 2]) / length
-    return np.stack([east / depth, north / depth], axis=-1)
+    outward = (x * along + y * across) / level
+    depth = length + (level * outward + z * up) / length
+    return np.stack([(x * across - y * along) / level / depth, (level * up - z * outward) / length / depth], axis=-1)

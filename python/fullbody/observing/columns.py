@@ -17,17 +17,12 @@ from ..base.units import UNITLESS, gathered, is_quantity, need, numbers, refuse_
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..typing import Floats
 
-__all__ = ["DataColumn", "Rows", "column", "jitter_of", "positive_rows", "read_table", "refuse_rounded"]
-
 #: The spacing of a type's numbers relative to their standard error above which they are refused.
 _ROUNDED = 0.1
 
 
 def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
-    """Return the numbers of a column, with NaN for masked or missing values, and the unit that it came with.
-
-    Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
-    """
+    """Return the numbers of a column in a unit, with NaN for missing values, and the unit that it came with."""
     refuse_booleans(given, what)
     if hasattr(given, "dims") or getattr(getattr(given, "dtype", None), "kind", "") == "m":
         given = array_or_quantity(given, what)
@@ -56,15 +51,7 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
 
 
 def refuse_rounded(given: Any, values: Floats, sigma: Floats, what: str) -> None:
-    """Raise an error for numbers whose type rounds them to more than a tenth of their standard errors.
-
-    Parameters
-    ----------
-    given : array_like
-        The numbers as they were given.
-    values, sigma : ndarray
-        The same numbers of 64 bits, and their standard errors, in one unit.
-    """
+    """Raise an error for numbers whose given type rounds them to more than a tenth of their standard errors."""
     if (kind := _short(given)) is None:
         return
     values, sigma = np.atleast_1d(values), sigma.min(axis=-1) if sigma.ndim > values.ndim else sigma
@@ -104,15 +91,8 @@ def _unmasked(given: Any) -> tuple[Any, Any]:
 class Rows:
     """Which rows of a table of observations are kept, in the order of time.
 
-    Attributes
-    ----------
-    times : Time, Quantity or ndarray, (K,)
-    kept : ndarray of int, (K,)
-        The indices of the kept rows in the table, in the order of time.
-    missing : tuple of int
-        The indices of the rows that are left out, since a value is masked or NaN.
-    given : int
-        The number of rows of the table.
+    The table has ``given`` rows, of which those with the indices ``kept`` (K,) have the ``times`` (K,), and those with
+    the indices ``missing`` are left out, since a value is masked or NaN.
     """
 
     def __init__(self, times: Any, given: dict[str, Floats], observed: Sequence[str], owner: str) -> None:
@@ -254,7 +234,10 @@ def read_table(
             # Numbers keep a short type, which may be too coarse for their errors.
             short = [values.astype(_short(part) or float) for (values, _), part in zip(pairs, parts, strict=True)]
             scaled = [values if one is None else values * one for values, one in zip(short, units, strict=True)]
-            arguments[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, what)
+            try:
+                arguments[argument] = scaled[0] if isinstance(named, str) else np.stack(scaled, axis=-1)
+            except (ValueError, TypeError) as error:
+                raise InvalidInput(f"the columns of {what} do not go together: {error}") from error
     return arguments
 
 
@@ -266,13 +249,6 @@ def _unit_of(given: Any, argument: str) -> Any:
         return usable_unit(given)
     except (ValueError, TypeError, OverflowError) as error:
         raise InvalidInput(f"unit of {argument} is {given!r}; expected a unit or its name: {error}") from error
-
-
-def _stacked(parts: list[Any], what: str) -> Any:
-    try:
-        return np.stack(parts, axis=-1)
-    except (ValueError, TypeError) as error:
-        raise InvalidInput(f"the columns of {what} do not go together: {error}") from error
 
 
 def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any]) -> Any:

@@ -14,13 +14,9 @@ from ..errors import InvalidInput
 from ..forces.ephemeris import about_sun, barycentric, dense_table
 from ..frames import rotation
 from ..model.context import SystemLike
-from ..spice.conventions import spiceypy
-from ..spice.kernel import message_of
-from ..spice.state import loaded
+from ..spice.state import loaded, message_of, spiceypy
 from ..typing import Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
-
-__all__ = ["from_orbit", "from_spice", "from_system"]
 
 #: The arguments of a geometry, and the ends of its span in s since the first row.
 VectorTable = tuple[dict[str, Any], tuple[float, float]]
@@ -108,26 +104,23 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
     start, length = _span(span)
     et = float((start.jd1 - 2451545.0) * 86400.0 + start.jd2 * 86400.0)
 
-    def vectors(whose: str, origin: str, times: Floats, how: str) -> tuple[Floats, Floats]:
+    def vectors(whose: str, origin: str, times: Floats, how: str) -> Floats:
         try:
-            rows = [spice.spkpos(whose, et + time, "J2000", how, origin) for time in times]
+            return np.array([spice.spkpos(whose, et + time, "J2000", how, origin)[0] for time in times])
         except spice.utils.exceptions.SpiceyError as error:
             what = f"the position of {whose} from {origin} between {start.isot} and {(start + length * u.s).isot}"
             raise InvalidInput(f"the kernels do not contain {what}: {message_of(error)}") from error
-        return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
 
     target, observer = str(target), str(observer)
 
     def to_observer(times: Floats) -> Floats:
         # Light arrives at the observer at these times, or leaves the target towards the observer.
-        if light_time:
-            return -vectors(target, observer, times, "CN")[0]
-        return vectors(observer, target, times, "XCN")[0]
+        return -vectors(target, observer, times, "CN") if light_time else vectors(observer, target, times, "XCN")
 
     with loaded(kernels):
         times, ways = dense_table(to_observer, 0.0, length, _LONGEST, f"the span of the observer {observer}", margin=0)
         emitted = times - np.linalg.norm(ways, axis=1) / LIGHT_SPEED if light_time else times
-        to_sun = vectors("SUN", target, emitted, "NONE")[0]
+        to_sun = vectors("SUN", target, emitted, "NONE")
     table = {"to_observer": ways * u.km, "to_sun": to_sun * u.km, "frame": "equatorial"}
     return {"times": start + times * u.s, **table}, (0.0, length)
 
@@ -136,11 +129,11 @@ def _span(span: Any) -> tuple[Any, float]:
     """Return the first date of a span, TDB, and its length in s."""
     from astropy.time import TimeDelta
 
-    position = dates(span, "span")
-    if not are_dates(position) or isinstance(span, str):
+    found = dates(span, "span")
+    if not are_dates(found) or isinstance(span, str):
         expected = "expected dates, such as ['2022-09-26 TDB', '2022-10-26 TDB'] or a Time"
         raise InvalidInput(f"span is {shown(span)}; {expected}")
-    moments = np.atleast_1d(position.tdb)
+    moments = np.atleast_1d(found.tdb)
     first, last = moments.min(), moments.max()
     length = float((last - first).to_value("s"))
     # For a single date the span is a second about it.

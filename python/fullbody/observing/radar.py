@@ -15,8 +15,6 @@ from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_
 from .data import Observations
 from .vectors import Vectors
 
-__all__ = ["RadarAstrometry", "RangeAndRate"]
-
 _KINDS = {"range": ("length", "km"), "range_rate": ("velocity", "km/s")}
 
 
@@ -39,7 +37,8 @@ class RadarAstrometry(Observations):
     times : astropy Time, or array_like or Quantity, (K,)
         Times when the echo arrives.
     range, range_rate : array_like or Quantity, (K,), optional
-        One of them or both. Plain numbers are in the system's units. Rows with masked or NaN values are left out.
+        One of them or both. Plain numbers are in the system's units. Rows with masked or NaN values are left out, with
+        a warning.
     sigma : float or Quantity, or a pair of them
         Standard errors, () or (K,) each: of the ranges and of the range rates, as a pair where both are given.
     body : int or str
@@ -47,16 +46,6 @@ class RadarAstrometry(Observations):
     about : int or str, optional
         The body whose range and range rate are subtracted; none for absolute values.
     geometry : Geometry
-
-    Raises
-    ------
-    InvalidInput
-        For errors that are not above zero, and for shapes that do not fit.
-
-    Warns
-    -----
-    InconsistentInput
-        For rows that are left out.
 
     Examples
     --------
@@ -86,12 +75,9 @@ class RadarAstrometry(Observations):
         columns = {name: value for name, value in (("range", range), ("range_rate", range_rate)) if value is not None}
         if not columns:
             raise InvalidInput("range and range_rate are not given; expected one of them or both")
-        if len(columns) == 2:
-            if not isinstance(sigma, tuple | list) or len(sigma) != 2:
-                raise InvalidInput("sigma is not a pair; expected one for the ranges and one for the range rates")
-            errors = tuple(sigma)
-        else:
-            errors = (sigma,)
+        errors = sigma if len(columns) == 2 else (sigma,)
+        if not isinstance(errors, tuple | list) or len(errors) != len(columns):
+            raise InvalidInput("sigma is not a pair; expected one for the ranges and one for the range rates")
         self._units: dict[str, Any] = {}
         numbers: dict[str, Floats] = {}
         for (name, value), error in zip(columns.items(), errors, strict=True):
@@ -106,9 +92,8 @@ class RadarAstrometry(Observations):
         super().__init__(rows, geometry)
         self.body, self.about = body, about
         self._values = {name: rows.of(name) for name in columns}
-        self._sigma = {
-            name: positive_rows(rows.of(f"sigma_{name}"), f"sigma of {name} of RadarAstrometry") for name in columns
-        }
+        spreads = {name: rows.of(f"sigma_{name}") for name in columns}
+        self._sigma = {name: positive_rows(s, f"sigma of {name} of RadarAstrometry") for name, s in spreads.items()}
 
     @classmethod
     def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
@@ -125,21 +110,22 @@ class RadarAstrometry(Observations):
     @property
     def range(self) -> Any:
         """The ranges (K,); ``None`` if they were not observed."""
-        return self._united("range", self._values["range"]) if "range" in self._values else None
+        return self._united("range", self._values.get("range"))
 
     @property
     def range_rate(self) -> Any:
         """The range rates (K,); ``None`` if they were not observed."""
-        return self._united("range_rate", self._values["range_rate"]) if "range_rate" in self._values else None
+        return self._united("range_rate", self._values.get("range_rate"))
 
-    def _united(self, name: str, values: Floats) -> Any:
-        unit = self._units[name]
-        if unit is None:
-            return values
-        return (values * unit_named(_KINDS[name][1])).to(unit)
+    def _united(self, name: str, values: Any) -> Any:
+        unit = self._units.get(name)
+        return values if unit is None else (values * unit_named(_KINDS[name][1])).to(unit)
 
-    def _in_system(self, name: str, values: Floats, system: SystemLike) -> Floats:
-        return system.context.units.strip(self._united(name, values), _KINDS[name][0], f"{name} of RadarAstrometry")
+    def _in_system(self, columns: dict[str, Floats], system: SystemLike) -> Floats:
+        """Return columns of ranges and range rates (K, C) in a system's units."""
+        given = ((name, self._united(name, values), _KINDS[name][0]) for name, values in columns.items())
+        strip = system.context.units.strip
+        return np.stack([strip(v, dimension, f"{name} of RadarAstrometry") for name, v, dimension in given], axis=1)
 
     def _widen(self, jitter: Any) -> None:
         both = jitter if len(self._values) == 2 else (jitter,)
@@ -154,10 +140,10 @@ class RadarAstrometry(Observations):
         }
 
     def _observed(self, system: SystemLike) -> Floats:
-        return np.stack([self._in_system(name, values, system) for name, values in self._values.items()], axis=1)
+        return self._in_system(self._values, system)
 
     def _covariance(self, system: SystemLike) -> Floats:
-        sigma = np.stack([self._in_system(name, values, system) for name, values in self._sigma.items()], axis=1)
+        sigma = self._in_system(self._sigma, system)
         return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,6 @@ from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-
-__all__ = ["LIGHT_SPEED", "in_system", "kilometres", "seconds", "system_epoch"]
 
 #: The speed of light in km/s.
 LIGHT_SPEED = 299792.458
@@ -28,10 +27,7 @@ def system_epoch(system: SystemLike, what: str) -> Any:
 
 
 def in_system(times: Any, system: SystemLike, what: str) -> Floats:
-    """Return times as numbers in a system's unit of time since its epoch, in the shape given.
-
-    Dates are converted to TDB, which is the time scale of a system.
-    """
+    """Return times, or dates of any scale, as numbers in a system's unit of time since its epoch."""
     times = epochs.dates(times, what)
     if are_dates(times):
         since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")
@@ -39,17 +35,12 @@ def in_system(times: Any, system: SystemLike, what: str) -> Floats:
     return system.context.units.numbers(times, "time", what)
 
 
-def seconds(system: SystemLike, what: str) -> float:
-    """Return the number of seconds in a system's unit of time."""
-    return _size(system, "time", "s", what)
-
-
-def kilometres(system: SystemLike, what: str) -> float:
-    """Return the number of kilometres in a system's unit of length."""
-    return _size(system, "length", "km", what)
-
-
-def _size(system: SystemLike, dimension: str, unit: str, what: str) -> float:
+def _size(system: SystemLike, what: str, dimension: str, unit: str) -> float:
     if not system.context.units.defined:
         raise InvalidInput(f"{what} needs the system's units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
     return float(system.context.units.unit(dimension).to(unit))
+
+
+#: The numbers of seconds and of kilometres in the units of a system, by functions of it and of what needs them.
+seconds = partial(_size, dimension="time", unit="s")
+kilometres = partial(_size, dimension="length", unit="km")

@@ -13,14 +13,13 @@ from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
 from ..base.kinds import flag
 from ..base.splines import relative_error
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, Units, gathered, is_quantity, need, strip_to
 from ..errors import InvalidInput, caution
 from ..frames import rotation
 from ..model.context import SystemLike
 from ..typing import Array, Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
-
-__all__ = ["SystemGeometry", "Vectors", "local_geometry", "turn"]
 
 #: The error of the spline between rows, relative to the distance, above which a warning is given.
 _COARSE = 1e-3
@@ -87,10 +86,7 @@ class Vectors:
         rows = directions(given, what)
         if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
             raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")
-        if is_quantity(given):
-            from astropy import units as u
-
-            rows = strip_to(given, u.km, what)
+        rows = strip_to(given, unit_named("km"), what) if is_quantity(given) else rows
         return np.array(np.broadcast_to(rows, (len(order), 3))[order], dtype=np.float64)
 
     @property
@@ -101,12 +97,11 @@ class Vectors:
     def _said(self, time: float) -> Any:
         if self._origin is None and self._second is None:
             return float(time)
-        from astropy import units as u
-
-        return time * u.s if self._origin is None else self._origin + time * u.s
+        since = time * unit_named("s")
+        return since if self._origin is None else self._origin + since
 
     def to_observer(self, times: Any) -> Array:
-        """Return vectors from the system's barycentre to the observer.
+        """Return vectors from the system's barycentre to the observer, in the geometry's frame.
 
         Parameters
         ----------
@@ -116,7 +111,7 @@ class Vectors:
         Returns
         -------
         ndarray or Quantity, (..., 3)
-            Vectors in the geometry's frame; Quantities in km if the vectors were given with units.
+            In km if the vectors were given with units.
         """
         return self._attached(self._at(self._observer, self._axis(times)))
 
@@ -125,16 +120,7 @@ class Vectors:
         return self._attached(self._at(self._known_sun(), self._axis(times)))
 
     def phase_angle(self, times: Any) -> Any:
-        """Return the angle between the directions to the observer and to the Sun, in radians.
-
-        Parameters
-        ----------
-        times : astropy Time, float, Quantity or array_like, (...)
-
-        Returns
-        -------
-        float or ndarray, (...)
-        """
+        """Return the angles (...) between the directions to the observer and to the Sun, in radians, at times (...)."""
         axis = self._axis(times)
         e, s = self._at(self._observer, axis), self._at(self._known_sun(), axis)
         angle = np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.einsum("...x,...x->...", e, s))
@@ -146,11 +132,7 @@ class Vectors:
         return self._sun is not None
 
     def _attached(self, found: Floats) -> Any:
-        if self._km is None:
-            return found
-        from astropy import units as u
-
-        return found * u.km
+        return found if self._km is None else found * unit_named("km")
 
     def _known_sun(self) -> Floats:
         if self._sun is None:
@@ -218,9 +200,7 @@ def turn(origin: Any, target: Any) -> Floats:
     return _turn(origin, target) if isinstance(origin, str) and isinstance(target, str) else rotation(origin, target)
 
 
-@functools.cache
-def _turn(origin: str, target: str) -> Floats:
-    return rotation(origin, target)
+_turn = functools.cache(rotation)
 
 
 def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
@@ -234,25 +214,19 @@ def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
 class SystemGeometry:
     """A geometry in the time, units and axes of a system, all in plain numbers.
 
-    Attributes
-    ----------
-    light_speed : float
-        The speed of light in the system's units; infinite if the geometry has no light time.
-    distant : bool
-        Whether only directions of the vectors count, as those of plain numbers without light time.
+    The ``light_speed`` is infinite if the geometry has no light time. Only directions of ``distant`` vectors count, as
+    those of plain numbers without light time.
     """
 
     def __init__(self, geometry: Vectors, system: SystemLike) -> None:
         self._geometry = geometry
-        self._late, self._rate = 0.0, 1.0
+        self._late, self._rate, self._length, self._turn = 0.0, 1.0, 1.0, np.eye(3)
         if geometry._origin is not None:
             self._late = float((system_epoch(system, "a geometry with dates") - geometry._origin).to_value("s"))
         if geometry._second is not None:
             self._rate = seconds(system, "a geometry with units of time")
-        self._length = 1.0
         if geometry._km is not None:
             self._length = kilometres(system, "a geometry with units of length")
-        self._turn = np.eye(3)
         if geometry.frame is not None:
             if system.context.frame is None:
                 raise InvalidInput(
@@ -290,10 +264,7 @@ class SystemGeometry:
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
     def arrival(self, times: Any, place: Any = 0.0) -> Floats:
-        """Return the times (...) at which light from the barycentre, or from places (..., 3) relative to it, arrives.
-
-        For the barycentre this is the inverse of `emission`.
-        """
+        """Return times (...) at which light from the barycentre, or from places (..., 3), arrives at the observer."""
         emitted = np.asarray(times, dtype=np.float64)
         if np.isinf(self.light_speed):
             return emitted
@@ -317,9 +288,8 @@ class SystemGeometry:
     def delays(self, observer: Floats, position: Floats, velocity: Floats) -> Floats:
         """Return the delays (..., N) of the light of bodies on straight lines relative to light from the barycentre.
 
-        The positions and velocities (..., N, 3), relative to the barycentre, are those at the time when the light left
-        the barycentre. The delay t solves abs(d - r - v t) = abs(d) - c t; the root is computed without a difference of
-        large numbers.
+        Positions and velocities (..., N, 3) from the barycentre are those when the light left it. The delay t solves
+        abs(d - r - v t) = abs(d) - c t; the root is computed without a difference of large numbers.
         """
         if np.isinf(self.light_speed):
             return np.zeros(position.shape[:-1])

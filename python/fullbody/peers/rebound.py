@@ -15,9 +15,6 @@ from ..model.shapes import PointMass, Sphere
 from ..model.state import State, from_numbers, strip
 from ..motion.system import System
 
-__all__ = ["from_rebound", "to_rebound"]
-
-
 #: The units of rebound that have a name in astropy too.
 _NAMED = (
     ("m", "cm", "km", "au", "pc"),
@@ -40,22 +37,16 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     ----------
     sim : rebound.Simulation
     units : (length, time, mass) or bool, optional
-        The units of the simulation's numbers, which are not converted; ``True`` for the simulation's own
-        (``sim.units``), or for km, hour, kg if it has none. Results are then Quantities; without this argument they are
-        plain numbers, whether or not the simulation has units.
+        The units of the simulation's numbers, which are not converted; ``True`` for ``sim.units``, or for km, hour, kg
+        if it has none. Results are then Quantities, by default plain numbers.
     **options
         Options that are passed to :class:`fullbody.System`.
-
-    Returns
-    -------
-    system : System
-    state : State
 
     Raises
     ------
     InvalidInput
-        For massless particles and for test particles with a mass (those from ``N_active`` on), which this package does
-        not have; for a simulation without particles; and for units other than the simulation's own.
+        For massless particles and test particles with a mass (from ``N_active`` on), which this package does not have,
+        and for units other than the simulation's own.
 
     Warns
     -----
@@ -111,15 +102,10 @@ def _units(sim: Any, units: Any) -> Any:
         return units
     from rebound import units as known
 
-    sizes = [
-        table[name]
-        for table, name in zip((known.lengths_SI, known.times_SI, known.masses_SI), units_of_simulation, strict=True)
-    ]
+    tables = (known.lengths_SI, known.times_SI, known.masses_SI)
+    sizes = [table[name] for table, name in zip(tables, units_of_simulation, strict=True)]
     if units is True:
-        return tuple(
-            _named(name, size, names, within)
-            for name, size, names, within in zip(units_of_simulation, sizes, _NAMED, _ALIKE, strict=True)
-        )
+        return tuple(map(_named, units_of_simulation, sizes, _NAMED, _ALIKE))
     requested = Units(units)
     for kind, size, within, si in zip(_KINDS, sizes, _ALIKE, ("m", "s", "kg"), strict=True):
         if not np.isclose(requested.unit(kind).to(si), size, rtol=within, atol=0.0):
@@ -159,13 +145,6 @@ def to_rebound(system: System, state: State) -> Any:
     -------
     rebound.Simulation
 
-    Raises
-    ------
-    InvalidInput
-        If the state has another number of bodies.
-    ModuleNotFoundError
-        If the package ``rebound`` is missing.
-
     Warns
     -----
     UserWarning
@@ -194,8 +173,7 @@ def to_rebound(system: System, state: State) -> Any:
     sim.t = core.time
     for index, (body, part) in enumerate(zip(system.bodies, system.context.bodies, strict=True)):
         radius = float(np.cbrt(3.0 / (4.0 * np.pi) * part.volume))
-        x, y, z = core.position[index]
-        vx, vy, vz = core.velocity[index]
+        motion = zip(("x", "y", "z", "vx", "vy", "vz"), (*core.position[index], *core.velocity[index]), strict=True)
         named = {"name": body.name} if body.name is not None and hasattr(rebound.Particle, "name") else {}
-        sim.add(m=part.mass, r=radius, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz, **named)
+        sim.add(m=part.mass, r=radius, **dict(motion), **named)
     return sim

@@ -19,10 +19,7 @@ from ..model.shapes import Ellipsoid, PointMass
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
-from ._meshes import along_body_axes
-from ._text import POSITIVE, Text, naming
-
-__all__ = ["read_sians"]
+from ._files import POSITIVE, Text, along_body_axes, naming
 
 #: The program's own gravitational constant in m^3 kg^-1 s^-2, and its mass of the Sun in the file's unit of mass.
 _G_SI = 6.67408e-11
@@ -61,24 +58,17 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     ----------
     path : str or Path
     units : {None, "SI", "kmhr", "kms"} or (length, time, mass)
-        The program's option ``-units``, which the file does not record. With ``None`` G is 1; with a name G is
-        6.67408e-11 in SI, converted to m s kg, km h kg or km s kg; results are plain numbers. With three units, such as
-        ``("km", "hour", "kg")``, the same G is converted to them and results are Quantities. With ``kepler: 1`` periods
-        are in days (in seconds with "kms").
+        The program's option ``-units``, which the file does not record. With ``None`` G is 1; with a name it is
+        6.67408e-11 in SI, converted to m s kg, km h kg or km s kg; results are plain numbers, and Quantities with three
+        units, such as ``("km", "hour", "kg")``. With ``kepler: 1`` periods are in days (in seconds with "kms").
     **options
         Options that are passed to :class:`fullbody.System`.
-
-    Returns
-    -------
-    system : System
-    state : State
 
     Raises
     ------
     InvalidInput
-        For values that are not numbers, where the message names the line; for missing input (``kepler``, which decides
-        whether positions are elements, has no default); for a polyhedron with an invalid face; and for Kepler elements
-        of more than two bodies, which are not supported.
+        For missing or invalid input, where the message names the line (``kepler``, which decides whether positions are
+        elements, has no default), and for Kepler elements of more than two bodies, which are not supported.
 
     Warns
     -----
@@ -88,8 +78,8 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
 
     Notes
     -----
-    The file's integration settings (``t_end``, ``ntol``, ...) are read but not used. The program solves Kepler's
-    equation by a series to third order in e; here it is solved exactly.
+    The file's integration settings (``t_end``, ``ntol``, ...) are not used. The program solves Kepler's equation by a
+    series to third order in e; here it is solved exactly.
 
     References
     ----------
@@ -99,27 +89,10 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     Examples
     --------
     >>> import fullbody, pathlib, tempfile
-    >>> text = '''
-    ... kepler: 0
-    ... @ Masses
-    ... 2.0
-    ... 4*1e-1
-    ... @ Semiaxes
-    ... 1.0 0.9 0.8
-    ... 0.3 0.2 0.2
-    ... @ Positions
-    ... 0 0 0
-    ... 5 0 0
-    ... @ Velocities
-    ... 0 0 0
-    ... 0 0.7 0
-    ... @ Angles, degrees
-    ... 0 0 90
-    ... 0 0 0
-    ... @ Angular velocities
-    ... 0 0 1
-    ... 0 0 0.1
-    ... '''
+    >>> rows = {"Masses": ("2", "4*1e-1"), "Semiaxes": ("1.0 0.9 0.8", "0.3 0.2 0.2"), "Positions": ("0 0 0", "5 0 0"),
+    ...         "Velocities": ("0 0 0", "0 0.7 0"), "Angles, degrees": ("0 0 90", "0 0 0"),
+    ...         "Angular velocities": ("0 0 1", "0 0 0.1")}
+    >>> text = chr(10).join(["kepler: 0", *(line for name in rows for line in ("@ " + name, *rows[name]))])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "pair.txt")
     ...     _ = path.write_text(text)
@@ -162,9 +135,7 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
     if units is None:
         return None, 1.0, None
     if isinstance(units, str):
-        choice(units, "units", _UNITS)
-        _, G, day = _UNITS[units]
-        return None, G, day
+        return None, *_UNITS[choice(units, "units", _UNITS)][1:]
     target = Units(units)
     from astropy import units as u
 
@@ -197,8 +168,7 @@ class _File(Text):
             self.fail(None, f"no parameter 'kepler'; expected a line {values} before the first section")
         # Only Kepler elements need the section that says which body orbits which.
         needed = _SECTIONS[: 7 if self.switches["kepler"] else 6]
-        missing = needed[len(self._sections) :]
-        if missing:
+        if missing := needed[len(self._sections) :]:
             self.fail(None, f"no section of {missing[0]}; expected, each after a line with @: {', '.join(needed)}")
 
     def _setting(self, line: int, words: list[str]) -> None:
@@ -206,9 +176,8 @@ class _File(Text):
         if name == words[0] or len(words) != 2:
             written = " ".join(words)
             self.fail(line, f"{written!r} is not a setting; expected a name, a colon and a number, such as 'sun: 0'")
-        if name not in (*_SETTINGS, *_SWITCHES):
-            options = ", ".join((*_SETTINGS, *_SWITCHES))
-            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {options}")
+        if name not in (options := (*_SETTINGS, *_SWITCHES)):
+            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {', '.join(options)}")
         value = self.number(line, words[1], name)
         if name in _SWITCHES:
             if value not in _SWITCHES[name]:
@@ -226,9 +195,8 @@ class _File(Text):
             return []
         start, rows = self._sections[index]
         if count is not None and len(rows) != count:
-            line = rows[count][0] if len(rows) > count else start
-            bodies = f"{len(rows)} bodies in the section of {name}"
-            self.fail(line, f"{bodies}; expected {count}, as in the section of masses")
+            what = f"{len(rows)} bodies in the section of {name}; expected {count}, as in the section of masses"
+            self.fail(rows[count][0] if len(rows) > count else start, what)
         return rows
 
     def product(self, line: int, text: str, what: str) -> float:
@@ -236,10 +204,8 @@ class _File(Text):
         factors = re.sub("[()]", "", text).split("/")
         if len(factors) > 2:
             self.fail(line, f"{what} is {text!r}; expected at most one division")
-        above, below = (
-            prod(_PI.get(term) or self.number(line, term, what) for term in factor.split("*"))
-            for factor in (factors[0], factors[1] if len(factors) == 2 else "1")
-        )
+        parts = (factors[0], factors[1] if len(factors) == 2 else "1")
+        above, below = (prod(_PI.get(w) or self.number(line, w, what) for w in part.split("*")) for part in parts)
         if below == 0.0:
             self.fail(line, f"{what} is {text!r}, a division by zero")
         return above / below
@@ -313,11 +279,9 @@ def _from_elements(file: _File, G: float, masses: Any, day: float | None) -> Any
 
 def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
     """Return position and velocity (2, 3) from the elements in the rows of a body."""
-    (node, periapsis, angle), (size, e, inclination) = (
-        file.vectors(name)[body] for name in ("positions", "velocities")
-    )
+    angles, (size, e, inclination) = (file.vectors(name)[body] for name in ("positions", "velocities"))
     line = file.rows("velocities")[body][0]
-    node, periapsis, angle, inclination = np.radians([node, periapsis, angle, inclination])
+    node, periapsis, angle, inclination = np.radians([*angles, inclination])
     if file.switches["kepler"] == 1:
         if day is None:
             file.fail(line, "the file gives a period in days; read it with units='kmhr' or others")
@@ -331,10 +295,9 @@ def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
 
 def _about_sun(file: _File, motion: Any, G: float, masses: Any) -> tuple[Any, Any]:
     """Return positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
-    shares = masses / masses.sum()
     # The vectors are first made relative to the first body, which loses no digits.
     from_first = motion - motion[:, :1]
-    barycentre = np.einsum("n,knx->kx", shares, from_first)
+    barycentre = np.einsum("n,knx->kx", masses / masses.sum(), from_first)
     try:
         r, v = motion[:, 0] + barycentre
         orbit = KeplerElements.from_cartesian(r, v, G * (_SUN + masses.sum()))

@@ -1,32 +1,116 @@
 """Plots of a run, for :attr:`fullbody.Run.plot`, of the results of :mod:`fullbody.fields`, and of impacts.
 
-Each plot has a file of its own; matplotlib is imported when a plot is drawn.
+Matplotlib is imported when a plot is drawn.
 """
 
 from __future__ import annotations
 
-from ._style import RunPlots
-from .angles import angles
-from .elements import elements
-from .energy import energy
-from .fields import roche_lobes, surface_map, surface_scene, zero_velocity
-from .libration import libration
-from .light_curve import light_curve
-from .orbit import orbit
-from .particles import impacts
-from .scene import scene
-from .spins import spins
-from .summary import summary
-from .work import work
+from collections.abc import Mapping
+from dataclasses import dataclass
+from textwrap import fill
+from typing import Any
+
+from ..base.kinds import instance
+from ..errors import InvalidInput
+from ._style import RunPlots, check_body, escaped, joined, matplotlib
+from .curves import angles, elements, energy, libration, light_curve, spins, work
+from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
+from .scene import orbit, scene
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Page:
+    """A page of plots: the figure, and its axes by their content.
+
+    It is not the figure itself, which a notebook would show a second time as the value of a cell's last line.
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure or SubFigure
+    axes : mapping of str to matplotlib Axes
+        ``"orbit"``, ``"a"``, ``"e"``, ``"i"``, ``"energy"``, with forces ``"work"``; and for each body
+        ``"spin of NAME"`` and ``"attitude of NAME"``.
+    """
+
+    figure: Any
+    axes: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
+
+
+def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: int | str = 0) -> Page:
+    """Draw one page: orbit, elements, spins, librations, conservation, and the work of external forces.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure or SubFigure, optional
+    body, about : int or str
+        The body whose orbit is shown and the one it orbits; indices in the system, or names.
+
+    Returns
+    -------
+    Page
+        For motion along a line, notes replace the elements and the librations, which do not exist.
+    """
+    run = plots.sampled()
+    count = len(run.context)
+    pair, forces = count > 1, list(run.context.forces)
+    if figure is None:
+        size = (11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4 + (2.4 if forces else 0.0))
+        figure = matplotlib().figure(figsize=size, layout="constrained")
+    instance(figure, "figure", matplotlib("figure").FigureBase, "a matplotlib Figure or SubFigure")
+    heights = ([4.4] if pair else []) + [2.1 * count, 2.2] + ([2.2] if forces else [])
+    rows = list(figure.subfigures(len(heights), 1, height_ratios=heights))
+    axes: dict[str, Any] = {}
+    if pair:
+        left, right = rows.pop(0).subfigures(1, 2, width_ratios=(1.0, 1.1))
+        axes["orbit"] = orbit(plots, left.subplots(), about=about)
+        names = ("a", "e", "i")
+        panels = right.subplots(len(names), 1, sharex=True)
+        body, about = check_body(run, body, "body"), check_body(run, about, "about")
+        run.context.pair(body, about)
+        try:
+            elements(plots, panels, body=body, about=about, names=names)
+            axes.update(zip(names, panels, strict=True))
+        except InvalidInput as error:
+            for ax in panels:
+                ax.remove()
+            right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
+    left, right = rows[0].subfigures(1, 2)
+    spins(plots, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+    axes |= {f"spin of {name}": ax for name, ax in zip(run.context.names, left.axes, strict=True)}
+    for index, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
+        other = body if index == about else about
+        try:
+            axes[f"attitude of {run.context.names[index]}"] = libration(plots, ax, body=index, about=other)
+            # The lowest panel labels the time axis for all.
+            ax.label_outer()
+        except InvalidInput as error:
+            ax.remove()
+            note = f"no frame of an orbit: {fill(str(error), 48)}"
+            right.text(0.5, 1.0 - (index + 0.5) / count, note, ha="center", va="center")
+    axes["energy"] = energy(plots, rows[1].subplots())
+    if forces:
+        axes["work"] = work(plots, rows[2].subplots())
+    figure.align_ylabels()
+    options, s = run.system.options, run.statistics
+    title = f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
+    title += f"{s.steps} steps, {len(run)} samples"
+    if forces:
+        title += "\n" + fill(f"with {', '.join(forces)}", 110)
+    figure.suptitle(escaped(title), fontsize="medium")
+    return Page(figure, axes)
 
 
 class Plots(RunPlots):
     """The plots of a run: ``run.plot()`` draws a page, ``run.plot.orbit()`` and so on one picture.
 
-    Each method draws on the matplotlib axes it is given or makes its own, and returns them. Further keyword arguments
-    are passed to matplotlib. Lengths, times and spins are in the system's units, angles in degrees.
+    Each method draws on the matplotlib axes ``ax`` or makes its own, and returns them; a plot of several panels takes
+    and returns an array of axes. Further keyword arguments are passed to ``Axes.plot``. Lengths, times and spins are in
+    the system's units, angles in degrees.
 
     Parameters
     ----------

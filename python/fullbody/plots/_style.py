@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import combinations
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -78,9 +79,9 @@ def label(run: Record, text: str, dimension: str) -> str:
     return f"{text} [{name}]" if name else f"{text} [system units]"
 
 
-def short(name: str) -> str:
-    """Return a body's name, abbreviated if it is long."""
-    return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
+def short(name: str, most: int = _NAME) -> str:
+    """Return a name, abbreviated if it is long."""
+    return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
 def called(run: Record, body: int) -> str:
@@ -100,10 +101,7 @@ def joined(run: Record) -> str:
 
 
 def _clock(run: Record) -> tuple[float, str]:
-    """Return the number of the system's units of time in one unit of the time axis, and that unit's name.
-
-    The unit is days if the system's unit would lead to thousands, and years if days would.
-    """
+    """Return the system's units of time in one of the axis, and its name: days or years where others would be many."""
     units = run.context.units
     if not units.defined:
         return 1.0, "system units"
@@ -143,22 +141,15 @@ def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
         "ncols": columns,
         "frameon": False,
         "fontsize": "small",
-        "handlelength": 2.2,
-        "handletextpad": 0.5,
-        "columnspacing": 0.8,
-        "borderaxespad": 0.1,
-        "markerscale": 3.0,
     }
+    spaces = {"handlelength": 2.2, "handletextpad": 0.5, "columnspacing": 0.8, "borderaxespad": 0.1}
     # Matplotlib warns of an empty legend.
     if "handles" in kwargs or ax.get_legend_handles_labels()[0]:
-        ax.legend(**{**style, **kwargs})
+        ax.legend(**{**style, **spaces, "markerscale": 3.0, **kwargs})
 
 
 def steady(ax: Any, scale: float = 0.0) -> None:
-    """Show curves that are constant except for round-off as constant, as the ticks would otherwise resolve it.
-
-    A curve is constant if it stays within 1e-8 of its size, or of ``scale`` if its size is smaller than that.
-    """
+    """Show curves as constant that stay within 1e-8 of their size, or of ``scale`` if that is larger."""
     low, high = ax.dataLim.intervaly
     size = max(abs(low), abs(high), scale)
     # Curves of zeros get limits from matplotlib.
@@ -169,9 +160,7 @@ def steady(ax: Any, scale: float = 0.0) -> None:
 
 
 def degrees(ax: Any) -> None:
-    """Set ticks of a y-axis of angles: parts of a turn, tens of degrees for smaller ranges, whole turns for larger
-    ones.
-    """
+    """Set ticks of a y-axis of angles: parts of a turn, tens of degrees or whole turns."""
     ticker = matplotlib("ticker")
 
     class Locator(ticker.MaxNLocator):  # type: ignore[misc, name-defined]
@@ -190,9 +179,8 @@ def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any]) ->
     # An angle of several turns, such as a hyperbola's anomaly, has no jumps.
     jumps = jumps[:0] if np.ptp(degrees) > 360.0 else jumps
     if len(jumps) > _TURNS_AS_LINE:
-        dots = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        kept = {key: value for key, value in style.items() if key != "linestyle"}
-        return ax.plot(time, degrees, **{**dots, **kept})[0]
+        dots = {"marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
+        return ax.plot(time, degrees, **{**dots, **style, "linestyle": "none"})[0]
     return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
 
 
@@ -214,11 +202,6 @@ def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     if ax is not None:
         return check_axes(ax, "ax")
     return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
-
-
-def numbers(value: Any) -> Floats:
-    """Return the numbers of an array or a Quantity."""
-    return np.asarray(getattr(value, "value", value), dtype=np.float64)
 
 
 def unit_of(value: Any) -> str:
@@ -268,18 +251,14 @@ def chosen(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
 
 
 def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
-    """Return the bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
-
-    Without ``about``, the picture is that of the two bodies that come nearest to each other.
-    """
+    """Return the bodies in one picture with ``about``, or with the nearest two, and the others with their distances."""
     position, count = run.arrays["position"], len(run.context)
     if about is None:
-        gaps = {
-            (i, j): float(np.linalg.norm(position[:, i] - position[:, j], axis=1).min())
-            for i in range(count)
-            for j in range(i + 1, count)
-        }
-        about = min(gaps, key=gaps.__getitem__)[0] if gaps else 0
+
+        def gap(pair: tuple[int, int]) -> float:
+            return float(np.linalg.norm(position[:, pair[0]] - position[:, pair[1]], axis=1).min())
+
+        about = min(combinations(range(count), 2), key=gap, default=(0, 0))[0]
     distance = np.linalg.norm(position - position[:, about, None], axis=2)
     reach = min((float(distance[:, body].max()) for body in range(count) if body != about), default=0.0)
     far = [(body, float(d)) for body in range(count) if (d := distance[:, body].min()) > _BEYOND * reach > 0.0]
@@ -321,13 +300,8 @@ def matrices(run: Record, body: int) -> Floats:
 class Surface:
     """The surface of a part with positive mass, in its body's frame, in the system's units.
 
-    Attributes
-    ----------
-    columns : ndarray, (3, 3)
-        The semi-axes as vectors, one per column; for a polyhedron, those of its circumscribed sphere.
-    position : ndarray, (3,)
-    triangles : ndarray, (F, 3, 3), optional
-        Corners of a polyhedron's faces, scaled so that the circumscribed sphere is the unit sphere.
+    The ``columns`` (3, 3) are the semi-axes as vectors, for a polyhedron those of its circumscribed sphere; then
+    ``triangles`` (F, 3, 3) are the corners of its faces, scaled so that this is the unit sphere.
     """
 
     columns: Floats
@@ -342,7 +316,6 @@ class Surface:
 
 def surfaces(run: Record, body: int) -> list[Surface]:
     """Return the surfaces of a body, without its voids; none for a point and for Stokes coefficients."""
-    parts = run.context.bodies[body].parts
 
     def surface(shape: Any, position: Any, rotation: Any) -> Surface:
         if not isinstance(shape, _core.Polyhedron):
@@ -352,7 +325,7 @@ def surfaces(run: Record, body: int) -> list[Surface]:
 
     return [
         surface(shape, position, rotation)
-        for shape, mass, position, rotation in parts
+        for shape, mass, position, rotation in run.context.bodies[body].parts
         if shape is not None and not isinstance(shape, _core.StokesCoefficients) and mass > 0.0
     ]
 

@@ -18,15 +18,11 @@ from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ._style import RunPlots, check_samples, matplotlib, split_far
-from .between import at
-from .sampling import warn_if_aliased
-from .scene import draw_body, scene, stage, title
-from .sunlight import Sunlight, directions
+from .between import at, warn_if_aliased
+from .scene import Sunlight, directions, draw_body, scene, stage, title
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
-
-__all__ = ["animate"]
 
 _ICONS = {
     "minus": "\u2212",
@@ -79,8 +75,6 @@ def animate(
 
     Raises
     ------
-    InvalidInput
-        For another ending, or a run without samples.
     FullbodyError
         If ffmpeg is needed but missing.
 
@@ -118,31 +112,31 @@ def animate(
     # All pictures show as many decimals as are needed to tell their times apart.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
-    writer: Any
-    if kind == ".html":
-        writer = animation.HTMLWriter(fps=fps, embed_frames=True, default_mode="loop", embed_limit=2000.0)
-    elif kind == ".gif":
-        writer = animation.PillowWriter(fps=fps)
-    else:
-        # Players of MP4 expect even numbers of pixels and this colour layout.
-        writer = animation.FFMpegWriter(fps=fps, codec="h264", extra_args=["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
+    # Players of MP4 expect even numbers of pixels and this colour layout.
+    writers: dict[str, tuple[str, dict[str, Any]]] = {
+        ".html": ("HTMLWriter", {"embed_frames": True, "default_mode": "loop", "embed_limit": 2000.0}),
+        ".gif": ("PillowWriter", {}),
+        ".mp4": ("FFMpegWriter", {"codec": "h264", "extra_args": ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"]}),
+    }
+    writer = getattr(animation, writers[kind][0])(fps=fps, **writers[kind][1])
     with _failing_by_name(path), replacing(path) as temporary:
         with writer.saving(figure, str(temporary), dpi):
             for time, centre, attitude, sun in zip(times, centres, attitudes, suns, strict=True):
                 artists: list[Any] = []
                 light = None if sun is None else Sunlight(run, sun, centre, attitude)
                 for body in near:
-                    name = run.context.names[body]
-                    artists += draw_body(
-                        ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13), light=light
-                    )
+                    pose = (body, centre[body], attitude[body], run.context.names[body])
+                    artists += draw_body(ax, run, *pose, {}, mesh=(25, 13), light=light)
                 title(ax, run, f"{time:.{decimals}f}")
                 writer.grab_frame()
                 for artist in artists:
                     artist.remove()
         if kind == ".html":
-            temporary.write_text(_offline(temporary.read_text(encoding="utf-8")), encoding="utf-8")
-    return Path(path)
+            # The buttons of matplotlib's page show characters instead of a font from the network, its one link.
+            page = re.sub(r"<link[^>]*>", "", temporary.read_text(encoding="utf-8"))
+            page = re.sub(r'<i class="fa fa-([a-z -]+)"></i>', lambda icon: _ICONS[icon[1]], page)
+            temporary.write_text(page, encoding="utf-8")
+    return path
 
 
 @contextmanager
@@ -169,9 +163,3 @@ def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
             "expected 1 to 65535 each way"
         )
     return (width, height), dots
-
-
-def _offline(page: str) -> str:
-    """Replace the one link in matplotlib's page: buttons show characters instead of a font from the network."""
-    page = re.sub(r"<link[^>]*>", "", page)
-    return re.sub(r'<i class="fa fa-([a-z -]+)"></i>', lambda icon: _ICONS[icon[1]], page)

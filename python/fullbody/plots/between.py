@@ -1,14 +1,13 @@
-"""Positions and attitudes of a run at any time in it, for pictures."""
+"""Positions and attitudes of a run at any time in it, for pictures, and whether these show the true motion."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..base.units import need
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 from ..particles.rules import FATES
 from ..record.record import Record
 from ..typing import Floats
@@ -17,12 +16,13 @@ from ._style import split_far
 if TYPE_CHECKING:
     from ..particles.flight import Flight
 
-__all__ = ["Trails", "at", "moment", "track", "trails"]
-
 #: The number of points below which the corners of a path would be visible.
 _SMOOTH = 1000
 #: The largest number of times for each sample of a flight.
 _PARTS = 12
+#: The number of turns in a run that samples alone show; for more turns, the part of a turn between points, and the
+#: largest number of points.
+_SEEN, _PART, _MOST = 20.0, 1.0 / 48.0, 400_000
 
 
 def moment(run: Record, time: Any) -> float:
@@ -72,8 +72,7 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     return _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times), attitudes
 
 
-@dataclass(frozen=True)
-class Trails:
+class Trails(NamedTuple):
     """Particles of a flight at times (T,) within a run, for pictures.
 
     Positions (P, T, 3) are from the barycentre, and NaN if a particle is gone; ``landed`` (P,) has the times at which
@@ -123,10 +122,7 @@ def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Tra
 
 
 def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False) -> Floats:
-    """Interpolate by cubics, or by straight lines between samples more than half a turn apart, where cubics fail.
-
-    ``straight_too`` (K - 1, N) marks further intervals with straight lines.
-    """
+    """Interpolate by cubics, or by lines where samples are half a turn apart or more, or as marked (K - 1, N)."""
     from scipy.interpolate import CubicHermiteSpline, interp1d
 
     chord = np.linalg.norm(np.diff(centres, axis=0), axis=2)
@@ -165,3 +161,49 @@ def _barycentre(run: Record, times: Floats, what: str = "position") -> Floats:
 
 def _inside(times: Floats, span: tuple[float, float]) -> bool:
     return bool(np.all((times >= min(span)) & (times <= max(span))))
+
+
+def followed(run: Record) -> tuple[Floats, Floats]:
+    """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
+
+    Points at nearly equal phases of each turn would look like slow curves. If no body makes many turns, the samples are
+    returned. A warning tells where samples are more than half a turn apart.
+    """
+    samples = run.arrays["time"]
+    warn_if_aliased(run, samples, "samples")
+    revolutions = _revolutions(run, samples, samples)
+    if revolutions.sum(axis=1).max(initial=0.0) <= _SEEN or (run.dense is None and revolutions.max() > 0.5):
+        return samples, np.asarray(run.arrays["attitude"])
+    count = 1 + (len(samples) - 1) * int(np.ceil(revolutions.max() / _PART))
+    times = track(run, float(samples[-1]), min(_MOST, count))
+    return times, at(run, times)[1]
+
+
+def _revolutions(run: Record, times: Floats, samples: Floats) -> Floats:
+    """Return the turns (N, T - 1) of each body between times that increase or decrease."""
+    order = np.unique(samples, return_index=True)[1]
+    rate = np.linalg.norm(run.arrays["spin"][order], axis=2)
+    fastest = [np.interp(times[:-1], samples[order], rate[:, body]) for body in range(len(run.context))]
+    return np.asarray(np.array(fastest) * np.abs(np.diff(times)) / (2.0 * np.pi))
+
+
+def warn_if_aliased(run: Record, times: Floats, shown: str = "pictures") -> None:
+    """Warn if a body makes more than half a turn between two pictures, or between samples without a dense solution."""
+    samples = run.arrays["time"]
+    advice = {"pictures": "show more of them, or a shorter time"} if shown == "pictures" else {}
+    if run.dense is None:
+        advice["samples"] = "record more of them (output=), or with dense=True"
+    # If two samples coincide, either of them is suitable.
+    order = np.unique(samples, return_index=True)[1]
+    for what, moments in (("pictures", np.sort(times)), ("samples", samples[order])):
+        if what not in advice or len(moments) < 2:
+            continue
+        revolutions = _revolutions(run, moments, samples).max(axis=1)
+        body = int(np.argmax(revolutions))
+        if revolutions[body] > 0.5:
+            caution(
+                f"{run.context.names[body]} makes up to {revolutions[body]:.2g} turns between two {what} and will seem "
+                f"to turn otherwise; {advice[what]}",
+                UserWarning,
+            )
+            return

@@ -1,4 +1,4 @@
-"""Fields on surfaces as maps and in 3D, and the rotating frame of a pair with equilibrium points and Roche lobes."""
+"""Fields and impacts on surfaces, and the rotating frame of a pair with equilibrium points and Roche lobes."""
 
 from __future__ import annotations
 
@@ -7,38 +7,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.kinds import choice
+from ..base.units import plain
+from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import LINES, check_axes, colour_bar, escaped, grid, matplotlib, numbers, single, unit_of, world
+from ._style import LINES, check_axes, colour_bar, escaped, grid, matplotlib, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
     from ..fields.synodic import Synodic
-
-__all__ = ["roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
+    from ..particles.flight import Flight
 
 #: Edges of cells that extend over fewer degrees of longitude than this are straight on a map.
 _STRAIGHT = 4.0
-#: The quantities that can be shown on a surface, with their labels.
-_SHOWN = {
-    "slope": "slope",
-    "geopotential": "geopotential",
-    "surface_acceleration": "surface acceleration",
-    "least_slope": "least slope",
-    "greatest_slope": "greatest slope",
-    "least_surface_acceleration": "least surface acceleration",
-    "greatest_surface_acceleration": "greatest surface acceleration",
-}
+#: The quantities that can be shown on a surface.
+_SHOWN = ["slope", "geopotential", "surface_acceleration", "least_slope", "greatest_slope"]
+_SHOWN += ["least_surface_acceleration", "greatest_surface_acceleration"]
+#: The quantities that may colour an impact, with their labels.
+_COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
 
 
 def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, str]:
     """Return the numbers of a quantity, with angles in degrees, and its label."""
-    longitudes = [name for name in _SHOWN if hasattr(field, name)]
-    choice(quantity, "quantity", longitudes)
-    value = getattr(field, quantity)
+    choice(quantity, "quantity", [name for name in _SHOWN if hasattr(field, name)])
+    value, phrase = getattr(field, quantity), quantity.replace("_", " ")
     if quantity.endswith("slope"):
-        return np.degrees(numbers(value)), f"{_SHOWN[quantity]} [deg]"
-    return numbers(value), f"{_SHOWN[quantity]} [{unit_of(value)}]"
+        return np.degrees(plain(value)), f"{phrase} [deg]"
+    return plain(value), f"{phrase} [{unit_of(value)}]"
 
 
 def _length(value: Any, letter: str) -> str:
@@ -56,16 +51,13 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
         ``"slope"``, ``"geopotential"`` or ``"surface_acceleration"``; along a run ``"least_slope"``,
         ``"greatest_slope"``, ``"least_surface_acceleration"`` or ``"greatest_surface_acceleration"``.
     ax : matplotlib Axes, optional
+        Those to draw on, which are returned.
     **kwargs
         Passed to ``PolyCollection``: ``cmap``, ``clim`` and others.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     values, label = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
-    outlines = _outlines(numbers(field.cells), np.degrees(numbers(field.longitude)))
+    outlines = _outlines(plain(field.cells), np.degrees(plain(field.longitude)))
     # Cells across the edge of the map are drawn on both sides of it.
     rotation = np.array([360.0, 0.0])
     right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
@@ -85,9 +77,8 @@ def _outlines(cells: Floats, middle: Floats) -> list[Floats]:
     x, y, z = np.moveaxis(cells, -1, 0)
     ring = np.hypot(x, y)
     longitude = middle[:, None] + (np.degrees(np.arctan2(y, x)) - middle[:, None] + 180.0) % 360.0 - 180.0
-    middles = np.stack([longitude, np.degrees(np.arctan2(z, ring))], axis=-1)
     curved = (np.ptp(longitude, axis=1) > _STRAIGHT) | (ring < 1e-9 * np.abs(cells).max()).any(axis=1)
-    outlines = list(middles)
+    outlines = list(np.stack([longitude, np.degrees(np.arctan2(z, ring))], axis=-1))
     for k in np.flatnonzero(curved):
         outlines[k] = _outline(cells[k], middle[k])
     return outlines
@@ -110,11 +101,9 @@ def _outline(corners: Floats, middle: float) -> Floats:
     steps = (np.diff(longitude, append=longitude[:1]) + 180.0) % 360.0 - 180.0
     longitude = longitude[0] + np.concatenate([[0.0], np.cumsum(steps[:-1])])
     if not at_pole.any() and abs(steps.sum()) > 180.0:
-        end = np.copysign(90.0, z.sum())
-        around = np.append(longitude, longitude[0] + steps.sum())
-        heights = np.append(latitude, latitude[0])
-        outline = np.stack([around, heights], axis=1)
-        outline = np.concatenate([outline, [[around[-1], end], [around[0], end]]])
+        end, last = np.copysign(90.0, z.sum()), longitude[0] + steps.sum()
+        around = np.concatenate([longitude, [last, last, longitude[0]]])
+        outline = np.stack([around, np.concatenate([latitude, [latitude[0], end, end]])], axis=1)
     elif not at_pole.any():
         outline = np.stack([longitude, latitude], axis=1)
     else:
@@ -155,22 +144,61 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     ----------
     field : SurfaceField or SurfaceRange
     quantity : str
-        The quantity to show, as for :func:`surface_map`.
+        As for :func:`surface_map`.
     ax : matplotlib Axes3D, optional
+        Those to draw on, which are returned.
     **kwargs
         Passed to ``Poly3DCollection``: ``cmap``, ``clim`` and others.
-
-    Returns
-    -------
-    matplotlib Axes3D
     """
     values, label = _values(field, quantity)
     ax = _stage(ax)
-    cells = numbers(field.cells)
+    cells = plain(field.cells)
     drawn = ax.add_collection3d(_polygons(cells, **{"array": values, "linewidths": 0.0, **kwargs}))
     ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.6, pad=0.1)
     _equal(ax, cells, field.point)
     ax.set_title(escaped(field.name))
+    return ax
+
+
+def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | None = "time", **kwargs: Any) -> Any:
+    """Draw where particles have struck a body or lie on it, on a map of longitudes and latitudes in degrees.
+
+    Parameters
+    ----------
+    flight : Flight
+    body : int or str
+    ax : matplotlib Axes, optional
+        Those to draw on, which are returned.
+    colour : {"time", "speed", "incidence"} or None
+        The quantity that the colour of a dot shows: the time, the speed, or the angle to the normal of the last impact.
+    **kwargs
+        Passed to ``scatter``: ``s``, ``cmap``, ``norm`` and others.
+    """
+    index = flight.context.index(body)
+    if colour is not None:
+        choice(colour, "colour", _COLOURS)
+    own_colour = {"c", "color"} & kwargs.keys()
+    if own_colour and colour is not None:
+        raise InvalidInput(
+            f"{own_colour.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots"
+        )
+    struck = (flight.fate_body == index) & np.isin(flight.fate, ("impact", "rest"))
+    ax = single(ax, (8.0, 4.4))
+    style: dict[str, Any] = {"s": 4.0, "linewidths": 0.0, "rasterized": True}
+    if colour is None:
+        style |= {} if own_colour else {"color": LINES[0]["color"]}
+    else:
+        values = getattr(flight, "fate_time" if colour == "time" else colour)
+        in_degrees = colour == "incidence"
+        unit = "deg" if in_degrees else unit_of(values)
+        style["c"] = (np.degrees(plain(values)) if in_degrees else plain(values))[struck]
+    longitude, latitude = (np.degrees(flight.arrays[name][struck]) for name in ("longitude", "latitude"))
+    drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
+    if colour is not None:
+        colour_bar(ax, drawn, f"{_COLOURS[colour]} [{unit}]")
+    world(ax)
+    ax.set_title(f"{escaped(flight.context.names[index])}, {int(struck.sum())} of {len(flight)} particles")
+    grid(ax)
     return ax
 
 
@@ -186,27 +214,22 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     levels : sequence of float or Quantity, optional
         Jacobi constants of the curves; by default those of the equilibrium points.
     ax : matplotlib Axes, optional
+        Those to draw on, which are returned.
     extent : float or Quantity, optional
         Half the side length of the picture.
     **kwargs
         Passed to ``Axes.contour``.
-
-    Returns
-    -------
-    matplotlib Axes
     """
     units, points = pair.system.context.units, pair.equilibria()
-    constants = {point.name: float(numbers(point.jacobi)) for point in points}
-    all_levels = (
-        list(constants.values()) if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
-    )
+    constants = {point.name: float(plain(point.jacobi)) for point in points}
+    given = constants.values() if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
     # Curves of nearly equal constants would cover each other.
     levels_drawn: list[float] = []
-    for level in sorted(all_levels):
+    for level in sorted(given):
         if not levels_drawn or level - levels_drawn[-1] > 1e-9 * abs(level):
             levels_drawn.append(level)
     ax = single(ax, (6.4, 5.6))
-    x, y, outlines = (numbers(value) for value in pair.plane(extent))
+    x, y, outlines = (plain(value) for value in pair.plane(extent))
     low, high = (min(constants.values(), default=outlines.min()), max(constants.values(), default=outlines.max()))
     span = max(high - low, 0.05 * abs(high))
     shades = {"levels": np.linspace(low, high + span, 16), "cmap": "Greys", "extend": "max", "alpha": 0.6}
@@ -216,24 +239,16 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     ax.contour(x, y, outlines, **{"levels": levels_drawn, "colors": colours, "linewidths": 1.1, **kwargs})
     for k, body in enumerate(pair.system.context.bodies):
         _silhouette(ax, pair, k, body)
-
-    def nearest(index: Floats) -> float:
-        """Return the x coordinate of the body that is nearest to a point."""
-        return float(pair.frame.centres[np.argmin(np.linalg.norm(pair.frame.centres - index, axis=1)), 0])
-
+    text = {"textcoords": "offset points", "ha": "center", "fontsize": "small", "zorder": 4}
+    text["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0}
     for point in points:
-        index = numbers(point.position)
+        at = plain(point.position)
         face = "black" if point.stable else "white"
-        ax.plot(*index[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
+        ax.plot(*at[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
         # Names are placed aside of the bodies, to which the points beside them are near.
-        offset = (0.0, 26.0) if abs(index[1]) < 0.2 * pair.frame.distance else (0.0, 9.0)
-        aside = {"xytext": (np.sign(index[0] - nearest(index)) * 9.0, offset[1]), "textcoords": "offset points"}
-        label_style = {
-            "arrowprops": {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0},
-            "ha": "center",
-            "fontsize": "small",
-        }
-        ax.annotate(point.name, index[:2], **aside, **label_style, zorder=4)
+        nearest = pair.frame.centres[np.argmin(np.linalg.norm(pair.frame.centres - at, axis=1))]
+        above = 26.0 if abs(at[1]) < 0.2 * pair.frame.distance else 9.0
+        ax.annotate(point.name, at[:2], xytext=(np.sign(at[0] - nearest[0]) * 9.0, above), **text)
     ax.set(xlabel=_length(pair.position, "x"), ylabel=_length(pair.position, "y"), aspect="equal")
     ax.set_title(escaped(f"rotating frame of {' and '.join(pair.system.context.names)}"), fontsize="medium")
     grid(ax)
@@ -257,20 +272,17 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     ----------
     pair : Synodic
     ax : matplotlib Axes3D, optional
+        Those to draw on, which are returned.
     rows : int
         The number of rows of the lobes' meshes.
     **kwargs
         Passed to ``Axes3D.plot_surface``.
-
-    Returns
-    -------
-    matplotlib Axes3D
     """
     ax = _stage(ax)
     all_points = []
     for k, (name, body) in enumerate(zip(pair.system.context.names, pair.system.context.bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
-        points = numbers(pair.roche_lobe(name, rows=rows).points)
+        points = plain(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))
         style = {"color": colour, "alpha": 0.18, "linewidth": 0.1, "rstride": 1, "cstride": 1, "label": escaped(name)}
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})

@@ -1,4 +1,4 @@
-"""Pictures of the bodies in 3D."""
+"""Pictures of the bodies: paths in a plane, and scenes in 3D, in sunlight with shadows."""
 
 from __future__ import annotations
 
@@ -7,23 +7,87 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base import rotations
+from ..base.kinds import choice
 from ..record.record import Record
 from ..typing import Floats
 from . import _style
 from ._style import LINES, RunPlots
 from .between import at, moment, track
-from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
     from ..observing.vectors import Vectors
 
+_PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 #: The length of the drawn body axes relative to the body.
 _REACH = 1.7
 #: The height of the strip for the legend below the axes, relative to their height.
 _MARGIN = 0.11
+#: The brightness with which the night side is drawn.
+NIGHT = 0.18
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
+
+
+def orbit(
+    plots: RunPlots, ax: Any = None, *, about: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
+) -> Axes:
+    """Draw paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
+
+    Parameters
+    ----------
+    about : int or str
+        The body at the origin; its index in the system, or its name.
+    plane : {"xy", "xz", "yz"}
+    shapes : bool
+        Whether to draw the bodies' outlines.
+    """
+    choice(plane, "plane", _PLANES)
+    run = plots.sampled()
+    about = _style.check_body(run, about, "about")
+    ax = _style.single(ax, (5.5, 5.0))
+    across, up = _PLANES[plane]
+    position = run.arrays["position"]
+    kwargs = _style.wishes(kwargs)
+    near, far = _style.split_far(run, about)
+    for index, body in enumerate(k for k in near if k != about):
+        path = position[:, body] - position[:, about]
+        style = _style.line(index, {"linewidth": 0.9, "label": _style.called(run, body), **kwargs})
+        ax.plot(path[:, across], path[:, up], **style)
+    for body, distance in far:
+        ax.plot([], [], linestyle="none", label=_style.far_label(run, body, distance))
+    if shapes:
+        for body in near:
+            end = (position[-1, body] - position[-1, about])[[across, up]]
+            _outline(ax, run, body, end, [across, up])
+    ax.set_aspect("equal", adjustable="datalim")
+    for set_label, letter in zip((ax.set_xlabel, ax.set_ylabel), plane, strict=True):
+        set_label(_style.label(run, f"{letter} from {_style.called(run, about)}", "length"))
+    _style.grid(ax)
+    _style.legend(ax)
+    return ax
+
+
+def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) -> None:
+    """Draw the outline of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
+    drawn = _style.surfaces(run, body)
+    if not drawn:
+        ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
+        return
+    matrix = _style.matrices(run, body)[-1][plane]
+    angles = np.linspace(0.0, 2.0 * np.pi, 73)
+    for surface in drawn:
+        columns = matrix @ surface.columns
+        if surface.triangles is not None:
+            corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
+            # Edges are not drawn: the outline is that of all faces together.
+            style = {"facecolor": "0.8", "edgecolor": "0.8", "linewidth": 0.3, "zorder": 3}
+            ax.add_collection(_style.matplotlib("collections").PolyCollection(corners, **style))
+            continue
+        edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(angles), np.sin(angles)])
+        index = centre + matrix @ surface.position
+        ax.fill(*(index[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)
 
 
 def scene(
@@ -35,7 +99,7 @@ def scene(
     geometry: Vectors | None = None,
     **kwargs: Any,
 ) -> Axes3D:
-    """Draw the bodies in 3D with their axes at a time.
+    """Draw the bodies in 3D about the barycentre, with their axes, at a time.
 
     Parameters
     ----------
@@ -51,16 +115,6 @@ def scene(
         an ellipsoid.
     **kwargs
         Passed to ``Axes3D.plot_surface``.
-
-    Returns
-    -------
-    matplotlib Axes3D
-        Axes centred on the barycentre.
-
-    Raises
-    ------
-    InvalidInput
-        For a time outside the run.
     """
     run = plots.sampled()
     if ax is None:
@@ -78,8 +132,7 @@ def scene(
     near, far = _style.split_far(run)
     for body in near:
         if path:
-            style = _style.line(body, {"color": "0.45", "linewidth": 0.8})
-            ax.plot(*paths[:, body].T, **style)
+            ax.plot(*paths[:, body].T, **_style.line(body, {"color": "0.45", "linewidth": 0.8}))
         draw_body(ax, run, body, centres[body], attitude[body], names[body], surface, light=light)
     for body, distance in far:
         names[body] = _style.far_label(run, body, distance)
@@ -89,16 +142,10 @@ def scene(
     title(ax, run, f"{now:.6g}")
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
-    ax.legend(
-        [entries[name] for name in order],
-        order,
-        loc="lower center",
-        bbox_to_anchor=(0.5, -_MARGIN),
-        ncols=len(order) if len(order) < 6 else (len(order) + 1) // 2,
-        frameon=False,
-        fontsize="small",
-        handlelength=2.6,
-    )
+    columns = len(order) if len(order) < 6 else (len(order) + 1) // 2
+    style = {"frameon": False, "fontsize": "small", "handlelength": 2.6, "ncols": columns}
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, -_MARGIN)}
+    ax.legend([entries[name] for name in order], order, **place, **style)
     return ax
 
 
@@ -109,10 +156,9 @@ def stage(figure: Any) -> Any:
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
     """Return the caller's options of a surface under the names that the package's own style uses."""
-    # Under these names matplotlib takes an array of colours for a surface, but not one colour for all faces.
-    kept = {name: value for name, value in kwargs.items() if name == "facecolors"}
-    rest = {name: value for name, value in kwargs.items() if name not in kept}
-    return {**_style.wishes(rest, "collections.PolyCollection"), **kept}
+    # Under this name matplotlib takes an array of colours for a surface, but not one colour for all faces.
+    kept = {name: kwargs.pop(name) for name in ("facecolors",) if name in kwargs}
+    return {**_style.wishes(kwargs, "collections.PolyCollection"), **kept}
 
 
 def title(ax: Any, run: Record, time: str) -> None:
@@ -142,8 +188,7 @@ def draw_body(
     artists = []
     if light is not None:
         # The legend shows the colour of the day side.
-        square = {"linestyle": "none", "marker": "s", "markersize": 9.0, "color": style["color"]}
-        artists += ax.plot([], [], **square, label=name)
+        artists += ax.plot([], [], linestyle="none", marker="s", markersize=9.0, color=style["color"], label=name)
     for k, surface in enumerate(drawn):
         named: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:
@@ -209,3 +254,51 @@ def frame(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     more = max(0, digits - 2)
     ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * more)
     ax.zaxis.labelpad += 5.0 * more
+
+
+def directions(run: Record, geometry: Vectors, times: Floats) -> Floats:
+    """Return unit vectors (T, 3) to the Sun at times of a run, in the inertial frame, from the observing geometry."""
+    from ..observing.vectors import local_geometry
+
+    local = local_geometry(geometry, run.system)
+    toward = local.sun(local.arrival(times))
+    return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
+
+
+def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
+    """Return the ellipsoids that cast a body's shadow: matrices to unit spheres, and centres, in its frame."""
+    ellipsoids = []
+    for surface in _style.surfaces(run, body):
+        columns = surface.columns
+        if surface.triangles is not None:
+            # The mean of x^2 over the surface of an ellipsoid is about a^2 / 3.
+            corners = surface.triangles.reshape(-1, 3)
+            spread, axes = np.linalg.eigh(corners.T @ corners / len(corners))
+            columns = np.asarray(surface.columns @ axes * np.sqrt(3.0 * spread))
+        ellipsoids.append((np.asarray(np.linalg.inv(columns), dtype=np.float64), surface.position))
+    return ellipsoids
+
+
+class Sunlight:
+    """The Sun's light on bodies at one moment, from the unit vector to it (3,), centres (N, 3), attitudes (N, 4)."""
+
+    def __init__(self, run: Record, sun: Floats, centres: Floats, attitude: Floats) -> None:
+        self._sun = sun
+        self._casts = [
+            (body, k, inverse @ R.T, centres[body] + R @ position)
+            for body, R in enumerate(rotations.matrices(attitude))
+            for k, (inverse, position) in enumerate(casts(run, body))
+        ]
+
+    def shade(self, body: int, part: int, points: Floats, normals: Floats) -> Floats:
+        """Return the brightness (M,), 1 under the Sun, of points (M, 3) of a part with outward normals (M, 3)."""
+        height = normals @ self._sun / np.linalg.norm(normals, axis=1)
+        lit = height > 0.0
+        for other, k, inverse, centre in self._casts:
+            if (other, k) == (body, part):
+                continue
+            point, way = (points - centre) @ inverse.T, inverse @ self._sun
+            along = point @ way
+            outside = np.sum(point**2, axis=1) - 1.0
+            lit &= ~((along < 0.0) & (along**2 > way @ way * outside))
+        return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(lit, height, 0.0))

@@ -22,16 +22,14 @@ from .scene import pack, scene_data
 if TYPE_CHECKING:
     from ..observing.geometry import Geometry
 
-__all__ = ["CURVES", "Explorer", "explore"]
-
 Curve = Callable[[Record], Any]
 #: The longest run in samples, which a browser still draws at once.
 _SAMPLES = 200_000
 
 
 def _separation(run: Any, body: Any, about: Any, _: Any) -> Any:
-    k, about = run.context.index(body), run.context.index(about)
-    return np.linalg.norm(run.arrays["position"][:, k] - run.arrays["position"][:, about], axis=1)
+    first, second = (run.arrays["position"][:, run.context.index(one)] for one in (body, about))
+    return np.linalg.norm(first - second, axis=1)
 
 
 def _element(name: str) -> Any:
@@ -98,10 +96,9 @@ class Explorer:
         # What cannot start at all is an error in the cell that asks for it.
         self._result({name: control["value"] for name, control in self._controls.items()})
         files = resources.files(__package__)
-        text = {name: files.joinpath(name).read_text(encoding="utf-8") for name in _FILES}
         page = {
-            "_esm": text["viewer.js"] + text["explorer.js"] + text["widget.js"],
-            "_css": text["viewer.css"] + text["explorer.css"],
+            part: "".join(files.joinpath(name).read_text(encoding="utf-8") for name in names)
+            for part, names in _FILES.items()
         }
         self._widget = type("ExplorerWidget", (anywidget.AnyWidget,), page)()
         self._widget.on_msg(self._answer)
@@ -122,10 +119,9 @@ class Explorer:
         start = units.number(state.time, "time", "time")
         stops = np.linspace(start, end_of_run(self._until, self._duration, start, units), self._samples)
         notice = ""
+        until, output = (units.attach(times, "time") for times in (stops[-1], stops))
         try:
-            run = system.integrate(
-                state, units.attach(stops[-1], "time"), output=units.attach(stops, "time"), integrator=self._integrator
-            )
+            run = system.integrate(state, until, output=output, integrator=self._integrator)
         except FullbodyError as error:
             run, notice = error.run, str(error)
             if run is None or len(run) < 2:
@@ -148,9 +144,8 @@ class Explorer:
             values, text = values.value, text or str(values.unit)
         values = np.asarray(values, dtype=float)
         if values.shape != (len(run),):
-            raise InvalidInput(
-                f"the curve {name} has shape {values.shape}; expected ({len(run)},), a number for each sample"
-            )
+            expected = f"expected ({len(run)},), a number for each sample"
+            raise InvalidInput(f"the curve {name} has shape {values.shape}; {expected}")
         if dimension == "angle":
             values, text = np.degrees(values), "deg"
         return {"label": name, "unit": text, "values": pack(values, "<f8"), "inverted": dimension == "magnitude"}
@@ -192,7 +187,8 @@ class Explorer:
         return f"<explorer of {names}; shown in Jupyter>"
 
 
-_FILES = ("viewer.js", "explorer.js", "widget.js", "viewer.css", "explorer.css")
+#: The files of the widget by the attributes that hold their text.
+_FILES = {"_esm": ("viewer.js", "explorer.js", "widget.js"), "_css": ("viewer.css", "explorer.css")}
 
 
 def _known(name: str) -> str:
@@ -203,20 +199,17 @@ def _known(name: str) -> str:
 
 def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
     """Return the description of a slider: its numbers, and the factor by which they become the setup's argument."""
+    expected = f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start)"
     try:
         low, high, *start = span
     except (TypeError, ValueError):
-        raise InvalidInput(
-            f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start)"
-        ) from None
+        raise InvalidInput(expected) from None
     factor: Any = 1.0
     if is_quantity(low):
         factor = 1.0 * low.unit
         low, high, *start = (value.to_value(low.unit) for value in (low, high, *start))
     if len(start) > 1 or not -np.inf < low < high < np.inf or not all(low <= value <= high for value in start):
-        raise InvalidInput(
-            f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start), in order"
-        )
+        raise InvalidInput(f"{expected}, in order")
     if not start:
         default = inspect.signature(setup).parameters.get(name)
         value: Any = None if default is None or default.default is inspect.Parameter.empty else default.default
@@ -224,14 +217,8 @@ def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
         inside = isinstance(number, int | float | np.floating) and low <= number <= high
         start = [float(number) if inside else 0.5 * (low + high)]
     text = str(factor.unit) if is_quantity(factor) else ""
-    return {
-        "name": name,
-        "min": float(low),
-        "max": float(high),
-        "value": float(start[0]),
-        "unit": text,
-        "factor": factor,
-    }
+    numbers = {"min": float(low), "max": float(high), "value": float(start[0])}
+    return {"name": name, **numbers, "unit": text, "factor": factor}
 
 
 def _plain(control: dict[str, Any]) -> dict[str, Any]:
@@ -287,12 +274,8 @@ def explore(
 
     Raises
     ------
-    InvalidInput
-        For a range that is none, an unknown curve, and a curve of another shape.
     FullbodyError
         What the first run raises. Later errors are shown beside the slider, and the last good run stays.
-    ModuleNotFoundError
-        Without the package anywidget, which the extra ``explore`` installs.
 
     Examples
     --------
@@ -301,15 +284,5 @@ def explore(
     >>> explorer.values
     {'tilt': 0.0}
     """
-    return Explorer(
-        setup,
-        parameters,
-        until,
-        duration=duration,
-        show=show,
-        samples=samples,
-        integrator=integrator,
-        geometry=geometry,
-        body=body,
-        about=about,
-    )
+    options = {"show": show, "samples": samples, "integrator": integrator, "geometry": geometry}
+    return Explorer(setup, parameters, until, duration=duration, body=body, about=about, **options)

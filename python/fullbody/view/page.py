@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from ..observing.geometry import Geometry
     from ..particles.flight import Flight
 
-__all__ = ["View", "view"]
-
 
 def view(run: Record, *, flight: Flight | None = None, samples: int = 20000, geometry: Geometry | None = None) -> View:
     """Return an interactive picture in 3D for Jupyter or as one HTML file, without server or network.
@@ -52,22 +50,10 @@ def view(run: Record, *, flight: Flight | None = None, samples: int = 20000, geo
 
 
 class View:
-    """An interactive picture of a run; see :meth:`fullbody.Run.view`.
+    """An interactive picture of a run, by the arguments of :meth:`fullbody.Run.view` and a height in pixels in Jupyter.
 
     Drag the mouse to turn, use the wheel to zoom, and keys or buttons to play; the camera follows the barycentre or a
     body.
-
-    Parameters
-    ----------
-    run : Run
-    flight : Flight, optional
-        A flight whose particles are shown as dots with their trails.
-    samples : int
-        The largest number of times of the run that are shown.
-    height : int
-        The height of the frame in Jupyter, in pixels.
-    geometry : fullbody.observing.Geometry, optional
-        The geometry whose Sun lights the bodies.
 
     Raises
     ------
@@ -117,16 +103,6 @@ class View:
         ----------
         path : str or Path
             A name that ends in ``.html`` or ``.htm``.
-
-        Returns
-        -------
-        Path
-            The path of the file.
-
-        Raises
-        ------
-        InvalidInput
-            If the name ends differently.
         """
         check_suffix(path, (".html", ".htm"))
         with replacing(path) as temporary:

@@ -9,16 +9,13 @@ import numpy as np
 
 from ..base.kinds import whole
 from ..plots._style import check_samples, surfaces, unit
-from ..plots.between import at, track, trails
-from ..plots.sampling import warn_if_aliased
-from ..plots.sunlight import casts, directions
+from ..plots.between import at, track, trails, warn_if_aliased
+from ..plots.scene import casts, directions
 from ..record.record import Record
 
 if TYPE_CHECKING:
     from ..observing.geometry import Geometry
     from ..particles.flight import Flight
-
-__all__ = ["pack", "scene_data"]
 
 #: The largest number of particles that are shown, and of their positions in all, which make a page of 12 megabytes.
 _PARTICLES, _NUMBERS = 2000, 750_000
@@ -33,13 +30,9 @@ def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Ge
     """Return what viewer.js loads; the arguments are those of :class:`fullbody.view.View`."""
     check_samples(run)
     whole(samples, "samples", 2)
-    sample_times = run.arrays["time"]
+    first, last = run.arrays["time"][[0, -1]]
     few = len(run) <= samples
-    times = (
-        track(run, float(sample_times[-1]), min(samples, 1000))
-        if few
-        else np.linspace(sample_times[0], sample_times[-1], samples)
-    )
+    times = track(run, float(last), min(samples, 1000)) if few else np.linspace(first, last, samples)
     warn_if_aliased(run, times)
     centres, attitudes = at(run, times)
     data: dict[str, Any] = {

@@ -1,0 +1,361 @@
+"""Many relative equilibria: families, followed around their folds, and all of a given angular momentum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.attributes import WithUnit
+from ..base.kinds import choice, instance, whole
+from ..base.limits import POSITIVE
+from ..base.tables import Table, Tabled, facts, head, number
+from ..base.units import need, plain
+from ..errors import BodiesOverlap, NotConverged
+from ..model.state import State, wrap
+from ..motion.system import System
+from ..typing import Array, Floats, Scalar
+from . import pictures
+from ._newton import Axes, EquilibriumProblem, aligned, alignments, contact, converged, corrected, rotation_at, scan
+from ._pair import Pair, Rotation
+from .equilibrium import RelativeEquilibrium
+
+#: Step lengths along the branch in the units of :meth:`EquilibriumProblem.scales`: the first, the longest and the
+#: shortest.
+_FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
+#: Quantities that may fold, which means that they have an extreme along a branch.
+_FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
+#: Energies and separations whose relative difference is less than this are equal.
+_SAME = 1e-12
+
+
+@dataclass(frozen=True)
+class Fold:
+    """The ``equilibrium`` of a branch at which a ``quantity``, separation or angular momentum, turns back."""
+
+    quantity: str
+    equilibrium: RelativeEquilibrium
+
+    def __repr__(self) -> str:
+        value = number(getattr(self.equilibrium, self.quantity))
+        return f"Fold({self.quantity}={value} at a separation of {number(self.equilibrium.separation)})"
+
+
+def _column(text: str, name: str, dimension: str) -> WithUnit[Array]:
+    """Return a property of branches: numbers of each equilibrium (K, ...)."""
+    get = attrgetter(name)
+    return WithUnit(text, lambda branch: np.array([plain(get(one)) for one in branch.equilibria]), dimension)
+
+
+class Branch(Tabled):
+    """A family of relative equilibria, made by :func:`branch`; ``branch[k]`` is its k-th equilibrium.
+
+    Attributes
+    ----------
+    equilibria : tuple of RelativeEquilibrium
+        The K equilibria in the order of the branch.
+    folds : tuple of Fold
+        The extremes of separation or angular momentum, in the order of the branch.
+    end : str
+        Why the branch ends: ``"reached"`` at the value of ``until``; ``"contact"``, where the bodies would overlap;
+        ``"steps"``, after the number of steps that were allowed; ``"lost"``, where Newton's method found no further
+        equilibrium however short the step.
+    """
+
+    def __init__(self, equilibria: list[RelativeEquilibrium], folds: list[Fold], end: str) -> None:
+        self.equilibria, self.folds, self.end = tuple(equilibria), tuple(folds), end
+        self.system = equilibria[0].system
+
+    separation = _column("Distances (K,) between the centres.", "separation", "length")
+    rate = _column("Rates (K,) at which the pair turns.", "rate", "spin")
+    angular_momentum = _column("Total angular momenta (K,).", "angular_momentum", "angular momentum")
+    energy = _column("Total energies (K,).", "energy", "energy")
+    frequency = _column(
+        "Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating.",
+        "modes.frequency",
+        "spin",
+    )
+
+    @property
+    def linearly_stable(self) -> npt.NDArray[np.bool_]:
+        """Whether each equilibrium (K,) is linearly stable: no mode grows."""
+        return np.array([one.linearly_stable for one in self.equilibria])
+
+    @property
+    def energetically_stable(self) -> npt.NDArray[np.bool_]:
+        """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
+        return np.array([one.energetically_stable for one in self.equilibria])
+
+    plot = pictures.branch
+
+    def __len__(self) -> int:
+        return len(self.equilibria)
+
+    def __getitem__(self, index: int) -> RelativeEquilibrium:
+        return self.equilibria[index]
+
+    def _tables(self) -> tuple[Table, ...]:
+        rows = [("folds", "; ".join(map(repr, self.folds)) or "none"), ("end", self.end)]
+        for name in ("separation", "angular_momentum", "energy"):
+            first, last = (number(getattr(self.equilibria[k], name)) for k in (0, -1))
+            rows.append((name.replace("_", " "), f"from {first} to {last}"))
+        return (Table(f"Branch of {len(self)} relative equilibria", (), list(rows)),)
+
+    def __repr__(self) -> str:
+        ends = " to ".join(number(self.equilibria[k].separation) for k in (0, -1))
+        folds = f"{len(self.folds)} fold{'s' if len(self.folds) != 1 else ''}"
+        return f"Branch({len(self)} equilibria, separation {ends}, {folds}, end={self.end!r})"
+
+
+def branch(
+    equilibrium: RelativeEquilibrium,
+    over: Literal["separation", "angular_momentum"] = "separation",
+    *,
+    until: Any,
+    steps: int = 400,
+) -> Branch:
+    """Follow the family of a relative equilibrium to another separation or angular momentum, around its folds.
+
+    Parameters
+    ----------
+    equilibrium : RelativeEquilibrium
+        The spins of its bodies that are not locked are kept.
+    over : {"separation", "angular_momentum"}
+        The quantity whose final value is ``until``. The branch sets out towards it; behind a fold it may come back
+        without having reached it.
+    until : float or Quantity
+    steps : int
+        The largest number of steps.
+
+    Notes
+    -----
+    The method is pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's
+    method in the space across it, which is regular at folds. Folds are the roots of the tangent's component, found by
+    scipy's ``brentq``.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, _ = fullbody.systems.kw4()
+    >>> far = fullbody.analysis.relative_equilibrium(system, separation=4.0)
+    >>> fullbody.analysis.branch(far, "separation", until=3.0)
+    Branch(... equilibria, separation 4 to 3, 1 fold, end='reached')
+    """
+    instance(equilibrium, "equilibrium", RelativeEquilibrium)
+    choice(over, "over", _FOLDING)
+    dimension = "length" if over == "separation" else "angular momentum"
+    goal = equilibrium.system.context.units.number(until, dimension, "until", POSITIVE)
+    count = whole(steps, "steps")
+    problem, rotation = equilibrium.problem, equilibrium.rotation
+    towards = np.sign(goal - problem.quantity(over, rotation))
+    found, folds = [equilibrium], list[Fold]()
+    if towards == 0.0:
+        return Branch(found, folds, "reached")
+    tangent = _tangent(problem, rotation)
+    tangent = tangent * towards * (np.sign(_slope(problem, rotation, tangent, over)) or 1.0)
+    length, end = _FIRST, "steps"
+    while len(found) <= count:
+        try:
+            following = corrected(problem, rotation, tangent, length)
+        except (BodiesOverlap, NotConverged) as error:
+            length /= 2
+            if length >= _SHORTEST:
+                continue
+            end = "contact" if isinstance(error, BodiesOverlap) else "lost"
+            break
+        turned = _tangent(problem, following)
+        turned = turned * np.sign(turned @ tangent)
+        if turned @ tangent < 0.95 and length > _FIRST / 10:
+            length /= 2
+            continue
+        for quantity in _FOLDING:
+            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, turned, quantity) < 0.0:
+                fold = _fold(problem, rotation, tangent, length, quantity)
+                folds.append(Fold(quantity, RelativeEquilibrium(problem, fold)))
+        if (problem.quantity(over, following) - goal) * towards >= 0.0:
+            found.append(RelativeEquilibrium(problem, converged(problem, following, over, goal)))
+            end = "reached"
+            break
+        found.append(RelativeEquilibrium(problem, following))
+        rotation, tangent, length = following, turned, min(1.3 * length, _LONGEST)
+    return Branch(found, folds, end)
+
+
+def _tangent(problem: EquilibriumProblem, rotation: Rotation) -> Floats:
+    """Return the unit vector (10,) along which the equilibria continue, in the units of the problem's scales."""
+    return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
+
+
+def _slope(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, quantity: Any) -> float:
+    """Return the derivative of a quantity along a direction."""
+    return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
+
+
+def _fold(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
+    """Find the extreme of a quantity within a step."""
+    with need("analysis", "a branch of equilibria"):
+        from scipy.optimize import brentq
+
+    def slope(part: float) -> float:
+        place = corrected(problem, rotation, tangent, part)
+        turned = _tangent(problem, place)
+        return _slope(problem, place, turned * np.sign(turned @ tangent), quantity)
+
+    return corrected(problem, rotation, tangent, brentq(slope, 0.0, length, xtol=1e-14, rtol=1e-14))
+
+
+class Touching(Tabled):
+    """Two bodies at rest upon each other that turn together.
+
+    Attributes
+    ----------
+    system : System
+    state : State
+    """
+
+    def __init__(self, pair: Pair, axes: Axes, distance: float, angular_momentum: float) -> None:
+        pose = aligned(axes, distance)
+        poles = [axes[k][1] for k in range(2)]
+        inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
+        rate = angular_momentum / inertia
+        self.rotation = rotation = EquilibriumProblem(pair, (None, None), {}).rotation(pose, rate)
+        self.system: System = pair.system
+        self.state: State = wrap(pair.state(pose, rotation.velocity, rotation.spins), pair.context)
+        self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
+
+    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
+    rate = WithUnit[Scalar]("Rate at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
+    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.energy", "energy")
+
+    @property
+    def rests(self) -> bool:
+        """Whether the bodies stay in contact: gravity exceeds what is needed to keep them on their circular paths."""
+        return bool(self._pressure < 0.0)
+
+    def _tables(self) -> tuple[Table, ...]:
+        rows = facts(self, "separation", "rate", "energy")
+        return (Table("Touching bodies", (), [*rows, ("rest upon each other", "yes" if self.rests else "no")]),)
+
+    def __repr__(self) -> str:
+        rests = "at rest upon each other" if self.rests else "pulled apart by the rotation"
+        return f"Touching(separation={number(self.separation)}, energy={number(self.energy)}, {rests})"
+
+
+class Equilibria(Tabled):
+    """The equilibria of one angular momentum, found by :func:`equilibria`.
+
+    Attributes
+    ----------
+    angular_momentum : float or Quantity
+    apart : tuple of RelativeEquilibrium
+        Equilibria without contact, in ascending order of energy.
+    touching : tuple of Touching
+        Bodies at rest upon each other along principal axes, in ascending order of energy.
+    missed : tuple of str
+        Messages about alignments from which the search reached no equilibrium; for ellipsoids they occur only at folds.
+    """
+
+    def __init__(
+        self, angular_momentum: Any, apart: list[RelativeEquilibrium], touching: list[Touching], missed: list[str]
+    ) -> None:
+        self.angular_momentum = angular_momentum
+        self.apart = tuple(sorted(apart, key=_energy))
+        self.touching = tuple(sorted(touching, key=_energy))
+        self.missed = tuple(missed)
+
+    @cached_property
+    def _all(self) -> list[RelativeEquilibrium | Touching]:
+        return sorted([*self.apart, *self.touching], key=_energy)
+
+    @property
+    def least(self) -> RelativeEquilibrium | Touching:
+        """The state of least energy, in which a pair ends that loses energy and keeps its angular momentum."""
+        if not self._all:
+            raise NotConverged("no equilibrium was found, neither apart nor touching; see .missed")
+        return self._all[0]
+
+    def _tables(self) -> tuple[Table, ...]:
+        names = ("separation", "energy")
+        units = [getattr(getattr(one, name), "unit", "") for one in self._all[:1] for name in names] or ["", ""]
+        rows = [(*(number(float(plain(getattr(one, name)))) for name in names), _kind(one)) for one in self._all]
+        header = (head("separation", units[0]), head("energy", units[1]), "kind")
+        return (Table(f"Equilibria of angular momentum {number(self.angular_momentum)}", header, list(rows)),)
+
+    def __repr__(self) -> str:
+        return (
+            f"Equilibria({len(self.apart)} apart, {len(self.touching)} touching, "
+            f"angular_momentum={number(self.angular_momentum)}, least: {self.least!r})"
+        )
+
+
+def _energy(candidate: RelativeEquilibrium | Touching) -> float:
+    return candidate.rotation.energy
+
+
+def _kind(candidate: RelativeEquilibrium | Touching) -> str:
+    if isinstance(candidate, Touching):
+        return "touching"
+    return "minimum" if candidate.energetically_stable else "stable" if candidate.linearly_stable else "unstable"
+
+
+def equilibria(system: System, angular_momentum: Any) -> Equilibria:
+    """Find all relative equilibria with a given angular momentum and both bodies locked, and the one of least energy.
+
+    Parameters
+    ----------
+    system : System
+        Two bodies without external forces.
+    angular_momentum : float or Quantity
+        Total angular momentum about the barycentre.
+
+    Notes
+    -----
+    At a given angular momentum J the equilibria are the stationary points of the amended potential
+    V = U + J . I^-1 J / 2 (Smale 1970, Scheeres 2006). The search takes every alignment of principal axes along the
+    line and along J, at all separations from contact outwards, and finishes with Newton's method. Where bodies rest
+    upon each other along principal axes, V counts with the distance of contact. Equilibria with tilted axes and contact
+    at other points are not searched.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> found = fullbody.analysis.equilibria(system, 8e11)
+    >>> found.least.energetically_stable, len(found.apart)
+    (True, 70)
+    """
+    pair = Pair(system)
+    value = system.context.units.number(angular_momentum, "angular momentum", "angular_momentum", POSITIVE)
+    apart: list[RelativeEquilibrium] = []
+    touching: list[Touching] = []
+    missed: list[str] = []
+    for axes in alignments(pair):
+        distance = contact(pair, axes)
+        start = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
+        problem = EquilibriumProblem(pair, (pair.axis(0, start), pair.axis(1, start)), {})
+        for separation in scan(problem, axes, distance, value).crossings(value):
+            guess = rotation_at(problem, aligned(axes, float(separation)))
+            if guess is None:
+                continue
+            try:
+                candidate = RelativeEquilibrium(problem, converged(problem, guess, "angular_momentum", value))
+            except (NotConverged, BodiesOverlap) as error:
+                missed.append(str(error))
+                continue
+            if not any(_same(candidate, other) for other in apart):
+                apart.append(candidate)
+        if distance > 0.0:
+            touching_case = Touching(pair, axes, distance, value)
+            if touching_case.rests:
+                touching.append(touching_case)
+    return Equilibria(system.context.units.attach(np.float64(value), "angular momentum"), apart, touching, missed)
+
+
+def _same(candidate: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
+    """Return whether two equilibria are the same."""
+    first, second = (np.array([e.rotation.pose.distance, e.rotation.energy]) for e in (candidate, other))
+    return bool(np.all(np.abs(first - second) <= _SAME * np.abs(first)))
