@@ -102,6 +102,7 @@ def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
         ({"name": "pluto"}, "pluto is not available from the ephemeris 'builtin'"),
         ({"date": "yesterday"}, "date is 'yesterday'; expected a date with its time scale"),
         ({"orbit": None}, "orbit is None; expected the KeplerElements"),
+        ({"orbit": fullbody.KeplerElements([1.0, 2.0] * u.au, *([[0.1, 0.1]] * 5))}, "one orbit"),
         (
             {"orbit": fullbody.KeplerElements(1.6, 0, 0, 0, 0, 0)},
             "semi-major axis of orbit is 1.6; expected a Quantity",

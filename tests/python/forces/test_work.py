@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fullbody.forces import Function
 from support import refused
-from support.scenes import KINDS, drag, pair, sun
+from support.scenes import KINDS, pair, sun
 
 COMBINATIONS = [names for count in (1, 2, 3, 4, 5) for names in itertools.combinations(KINDS, count)]
 PAIRS = {
@@ -177,13 +177,6 @@ def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
     assert equal(one, other)
     assert one == other
     assert loaded.energy_drift == sim.energy_drift
-
-
-@pytest.mark.parametrize("forces", [[], [Function(drag, name="other")], [sun()]], ids=["none", "other", "no function"])
-def test_a_function_that_is_missing_is_asked_for(forces, tmp_path):
-    system, state = world("Sun", "own")
-    fullbody.Simulation(system, state).save(tmp_path / "x.sim")
-    refused(r"'own'", lambda: fullbody.Simulation.load(tmp_path / "x.sim", forces=forces))
 
 
 def test_a_switch_is_kept_in_files(tmp_path):
