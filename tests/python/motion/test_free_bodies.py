@@ -91,17 +91,8 @@ def test_a_triaxial_body_rotates_as_jacobis_functions(name):
     assert np.abs(run.energy_drift).max() < 1e-14
     # The angular momentum keeps its direction in space: this ties the attitude to the spin.
     assert run.angular_momentum_drift.max() < 2e-14
-
-
-def test_both_sides_of_the_separatrix_are_covered():
-    sides = [Jacobi(MOMENTS, *spin).swapped for spin in SPINS.values()]
-    assert set(sides) == {True, False}
-
-
-def test_comparison_can_fail():
-    exact = Jacobi(MOMENTS * [1.0, 1.0, 1.0 + 1e-9], 1.0, 0.2)
-    run = alone(fullbody.Ellipsoid(*AXES), exact.attitude(0.0), [1.0, 0.0, 0.2], 40.0, [40.0])
-    assert angle_between(exact.attitude(40.0), run[0].rotation_matrix[0]) > 1e-10
+    assert np.abs(run.position[-1, 0] - [11.0, 18.0, -27.0]).max() < 1e-13 * 27
+    assert (run.velocity[-1, 0] == [0.1, 0.2, -0.3]).all()
 
 
 @pytest.mark.parametrize("axes", [(1.0, 1.0, 0.4), (0.5, 0.5, 1.2)], ids=["oblate", "prolate"])
@@ -129,17 +120,3 @@ def test_sphere_turns_evenly():
     axis = spin / np.linalg.norm(spin)
     expected = [np.cos(angle / 2), *(np.sin(angle / 2) * axis)]
     assert min(np.abs(run.attitude[0, 0] - expected).max(), np.abs(run.attitude[0, 0] + expected).max()) < 1e-13
-
-
-def test_centre_moves_evenly():
-    run = alone(fullbody.Ellipsoid(*AXES), np.eye(3), [0.1, 0.2, 0.3], 100.0, [100.0])
-    assert np.abs(run.position[0, 0] - [11.0, 18.0, -27.0]).max() < 1e-13 * 27
-    assert (run.velocity[0, 0] == [0.1, 0.2, -0.3]).all()
-
-
-def test_no_torque_and_no_force_on_a_body_alone():
-    body = fullbody.Body(fullbody.Ellipsoid(*AXES), mass=MASS)
-    f = fullbody.System([body], G=1.0).interactions(fullbody.State([[1, 2, 3]], [[0, 0, 0]]))
-    assert (f.force == 0).all()
-    assert (f.torque == 0).all()
-    assert f.potential_energy == 0

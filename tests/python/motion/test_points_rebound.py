@@ -49,8 +49,7 @@ SETTINGS = {
 }
 
 
-@pytest.mark.parametrize("kind", ["points", "spheres"])
-@pytest.mark.parametrize("e", [0.5, 0.6, 0.7])
+@pytest.mark.parametrize(("e", "kind"), [(0.5, "points"), (0.7, "points"), (0.7, "spheres")])
 @pytest.mark.parametrize(("tolerance", "limit", "drift"), SETTINGS.values(), ids=SETTINGS)
 def test_hundred_eccentric_orbits_are_rebounds(kind, e, tolerance, limit, drift):
     masses, position, velocity, period = eccentric_pair(e)
@@ -68,14 +67,6 @@ def test_hundred_eccentric_orbits_are_rebounds(kind, e, tolerance, limit, drift)
     assert np.abs(run.energy_drift).max() < drift
     # The barycentre rests.
     assert np.abs(np.tensordot(run.position, masses, axes=([1], [0]))).max() < 3e-13
-
-
-def test_comparison_can_fail():
-    _, position, velocity, period = eccentric_pair(0.6)
-    run = points(1.0, 0.3 * (1 + 1e-9)).integrate(
-        fullbody.State(position, velocity), 100 * period, output=[100 * period]
-    )
-    assert np.abs(run.position[0] - position).max() > 1e-8
 
 
 @pytest.mark.parametrize("kind", ["points", "spheres"])
@@ -99,7 +90,6 @@ def test_three_bodies_move_as_in_rebound(kind, tolerance, limit, drift):
 
 @pytest.mark.parametrize("gravity", ["focal", "surface", "multipole:4", "point"])
 def test_spheres_pull_like_points(gravity):
-    """The theorem is Newton's."""
     masses, position, velocity, period = eccentric_pair(0.5)
     state = fullbody.State(position, velocity, spin=[[0.1, 0.2, 0.3], [1.0, -2.0, 0.5]])
     spheres, bare = system_of("spheres", masses, gravity=gravity), system_of("points", masses)

@@ -1,11 +1,7 @@
 """The stepping object: steps, copies and archives that go on bit for bit, autosave."""
 
 import copy
-import os
 import pickle
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import fullbody
@@ -157,14 +153,6 @@ def test_setting_the_state_starts_anew(integrator):
     assert bits(sim.state) == bits(ours[-1])
 
 
-def test_bad_arguments_of_simulations_are_refused():
-    system, state = CASE1
-    with pytest.raises(InvalidInput, match="system is None; expected a System"):
-        fullbody.Simulation(None, state)
-    with pytest.raises(InvalidInput, match="state is None; expected a State"):
-        fullbody.Simulation(system, None)
-
-
 def test_statistics_count_from_the_start():
     sim = fullbody.Simulation(*CASE1)
     assert sim.statistics.steps == sim.statistics.rejected == 0
@@ -233,93 +221,24 @@ def test_alterations_are_refused(archive):
         refused(archive)
 
 
-def test_a_mass_changed_by_hand_is_refused(archive):
-    data = archive.read_bytes()
-    # It stands there once.
-    assert data.count(b"135000000000.0") == 1
-    assert data.count(np.float64(135000000000.0).tobytes()) == 0
-    archive.write_bytes(data.replace(b"135000000000.0", b"136000000000.0"))
-    assert "checksum" in refused(archive)
-
-
-def test_other_files_are_refused(tmp_path):
+def test_other_files_are_refused(archive, tmp_path):
     path = tmp_path / "other.sim"
     for data in (b"", b"CDF\x01", b"FULLBODY", np.random.default_rng(1).bytes(4000)):
         path.write_bytes(data)
         refused(path)
+    path.write_bytes(archive.read_bytes().replace(b"135000000000.0", b"136000000000.0"))
+    assert "checksum" in refused(path)
     with pytest.raises(FileNotFoundError):
         fullbody.Simulation.load(tmp_path / "nothing.sim")
 
 
-def test_a_failed_write_leaves_the_old_file(archive, monkeypatch):
-    old = archive.read_bytes()
-    sim = fullbody.Simulation(*KW4)
-
-    def full(path, data):
-        with open(path, "wb") as file:
-            file.write(data[: len(data) // 2])
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_bytes", full)
-        with pytest.raises(OSError, match="No space"):
-            sim.save(archive)
-    assert archive.read_bytes() == old
-    assert os.listdir(archive.parent) == [archive.name]
-    sim.save(archive)
-    assert fullbody.Simulation.load(archive).time == 0.0
-    with pytest.raises(FileNotFoundError, match="no folder"):
-        sim.save(archive.parent / "missing" / "a.sim")
-
-
 # Autosave
-
-LONG = """
-import sys
-import fullbody
-
-path = sys.argv[1]
-
-
-def tell(done, total, description):
-    # The first file is of the start.
-    if fullbody.Simulation.load(path).time > 0.0:
-        print("saved", flush=True)
-
-
-sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(vector_path="portable"))
-sim.integrate(1e9, output=[1e9], autosave=(path, 0.05), progress=tell)
-"""
-
-
-def test_a_killed_run_goes_on_from_its_file(tmp_path):
-    path = tmp_path / "auto.sim"
-    process = subprocess.Popen([sys.executable, "-c", LONG, str(path)], stdout=subprocess.PIPE)
-    try:
-        # For as long as it takes; a run that ends without it gives an empty line.
-        assert process.stdout.readline().strip() == b"saved"
-    finally:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        process.stdout.close()
-    assert process.returncode == -signal.SIGKILL
-    sim = fullbody.Simulation.load(path)
-    assert sim.time > 0.0
-    # The unbroken run comes by the very same state, and goes on as the resumed one does.
-    unbroken = fullbody.Simulation(*fullbody.systems.kw4_ho2021(vector_path="portable"))
-    while unbroken.time < sim.time:
-        unbroken.step(1e9)
-    assert same(unbroken, sim)
-    for _ in range(20):
-        unbroken.step(1e9)
-        sim.step(1e9)
-    assert same(unbroken, sim)
 
 
 def test_autosave_does_not_change_the_run(tmp_path):
     system, state = KW4
-    plain = system.integrate(state, 2000.0, output=100.0)
-    saved = system.integrate(state, 2000.0, output=100.0, autosave=(tmp_path / "a.sim", 0.0))
+    plain = system.integrate(state, 200.0, output=10.0)
+    saved = system.integrate(state, 200.0, output=10.0, autosave=(tmp_path / "a.sim", 0.0))
     assert plain == saved
     assert [path.name for path in tmp_path.iterdir()] == ["a.sim"]
 
