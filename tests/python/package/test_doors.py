@@ -5,7 +5,7 @@ from doors import DOORS
 from hypothesis import HealthCheck, given, settings
 
 #: How many inputs, for some seconds a door.
-EXAMPLES = {"netcdf": 40, "netcdf-content": 20, "observations": 40, "run": 40, "fit": 15}
+EXAMPLES = {"netcdf": 30, "netcdf-content": 12, "observations": 40, "run": 40, "fit": 10}
 
 
 @pytest.mark.parametrize("name", DOORS)

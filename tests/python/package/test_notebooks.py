@@ -51,8 +51,9 @@ def kernel():
 def test_notebooks_run(path, tmp_path, kernel):
     notebook = nbformat.read(path, as_version=4)
     kept = [kinds(cell) for cell in code(notebook)]
-    # Only the imports of the previous notebook are kept.
-    fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f -s"
+    # Only the imports of the previous notebook are kept; pictures are drawn once, and small.
+    small = "%config InlineBackend.print_figure_kwargs = {'bbox_inches': None, 'dpi': 30}"
+    fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n{small}\n%reset -f -s"
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
     # Long computations are reduced: the metadata of a cell say which texts are replaced by which.
     for cell in code(notebook):

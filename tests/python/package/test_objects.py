@@ -1,6 +1,7 @@
 """Every public class copies, pickles, compares and says what it is."""
 
 import copy
+import functools
 import inspect
 import pickle
 
@@ -27,6 +28,7 @@ output = [1, 2, 5]
 """
 
 
+@functools.cache
 def example(units):
     system, state = systems.kw4(units=units)
     apsides = [events.Periapsis(0, 1)]
@@ -164,7 +166,6 @@ def classes():
 
 
 def test_every_public_class_is_among_the_objects(tmp_path):
-    """A class that is added to the public ones is added here."""
     plain = {kind for kind in classes() if not issubclass(kind, BaseException)}
     assert plain == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
 
