@@ -26,14 +26,8 @@ def test_a_grid_has_the_closed_forms_of_its_parameters():
     assert found.place.dims == ("mass", "distance", "place_0", "place_1")
     np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.8), rtol=1e-12)
     assert (found.error == "").all()
-
-
-def test_each_row_is_the_run_by_itself():
-    found = fullbody.sweep(circle, GRID, 0.8, measure=angle)
-    for mass in GRID["mass"]:
-        system, state = circle(mass, 2.0)
-        alone = system.integrate(state, 0.8)
-        assert (found.place.sel(mass=mass, distance=2.0).values == alone.position[-1]).all()
+    system, state = circle(0.5, 2.0)
+    assert (found.place.sel(mass=0.5, distance=2.0).values == system.integrate(state, 0.8).position[-1]).all()
 
 
 def test_a_single_value_is_a_parameter_without_a_dimension():
@@ -442,7 +436,7 @@ def test_bad_arguments_of_sweeps_are_refused(change, text):
     refused(text, lambda: fullbody.sweep(**arguments))
 
 
-def test_draws_are_checked():
+def test_bad_draws_are_refused():
     refused("n is 0", lambda: draws(0))
     refused("mass is 3; expected a function", lambda: draws(2, mass=3))
 

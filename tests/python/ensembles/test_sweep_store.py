@@ -102,6 +102,15 @@ SAME = {
 }
 
 
+@pytest.fixture(scope="module", params=["map.nc", "map"])
+def same(request, tmp_path_factory):
+    """A store of a sweep, of which the number of threads is no part."""
+    store = tmp_path_factory.mktemp("same") / request.param
+    swept(store, **SAME)
+    swept(store, **SAME, threads=1)
+    return store
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
@@ -136,13 +145,9 @@ SAME = {
         ),
     ],
 )
-def test_another_sweep_is_refused_by_what_differs(tmp_path, change, told):
-    for store in (tmp_path / "map.nc", tmp_path / "map"):
-        swept(store, **SAME)
-        swept(store, **SAME, threads=1)
-        text = re.escape(f"{store.name} has a sweep that differs in: {told}")
-        with pytest.raises(InvalidInput, match=f"{text}.*; expected the same"):
-            swept(store, **{**SAME, **change})
+def test_another_sweep_is_refused_by_what_differs(same, change, told):
+    text = re.escape(f"{same.name} has a sweep that differs in: {told}")
+    refused(f"{text}.*; expected the same", lambda: swept(same, **{**SAME, **change}))
 
 
 def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch):
