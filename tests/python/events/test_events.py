@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import events, forces
-from fullbody.errors import BodiesOverlap, InvalidInput
+from fullbody.errors import InvalidInput
 from support import points, refused, worst
 
 CASE1 = fullbody.systems.case1()
@@ -78,20 +78,15 @@ def test_separation_with_units():
     mass = (6e24 * u.kg / 2).to(u.kg)
     system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=mass)] * 2, units=("km", "hour", "kg"))
     a = 50000 * u.km
-    orbit = fullbody.KeplerElements(a=a, e=0.4, i=0 * u.deg, Omega=0 * u.deg, omega=0 * u.deg, M=0 * u.deg)
-    r, v = orbit.to_cartesian(system.mu())
+    r, v = fullbody.KeplerElements(a, 0.4, 0, 0, 0, 0).to_cartesian(system.mu())
     state = fullbody.State([-0.5 * r, 0.5 * r], [-0.5 * v, 0.5 * v])
     unit = np.sqrt(a**3 / system.mu()).to(u.h)
     for value in (60000 * u.km, 6e7 * u.m, 60000.0):
-        run = system.integrate(state, unit, events=[events.Separation(0, 1, value, terminal=True)])
-        assert run.stop_reason == "end"
         run = system.integrate(state, 3 * unit, events=[events.Separation(0, 1, value, terminal=True)])
         (occurrence,) = run.events
         assert occurrence.time.unit == u.h
         assert (occurrence.time / unit).to_value("") == pytest.approx(kepler_time(1.2), abs=1e-12)
         assert run.time[-1] == occurrence.time
-    with pytest.raises(InvalidInput, match=r"value of Separation has the unit s; expected a unit such as m"):
-        system.integrate(state, unit, events=[events.Separation(0, 1, 1 * u.s)])
 
 
 def falling(shape=None):
@@ -124,16 +119,6 @@ def test_radial_fall_ends_by_contact(shape):
     assert same.time.tolist() == [3.5, 4.0, same.events[-1].time]
     assert worst(same.position[:2], free.position) < 1e-12
     assert same.stop_reason == "event"
-
-
-def test_points_go_on_after_contact_only_if_they_may():
-    system, state, expected = falling()
-    contact = events.Contact(0, 1)
-    with pytest.raises(BodiesOverlap) as caught:
-        system.integrate(state, 100.0, events=[contact])
-    assert caught.value.time > expected - 1e-9
-    assert caught.value.run.stop_reason == "unfinished"
-    assert caught.value.run.time[-1] < expected + 0.1
 
 
 @pytest.mark.parametrize("name", fullbody.record.integrators.__all__)
@@ -205,7 +190,7 @@ def test_an_exception_in_a_function_propagates():
 
 
 def test_nodes_of_an_inclined_circle_are_half_turns_apart():
-    """On the circle z = sin(i) sin(t): ascending nodes are at 2 pi k, descending ones half a turn later."""
+    # On the circle z = sin(i) sin(t).
     system, state = ellipse(e=0.0, inclination=0.7, mean_anomaly=-0.5)
     for direction, first in ((1, 0.5), (-1, 0.5 + np.pi)):
         node = events.PlaneCrossing(1, 0, direction=direction)
@@ -218,7 +203,7 @@ def test_nodes_of_an_inclined_circle_are_half_turns_apart():
 
 
 def test_escape_on_a_hyperbola_is_at_keplers_time_and_never_on_an_ellipse():
-    """With a = 1 and e = 1.5, r = e cosh H - 1 at t = e sinh H - H."""
+    # With a = 1 and e = 1.5, r = e cosh H - 1 at t = e sinh H - H.
     system = points(0.6, 0.4)
     r, v = np.array([0.5, 0, 0]), np.array([0, np.sqrt(2.5 / 0.5), 0])
     state = fullbody.State(np.outer([-0.4, 0.6], r), np.outer([-0.4, 0.6], v))
@@ -261,15 +246,13 @@ def test_a_free_rotator_is_aligned_every_half_turn():
         (lambda: events.Periapsis(direction=-1), "direction of Periapsis is -1; expected 0 or 1"),
         (lambda: events.Apoapsis(direction=1), "direction of Apoapsis is 1; expected 0 or -1"),
         (lambda: "contact", "events has 'contact'; expected fullbody.events"),
+        (lambda: events.ClosestApproach("Earth"), "expected a ThirdBody of the system, which has none"),
     ],
 )
 def test_bad_events_are_refused(make, message):
     system, state = CASE1
     refused(message, lambda: system.integrate(state, 1.0, events=[make()]))
-
-
-def test_events_are_a_list():
-    refused(r"events is Contact.*; expected a list", lambda: CASE1[0].integrate(CASE1[1], 1.0, events=events.Contact()))
+    refused(r"events is .*; expected a list", lambda: system.integrate(state, 1.0, events=events.Contact()))
 
 
 def test_numpy_integers_are_places():
@@ -387,15 +370,3 @@ def test_it_may_end_the_run_either_way():
     back = system.integrate(state.replace(time=30.0), 0.0, events=[approach])
     assert back.stop_reason == "event"
     assert abs(back.time[-1] - 10.0) < 1e-7
-
-
-def test_other_forces_are_refused_by_name():
-    system, state = passing()
-    with pytest.raises(InvalidInput, match="force of ClosestApproach is 'Mars'; expected one of Earth"):
-        system.integrate(state, 1.0, events=[events.ClosestApproach("Mars")])
-    with pytest.raises(
-        InvalidInput, match="force of ClosestApproach is 'tide on Alpha', a Tide; expected one of Earth"
-    ):
-        system.integrate(state, 1.0, events=[events.ClosestApproach("tide on Alpha")])
-    with pytest.raises(InvalidInput, match="expected a ThirdBody of the system, which has none"):
-        system.with_forces([]).integrate(state, 1.0, events=[events.ClosestApproach("Earth")])

@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 import scipy.interpolate
-from fullbody.forces import Byorp, Tide, Yorp, lag_from_quality_factor, solar_pressure
+from fullbody.forces import Byorp, Yorp, solar_pressure
 from support import inertia, refused
 
 u = pytest.importorskip("astropy.units")
@@ -101,43 +101,6 @@ def test_byorp_torque_is_that_of_wang_and_hou():
     assert F * r == pytest.approx(theirs, rel=1e-12)
 
 
-@pytest.mark.parametrize("ratio", [0.01, 0.3, 1.0])
-def test_tide_and_byorp_balance_at_the_distance_of_jacobson_and_scheeres(ratio):
-    """The drifts by the tide of the primary and by BYORP cancel at a^7 = (1 + q) a*^7, and differ by 1 + q at a*.
-
-    With a*^7 = 2 pi omega_d^2 rho R_p^2 q^(4/3) k / (B H Q), where the forces on the secondary cancel.
-    """
-    k, Q, B, H = 1e-4, 50.0, 2e-5, 1e-5
-    system, _, _, _, density = pair(ratio)
-    G, masses = system.G.to_value(u.m**3 / u.kg / u.s**2), system.masses.to_value(u.kg)
-    primary = 1e3 * RADIUS / np.cbrt(ratio)
-    breakup = np.sqrt(4.0 / 3.0 * np.pi * G * density)
-    star = primary * (2.0 * np.pi * breakup**2 * density * primary**2 * ratio ** (4 / 3) * k / (B * H * Q)) ** (1 / 7)
-    assert star > 2.0 * primary
-    shares = np.array([-ratio, 1.0])[:, None] / (1.0 + ratio)
-    for a, expected in ((star, 1.0 + ratio), (star * (1.0 + ratio) ** (1 / 7), 1.0)):
-        n = np.sqrt(G * masses.sum() / a**3)
-        fast = 0.8 * breakup
-        state = fullbody.State(
-            shares * [a, 0, 0] * u.m, shares * [0, n * a, 0] * u.m / u.s, spin=[[0, 0, fast], [0, 0, n]] * u.rad / u.s
-        )
-        lag = lag_from_quality_factor(Q=Q, mean_motion=n * u.rad / u.s, tide="semidiurnal", spin=fast * u.rad / u.s)
-        tide = Tide(on="Alpha", by="Beta", k2=k, lag=lag)
-        byorp = Byorp(**ON_BETA, coefficient=-B, normalization="jacobson_scheeres_2011", pressure=H * u.Pa)
-        loads = system.with_forces([tide, byorp]).loads(state)
-        # The drift is 2/n times the acceleration of the secondary relative to the primary, along the motion.
-        drifts = []
-        for force in (tide, byorp):
-            along = loads[force.name].force[:, 1].to_value(u.N) / masses
-            drifts.append(2.0 / n * (along[1] - along[0]))
-        assert drifts[0] > 0.0
-        assert -drifts[0] / drifts[1] == pytest.approx(expected, rel=1e-9)
-        # The torque of a coefficient is about the centre of the other body.
-        across = loads[byorp.name].force[1, 1].to_value(u.N)
-        assert across * a == pytest.approx(-B * H * (1e3 * RADIUS) ** 2 * a, rel=1e-12)
-        assert not loads[byorp.name].force[0].value.any()
-
-
 def alpha_torque(force):
     """Torque on Alpha along its spin, N m, and its moment of inertia, kg m^2."""
     system, state = fullbody.systems.kw4(units=True)
@@ -193,49 +156,6 @@ def test_a_table_of_rates_is_read_at_the_obliquity():
     linear, C_alpha = alpha_torque(table)
     spline = scipy.interpolate.CubicSpline(obliquity, 1e-9 * np.cos(obliquity), bc_type="not-a-knot")
     assert linear[2] / C_alpha * 3600.0**2 == pytest.approx(spline(np.deg2rad(3.2)), rel=1e-9)
-
-
-TOML = """
-[system]
-units = ["km", "hour", "kg"]
-[[body]]
-name = "Alpha"
-semi_axes = [0.766, 0.7475, 0.6735]
-mass = 2.353e12
-spin = [0, 0, 2.2728]
-[[body]]
-name = "Beta"
-semi_axes = [0.285, 0.2315, 0.1745]
-mass = 0.135e12
-position = [2.548, 0, 0]
-velocity = [0, 0.919, 0]
-spin = [0, 0, 0.3611]
-[[forces]]
-kind = "Byorp"
-on = "Beta"
-about = "Alpha"
-coefficient = 2e-3
-normalization = "quillen_2022"
-pressure = "1e-5 Pa"
-[[forces]]
-kind = "Yorp"
-on = "Alpha"
-along = "1e-8 rad / day2"
-normalization = "acceleration"
-[run]
-until = 1
-"""
-
-
-def test_coefficients_are_read_from_toml(tmp_path):
-    path = tmp_path / "system.toml"
-    path.write_text(TOML)
-    setup = fullbody.read_toml(path)
-    loads = setup.system.loads(setup.state)
-    force, torque = loads["BYORP on Beta"].force, loads["YORP on Alpha"].torque
-    assert force[1, 1].to_value(u.N) == pytest.approx(2e-3 * 1e-5 * (1e3 * RADIUS) ** 2, rel=1e-12)
-    C_alpha = inertia(2.353e12, 1e3 * np.array([0.766, 0.7475, 0.6735])).max()
-    assert torque[0, 2].to_value(u.N * u.m) == pytest.approx(C_alpha * 1e-8 / 86400.0**2, rel=1e-12)
 
 
 LIGHT = {"pressure": 1e-5}

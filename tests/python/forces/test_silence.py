@@ -67,7 +67,7 @@ def test_errors_of_threads_stay_apart():
     wrong = []
 
     def use():
-        for _ in range(100):
+        for _ in range(30):
             with pytest.raises(ForceFailed) as caught:
                 system.loads(pair()[1])
             cause = caught.value.__cause__

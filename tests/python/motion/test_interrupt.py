@@ -151,7 +151,7 @@ def light_curve_by_hapkes_law():
 
 
 def mutual_events_of_many_orbits():
-    run, geometry = orbits(1000)
+    run, geometry = orbits(300)
     return lambda: observing.mutual_events(run, geometry), lambda: None
 
 
