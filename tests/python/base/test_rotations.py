@@ -18,9 +18,6 @@ QUATERNIONS = TURNS.as_quat(scalar_first=True)
 def test_rotation_matrices_are_scipys(shape):
     matrices = rotations.matrices(QUATERNIONS.reshape(*shape, 4))
     assert np.abs(matrices - TURNS.as_matrix().reshape(*shape, 3, 3)).max() < 1e-15
-
-
-def test_matrices_of_one_and_of_none():
     assert np.abs(rotations.matrices(QUATERNIONS[3]) - TURNS[3].as_matrix()).max() < 1e-15
     assert rotations.matrices(np.zeros((0, 4))).shape == (0, 3, 3)
 
