@@ -241,19 +241,6 @@ def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
     assert told == [("", "", "")] * 2 + [("ArithmeticError", "fussy: too heavy", "measure")]
 
 
-def test_what_the_package_measures_stays_beside_what_it_cannot():
-    """Half a revolution has a fate, the end of the run, but no mean period."""
-    revolution = 2 * np.pi / expected(0.5, 1.0, 1.0)
-    ends = [revolution / 2, 8 * revolution]
-    measures = ["fate", observables.mutual_period]
-    found = fullbody.sweep(lambda end: circle(), {"end": ends}, "end", measure=measures, output=revolution / 40)
-    assert found.fate.values.tolist() == ["bound", "bound"]
-    np.testing.assert_allclose(found.fate_time, ends, rtol=1e-15)
-    np.testing.assert_allclose(found.period, [np.nan, revolution], rtol=1e-9)
-    assert found.error.values.tolist() == ["InvalidInput", ""]
-    assert str(found.error_text[0].values).startswith("mutual_period: ")
-
-
 def test_all_that_goes_wrong_with_a_row_is_told():
     def second(run):
         if run.stop_reason != "end":
@@ -338,14 +325,7 @@ def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:all . rows of the sweep ended with an error")
-def test_a_measure_may_not_take_a_parameters_name():
-    found = fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=lambda run: {"mass": 1.0})
-    assert (found.error == "InvalidInput").all()
-    assert "is the name of a parameter" in str(found.error_text[0].values)
-
-
-@pytest.mark.filterwarnings("ignore:all . rows of the sweep ended with an error")
-def test_names_of_dimensions_are_reserved():
+def test_a_measure_takes_no_name_of_a_parameter_or_dimension():
     def measure(run):
         return {"a": np.zeros(2), "a_0": 1.0}
 

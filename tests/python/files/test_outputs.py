@@ -37,7 +37,7 @@ def other_runs():
     return {
         "plain": small_run(),
         "tait_bryan": small_run(attitude_chart="tait_bryan", gravity="multipole:4"),
-        "three bodies": system.integrate(three, 1.0, integrator=fullbody.Verner98(rtol=1e-9, atol=0)),
+        "three bodies": system.integrate(three, 1.0, integrator=fullbody.Verner98.to_roundoff()),
         "units": with_units.integrate(state, 3 * u.hour, output=1 * u.hour),
         "bodies of quantities": with_quantities.integrate(pair, 0.01),
         "backwards": fullbody.systems.case2()[0].integrate(fullbody.systems.case2()[1], -3.0),

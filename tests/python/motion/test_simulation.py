@@ -21,6 +21,7 @@ ADAPTIVE = [
     for name in integrators.__all__
     if hasattr(getattr(integrators, name), "rtol")
 ]
+ADAPTIVE.append(fullbody.Verner98.to_roundoff())
 # The symplectic methods turn bodies on the rotation group and refuse the angles.
 EACH = [(one, "quaternion") for one in ADAPTIVE + FIXED] + [(one, "tait_bryan") for one in ADAPTIVE]
 each = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda one: str(one).replace(" ", ""))

@@ -329,20 +329,6 @@ def test_systems_go_to_rebound_and_back():
         np.testing.assert_allclose(result.r, given.r, rtol=1e-14)
 
 
-def test_point_masses_move_as_in_rebound():
-    sim = rebound.Simulation()
-    sim.integrator = "ias15"
-    sim.add(m=1.0)
-    sim.add(m=0.02, a=1.0, e=0.3)
-    sim.add(m=0.01, a=3.0, e=0.1, inc=0.3)
-    sim.move_to_com()
-    system, state = fullbody.from_rebound(sim)
-    run = system.integrate(state, 50.0, output=50.0)
-    sim.integrate(50.0)
-    for k, particle in enumerate(sim.particles):
-        np.testing.assert_allclose(run.position[-1, k], particle.xyz, rtol=0, atol=1e-10)
-
-
 def test_to_rebound_strips_units():
     system, state = fullbody.systems.kw4(units=True)
     sim = fullbody.to_rebound(system, state)
