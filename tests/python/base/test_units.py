@@ -200,8 +200,7 @@ def test_texts_are_read_as_quantities():
         fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
     for text, unknown in (("later", ""), ("1 parsnip", ", whose unit 'parsnip' is not known"), ("", "")):
         what = f"until is '{text}'{unknown}; expected a finite number, or text with a unit, such as '2.5 h'"
-        with pytest.raises(InvalidInput, match=what):
-            system.integrate(state, text)
+        refused(what, lambda text=text: system.integrate(state, text))
     refused(r"until is '10', which has no unit; .*'10 h', or a number", lambda: system.integrate(state, "10"))
     with pytest.raises(InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
         fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
@@ -225,8 +224,7 @@ def test_texts_that_are_no_times_are_refused():
         ("1 month", "until is '1 month', whose unit 'month' is not known; expected .*'2.5 h'"),
         ("10 m", "until has the unit m"),
     ):
-        with pytest.raises(InvalidInput, match=what):
-            system.integrate(state, text)
+        refused(what, lambda text=text: system.integrate(state, text))
     # What is understood here is not understood elsewhere in the process.
     with pytest.raises(ValueError, match="days"):
         u.Unit("days")
@@ -248,8 +246,7 @@ def test_plain_elements_beside_the_mu_of_a_system():
     # With one in metres nothing changes: that mu is of kilometres.
     assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m
     for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
-        with pytest.raises(InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
-            plain.to_cartesian(other)
+        refused(r"mu has the unit .*, but a has none; expected both", lambda other=other: plain.to_cartesian(other))
     refused("v has the unit km / d, but r has none", lambda: fullbody.KeplerElements.from_cartesian(r.value, v, mu))
 
 
@@ -274,8 +271,7 @@ def test_units_that_do_not_exist_are_refused():
         ((1e-70 * u.km, "hour", "kg"), "units has <Quantity 1.e-70 km>, which is not a unit"),
         (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
     ):
-        with pytest.raises(InvalidInput, match=what):
-            fullbody.System(bodies, units=units)
+        refused(what, lambda units=units: fullbody.System(bodies, units=units))
     assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
     assert fullbody.System(bodies, G=1.0, units=False).units is None
     assert fullbody.System(bodies, G=1.0, units=np.False_).units is None
@@ -287,8 +283,7 @@ def test_times_outside_a_run_have_units():
     system, state = fullbody.systems.kw4(units=True, gravity="point")
     run = system.integrate(state, 10.0, dense=True)
     for time in (1e5 * u.hour, [1.0, 1e5] * u.hour):
-        with pytest.raises(InvalidInput, match=r"time is 100000.0 h; expected one from 0.0 h to 10.0 h"):
-            run(time)
+        refused(r"time is 100000.0 h; expected one from 0.0 h to 10.0 h", lambda time=time: run(time))
 
 
 def test_texts_are_read_in_shapes_elements_and_states():

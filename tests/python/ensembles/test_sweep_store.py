@@ -315,8 +315,7 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
         "file": "file is a file; expected a folder, or a name that ends in .nc",
         "folder": "folder has notes.txt, but no sweep; expected a new or empty folder",
     }.items():
-        with pytest.raises(InvalidInput, match=text):
-            swept(tmp_path / name)
+        refused(text, lambda name=name: swept(tmp_path / name))
     with pytest.raises(FileNotFoundError, match=r"no folder .*nowhere to keep map.nc in"):
         swept(tmp_path / "nowhere" / "map.nc")
     refused("store is 3; expected the name of a file", lambda: swept(3))

@@ -327,10 +327,7 @@ def test_the_continuous_solution_refuses_times_outside_it():
     system, state = CASE1
     run = system.integrate(state, 10.0, dense=True)
     for time in (10.0 + 1e-9, -1e-9, np.nan, np.inf, [1.0, 11.0]):
-        with pytest.raises(
-            InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, since the run does not cover"
-        ):
-            run(time)
+        refused(r"time is .*; expected one from 0.0 to 10.0, since the run does not cover", lambda time=time: run(time))
     refused(r"time has shape \(1, 1\); expected a number or \(K,\)", lambda: run([[1.0]]))
     refused("time is 'noon'; expected numbers", lambda: run("noon"))
     assert run([]).position.shape[0] == 0

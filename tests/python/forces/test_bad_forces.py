@@ -107,8 +107,7 @@ def test_torques_on_points_are_refused():
     for force in (tide(radius=0.2), yorp()):
         with pytest.raises(InvalidInput, match=rf"on of {force.name} is the point A; expected a body with extent"):
             points.with_forces([force])
-    with pytest.raises(InvalidInput, match="radius of T is not given, and A is a point"):
-        points.with_forces([tide()])
+    refused("radius of T is not given, and A is a point", lambda: points.with_forces([tide()]))
     twist = Function(lambda t, s: (0 * s.position, [[0, 0, 0], [0, 0, 1.0]]), name="twist")
     state = fullbody.State(STATE.position, STATE.velocity)
     with pytest.raises(ForceFailed, match=r"twist.*torque on B, a point"):
@@ -182,13 +181,11 @@ def test_a_table_that_ends_before_the_run_is_refused_before_the_first_step():
         assert len(caught.value.run) == 0
     sim = fullbody.Simulation(world, STATE)
     sim.integrate(2.0)
-    with pytest.raises(InvalidInput, match=r"time of Sun is 2 to 3; expected times from 0 to 2.5"):
-        sim.integrate(3.0)
+    refused(r"time of Sun is 2 to 3; expected times from 0 to 2.5", lambda: sim.integrate(3.0))
     assert sim.integrate(2.5).time[-1] == 2.5
     late = fullbody.State(STATE.position, STATE.velocity, STATE.attitude, STATE.spin, time=2.6)
     for act in (lambda: fullbody.Simulation(world, late), lambda: world.loads(late)):
-        with pytest.raises(InvalidInput, match=r"time of Sun is 2.6"):
-            act()
+        refused(r"time of Sun is 2.6", lambda act=act: act())
 
 
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
@@ -199,8 +196,7 @@ def test_single_steps_end_with_the_table(integrator, end):
     while abs(sim.time) < 2.5:
         sim.step(np.sign(end) * INF)
     assert sim.time == end
-    with pytest.raises(InvalidInput, match=r"time of Sun is -?2\.5"):
-        sim.step(2.0 * end)
+    refused(r"time of Sun is -?2\.5", lambda: sim.step(2.0 * end))
     sim.step(0.0)
     assert abs(sim.time) < 2.5
 
@@ -214,12 +210,10 @@ def test_bad_questions_about_positions_of_third_bodies_are_refused():
         ("Sun", 3.0, "time of Sun is 3; expected times from 0 to 2.5"),
         ("Sun", [0.0, -1.0], "time of Sun is -1"),
     ):
-        with pytest.raises(InvalidInput, match=text):
-            world.third_body(name, time)
+        refused(text, lambda name=name, time=time: world.third_body(name, time))
     with pytest.raises(InvalidInput, match="force of ClosestApproach is 'T', a Tide; expected one of Sun"):
         world.integrate(STATE, 1.0, events=[fullbody.events.ClosestApproach("T")])
-    with pytest.raises(InvalidInput, match="name is 'Sun'"):
-        SYSTEM.third_body("Sun", 0.0)
+    refused("name is 'Sun'", lambda: SYSTEM.third_body("Sun", 0.0))
 
 
 @pytest.mark.filterwarnings("ignore:T has a lag of")

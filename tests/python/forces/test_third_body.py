@@ -104,26 +104,6 @@ def test_the_motion_of_the_barycentre_and_the_origin_of_time_do_not_matter():
     assert abs(there.energy_drift).max() < 1e-13
 
 
-def test_units_do_not_matter():
-    from astropy import constants
-    from astropy import units as u
-
-    system, state = fullbody.systems.kw4(units=True)
-    orbit = fullbody.KeplerElements(0.64 * u.au, 0.688, 39 * u.deg, 210 * u.deg, 193 * u.deg, 11 * u.deg)
-    third = ThirdBody(mass=1.0 * u.M_sun, orbit=orbit, of="system", time=-0.5 * u.day, name="Sun")
-    run = system.with_forces([third]).integrate(state, 30.0 * u.hour, output=[30.0] * u.hour)
-    numbers, start = fullbody.systems.kw4()
-    elements = [0.64 * u.au.to(u.km), 0.688, *np.radians([39.0, 210.0, 193.0, 11.0])]
-    plain = ThirdBody(
-        mass=constants.M_sun.value, orbit=fullbody.KeplerElements(*elements), of="system", time=-12.0, name="Sun"
-    )
-    other = numbers.with_forces([plain]).integrate(start, 30.0, output=[30.0])
-    effect = np.abs(other.position - numbers.integrate(start, 30.0, output=[30.0]).position).max()
-    np.testing.assert_allclose(run.position.to_value(u.km), other.position, rtol=0, atol=1e-7 * effect)
-    assert run.work["Sun"].to_value(u.kg * u.km**2 / u.hour**2)[0] == pytest.approx(other.work["Sun"][0], rel=1e-7)
-    assert system.with_forces([third]).third_body("Sun", 0 * u.day)[0].unit == u.km
-
-
 def test_a_run_back_returns_to_its_start():
     system, state = pair()
     world = system.with_forces([sun()])

@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observables
-from fullbody.errors import InconsistentInput, InvalidInput
+from fullbody.errors import InconsistentInput
 from support import angle_between, refused
 
 SYSTEM, STATE = fullbody.systems.case1()
@@ -64,8 +64,7 @@ def test_a_run_without_samples_has_empty_answers():
     for needs_samples in (run.plot, run.plot.elements, run.plot.scene, run.view):
         refused("the run has no samples; expected at least one", needs_samples)
     for observable in (observables.mutual_period, observables.orbit_precession, observables.obliquity):
-        with pytest.raises(InvalidInput, match=r"the run has 0 samples; .* needs"):
-            observable(run)
+        refused(r"the run has 0 samples; .* needs", lambda observable=observable: observable(run))
 
 
 def test_arrays_of_a_run_have_their_shapes():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fullbody.errors import BodiesOverlap, Interrupted, InvalidInput, StepSizeTooSmall
 from fullbody.record import integrators
-from support import points
+from support import points, refused
 
 KW4 = fullbody.systems.kw4_ho2021()
 CASE1 = fullbody.systems.case1()
@@ -114,8 +114,7 @@ def test_steps_go_on_from_each_other():
     sim.step(-np.inf)
     assert sim.time < target
     for until in (np.nan, "later", [1.0, 2.0]):
-        with pytest.raises(InvalidInput, match=r"until (is|has) .*expected"):
-            sim.step(until)
+        refused(r"until (is|has) .*expected", lambda until=until: sim.step(until))
 
 
 def test_pieces_of_a_run_join():
@@ -197,38 +196,38 @@ def archive(tmp_path):
     return path
 
 
-def refused(path):
+def refused_file(path):
     with pytest.raises(InvalidInput) as caught:
         fullbody.Simulation.load(path)
     assert str(path) in str(caught.value)
     return str(caught.value)
 
 
-def test_truncations_are_refused(archive):
+def test_truncations_are_refused_file(archive):
     data = archive.read_bytes()
     for length in range(0, len(data), 5):
         archive.write_bytes(data[:length])
-        refused(archive)
+        refused_file(archive)
     archive.write_bytes(data + b"\n")
-    assert "too long" in refused(archive)
+    assert "too long" in refused_file(archive)
 
 
-def test_alterations_are_refused(archive):
+def test_alterations_are_refused_file(archive):
     data = archive.read_bytes()
     for place in range(0, len(data), 5):
         altered = bytearray(data)
         altered[place] ^= 1 << place % 8
         archive.write_bytes(altered)
-        refused(archive)
+        refused_file(archive)
 
 
 def test_other_files_are_refused(archive, tmp_path):
     path = tmp_path / "other.sim"
     for data in (b"", b"CDF\x01", b"FULLBODY", np.random.default_rng(1).bytes(4000)):
         path.write_bytes(data)
-        refused(path)
+        refused_file(path)
     path.write_bytes(archive.read_bytes().replace(b"135000000000.0", b"136000000000.0"))
-    assert "checksum" in refused(path)
+    assert "checksum" in refused_file(path)
     with pytest.raises(FileNotFoundError):
         fullbody.Simulation.load(tmp_path / "nothing.sim")
 
@@ -340,8 +339,7 @@ def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
 @pytest.mark.parametrize("seconds", [-1.0, np.nan, np.inf, None, "often"], ids=str)
 def test_bad_autosaves_are_refused(tmp_path, seconds):
     system, state = CASE1
-    with pytest.raises(InvalidInput, match=r"autosave is .*; expected"):
-        system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", seconds))
+    refused(r"autosave is .*; expected", lambda: system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", seconds)))
     for wrong in ("a.sim", tmp_path / "a.sim", 5.0, (1, 2, 3)):
         with pytest.raises(InvalidInput, match=r"autosave is .*; expected \(path, seconds\)"):
             system.integrate(state, 1.0, autosave=wrong)
@@ -374,8 +372,7 @@ def test_a_dense_run_of_no_length_is_its_start():
     run = system.integrate(state, 0.0, dense=True)
     assert run(0.0) == state
     assert run([0.0]).position.shape == (1, 2, 3)
-    with pytest.raises(InvalidInput, match=r"expected one from 0\.0 to 0\.0"):
-        run(1e-300)
+    refused(r"expected one from 0\.0 to 0\.0", lambda: run(1e-300))
 
 
 def test_a_simulation_in_a_run_is_not_touched():
