@@ -153,13 +153,6 @@ def test_function_receives_a_state_and_may_give_a_quantity():
     assert abs(relative[0]).to_value(u.km) < 1e-13
     assert run.time[-1] == run.events[0].time
 
-    # Kepler's apsides once more, now as a function.
-    system, state = ellipse(mean_anomaly=-1.0)
-    radial = events.Function(
-        lambda s: np.dot(s.position[1] - s.position[0], s.velocity[1] - s.velocity[0]), direction=1
-    )
-    assert times(system.integrate(state, 10.0, events=[radial])) == pytest.approx([1.0, 1.0 + 2 * np.pi], abs=1e-11)
-
 
 def test_an_exception_in_a_function_propagates():
     class Enough(Exception):

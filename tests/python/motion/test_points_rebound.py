@@ -102,19 +102,3 @@ def test_spheres_pull_like_points(gravity):
     assert np.abs(ends[0].position - ends[1].position).max() < 1e-12
     # Without torque a sphere's spin stays.
     assert worst(ends[0].spin[0], state.spin) < 1e-15
-
-
-def test_point_and_ellipsoid_is_the_closed_form_field():
-    rock = fullbody.Body(fullbody.Ellipsoid(1.0, 0.7, 0.4), mass=2.0)
-    probe = fullbody.Body(fullbody.PointMass(), mass=0.5)
-    where = np.array([0.9, -0.8, 0.7])
-    for gravity in ("surface", "focal"):
-        f = fullbody.System([rock, probe], G=1.5, gravity=gravity).interactions(
-            fullbody.State([[0, 0, 0], where], np.zeros((2, 3)))
-        )
-        pull = 0.5 * rock.gravity(where, G=1.5).field
-        assert worst(f.force[1], pull) < 1e-14
-        assert worst(f.force[0], -pull) < 1e-14
-        assert worst(f.torque[0], -np.cross(where, pull)) < 1e-13
-        assert (f.torque[1] == 0).all()
-        assert f.potential_energy == pytest.approx(-0.5 * rock.gravity(where, G=1.5).potential, rel=1e-14)
