@@ -42,28 +42,25 @@ def strength(force):
     return loads.force[1, 1].to_value(u.N)
 
 
-def pressure_of_orbit(rounded=False):
-    """F_s / (a^2 sqrt(1 - e^2)), Pa: the H of Jacobson & Scheeres, whose F_s is rounded to 1e17 N."""
-    constant = 1e17 if rounded else LUMINOSITY / (4.0 * np.pi * C)
-    return constant / (SOLAR[0] ** 2 * np.sqrt(1.0 - SOLAR[1] ** 2))
-
-
 def test_solar_pressure_is_the_mean_along_the_orbit():
     a, e = SOLAR
     eccentric = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
     distance = a * (1.0 - e * np.cos(eccentric))
     # The time goes as (1 - e cos E) dE.
     mean = np.mean(LUMINOSITY / (4.0 * np.pi * C * distance**2) * (distance / a))
-    assert solar_pressure(a * u.m, e).to_value(u.Pa) == pytest.approx(mean, rel=1e-12)
+    assert solar_pressure(a * u.m, e).to_value(u.Pa) / mean == pytest.approx(1.0, rel=1e-12)
     # The solar constant, 1361 W/m2.
-    assert solar_pressure("1 au").to_value(u.Pa) == pytest.approx(1361.0 / C, rel=2e-4)
+    assert solar_pressure("1 au").to_value(u.Pa) * C == pytest.approx(1361.0, rel=2e-4)
 
 
 @pytest.mark.parametrize("ratio", [0.02, 0.3])
 def test_byorp_drift_is_that_of_jacobson_and_scheeres(ratio):
-    """Their drift of a is 3 H B a^(3/2) / (2 pi omega_d rho R_p^2 q^(1/3)), in radii of the primary."""
+    """Their drift of a is 3 H B a^(3/2) / (2 pi omega_d rho R_p^2 q^(1/3)), in radii of the primary.
+
+    H is F_s / (a^2 sqrt(1 - e^2)) of the orbit about the Sun, with F_s rounded to 1e17 N.
+    """
     system, state, a, n, density = pair(ratio)
-    B, H = -3e-3, pressure_of_orbit(rounded=True)
+    B, H = -3e-3, 1e17 / (SOLAR[0] ** 2 * np.sqrt(1.0 - SOLAR[1] ** 2))
     force = Byorp(**ON_BETA, coefficient=B, normalization="jacobson_scheeres_2011", pressure=H * u.Pa)
     F = system.with_forces([force]).loads(state)["BYORP on Beta"].force[1, 1].to_value(u.N)
     mass = system["Beta"].mass.to_value(u.kg)
@@ -72,33 +69,20 @@ def test_byorp_drift_is_that_of_jacobson_and_scheeres(ratio):
     breakup = np.sqrt(4.0 / 3.0 * np.pi * G * density)
     theirs = 3.0 * H * B * (a / primary) ** 1.5 / (2.0 * np.pi * breakup * density * primary**2 * np.cbrt(ratio))
     # They take the mean motion of a secondary without mass.
-    assert 2.0 * F / (mass * n) * np.sqrt(1.0 + ratio) / primary == pytest.approx(theirs, rel=1e-9)
+    assert 2.0 * F / (mass * n) * np.sqrt(1.0 + ratio) / primary / theirs == pytest.approx(1.0, rel=1e-9)
 
 
-def test_byorp_torque_is_that_of_quillen():
-    """Their torque is the coefficient times F_sun R^2 a / c, R the radius of the sphere of equal volume."""
-    flux, f = 2500.0, 1.7e-3
-    F = strength(Byorp(**ON_BETA, coefficient=f, normalization="quillen_2022", pressure=flux / C * u.Pa))
-    torque = 3000.0 * F
-    assert torque == pytest.approx(f * flux * (1e3 * RADIUS) ** 2 * 3000.0 / C, rel=1e-12)
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("quillen_2022", 1.0), ("steinberg_sari_2011", 2.0 * np.pi / 3.0), ("wang_hou_2021", 2.0 * np.pi / 3.0)],
+)
+def test_byorp_forces_are_those_of_quillen_of_steinberg_and_sari_and_of_wang_and_hou(name, factor):
+    """Their torques, about the primary at a distance a.
 
-
-def test_byorp_coefficient_is_that_of_steinberg_and_sari():
-    """Their coefficient is (3/2) c torque / (pi R^2 a F_sun)."""
-    flux, f, a = 1361.0, 4e-3, 3000.0
-    torque = a * strength(
-        Byorp(**ON_BETA, coefficient=f, normalization="steinberg_sari_2011", pressure=flux / C * u.Pa, radius="0.2 km")
-    )
-    assert 1.5 * C * torque / (np.pi * 200.0**2 * a * flux) == pytest.approx(f, rel=1e-12)
-
-
-def test_byorp_torque_is_that_of_wang_and_hou():
-    """Their torque is r F_s B_s pi r_B^2 f / (a_s^2 sqrt(1 - e_s^2)) with B_s = 2/3."""
-    f, r = -1e-3, 3000.0
-    pressure = solar_pressure(SOLAR[0] * u.m, SOLAR[1])
-    F = strength(Byorp(**ON_BETA, coefficient=f, normalization="wang_hou_2021", pressure=pressure))
-    theirs = r * pressure_of_orbit() * (2.0 / 3.0) * np.pi * (1e3 * RADIUS) ** 2 * f
-    assert F * r == pytest.approx(theirs, rel=1e-12)
+    Quillen et al.: f P R^2 a. Steinberg & Sari: f = (3/2) torque / (pi R^2 a P). Wang & Hou: (2/3) P pi R^2 f a.
+    """
+    F = strength(Byorp(**ON_BETA, coefficient=1.7e-3, normalization=name, pressure="4.5e-6 Pa", radius="0.2 km"))
+    assert F / (factor * 1.7e-3 * 4.5e-6 * 200.0**2) == pytest.approx(1.0, rel=1e-12)
 
 
 def alpha_torque(force):
@@ -131,12 +115,9 @@ def test_yorp_rate_is_that_of_rossi():
     force = Yorp("Didymos", along=0.01, normalization="rossi_2009", pressure=pressure)
     system = fullbody.System([body, far], G=6.7e-11, forces=[force])
     state = fullbody.State([[0, 0, 0], [5e3, 0, 0]], np.zeros((2, 3)), spin=[[0, 0, 1e-3], [0, 0, 0]])
-    torque = system.loads(state)[force.name].torque[0, 2]
-    mass = 4.0 / 3.0 * np.pi * radius**3 * density
-    assert torque / (0.4 * mass * radius**2) == pytest.approx(2.21e-17, rel=0.014)
-    assert torque / (0.4 * mass * radius**2) == pytest.approx(
-        pressure * 0.01 / (2.0 * np.pi * density * radius**2), rel=1e-12
-    )
+    rate = system.loads(state)[force.name].torque[0, 2] / (0.4 * 4.0 / 3.0 * np.pi * radius**5 * density)
+    assert rate / 2.21e-17 == pytest.approx(1.0, rel=0.014)
+    assert rate / (pressure * 0.01 / (2.0 * np.pi * density * radius**2)) == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("name", "factor"), [("quillen_2022", 1.0), ("steinberg_sari_2011", 2.0 * np.pi / 3.0)])
@@ -155,7 +136,7 @@ def test_a_table_of_rates_is_read_at_the_obliquity():
     table = Yorp("Alpha", along=1e-9 * np.cos(obliquity), obliquity=obliquity, normalization="acceleration")
     linear, C_alpha = alpha_torque(table)
     spline = scipy.interpolate.CubicSpline(obliquity, 1e-9 * np.cos(obliquity), bc_type="not-a-knot")
-    assert linear[2] / C_alpha * 3600.0**2 == pytest.approx(spline(np.deg2rad(3.2)), rel=1e-9)
+    assert linear[2] / C_alpha * 3600.0**2 / spline(np.deg2rad(3.2)) == pytest.approx(1.0, rel=1e-9)
 
 
 LIGHT = {"pressure": 1e-5}
