@@ -133,17 +133,6 @@ def test_every_truncation_is_refused(written, tmp_path):
         refused("the checksum at its end does not fit", lambda: fullbody.load(path))
 
 
-def test_an_altered_byte_is_refused(written, tmp_path):
-    data = written[1]
-    path = tmp_path / "run.nc"
-    random = np.random.default_rng(1)
-    for place in random.integers(len(data), size=60):
-        altered = bytearray(data)
-        altered[place] ^= int(random.integers(1, 256))
-        path.write_bytes(altered)
-        refused(r"run\.nc is not a readable run", lambda: fullbody.load(path))
-
-
 def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
     ignored = []
     monkeypatch.setattr(sys, "unraisablehook", ignored.append)

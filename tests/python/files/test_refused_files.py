@@ -74,46 +74,38 @@ def turned(dataset):
     return few.assign(position=few.position.transpose("body", "time", "axis"))
 
 
+#: Attributes by name, without fullbody_, with values that are wrong and what errors say of them.
+ATTRIBUTES = [
+    ("system", '{"bodies": []}', "has no entry"),
+    ("system", "[1]", ""),
+    ("system", 3.0, "is 3.0; expected text"),
+    ("system", "[" * 100_000, "has brackets in brackets"),
+    ("events", '[{"a":' * 50_000, "has brackets in brackets"),
+    ("events", "junk{", "is not JSON"),
+    ("events", '[{"kind": "Eclipse"}]', "event is 'Eclipse'"),
+    ("events", "[4]", ""),
+    ("integrator", '{"name": "Euler"}', "integrator is 'Euler'"),
+    ("statistics", "junk{", "is not JSON"),
+    ("statistics", '["a", 1, 2]', "three counts"),
+    ("statistics", "[1, 2]", "three counts"),
+    ("statistics", "[1, -2, 3]", "three counts"),
+    ("format", 5, "expected 2"),
+    ("format", "junk{", "expected 2"),
+    ("format", [1, 1], "expected 2"),
+]
 CONTENT = {
+    **{
+        f"{name} of {str(value)[:20]}": (attribute(f"fullbody_{name}", value), f"attribute fullbody_{name}.*{words}")
+        for name, value, words in ATTRIBUTES
+    },
     "no variable": (lambda d: d.drop_vars("spin"), "the file has no variable spin"),
-    "no system": (
-        lambda d: d.drop_attrs().assign_attrs(fullbody_format=2),
-        "the file has no attribute fullbody_system",
-    ),
+    "no system": (lambda d: d.drop_attrs().assign_attrs(fullbody_format=2), "has no attribute fullbody_system"),
+    "no format": (lambda d: d.drop_attrs(), "the file has no attribute fullbody_format"),
     "cut system": (described('"mass"', '"ma'), "attribute fullbody_system is not JSON"),
-    "other system": (attribute("fullbody_system", '{"bodies": []}'), "attribute fullbody_system has no entry"),
-    "list for system": (attribute("fullbody_system", "[1]"), "attribute fullbody_system: "),
-    "number for system": (attribute("fullbody_system", 3.0), r"attribute fullbody_system is 3.0; expected text"),
-    "deep system": (attribute("fullbody_system", "[" * 100_000), "attribute fullbody_system has brackets in brackets"),
-    "deep events": (attribute("fullbody_events", '[{"a":' * 50_000), "attribute fullbody_events has brackets in b"),
     "unknown shape": (described("Ellipsoid", "Potato"), "attribute fullbody_system has no entry 'Potato'"),
     "body without name": (described('"name": "A"', '"name": 7'), "attribute fullbody_system: name is 7; expected text"),
     "mass of nan": (described('"mass": 2.0', '"mass": NaN'), "attribute fullbody_system: mass .*nan"),
     "huge mass": (described('"mass": 2.0', f'"mass": 1{"0" * 400}'), "attribute fullbody_system: mass "),
-    "unknown integrator": (
-        attribute("fullbody_integrator", '{"name": "Euler"}'),
-        "attribute fullbody_integrator: integrator is 'Euler'",
-    ),
-    "no format": (lambda d: d.drop_attrs(), "the file has no attribute fullbody_format"),
-    "other format": (
-        attribute("fullbody_format", 5),
-        "the file's format is 5, by its attribute fullbody_format; expected 2",
-    ),
-    "text for format": (
-        attribute("fullbody_format", "junk{"),
-        "the file's format is junk{, by its attribute fullbody_format; expected 2",
-    ),
-    "many formats": (attribute("fullbody_format", [1, 1]), r"the file's format is \[1,? 1\], by its"),
-    "junk statistics": (attribute("fullbody_statistics", "junk{"), "attribute fullbody_statistics is not JSON"),
-    "odd statistics": (
-        attribute("fullbody_statistics", '["a", 1, 2]'),
-        "attribute fullbody_statistics: .* three counts",
-    ),
-    "two statistics": (attribute("fullbody_statistics", "[1, 2]"), "attribute fullbody_statistics: .* three counts"),
-    "below zero": (attribute("fullbody_statistics", "[1, -2, 3]"), "attribute fullbody_statistics: .* three counts"),
-    "junk events": (attribute("fullbody_events", "junk{"), "attribute fullbody_events is not JSON"),
-    "unknown event": (attribute("fullbody_events", '[{"kind": "Eclipse"}]'), "fullbody_events: event is 'Eclipse'"),
-    "event of nothing": (attribute("fullbody_events", "[4]"), "attribute fullbody_events: "),
     "other end": (attribute("stop_reason", "boredom"), "attribute stop_reason is 'boredom'; expected one of end"),
     **{
         f"{value} in {name}": (values(name, place, value), rf"{name}\[{shown}\] is {value}; expected finite numbers")
