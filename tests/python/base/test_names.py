@@ -125,7 +125,7 @@ def test_unknown_names_are_refused_with_those_known(kw4):
 
 
 @pytest.mark.parametrize("name", ["a\0b", "two\nlines", "\x7f", "tab\t", "\x85", "half \ud800"])
-def test_names_without_control_characters(name):
+def test_names_with_control_characters_are_refused(name):
     refused(r"name is .*; expected text without control characters", lambda: Body(PointMass(), mass=1.0, name=name))
     assert Body(PointMass(), mass=1.0, name="Ünicode 小 $x_1$").name == "Ünicode 小 $x_1$"
 

@@ -69,7 +69,7 @@ def test_differences_of_dates_are_times():
     refused("output is the date", lambda: system.integrate(state, 6.0, output=[start, later]))
 
 
-def test_quantities_into_a_system_without_units():
+def test_quantities_into_a_system_without_units_are_refused():
     system, state = fullbody.systems.case1()
     kilometres = fullbody.State([[0, 0, 0], [9, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
     ball = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")

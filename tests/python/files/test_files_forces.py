@@ -52,7 +52,7 @@ def runs():
 
 
 @pytest.mark.parametrize("which", [0, 1])
-def test_every_bit_comes_back(runs, which, tmp_path):
+def test_every_bit_of_a_run_with_forces_comes_back(runs, which, tmp_path):
     run = runs[which]
     run.save(tmp_path / "run.nc")
     again = fullbody.load(tmp_path / "run.nc")

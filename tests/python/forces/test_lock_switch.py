@@ -117,7 +117,7 @@ def test_a_simulation_goes_on_from_its_archive_through_switches(tmp_path):
     assert (ends[0] == ends[1]).all()
 
 
-def test_backwards_it_comes_back(reference):
+def test_a_run_back_through_switches_comes_back_to_its_start(reference):
     system, state = swinging()
     back = system.integrate(reference[-1], 0.0, output="ends")
     assert abs(back.position[-1] - state.position).max() < 1e-9

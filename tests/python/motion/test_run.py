@@ -92,7 +92,7 @@ def test_recorded_energies_are_those_of_the_states():
         assert run.angular_momentum[k] == pytest.approx(SYSTEM.angular_momentum(state), rel=1e-14, abs=1e-14)
 
 
-def test_drifts_are_what_they_say():
+def test_drifts_are_changes_from_the_start():
     run = SYSTEM.integrate(STATE, 50.0, integrator=fullbody.Verner98(rtol=1e-6, atol=1e-6))
     energy = run.energy
     assert np.array_equal(run.energy_drift, (energy - energy[0]) / abs(energy[0]))

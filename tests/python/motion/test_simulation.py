@@ -203,7 +203,7 @@ def refused_file(path):
     return str(caught.value)
 
 
-def test_truncations_are_refused_file(archive):
+def test_truncated_files_are_refused(archive):
     data = archive.read_bytes()
     for length in range(0, len(data), 5):
         archive.write_bytes(data[:length])
@@ -212,7 +212,7 @@ def test_truncations_are_refused_file(archive):
     assert "too long" in refused_file(archive)
 
 
-def test_alterations_are_refused_file(archive):
+def test_altered_files_are_refused(archive):
     data = archive.read_bytes()
     for place in range(0, len(data), 5):
         altered = bytearray(data)

@@ -115,7 +115,7 @@ def test_rebound_is_in_no_extra_and_the_continuous_solution_needs_no_scipy(tmp_p
     assert drawn == ["done"]
 
 
-def test_the_error_stands_alone(tmp_path):
+def test_the_error_of_a_missing_package_has_one_traceback(tmp_path):
     code = "import sys; sys.modules['astropy'] = None; import fullbody; fullbody.Sphere('1 km')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
     assert done.stderr.count("Traceback") == 1

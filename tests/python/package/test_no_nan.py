@@ -36,7 +36,7 @@ def finite_or_refused(call):
 
 
 @pytest.mark.parametrize("size", [1e155, 1e200, 1e308])
-def test_energies_and_momenta_that_overflow(size):
+def test_energies_and_momenta_that_overflow_are_finite_or_refused(size):
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)] * 2, G=1.0)
 
     def moving():
@@ -49,7 +49,7 @@ def test_energies_and_momenta_that_overflow(size):
 
 @pytest.mark.parametrize("gravity", ["surface", "focal", "multipole:2", "point"])
 @pytest.mark.parametrize(("radius", "distance"), [(1.0, 1e110), (1.0, 1e160), (1.0, 1e300), (1e-50, 1e60)])
-def test_separations_whose_force_would_underflow(gravity, radius, distance):
+def test_separations_whose_force_would_underflow_are_refused(gravity, radius, distance):
     # The masses are such that the force itself is an ordinary number: zero would be wrong.
     shape = fullbody.Ellipsoid(radius, 0.9 * radius, 0.8 * radius)
     bodies = [fullbody.Body(shape, mass=1e150, name=name) for name in "AB"]
@@ -70,7 +70,7 @@ def test_the_largest_separations_keep_newtons_force(gravity, radius, distance):
 
 
 @pytest.mark.parametrize("mass", [1e160, 1e308])
-def test_masses_whose_product_overflows(mass):
+def test_forces_of_masses_whose_product_overflows_are_finite_or_refused(mass):
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=mass)] * 2, G=1.0)
     state = fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3)))
     finite_or_refused(lambda: [system.interactions(state).force, system.energy(state).total])
@@ -84,7 +84,7 @@ def test_runs_at_absurd_speed_end(speed):
 
 
 @pytest.mark.parametrize("rtol", [1e-18, 1e-300])
-def test_tolerances_below_round_off_end(rtol):
+def test_a_run_with_a_tolerance_below_round_off_ends(rtol):
     system, state = fullbody.systems.case1()
 
     def run():
@@ -97,7 +97,7 @@ def test_tolerances_below_round_off_end(rtol):
 
 @given(*[anything] * 5, st.lists(anything, min_size=3, max_size=3), anything)
 @settings(max_examples=100)
-def test_field_of_a_body(a, b, c, mass, G, point, density):
+def test_the_field_of_any_body_is_finite_or_refused(a, b, c, mass, G, point, density):
     def evaluate():
         body = fullbody.Body(fullbody.Ellipsoid(a, b, c), mass=mass)
         return [(found := body.gravity(point, G)).potential, found.field, found.gradient]

@@ -291,7 +291,7 @@ def test_texts_of_arrays_are_short_and_of_numbers_complete():
     assert fullbody.System([ball], G=8.649892799999999e-13).G == 8.649892799999999e-13
 
 
-def test_names_are_those_that_are_meant():
+def test_public_names_exist_and_are_documented():
     for module in MODULES:
         assert set(module.__all__) <= set(dir(module))
         for name in module.__all__:

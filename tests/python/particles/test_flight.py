@@ -197,7 +197,7 @@ def test_a_flight_starts_at_the_time_of_its_particles(run):
         assert (run.system.fly(later, particles, "30 hour", output="ends").fate == flight.fate).all()
 
 
-def test_another_start_is_refused(run):
+def test_a_flight_of_particles_of_another_time_is_refused(run):
     for particles in thrown(run, run("7.3 hour")):
         with pytest.raises(InvalidInput, match=r"particles are those of time 7.3 h, but the flight starts at 0 h"):
             run.system.fly(run[0], particles, "30 hour")
@@ -233,7 +233,7 @@ def test_flights_tell_their_fates(flight):
     assert len(fullbody.Particles(np.eye(3), np.eye(3))) == 3
 
 
-def test_a_file_holds_all_of_it(flight, tmp_path):
+def test_a_file_holds_all_of_a_flight(flight, tmp_path):
     path = tmp_path / "flight.nc"
     flight.save(path)
     again = fullbody.load_flight(path)
