@@ -90,26 +90,23 @@ def test_plain_numbers_beside_quantities_name_both():
     mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
     orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
     for call, words in (
-        (lambda: mixed.inertia, ["semi-axis a has the unit km", "mass of Alpha has none"]),
-        (lambda: mixed.density, ["semi-axis a has the unit km", "mass of Alpha has none"]),
-        (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, ["axis a has", "density"]),
-        (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), ["semi-axis a has the unit km", "semi-axis b has none"]),
-        (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), ["semi-axis c has the unit km", "semi-axis a has none"]),
-        (lambda: plain.gravity([2, 0, 0] * u.km).potential, ["points has the unit km", "semi-axis a has none"]),
-        (lambda: mixed.gravity([2, 0, 0] * u.km).field, ["points has the unit km", "mass of Alpha has none"]),
-        (lambda: whole.gravity([2, 0, 0], 1.0).potential, ["semi-axis a has the unit km", "points has none"]),
-        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, ["points has the unit km", "G has none"]),
-        (lambda: plain.gravity([2, 0, 0]).potential, ["G is not given"]),
-        (lambda: orbit.to_cartesian(1.0), ["a has the unit km", "mu has none"]),
-        (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), ["mu has the unit km3 / s2", "a has none"]),
-        (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), ["r has the unit km", "v has none"]),
-        (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), ["v has the unit km / s", "r has none"]),
-        (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), ["r has the unit km", "mu has none"]),
+        (lambda: mixed.inertia, "semi-axis a has the unit km ... mass of Alpha has none"),
+        (lambda: mixed.density, "semi-axis a has the unit km ... mass of Alpha has none"),
+        (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, "axis a has ... density"),
+        (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), "semi-axis a has the unit km ... semi-axis b has none"),
+        (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), "semi-axis c has the unit km ... semi-axis a has none"),
+        (lambda: plain.gravity([2, 0, 0] * u.km).potential, "points has the unit km ... semi-axis a has none"),
+        (lambda: mixed.gravity([2, 0, 0] * u.km).field, "points has the unit km ... mass of Alpha has none"),
+        (lambda: whole.gravity([2, 0, 0], 1.0).potential, "semi-axis a has the unit km ... points has none"),
+        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, "points has the unit km ... G has none"),
+        (lambda: plain.gravity([2, 0, 0]).potential, "G is not given"),
+        (lambda: orbit.to_cartesian(1.0), "a has the unit km ... mu has none"),
+        (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), "mu has the unit km3 / s2 ... a has none"),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), "r has the unit km ... v has none"),
+        (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), "v has the unit km / s ... r has none"),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), "r has the unit km ... mu has none"),
     ):
-        with pytest.raises(InvalidInput) as caught:
-            call()
-        for word in words:
-            assert word in str(caught.value)
+        refused_with(words, call)
     # Its system knows, and its table leaves out what it cannot tell.
     assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
     assert "density" not in mixed._repr_html_()

@@ -22,8 +22,9 @@ SIGNATURE = ctypes.CFUNCTYPE(
 CODE = """
 #include <math.h>
 #include <stdint.h>
-int drag(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
-         const double *spin, double *force, double *torque, void *data)
+#define FORCE(name) int name(double time, int64_t bodies, const double *position, const double *velocity, \\
+    const double *attitude, const double *spin, double *force, double *torque, void *data)
+FORCE(drag)
 {
     double k = data ? *(double *)data : 1e-3;
     for (int64_t i = 0; i < 3 * bodies; i++) {
@@ -32,17 +33,8 @@ int drag(double time, int64_t bodies, const double *position, const double *velo
     }
     return 0;
 }
-int late(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
-         const double *spin, double *force, double *torque, void *data)
-{
-    return time > 2.0 ? 7 : 0;
-}
-int spoilt(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
-           const double *spin, double *force, double *torque, void *data)
-{
-    torque[1] = time > 2.0 ? NAN : 0.0;
-    return 0;
-}
+FORCE(late) { return time > 2.0 ? 7 : 0; }
+FORCE(spoilt) { torque[1] = time > 2.0 ? NAN : 0.0; return 0; }
 """
 
 

@@ -61,49 +61,40 @@ def many_nodes():
 
 
 def a_step():
-    sim = fullbody.Simulation(*many_nodes())
-    before = sim.state
-
-    def unchanged():
-        assert sim.state == before
-        assert sim.time == 0.0
-
-    return sim.step, unchanged
+    return fullbody.Simulation(*many_nodes()).step
 
 
 def forces_of_many():
     system, state = lattice(1500, fullbody.Ellipsoid(1.0, 0.9, 0.8))
-    return lambda: system.interactions(state), lambda: None
+    return lambda: system.interactions(state)
 
 
 def energy_of_many():
     system, state = lattice(1500, fullbody.Ellipsoid(1.0, 0.9, 0.8))
-    return lambda: system.energy(state), lambda: None
+    return lambda: system.energy(state)
 
 
 def simulation_of_many():
     system, state = lattice(900, fullbody.Sphere(1.0))
-    return lambda: fullbody.Simulation(system, state), lambda: None
+    return lambda: fullbody.Simulation(system, state)
 
 
 def gravity_of_many():
     system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
     places = np.random.default_rng(0).normal(size=(500_000, 3)) * 30.0
-    return lambda: system.gravity(state, places), lambda: None
+    return lambda: system.gravity(state, places)
 
 
 def light_of_rough_surfaces():
     # Each body by the light from 72 places on the disc of the Sun.
     system, state = lattice(300, fullbody.Ellipsoid(1.0, 0.9, 0.8))
     law = observing.Hapke(roughness=0.3)
-    return lambda: observing.brightness(
-        system, state, [1, 0.1, 0.2], [1, 0.5, 0.3], law=law, sun_radius=0.01
-    ), lambda: None
+    return lambda: observing.brightness(system, state, [1, 0.1, 0.2], [1, 0.5, 0.3], law=law, sun_radius=0.01)
 
 
 def light_of_facets():
     system, state = lattice(200, icosphere(4, (1.0, 0.9, 0.8)))
-    return lambda: observing.brightness(system, state, [1, 0.1, 0.2], [1, 0.5, 0.3]), lambda: None
+    return lambda: observing.brightness(system, state, [1, 0.1, 0.2], [1, 0.5, 0.3])
 
 
 def light_at_many_epochs():
@@ -113,7 +104,7 @@ def light_at_many_epochs():
     count = 100_000
     rows = (np.zeros(count), np.tile(states.position, (count, 1, 1)), np.tile(states.attitude, (count, 1, 1)))
     lines = (np.tile([1.0, 0.0, 0.0], (count, 1)), np.tile([1.0, 0.1, 0.0], (count, 1)))
-    return lambda: photometer.brightness(Epochs(*rows, *lines)), lambda: None
+    return lambda: photometer.brightness(Epochs(*rows, *lines))
 
 
 def orbits(count):
@@ -129,12 +120,12 @@ def orbits(count):
 def light_curve_by_hapkes_law():
     run, geometry = orbits(2)
     times = np.linspace(0.0, run.time[-1], 500)
-    return lambda: observing.light_curve(run, times, geometry, law=observing.Hapke()), lambda: None
+    return lambda: observing.light_curve(run, times, geometry, law=observing.Hapke())
 
 
 def mutual_events_of_many_orbits():
     run, geometry = orbits(300)
-    return lambda: observing.mutual_events(run, geometry), lambda: None
+    return lambda: observing.mutual_events(run, geometry)
 
 
 CALLS = [a_step, forces_of_many, energy_of_many, simulation_of_many, gravity_of_many]
@@ -145,7 +136,7 @@ CALLS += [light_curve_by_hapkes_law, mutual_events_of_many_orbits]
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")
 @pytest.mark.parametrize("prepare", CALLS)
 def test_signals_are_handled_while_a_call_works(prepare):
-    call, check = prepare()
+    call = prepare()
     heard = []
 
     def handle(number, frame):
@@ -162,7 +153,9 @@ def test_signals_are_handled_while_a_call_works(prepare):
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-    check()
+    if prepare is a_step:
+        # It is taken back.
+        assert call.__self__.state == many_nodes()[1]
 
 
 def test_runs_in_threads_give_the_same_bits():

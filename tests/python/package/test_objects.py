@@ -243,16 +243,12 @@ def test_texts_name_the_class_and_are_short(units, tmp_path):
         assert "array(" not in text
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        name
-        for name in fullbody.__all__
-        if inspect.isclass(kind := getattr(fullbody, name)) and issubclass(kind, BaseException)
-    ],
-)
+KINDS = {name: getattr(fullbody, name) for name in fullbody.__all__}
+
+
+@pytest.mark.parametrize("name", [n for n, k in KINDS.items() if inspect.isclass(k) and issubclass(k, BaseException)])
 def test_errors_pickle(name):
-    kind = getattr(fullbody, name)
+    kind = KINDS[name]
     more = {
         "BodiesOverlap": (("Alpha", "Beta"), 3.0),
         "StepSizeTooSmall": (3.0, 1e-9),
