@@ -179,10 +179,7 @@ def test_pure_numbers_have_no_unit():
     for call, what in (
         (lambda: fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[[1, 0, 0, 0]] * u.kg), "attitude has the unit kg"),
         (lambda: fullbody.KeplerElements(1.0, 5 * u.deg, 0, 0, 0, 0), "e has the unit deg"),
-        (
-            lambda: fullbody.Component(diameter=1.0, axis_ratios=(1, 1) * u.m),
-            "axis_ratios of a component has the unit m",
-        ),
+        (lambda: fullbody.Component(diameter=1.0, axis_ratios=(1, 1) * u.m), "axis_ratios of .* has the unit m"),
     ):
         refused(f"{what}; expected pure numbers", call)
     assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)

@@ -386,10 +386,7 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
         ({"parameters": {"error": [0.1]}, "setup": lambda error: None}, "'error', which is kept for what goes wrong"),
         ({"parameters": {"mass": ["zero \0."]}}, "mass is"),
         ({"parameters": pd.DataFrame({"mass": [0.1]}, index=pd.Index(["a"], name="a/b"))}, "name 'a/b'"),
-        (
-            {"parameters": {"mass": np.ones(10**6), "distance": np.ones(10**6)}},
-            r"1000000 \(mass\) x 1000000 \(distance\) rows; expected at most 100000000",
-        ),
+        ({"parameters": {"mass": np.ones(10**6), "distance": np.ones(10**6)}}, "rows; expected at most 100000000"),
         ({"parameters": draws(10**12, mass=stats.norm()), "rng": 1}, "rows; expected at most"),
         ({"output": "end"}, "output is 'end'; expected numbers, or text with a unit"),
         ({"executor": ThreadPoolExecutor}, "executor is <class"),

@@ -130,10 +130,7 @@ def same(request, tmp_path_factory):
         ({"derivatives": ["G"]}, "derivatives (False, here ['G'])"),
         ({"chaos": True}, "chaos (False, here True)"),
         ({"parameters": {"mass": [0.1, 0.6]}}, "parameter mass (0.5, here 0.6)"),
-        (
-            {"parameters": {"mass": [0.1, 0.6, 0.7]}},
-            "dimensions (mass: 2, here mass: 3); parameter mass (0.5, here 0.6)",
-        ),
+        ({"parameters": {"mass": [0.1, 0.6, 0.7]}}, "dimensions (mass: 2, here mass: 3); parameter mass (0.5, here 0"),
         ({"parameters": {"mass": [0.1]}}, "dimensions (mass: 2, here mass: 1); parameter mass (0.5, here nothing)"),
         (
             {"parameters": {"mass": [0.1, 0.5], "distance": [1.0]}},

@@ -151,10 +151,7 @@ LIGHT = {"pressure": 1e-5}
         (lambda: Byorp("Beta", "Alpha", coefficient=1e-3, normalization="mine", **LIGHT), "jacobson_scheeres_2011"),
         (lambda: Byorp("Beta", "Alpha", coefficient=1e-3, normalization="quillen_2022"), "pressure of BYORP on Beta"),
         (lambda: Byorp("Beta", "Alpha", force=1.0, **LIGHT), "expected none without a coefficient"),
-        (
-            lambda: Byorp("Beta", "Alpha", force=1.0, normalization="quillen_2022"),
-            "expected none without a coefficient",
-        ),
+        (lambda: Byorp("Beta", "Alpha", force=1.0, normalization="quillen_2022"), "none without a coefficient"),
         (lambda: Yorp("Alpha", along=1.0, normalization="quillen"), "expected 'acceleration'"),
         (lambda: Yorp("Alpha", along=1.0, normalization="rossi_2009"), "pressure of YORP on Alpha"),
         (lambda: Yorp("Alpha", along=1.0, across=1.0, normalization="rossi_2009", **LIGHT), "across of YORP on Alpha"),

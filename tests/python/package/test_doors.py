@@ -12,7 +12,7 @@ EXAMPLES = {"netcdf": 30, "netcdf-content": 12, "observations": 40, "run": 40, "
 def test_any_input_to_a_door_gives_a_right_object_or_an_error(name):
     door = DOORS[name]
 
-    @settings(max_examples=EXAMPLES.get(name, 80), suppress_health_check=list(HealthCheck))
+    @settings(max_examples=EXAMPLES.get(name, 50), suppress_health_check=list(HealthCheck))
     @given(door.inputs)
     def enter(value):
         door.enter(value)

@@ -209,11 +209,7 @@ def test_gubas_euler_angles_give_the_attitude(tmp_path):
     ("comment", "second", "warning"),
     [
         # The words of hou_config.cfg at two ages: in the main folder, and among the examples.
-        (
-            "# the Body B z-axis. All rotations are in degrees",
-            np.sin(np.pi / 9),
-            "in degrees as its comments say; GUBAS",
-        ),
+        ("# the Body B z-axis. All rotations are in degrees", np.sin(np.pi / 9), "degrees as its comments say; GUBAS"),
         ("# the Body B z-axis. All rotations are in radians", np.sin(20.0), None),
         ("", np.sin(20.0), "in radians as GUBAS takes them; no comment"),
         ("# the spins are in rad/s or radians per second", np.sin(20.0), "no comment"),
