@@ -3,18 +3,15 @@
 import fullbody
 import numpy as np
 import pytest
-import rebound
 from support import points, worst
 
 SPHERES = (0.05, 0.03, 0.02)
 
 
-def ias15(masses, position, velocity, times):
+def ias15(system, state, times):
     """Positions (K, N, 3) by rebound."""
-    sim = rebound.Simulation()
+    sim = fullbody.to_rebound(system, state)
     sim.integrator = "ias15"
-    for m, r, v in zip(masses, position, velocity, strict=True):
-        sim.add(m=m, x=r[0], y=r[1], z=r[2], vx=v[0], vy=v[1], vz=v[2])
     result = []
     for time in times:
         sim.integrate(time, exact_finish_time=1)
@@ -54,14 +51,10 @@ SETTINGS = {
 def test_hundred_eccentric_orbits_are_rebounds(kind, e, tolerance, limit, drift):
     masses, position, velocity, period = eccentric_pair(e)
     times = np.array([0.0, 0.37, 1.0, 10.25, 50.5, 99.63, 100.0]) * period
-    run = system_of(kind, masses).integrate(
-        fullbody.State(position, velocity),
-        times[-1],
-        output=times,
-        integrator=fullbody.Verner98(rtol=tolerance, atol=tolerance),
-    )
-    expected = ias15(masses, position, velocity, times)
-    assert np.abs(run.position - expected).max() < limit
+    system, state = system_of(kind, masses), fullbody.State(position, velocity)
+    integrator = fullbody.Verner98(rtol=tolerance, atol=tolerance)
+    run = system.integrate(state, times[-1], output=times, integrator=integrator)
+    assert np.abs(run.position - ias15(system, state, times)).max() < limit
     # IAS15 apart: after whole periods the bodies are where they began.
     assert np.abs(run.position[-1] - position).max() < min(limit, 1e-9)
     assert np.abs(run.energy_drift).max() < drift
@@ -72,18 +65,13 @@ def test_hundred_eccentric_orbits_are_rebounds(kind, e, tolerance, limit, drift)
 @pytest.mark.parametrize("kind", ["points", "spheres"])
 @pytest.mark.parametrize(("tolerance", "limit", "drift"), SETTINGS.values(), ids=SETTINGS)
 def test_three_bodies_move_as_in_rebound(kind, tolerance, limit, drift):
-    masses = (1.0, 0.3, 0.5)
     _, position, velocity, period = eccentric_pair(0.5)
-    position = np.vstack([position, [0.0, 6.0, 2.0]])
-    velocity = np.vstack([velocity, [-0.45, 0.0, 0.2]])
+    system = system_of(kind, (1.0, 0.3, 0.5))
+    state = fullbody.State([*position, [0.0, 6.0, 2.0]], [*velocity, [-0.45, 0.0, 0.2]])
     times = np.linspace(0.0, 100 * period, 11)
-    run = system_of(kind, masses).integrate(
-        fullbody.State(position, velocity),
-        times[-1],
-        output=times,
-        integrator=fullbody.Verner98(rtol=tolerance, atol=tolerance),
-    )
-    assert np.abs(run.position - ias15(masses, position, velocity, times)).max() < limit
+    integrator = fullbody.Verner98(rtol=tolerance, atol=tolerance)
+    run = system.integrate(state, times[-1], output=times, integrator=integrator)
+    assert np.abs(run.position - ias15(system, state, times)).max() < limit
     assert np.abs(run.energy_drift).max() < drift
     assert run.angular_momentum_drift.max() < 1e-13
 
