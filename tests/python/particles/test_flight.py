@@ -49,22 +49,27 @@ def test_jacobis_constant_is_kept_over_twenty_orbits():
     assert np.abs(last / first - 1.0).max() < 2e-13
 
 
+def flown_as_bodies(system, state, particles, until, mass):
+    """Ends (2, P, 3) of particles in position and velocity, in a run in which they are points of next to no mass."""
+    count = len(particles)
+    tiny = [fullbody.Body(fullbody.PointMass(), mass=mass, name=f"probe {k}") for k in range(count)]
+    start = fullbody.State(
+        position=[*state.position, *particles.position],
+        velocity=[*state.velocity, *particles.velocity],
+        attitude=[*state.attitude, *[[1.0, 0.0, 0.0, 0.0]] * count],
+        spin=[*state.spin, *np.zeros((count, 3))],
+    )
+    many = fullbody.System([*system.bodies, *tiny], G=system.G, forces=system.forces)
+    end = many.integrate(start, until, output="ends")[-1]
+    return np.array([end.position[-count:], end.velocity[-count:]])
+
+
 def test_a_particle_flies_as_a_body_of_next_to_no_mass():
     system, state = fullbody.systems.kw4()
-    x, v = np.array([[4.0, 1.0, 0.4], [-1.4, 0.2, 0.0]]), np.array([[-0.2, 0.6, 0.1], [-0.2, -1.2, 0.1]])
-    tiny = [fullbody.Body(fullbody.PointMass(), mass=1e-30, name=name) for name in "PQ"]
-    many = fullbody.System([*system.bodies, *tiny], G=system.G)
-    still = np.array([[1.0, 0.0, 0.0, 0.0]] * 2)
-    with_tiny = fullbody.State(
-        position=[*state.position, *x],
-        velocity=[*state.velocity, *v],
-        attitude=[*state.attitude, *still],
-        spin=[*state.spin, *np.zeros((2, 3))],
-    )
-    expected = many.integrate(with_tiny, 24.0, output="ends")
-    flight = system.fly(state, fullbody.Particles(x, v), 24.0, output="ends")
-    assert np.abs(flight.position[-1] - expected.position[-1, 2:]).max() < 1e-10
-    assert np.abs(flight.velocity[-1] - expected.velocity[-1, 2:]).max() < 1e-10
+    particles = fullbody.Particles([[4.0, 1.0, 0.4], [-1.4, 0.2, 0.0]], [[-0.2, 0.6, 0.1], [-0.2, -1.2, 0.1]])
+    expected = flown_as_bodies(system, state, particles, 24.0, mass=1e-30)
+    flight = system.fly(state, particles, 24.0, output="ends")
+    assert np.abs([flight.position[-1], flight.velocity[-1]] - expected).max() < 1e-10
 
 
 def test_particles_fly_as_in_rebound():
@@ -118,22 +123,12 @@ def test_particles_return_to_their_start():
 
 
 def test_third_bodies_move_particles_as_they_move_bodies():
-    system, state, x, v = cloud(3)
+    system, state = fullbody.systems.kw4()
     orbit = fullbody.KeplerElements(a=95.7e6, e=0.69, i=0.68, Omega=4.29, omega=3.37, M=0.0)
-    sun = fullbody.forces.ThirdBody(mass=1.98841e30, orbit=orbit, of="system", name="Sun")
-    tiny = fullbody.Body(fullbody.PointMass(), mass=1e-18, name="P")
-    three = fullbody.System([*system.bodies, tiny], G=system.G, forces=[sun])
-    x, v = np.array([[9.0, 3.0, 2.0]]), np.array([[0.0, 0.5, 0.1]])
-    start = fullbody.State(
-        position=[*state.position, *x],
-        velocity=[*state.velocity, *v],
-        attitude=[*state.attitude, [1.0, 0.0, 0.0, 0.0]],
-        spin=[*state.spin, np.zeros(3)],
-    )
-    expected = three.integrate(start, 200.0, output="ends").position[-1, 2]
-    particles = fullbody.Particles(x, v)
-    found = system.with_forces([sun]).fly(state, particles, 200.0, output="ends").position[-1, 0]
-    without = system.fly(state, particles, 200.0, output="ends").position[-1, 0]
+    sunlit = system.with_forces([fullbody.forces.ThirdBody(mass=1.98841e30, orbit=orbit, of="system", name="Sun")])
+    particles = fullbody.Particles([[9.0, 3.0, 2.0]], [[0.0, 0.5, 0.1]])
+    expected = flown_as_bodies(sunlit, state, particles, 200.0, mass=1e-18)[0]
+    found, without = (s.fly(state, particles, 200.0, output="ends").position[-1] for s in (sunlit, system))
     assert np.abs(found - expected).max() < 1e-9 < 1e-4 < np.abs(without - expected).max()
 
 
@@ -145,19 +140,15 @@ def test_composites_polyhedra_and_ellipsoids_pull_particles():
         fullbody.Body(box(1.0, 1.0, 1.0), mass=0.4, name="B"),
         fullbody.Body(fullbody.Ellipsoid(1.1, 0.9, 0.6), mass=0.3, name="C"),
     ]
-    tiny = fullbody.Body(fullbody.PointMass(), mass=1e-12, name="P")
-    x = [[-1.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, -6.0, 1.0], [1.0, 3.5, 0.0]]
-    v = [[0.0, -0.1, 0.0], [0.0, 0.3, 0.0], [0.3, 0.0, 0.0], [-0.5, 0.0, 0.1]]
-    spin = [[0.1, 0.0, 0.3], [0.0, 0.2, 0.1], [0.1, 0.2, 0.3], [0.0, 0.0, 0.0]]
-
-    def state(count):
-        return fullbody.State(
-            position=x[:count], velocity=v[:count], attitude=[[1, 0, 0, 0]] * count, spin=spin[:count]
-        )
-
-    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(4), 5.0, output="ends").position[-1, 3]
-    flight = fullbody.System(bodies, G=1.0).fly(state(3), fullbody.Particles(x[3:], v[3:]), 5.0, output="ends")
-    assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State(
+        position=[[-1.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, -6.0, 1.0]],
+        velocity=[[0.0, -0.1, 0.0], [0.0, 0.3, 0.0], [0.3, 0.0, 0.0]],
+        spin=[[0.1, 0.0, 0.3], [0.0, 0.2, 0.1], [0.1, 0.2, 0.3]],
+    )
+    particles = fullbody.Particles([[1.0, 3.5, 0.0]], [[-0.5, 0.0, 0.1]])
+    expected = flown_as_bodies(system, state, particles, 5.0, mass=1e-12)[0]
+    assert np.abs(system.fly(state, particles, 5.0, output="ends").position[-1] - expected).max() < 1e-10
 
 
 def test_instructions_and_charts_change_round_off_alone():
