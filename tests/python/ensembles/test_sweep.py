@@ -164,11 +164,9 @@ def troubles(kind):
     if kind == "pair":
         return circle
     still = np.zeros((2, 3))
-    places = [[0, 0, 0], [1, 0, 0]]
-    if kind == "collision":
-        return fullbody.System(BALLS, G=1.0), fullbody.State(places, still)
-    if kind == "overlap":
-        return fullbody.System(BALLS, G=1.0), fullbody.State([[0, 0, 0], [0.1, 0, 0]], still)
+    if kind in ("collision", "overlap"):
+        apart = 1.0 if kind == "collision" else 0.1
+        return fullbody.System(BALLS, G=1.0), fullbody.State([[0, 0, 0], [apart, 0, 0]], still)
     if kind == "singular":
         system, state = circle()
         return system, state.replace(velocity=still)
@@ -199,11 +197,8 @@ def test_what_goes_wrong_stays_in_its_row():
     assert "A and B" in told["collision"][1]
     assert told["singular"][0] in ("StepSizeTooSmall", "BodiesOverlap")
     assert told["measure"] == ("KeyError", "'nothing there'", "measure")
-    assert told["kind"] == (
-        "InvalidInput",
-        "measure gives [5.0]; expected a dict of names to numbers, arrays or texts",
-        "measure",
-    )
+    text = "measure gives [5.0]; expected a dict of names to numbers, arrays or texts"
+    assert told["kind"] == ("InvalidInput", text, "measure")
     assert "list of shape (2,), but of shape (3,) in row 0; expected one shape throughout" in told["ragged"][1]
     # What there is of a run is measured; the collision of two spheres at rest is a result.
     assert found.reason.sel(kind="collision") == "unfinished"
@@ -247,18 +242,20 @@ def test_all_that_goes_wrong_with_a_row_is_told():
             raise KeyError("nothing there")
         return {}
 
-    told = {}
-    for measure in (fussy, [gap, fussy, second], [gap, lambda run: {"one": 1 / (run.stop_reason == "end")}]):
+    divided = [gap, lambda run: {"one": 1 / (run.stop_reason == "end")}]
+    for measure, told in (
+        (fussy, "LookupError in measure: no end"),
+        (
+            [gap, fussy, second],
+            "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing there'",
+        ),
+        (divided, "ZeroDivisionError in measure: number 1: division by zero"),
+    ):
         found = fullbody.sweep(troubles, {"kind": ["collision", "good"]}, 2.0, measure=measure)
-        told[len(told)] = [str(found[name][0].values) for name in FAILURE]
-    both = [told[k][1].partition("; also ")[::2] for k in range(3)]
-    assert all(first.startswith("A and B") for first, _ in both)
-    assert [rest for _, rest in both] == [
-        "LookupError in measure: no end",
-        "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing there'",
-        "ZeroDivisionError in measure: number 1: division by zero",
-    ]
-    assert [told[k][::2] for k in range(3)] == [["BodiesOverlap", "run"]] * 3
+        error, text, stage = (str(found[name][0].values) for name in FAILURE)
+        assert (error, stage) == ("BodiesOverlap", "run")
+        assert text.startswith("A and B")
+        assert text.partition("; also ")[2] == told
 
 
 def test_names_of_observables_are_measures():
@@ -311,9 +308,7 @@ def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
             raise ValueError(f"{mass} is too heavy")
         return circle(mass)
 
-    text = (
-        "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy; the v"
-    )
+    text = "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy"
     for kept in ({}, *[{"store": tmp_path / "map.nc", "key": "heavy"}] * 2):
         with pytest.warns(InconsistentInput, match=f"^{text}") as caught:
             found = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **kept)
