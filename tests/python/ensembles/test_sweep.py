@@ -239,16 +239,13 @@ def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
 def test_all_that_goes_wrong_with_a_row_is_told():
     def second(run):
         if run.stop_reason != "end":
-            raise KeyError("nothing there")
+            raise KeyError("nothing")
         return {}
 
     divided = [gap, lambda run: {"one": 1 / (run.stop_reason == "end")}]
     for measure, told in (
         (fussy, "LookupError in measure: no end"),
-        (
-            [gap, fussy, second],
-            "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing there'",
-        ),
+        ([gap, fussy, second], "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing'"),
         (divided, "ZeroDivisionError in measure: number 1: division by zero"),
     ):
         found = fullbody.sweep(troubles, {"kind": ["collision", "good"]}, 2.0, measure=measure)
