@@ -297,27 +297,11 @@ def test_autosave_that_cannot_be_written_is_told_before_the_run(tmp_path):
     assert sim.time == 0.0
 
 
-def test_a_last_autosave_that_fails_leaves_the_run(tmp_path, monkeypatch):
-    system, state = CASE1
+@pytest.mark.parametrize(("until", "seconds"), [(1.0, 1e8), (1e9, 0.0)], ids=["at the end", "on the way"])
+def test_an_autosave_that_fails_is_told_and_leaves_the_run(until, seconds, tmp_path, monkeypatch):
     write, written = Path.write_bytes, []
 
     def once(path, data):
-        if written:
-            raise OSError(28, "No space left on device")
-        written.append(write(path, data))
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_bytes", once)
-        with pytest.raises(OSError, match=r"No space left on device: .*a\.sim") as caught:
-            system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", 1e8))
-    assert caught.value.run == system.integrate(state, 1.0)
-    assert fullbody.Simulation.load(tmp_path / "a.sim").time == 0.0
-
-
-def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
-    write, written = Path.write_bytes, []
-
-    def full(path, data):
         # The first file, of the start, still fits.
         if written:
             raise OSError(28, "No space left on device")
@@ -325,14 +309,15 @@ def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
 
     sim = fullbody.Simulation(*fullbody.systems.kw4_ho2021(gravity="surface"))
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_bytes", full)
-        with pytest.raises(OSError, match="No space"):
-            sim.integrate(1e9, output=[1e9], autosave=(tmp_path / "a.sim", 0.0))
+        patch.setattr(Path, "write_bytes", once)
+        with pytest.raises(OSError, match=r"No space left on device: .*a\.sim") as caught:
+            sim.integrate(until, output="ends", autosave=(tmp_path / "a.sim", seconds))
     assert [path.name for path in tmp_path.iterdir()] == ["a.sim"]
     assert fullbody.Simulation.load(tmp_path / "a.sim").time == 0.0
     # The simulation is where it stopped, and usable.
     now = sim.time
-    assert 0.0 < now < 1e9
+    assert now == until == 1.0 or 0.0 < now < until
+    assert caught.value.run[-1] == sim.state
     assert sim.integrate(now + 1.0).time[-1] == now + 1.0
 
 
