@@ -1,4 +1,4 @@
-"""A sweep by two workers of dask, one of which dies: ``python cluster.py FOLDER``. Its functions are a script's own."""
+"""A sweep by a worker of dask that dies and by its successor: ``python cluster.py FOLDER``. Its functions are its own."""
 
 import os
 import signal
@@ -39,7 +39,7 @@ def main():
     from dask.distributed import Client, LocalCluster
 
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
         Client(cluster) as client,
     ):
         fullbody.sweep(

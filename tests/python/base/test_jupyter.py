@@ -1,47 +1,24 @@
 """Jupyter shows objects as complete, short tables with escaped text."""
 
-from html.parser import HTMLParser
+from xml.etree import ElementTree
 
 import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody.errors import InvalidInput
-
-
-class Cells(HTMLParser):
-    """The cells of all tables; tags that do not match are refused."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.cells = [], []
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.open.append(tag)
-        assert tag in {"table", "caption", "b", "thead", "tbody", "tr", "th", "td"}
-        if tag in {"td", "th"}:
-            self.cells.append("")
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open and self.open[-1] in {"td", "th"}:
-            self.cells[-1] += data
 
 
 def cells(thing):
-    return Cells(thing._repr_html_()).cells
+    """The cells of all tables; tags that do not match are refused."""
+    page = ElementTree.fromstring(f"<x>{thing._repr_html_()}</x>")
+    tags = {element.tag for element in page.iter()}
+    assert tags <= {"x", "table", "caption", "b", "thead", "tbody", "tr", "th", "td"}
+    return ["".join(element.itertext()) for element in page.iter() if element.tag in ("td", "th")]
 
 
 def test_tables_of_bodies_are_complete():
-    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), density=1.5, name="egg")
-    shown = cells(body)
-    assert "3, 2, 1" in shown
-    assert f"{1.5 * 4 / 3 * np.pi * 6:.8g}" in shown
+    shown = cells(fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), density=1.5, name="egg"))
+    assert {"3, 2, 1", f"{1.5 * 4 / 3 * np.pi * 6:.8g}"} <= set(shown)
     assert cells(fullbody.Body(fullbody.PointMass(), mass=2.0)) == ["shape", "PointMass", "mass", "2"]
 
 
@@ -57,11 +34,9 @@ def test_tables_of_systems_states_and_runs_are_complete(kw4_run):
 
 
 def test_tables_of_runs_tell_events_and_what_stopped_them(case1_run):
-    """The orbit has two apoapses within 100, at 48.7 and 92.9."""
     system, state = fullbody.systems.case1()
-    apoapsis = fullbody.events.Apoapsis(0, 1)
-    run = system.integrate(state, 100.0, events=[apoapsis])
-    assert "2 Apoapsis" in cells(run)
+    # They are at 48.7 and 92.9.
+    assert "2 Apoapsis" in cells(system.integrate(state, 100.0, events=[fullbody.events.Apoapsis(0, 1)]))
     run = system.integrate(state, 100.0, events=[fullbody.events.Apoapsis(0, 1, terminal=True)])
     shown = cells(run)
     assert shown[shown.index("events") + 1] == "1 Apoapsis"
@@ -70,39 +45,22 @@ def test_tables_of_runs_tell_events_and_what_stopped_them(case1_run):
 
 
 def test_tables_have_no_negative_zeros():
-    state = fullbody.State([[-0.0, 0, 1]], [[0, -0.0, 0]])
-    assert "(0, 0, 1)" in cells(state)
-    assert not any("-0" in cell for cell in cells(state))
+    shown = cells(fullbody.State([[-0.0, 0, 1]], [[0, -0.0, 0]]))
+    assert "(0, 0, 1)" in shown
+    assert not any("-0" in cell for cell in shown)
 
 
-def test_tables_of_elements_hold_one_orbit_or_many(case1_run):
+def test_tables_of_elements_hold_one_orbit_or_many_with_units(case1_run, kw4_run):
     one = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
-    assert cells(one) == [
-        "a",
-        "2",
-        "e",
-        "0.5",
-        "i [deg]",
-        "30",
-        "Omega [deg]",
-        "0",
-        "omega [deg]",
-        "0",
-        "M [deg]",
-        "180",
-    ]
+    told = "a, 2, e, 0.5, i [deg], 30, Omega [deg], 0, omega [deg], 0, M [deg], 180"
+    assert cells(one) == told.split(", ")
     elements = case1_run.elements()
     many = cells(elements)
     assert many[:5] == ["", "first", "last", "least", "greatest"]
     e = elements.e
     assert many[many.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
-
-
-def test_tables_of_elements_have_units(kw4_run):
-    shown = cells(kw4_run.elements())
-    assert "a [km]" in shown
-    assert "i [deg]" in shown
-    assert f"{np.rad2deg(kw4_run.elements().i.value[-1]):.8g}" in shown
+    united = kw4_run.elements()
+    assert {"a [km]", "i [deg]", f"{np.rad2deg(united.i.value[-1]):.8g}"} <= set(cells(united))
 
 
 @pytest.mark.parametrize("units", [False, True])
@@ -143,11 +101,6 @@ def test_names_are_escaped():
     assert name in cells(system)
 
 
-@pytest.mark.parametrize("count", [0, 1])
-def test_tables_of_short_runs_are_complete(count, kw4_run):
-    times = [0.0] if count else []
-    try:
-        run = kw4_run.system.integrate(kw4_run[0], 1.0, output=np.array(times))
-    except InvalidInput:
-        pytest.skip("a run without samples cannot be asked for")
-    assert str(count) in cells(run)
+def test_tables_of_short_runs_are_complete(kw4_run):
+    for count in (0, 1):
+        assert str(count) in cells(kw4_run[:count])

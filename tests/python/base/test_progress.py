@@ -5,7 +5,7 @@ import sys
 
 import pytest
 from fullbody.base.progress import Progress, over_time
-from fullbody.errors import InvalidInput
+from support import refused
 
 
 def test_a_function_gets_what_is_reported():
@@ -33,7 +33,6 @@ def test_a_bar_shows_its_title_the_part_that_is_done_and_the_description(monkeyp
     assert all(text in last for text in ("a title", part, "half way"))
 
 
-def test_anything_else_is_refused():
+def test_a_progress_that_is_no_title_or_function_is_refused():
     for wrong in (3, [], 0.5):
-        with pytest.raises(InvalidInput, match=r"progress is .*; expected True or False, a title, or a function"):
-            Progress(wrong)
+        refused(r"progress is .*; expected True or False, a title, or a function", lambda wrong=wrong: Progress(wrong))

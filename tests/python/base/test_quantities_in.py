@@ -8,8 +8,23 @@ import numpy as np
 import pytest
 from astropy import constants
 from astropy import units as u
-from fullbody import Body, Component, Ellipsoid, KeplerElements, Sphere, State, System, binary, frames
+from fullbody import (
+    Body,
+    Component,
+    Ellipsoid,
+    KeplerElements,
+    LieGroupVariational,
+    Simulation,
+    Sphere,
+    State,
+    SymplecticSplitting,
+    System,
+    binary,
+    frames,
+)
 from fullbody.errors import InvalidInput
+from fullbody.events import Escape, Separation
+from fullbody.observables import element_rates
 
 UNITS = ("km", "hour", "kg")
 SYSTEM, START = fullbody.systems.kw4(units=True)
@@ -26,9 +41,13 @@ def integrate(until=1 * u.h, **options):
 
 
 def stepped(until):
-    sim = fullbody.Simulation(SYSTEM, START)
+    sim = Simulation(SYSTEM, START)
     sim.step(until)
     return sim.time
+
+
+def ellipsoid(**axes):
+    return Ellipsoid(**{"a": 1 * u.km, "b": 1 * u.km, "c": 1 * u.km} | axes)
 
 
 def orbit(**changed):
@@ -41,13 +60,7 @@ def pair(primary=(), secondary=(), **changed):
     system, state = binary(
         Component(**{name: value for name, value in first.items() if value is not None}),
         Component(**{name: value for name, value in second.items() if value is not None}),
-        **{
-            "semi_major_axis": 2 * u.km,
-            "units": UNITS,
-            "mismatch_error": np.inf,
-            "mismatch_warning": np.inf,
-            **changed,
-        },
+        **{"semi_major_axis": 2 * u.km, "units": UNITS, "mismatch_error": np.inf, "mismatch_warning": np.inf} | changed,
     )
     return (*(system.masses, state.position, state.velocity, state.spin, state.time), state.attitude)
 
@@ -65,19 +78,12 @@ CASES = {
     "State velocity": Case("velocity", lambda x: State(R, x).velocity, V, SPEED),
     "State spin": Case("spin", lambda x: State(R, V, spin=x).spin, W, RATE),
     "State time": Case("time", lambda x: State(R, V, time=x).time, 3 * u.h, u.h),
-    "State angles": Case(
-        "angles", lambda x: State.from_tait_bryan(R, V, x).tait_bryan, [[1, 2, 3], [4, 5, 6]] * u.deg, None
-    ),
+    "State angles": Case("angles", lambda x: State.from_tait_bryan(R, V, x).tait_bryan, [[1, 2, 3]] * 2 * u.deg, None),
     "State.replace": Case("position", lambda x: START.replace(position=x).position, R, u.km),
     "Sphere": Case("radius", lambda x: Sphere(x).semi_axes[0], 1 * u.km, u.km),
     **{
-        f"Ellipsoid {name}": Case(
-            f"semi-axis {name}",
-            lambda x, name=name: getattr(Ellipsoid(**{"a": 1 * u.km, "b": 1 * u.km, "c": 1 * u.km, name: x}), name),
-            2 * u.km,
-            u.km,
-        )
-        for name in "abc"
+        f"Ellipsoid {n}": Case(f"semi-axis {n}", lambda x, n=n: getattr(ellipsoid(**{n: x}), n), 2 * u.km, u.km)
+        for n in "abc"
     },
     "Body mass": Case("mass", lambda x: Body(Sphere(1 * u.km), mass=x).density, 1 * u.kg, u.kg / u.km**3),
     "Body density": Case("density", lambda x: Body(Sphere(1 * u.km), density=x).mass, 1 * u.kg / u.km**3, u.kg),
@@ -90,33 +96,19 @@ CASES = {
     "integrate output": Case("output", lambda x: integrate(output=x).time, 0.25 * u.h, u.h),
     "integrate outputs": Case("output", lambda x: integrate(output=x).time, [0.25, 0.5] * u.h, u.h),
     "Simulation.step": Case("until", stepped, 0.01 * u.h, u.h),
-    "Simulation.integrate": Case(
-        "until", lambda x: fullbody.Simulation(SYSTEM, START).integrate(x).position, 1 * u.h, u.km
-    ),
-    "step of a splitting": Case(
-        "step", lambda x: integrate(integrator=fullbody.SymplecticSplitting(x)).time, 0.25 * u.h, u.h
-    ),
-    "step of the variational": Case(
-        "step", lambda x: integrate(integrator=fullbody.LieGroupVariational(x)).time, 0.25 * u.h, u.h
-    ),
-    "Separation": Case(
-        "value of Separation", lambda x: integrate(events=[fullbody.events.Separation(0, 1, x)]).time, 3 * u.km, u.h
-    ),
-    "Escape": Case(
-        "distance of Escape", lambda x: integrate(events=[fullbody.events.Escape(0, 1, distance=x)]).time, 3 * u.km, u.h
-    ),
+    "Simulation.integrate": Case("until", lambda x: Simulation(SYSTEM, START).integrate(x).position, 1 * u.h, u.km),
+    "splitting": Case("step", lambda x: integrate(integrator=SymplecticSplitting(x)).time, 0.25 * u.h, u.h),
+    "variational": Case("step", lambda x: integrate(integrator=LieGroupVariational(x)).time, 0.25 * u.h, u.h),
+    "Separation": Case("value of Separation", lambda x: integrate(events=[Separation(0, 1, x)]).time, 3 * u.km, u.h),
+    "Escape": Case("distance of Escape", lambda x: integrate(events=[Escape(0, 1, x)]).time, 3 * u.km, u.h),
     "Run.elements mu": Case("mu", lambda x: RUN.elements(mu=x).a, MU, u.km),
-    "element_rates mu": Case(
-        "mu", lambda x: fullbody.observables.element_rates(LONG, mu=x).mean_rates["a"], MU, u.km / u.h
-    ),
+    "element_rates mu": Case("mu", lambda x: element_rates(LONG, mu=x).mean_rates["a"], MU, u.km / u.h),
     "Dense": Case("time", lambda x: RUN(x).velocity, 0.5 * u.h, SPEED),
     "Dense times": Case("time", lambda x: RUN(x).spin, [0.5, 0.25] * u.h, RATE),
     "KeplerElements a": Case("a", lambda x: orbit(a=x).to_cartesian(MU)[0], 2 * u.km, u.km),
     **{
-        f"KeplerElements {name}": Case(
-            name, lambda x, name=name: orbit(**{name: x}).to_cartesian(MU)[1], 10 * u.deg, SPEED
-        )
-        for name in ("i", "Omega", "omega", "M")
+        f"KeplerElements {n}": Case(n, lambda x, n=n: orbit(**{n: x}).to_cartesian(MU)[1], 10 * u.deg, SPEED)
+        for n in ("i", "Omega", "omega", "M")
     },
     "to_cartesian mu": Case("mu", lambda x: orbit().to_cartesian(x)[0], MU, u.km),
     "period mu": Case("mu", lambda x: orbit().period(x), MU, u.h),
@@ -125,9 +117,7 @@ CASES = {
     "from_cartesian mu": Case("mu", lambda x: KeplerElements.from_cartesian(R[1], V[1], x).a, MU, u.km),
     "pole_vector longitude": Case("longitude", lambda x: frames.pole_vector(x, 0.1), 10 * u.deg, None),
     "pole_vector latitude": Case("latitude", lambda x: frames.pole_vector(0.1, x), 10 * u.deg, None),
-    "rotate_pole": Case(
-        "longitude", lambda x: frames.rotate_pole(x, 0.1, "ecliptic", "equatorial")[1], 10 * u.deg, u.rad
-    ),
+    "rotate_pole": Case("longitude", lambda x: frames.rotate_pole(x, 0.1, "ecliptic", "icrs")[1], 10 * u.deg, u.rad),
     "attitude longitude": Case("longitude", lambda x: frames.attitude(x, 0.1), 10 * u.deg, None),
     "attitude latitude": Case("latitude", lambda x: frames.attitude(0.1, x), 10 * u.deg, None),
     "attitude angle": Case("angle", lambda x: frames.attitude(0.1, 0.1, x), 10 * u.deg, None),
@@ -148,18 +138,13 @@ CASES = {
     "Component mass": Case("mass", lambda x: pair({"density": None, "mass": x})[0], 1e12 * u.kg, u.kg),
     "Component diameter": Case("diameter", lambda x: pair({"diameter": x})[0], 1 * u.km, u.kg),
     **{
-        f"Component {name}": Case(
-            name, lambda x, name=name: pair({"diameter": None, name: x})[0], [0.9, 0.8, 0.7] * u.km, u.kg
-        )
-        for name in ("semi_axes", "diameters")
+        f"Component {n}": Case(n, lambda x, n=n: pair({"diameter": None, n: x})[0], [0.9, 0.8, 0.7] * u.km, u.kg)
+        for n in ("semi_axes", "diameters")
     },
 }
 LONG = SYSTEM.integrate(START, 40.0, output=1.0)
 #: Arguments that are one number or many.
-MANY = (
-    *("integrate output", "integrate outputs", "Dense", "Dense times"),
-    *(f"KeplerElements {name}" for name in ORBIT),
-)
+MANY = "integrate output", "integrate outputs", "Dense", "Dense times", *(f"KeplerElements {name}" for name in ORBIT)
 #: What the core calls it, once it is a number.
 CALLED = {
     "KeplerElements a": "semi-major axis",
@@ -172,15 +157,8 @@ CALLED = {
 }
 #: Endless: a step towards infinity, and a body that does not rotate.
 ENDLESS = ("Simulation.step", "Component rotation_period")
-OTHER = {
-    "km": u.AU,
-    "h": u.day,
-    "kg": u.t,
-    "deg": u.arcmin,
-    "rad / h": u.deg / u.s,
-    "km / h": u.m / u.s,
-    "kg / m3": u.g / u.cm**3,
-}
+OTHER = {"km": u.AU, "h": u.day, "kg": u.t, "deg": u.arcmin}
+OTHER |= {"rad / h": u.deg / u.s, "km / h": u.m / u.s, "kg / m3": u.g / u.cm**3}
 
 
 def numbers(result):
@@ -188,7 +166,7 @@ def numbers(result):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_any_unit_of_its_kind(name):
+def test_any_unit_of_its_kind_and_text_say_the_same(name):
     case = CASES[name]
     expected = case.call(case.value)
     if case.unit is None:
@@ -205,58 +183,35 @@ def test_any_unit_of_its_kind(name):
             numbers(found), numbers(expected), rtol=1e-9, atol=1e-9 * abs(numbers(expected)).max()
         )
 
-
-@pytest.mark.parametrize("name", CASES)
-def test_text_says_the_same(name):
-    case = CASES[name]
-
     def text(value):
         return [text(part) for part in value] if value.shape else f"{float(value.value)!r} {value.unit}"
 
-    np.testing.assert_array_equal(numbers(case.call(text(case.value))), numbers(case.call(case.value)))
+    np.testing.assert_array_equal(numbers(case.call(text(case.value))), numbers(expected))
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_other_units_are_refused_with_both(name):
-    case = CASES[name]
-    wrong, base = u.cd, case.value.si.unit
-    with pytest.raises(InvalidInput) as caught:
-        case.call(case.value.value * wrong)
-    message = str(caught.value)
+def test_other_units_shapes_and_what_is_no_finite_number_are_refused(name):
+    case, value = CASES[name], CASES[name].value
+
+    def told(wrong):
+        with pytest.raises(InvalidInput) as caught:
+            case.call(wrong)
+        return str(caught.value)
+
+    message = told(value.value * u.cd)
     assert case.what in message
     assert " cd" in message
-    assert u.Unit(message.split("such as ")[-1]).is_equivalent(base)
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("name", CASES)
-def test_what_is_not_finite_is_refused(name, bad):
-    case = CASES[name]
-    if np.isinf(bad) and name in ENDLESS:
-        return
-    value = case.value.copy()
-    value[(-1,) * value.ndim] = bad * value.unit
-    with pytest.raises(InvalidInput) as caught:
-        case.call(value)
-    message = str(caught.value).lower()
-    assert CALLED.get(name, case.what).lower() in message
-    assert str(bad) in message
-
-
-@pytest.mark.parametrize("name", [name for name in CASES if name not in MANY])
-def test_wrong_shapes_are_refused(name):
-    case = CASES[name]
-    value = case.value
-    with pytest.raises(InvalidInput) as caught:
-        case.call(u.Quantity([value, value]) if value.ndim == 0 else value[..., :-1])
-    assert case.what in str(caught.value)
-
-
-@pytest.mark.parametrize("wrong", ["wide", True, 1j, b"1", 10**309, np.ma.masked], ids=repr)
-@pytest.mark.parametrize("name", [name for name in CASES if not name.endswith("points")])
-def test_what_is_no_number_is_refused(name, wrong):
-    case = CASES[name]
-    with pytest.raises(InvalidInput) as caught:
-        case.call(wrong)
-    assert re.search(rf"{re.escape(case.what)}\b.* (is|has) .*; expected ", str(caught.value), re.DOTALL)
-    assert "masked" in str(caught.value) or wrong is not np.ma.masked
+    assert u.Unit(message.split("such as ")[-1]).is_equivalent(value.si.unit)
+    for bad in (np.nan,) if name in ENDLESS else (np.nan, np.inf, -np.inf):
+        wrong = value.copy()
+        wrong[(-1,) * value.ndim] = bad * value.unit
+        message = told(wrong).lower()
+        assert CALLED.get(name, case.what).lower() in message
+        assert str(bad) in message
+    if name not in MANY:
+        assert case.what in told(u.Quantity([value, value]) if value.ndim == 0 else value[..., :-1])
+    if not name.endswith("points"):
+        for wrong in ("wide", True, 1j, b"1", 10**309, np.ma.masked):
+            message = told(wrong)
+            assert re.search(rf"{re.escape(case.what)}\b.* (is|has) .*; expected ", message, re.DOTALL)
+            assert "masked" in message or wrong is not np.ma.masked

@@ -9,20 +9,18 @@ from astropy import constants
 from astropy import units as u
 from astropy.time import Time
 from fullbody.errors import InvalidInput
-from support import refused, worst
+from support import refused, refused_with, worst
 
 KM_H_KG = ("km", "hour", "kg")
 PER_H = u.rad / u.hour
 
 
-def with_and_without():
-    return fullbody.systems.kw4_ho2021(units=True), fullbody.systems.kw4_ho2021()
-
-
 def test_system_with_units_gives_the_same_numbers():
-    (system, state), (plain, start) = with_and_without()
+    (system, state), (plain, start) = fullbody.systems.kw4_ho2021(units=True), fullbody.systems.kw4_ho2021()
     assert np.array_equal(state.position.value, start.position)
-    assert np.array_equal(system.interactions(state).force.value, plain.interactions(start).force)
+    # Plain numbers are in the system's units.
+    for given in (state, start):
+        assert np.array_equal(system.interactions(given).force.value, plain.interactions(start).force)
     run = system.integrate(state, 30 * u.hour, output=10 * u.hour)
     bare = plain.integrate(start, 30.0, output=10.0)
     for name in ("time", "position", "velocity", "spin", "energy", "angular_momentum"):
@@ -32,14 +30,12 @@ def test_system_with_units_gives_the_same_numbers():
 
 
 def test_gravitational_constant_is_astropys():
-    system, _ = fullbody.systems.kw4_ho2021(units=True)
-    bodies = system.bodies
-    assert fullbody.System(bodies, units=KM_H_KG).G.to_value(constants.G.unit) == pytest.approx(
-        constants.G.value, rel=1e-15
-    )
+    bodies = fullbody.systems.kw4_ho2021(units=True)[0].bodies
+    own = fullbody.System(bodies, units=KM_H_KG).G
+    assert (own / constants.G).to_value(u.one) == pytest.approx(1.0, rel=1e-15)
     assert fullbody.System(bodies, units=("AU", "yr", "solMass")).G.value == pytest.approx(4 * np.pi**2, rel=1e-3)
     given = fullbody.System(bodies, G=6.67408e-11 * u.m**3 / u.kg / u.s**2, units=KM_H_KG)
-    assert given.G.value == pytest.approx(8.64960768e-13, rel=1e-15)
+    assert given.G.value / 8.64960768e-13 == pytest.approx(1.0, rel=1e-15)
 
 
 def test_mixed_units_are_converted():
@@ -47,7 +43,7 @@ def test_mixed_units_are_converted():
         fullbody.Body(fullbody.Ellipsoid(766 * u.m, 0.7475 * u.km, 67350 * u.cm), mass=2.353e9 * u.t, name="Alpha"),
         fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=135e6 * u.t, name="Beta"),
     ]
-    (system, state), _ = with_and_without()
+    system, state = fullbody.systems.kw4_ho2021(units=True)
     mixed = fullbody.System(bodies, G=system.G.to(u.m**3 / u.kg / u.s**2), units=KM_H_KG)
     other = fullbody.State(
         state.position.to(u.m), state.velocity.to(u.m / u.s), state.attitude, state.spin.to(u.deg / u.s), 0 * u.day
@@ -71,33 +67,18 @@ def test_differences_of_dates_are_times():
     refused("output is the date", lambda: system.integrate(state, 6.0, output=[start, later]))
 
 
-def test_plain_numbers_are_in_the_systems_units():
-    system, state = fullbody.systems.kw4(units=True)
-    bare = fullbody.State(state.position.value, state.velocity.value, state.attitude, state.spin.value)
-    assert np.array_equal(system.interactions(bare).force, system.interactions(state).force)
-
-
-def test_quantities_into_a_system_without_units():
+def test_quantities_into_a_system_without_units_are_refused():
     system, state = fullbody.systems.case1()
     kilometres = fullbody.State([[0, 0, 0], [9, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
     ball = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
     for call, words in (
-        (lambda: system.integrate(state, 1 * u.hour), ["until", "h"]),
-        (lambda: system.integrate(state, 1.0, output=1 * u.hour), ["output", "h"]),
-        (lambda: system.interactions(kilometres), ["position", "km"]),
-        (lambda: fullbody.System([ball], G=1.0), ["semi-axis", "Alpha", "km"]),
-        (lambda: fullbody.System(system.bodies, G=constants.G), ["G", "m3 / (kg s2)"]),
+        (lambda: system.integrate(state, 1 * u.hour), "until ... h ... the system has no units"),
+        (lambda: system.integrate(state, 1.0, output=1 * u.hour), "output ... h ... the system has no units"),
+        (lambda: system.interactions(kilometres), "position ... km ... the system has no units"),
+        (lambda: fullbody.System([ball], G=1.0), "semi-axis ... Alpha ... km ... the system has no units"),
+        (lambda: fullbody.System(system.bodies, G=constants.G), "G ... m3 / (kg s2) ... the system has no units"),
     ):
-        with pytest.raises(InvalidInput, match="the system has no units") as caught:
-            call()
-        for word in words:
-            assert word in str(caught.value)
-
-
-def test_elements_and_mu_have_both_units_or_neither():
-    refused("both or neither", lambda: fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0))
-    refused("both or neither", lambda: fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2))
-    refused("both or neither", lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0))
+        refused_with(words, call)
 
 
 def test_plain_numbers_beside_quantities_name_both():
@@ -107,26 +88,23 @@ def test_plain_numbers_beside_quantities_name_both():
     mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
     orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
     for call, words in (
-        (lambda: mixed.inertia, ["semi-axis a has the unit km", "mass of Alpha has none"]),
-        (lambda: mixed.density, ["semi-axis a has the unit km", "mass of Alpha has none"]),
-        (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, ["axis a has", "density"]),
-        (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), ["semi-axis a has the unit km", "semi-axis b has none"]),
-        (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), ["semi-axis c has the unit km", "semi-axis a has none"]),
-        (lambda: plain.gravity([2, 0, 0] * u.km).potential, ["points has the unit km", "semi-axis a has none"]),
-        (lambda: mixed.gravity([2, 0, 0] * u.km).field, ["points has the unit km", "mass of Alpha has none"]),
-        (lambda: whole.gravity([2, 0, 0], 1.0).potential, ["semi-axis a has the unit km", "points has none"]),
-        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, ["points has the unit km", "G has none"]),
-        (lambda: plain.gravity([2, 0, 0]).potential, ["G is not given"]),
-        (lambda: orbit.to_cartesian(1.0), ["a has the unit km", "mu has none"]),
-        (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), ["mu has the unit km3 / s2", "a has none"]),
-        (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), ["r has the unit km", "v has none"]),
-        (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), ["v has the unit km / s", "r has none"]),
-        (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), ["r has the unit km", "mu has none"]),
+        (lambda: mixed.inertia, "semi-axis a has the unit km ... mass of Alpha has none"),
+        (lambda: mixed.density, "semi-axis a has the unit km ... mass of Alpha has none"),
+        (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, "axis a has ... density"),
+        (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), "semi-axis a has the unit km ... semi-axis b has none"),
+        (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), "semi-axis c has the unit km ... semi-axis a has none"),
+        (lambda: plain.gravity([2, 0, 0] * u.km).potential, "points has the unit km ... semi-axis a has none"),
+        (lambda: mixed.gravity([2, 0, 0] * u.km).field, "points has the unit km ... mass of Alpha has none"),
+        (lambda: whole.gravity([2, 0, 0], 1.0).potential, "semi-axis a has the unit km ... points has none"),
+        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, "points has the unit km ... G has none"),
+        (lambda: plain.gravity([2, 0, 0]).potential, "G is not given"),
+        (lambda: orbit.to_cartesian(1.0), "a has the unit km ... mu has none"),
+        (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), "mu has the unit km3 / s2 ... a has none"),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), "r has the unit km ... v has none"),
+        (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), "v has the unit km / s ... r has none"),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), "r has the unit km ... mu has none"),
     ):
-        with pytest.raises(InvalidInput) as caught:
-            call()
-        for word in words:
-            assert word in str(caught.value)
+        refused_with(words, call)
     # Its system knows, and its table leaves out what it cannot tell.
     assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
     assert "density" not in mixed._repr_html_()
@@ -136,27 +114,19 @@ def test_plain_numbers_beside_quantities_name_both():
 def test_parts_of_a_state_have_units_all_or_none():
     r, v = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 2, 0]]
     speed = u.km / u.hour
+    whole = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
     for position, velocity, words in (
-        (r * u.km, v, ["position has the unit km", "velocity has none"]),
-        (r, v * speed, ["velocity has the unit km / h", "position has none"]),
+        (r * u.km, v, "position has the unit km, but velocity has none"),
+        (r, v * speed, "velocity has the unit km / h, but position has none"),
     ):
         for make in (
-            lambda position=position, velocity=velocity: fullbody.State(position, velocity),
-            lambda position=position, velocity=velocity: fullbody.State.from_tait_bryan(
-                position, velocity, np.zeros((2, 3))
-            ),
-            lambda position=position, velocity=velocity: fullbody.State(r * u.km, v * speed).replace(
-                position=position, velocity=velocity
-            ),
+            lambda r, v: fullbody.State(r, v),
+            lambda r, v: fullbody.State.from_tait_bryan(r, v, np.zeros((2, 3))),
+            lambda r, v: fullbody.State(whole.position, whole.velocity).replace(position=r, velocity=v),
         ):
-            with pytest.raises(InvalidInput) as caught:
-                make()
-            for word in words:
-                assert word in str(caught.value)
-    whole = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
+            refused(words, lambda make=make, position=position, velocity=velocity: make(position, velocity))
     for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
-        with pytest.raises(InvalidInput, match=f"position has the unit km, but {name} has none"):
-            whole.replace(**{name: value})
+        refused(f"position has the unit km, but {name} has none", lambda given={name: value}: whole.replace(**given))
     refused("spin has the unit rad / h, but position has none", lambda: fullbody.State(r, v, spin=whole.spin))
     # Zeros are zeros in any unit; attitudes have none.
     rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
@@ -165,7 +135,7 @@ def test_parts_of_a_state_have_units_all_or_none():
 
 
 def test_bodies_of_a_system_with_units_have_them():
-    """Beta's volume is 4/3 pi 0.285 0.2315 0.1745 km^3, in which 0.135e12 kg make 2799.3 kg/m^3."""
+    # Beta's volume is 4/3 pi 0.285 0.2315 0.1745 km^3, in which 0.135e12 kg make 2799.3 kg/m^3.
     made = [
         fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta"),
         fullbody.Body(fullbody.Sphere(300 * u.m), density=2e12, name="mixed"),
@@ -209,10 +179,7 @@ def test_pure_numbers_have_no_unit():
     for call, what in (
         (lambda: fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[[1, 0, 0, 0]] * u.kg), "attitude has the unit kg"),
         (lambda: fullbody.KeplerElements(1.0, 5 * u.deg, 0, 0, 0, 0), "e has the unit deg"),
-        (
-            lambda: fullbody.Component(diameter=1.0, axis_ratios=(1, 1) * u.m),
-            "axis_ratios of a component has the unit m",
-        ),
+        (lambda: fullbody.Component(diameter=1.0, axis_ratios=(1, 1) * u.m), "axis_ratios of .* has the unit m"),
     ):
         refused(f"{what}; expected pure numbers", call)
     assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)
@@ -225,32 +192,21 @@ def test_texts_are_read_as_quantities():
         fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
     for text, unknown in (("later", ""), ("1 parsnip", ", whose unit 'parsnip' is not known"), ("", "")):
         what = f"until is '{text}'{unknown}; expected a finite number, or text with a unit, such as '2.5 h'"
-        with pytest.raises(InvalidInput, match=what):
-            system.integrate(state, text)
+        refused(what, lambda text=text: system.integrate(state, text))
     refused(r"until is '10', which has no unit; .*'10 h', or a number", lambda: system.integrate(state, "10"))
     with pytest.raises(InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
         fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
 
 
-@pytest.mark.parametrize(
-    ("text", "seconds"),
-    [
-        ("30 days", 30 * 86400),
-        ("2 weeks", 14 * 86400),
-        ("3 hrs", 10800),
-        ("1 year", 365.25 * 86400),
-        ("2 years", 730.5 * 86400),
-        ("90 minutes", 5400),
-        ("90 mins", 5400),
-        ("5 hours", 18000),
-        ("10 secs", 10),
-        ("1 hour", 3600),
-    ],
-)
-def test_times_as_people_write_them(text, seconds):
+def test_times_are_read_as_people_write_them():
     system, state = fullbody.systems.kw4(units=("km", "s", "kg"), gravity="point")
-    run = system.integrate(state, text, output=[text])
-    assert run.time[-1].value == pytest.approx(seconds, rel=1e-15)
+    for text, seconds in {
+        **{"30 days": 30 * 86400, "2 weeks": 14 * 86400, "3 hrs": 10800, "5 hours": 18000, "1 hour": 3600},
+        **{"1 year": 31557600, "2 years": 63115200, "90 minutes": 5400, "90 mins": 5400, "10 secs": 10},
+    }.items():
+        later = state.replace(time=text)
+        assert later.time.to_value(u.s) == pytest.approx(seconds, rel=1e-15)
+    assert system.integrate(state, "3 hrs", output="ends").time[-1].value == pytest.approx(10800, rel=1e-15)
 
 
 def test_texts_that_are_no_times_are_refused():
@@ -260,8 +216,7 @@ def test_texts_that_are_no_times_are_refused():
         ("1 month", "until is '1 month', whose unit 'month' is not known; expected .*'2.5 h'"),
         ("10 m", "until has the unit m"),
     ):
-        with pytest.raises(InvalidInput, match=what):
-            system.integrate(state, text)
+        refused(what, lambda text=text: system.integrate(state, text))
     # What is understood here is not understood elsewhere in the process.
     with pytest.raises(ValueError, match="days"):
         u.Unit("days")
@@ -283,8 +238,7 @@ def test_plain_elements_beside_the_mu_of_a_system():
     # With one in metres nothing changes: that mu is of kilometres.
     assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m
     for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
-        with pytest.raises(InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
-            plain.to_cartesian(other)
+        refused(r"mu has the unit .*, but a has none; expected both", lambda other=other: plain.to_cartesian(other))
     refused("v has the unit km / d, but r has none", lambda: fullbody.KeplerElements.from_cartesian(r.value, v, mu))
 
 
@@ -309,8 +263,7 @@ def test_units_that_do_not_exist_are_refused():
         ((1e-70 * u.km, "hour", "kg"), "units has <Quantity 1.e-70 km>, which is not a unit"),
         (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
     ):
-        with pytest.raises(InvalidInput, match=what):
-            fullbody.System(bodies, units=units)
+        refused(what, lambda units=units: fullbody.System(bodies, units=units))
     assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
     assert fullbody.System(bodies, G=1.0, units=False).units is None
     assert fullbody.System(bodies, G=1.0, units=np.False_).units is None
@@ -322,8 +275,7 @@ def test_times_outside_a_run_have_units():
     system, state = fullbody.systems.kw4(units=True, gravity="point")
     run = system.integrate(state, 10.0, dense=True)
     for time in (1e5 * u.hour, [1.0, 1e5] * u.hour):
-        with pytest.raises(InvalidInput, match=r"time is 100000.0 h; expected one from 0.0 h to 10.0 h"):
-            run(time)
+        refused(r"time is 100000.0 h; expected one from 0.0 h to 10.0 h", lambda time=time: run(time))
 
 
 def test_texts_are_read_in_shapes_elements_and_states():
@@ -350,9 +302,3 @@ def test_lists_of_quantities_keep_their_units():
     for unit, rate in ((u.cycle / u.s, 2 * np.pi), (u.deg / u.s, np.pi / 180)):
         state = fullbody.State(np.zeros((1, 3)) * u.km, np.zeros((1, 3)), spin=[[0, 0, 1]] * u.Unit(unit))
         assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(rate, rel=1e-15)
-
-
-def test_a_flood_of_samples_is_refused():
-    system, state = fullbody.systems.case1()
-    with pytest.raises(InvalidInput, match=r"until is 1.* and output is 1e-09, which ask for 1e\+09 samples"):
-        system.integrate(state, 1.0, output=1e-9)

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import threading
 import warnings
 
@@ -85,12 +83,6 @@ def test_what_is_kept_is_what_was_asked_for(output):
     assert len(runs[0]) == len(runs[0].time) == len(runs[0].position) == len(runs[0].energy) == count
 
 
-def test_answers_are_in_the_order_of_the_members():
-    until = [200.0, 100.0, 20.0, 2.0, 1.0, 0.5] * 3
-    runs = integrate_many([(SYSTEM, STATE)] * 18, until, output="ends", threads=5)
-    assert [run.time[-1] for run in runs] == until
-
-
 def test_one_end_and_one_integrator_for_each():
     u = pytest.importorskip("astropy.units")
     system, state = fullbody.systems.kw4(units=True)
@@ -109,17 +101,23 @@ def test_one_end_and_one_integrator_for_each():
         integrate_many(((system, state) for _ in range(3)), 1.0, integrator=[None] * 4)
 
 
-def test_what_is_wrong_for_all_is_refused_at_once():
-    for message, call in (
-        (
-            "integrator is 'verner'; expected one of fullbody's",
-            lambda: integrate_many([(SYSTEM, STATE)], 1.0, integrator="verner"),
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"integrator": "verner"}, "integrator is 'verner'; expected one of fullbody's"),
+        ({"output": "end"}, "output"),
+        ({"until": "tomorrow"}, "until"),
+        ({"members": (SYSTEM, STATE)}, "members is one member; expected a list of them"),
+        ({"members": 3}, "members is 3; expected an iterable"),
+        ({"events": ["no"]}, "events has 'no'"),
+        *(
+            ({"threads": n}, "^threads is .*; expected a whole number from 1 to 1024")
+            for n in (0, -1, 1.0, True, "2", 1025)
         ),
-        ("output", lambda: integrate_many([(SYSTEM, STATE)], 1.0, output="end")),
-        ("until", lambda: integrate_many([(SYSTEM, STATE)], "tomorrow")),
-        ("members is one member; expected a list of them", lambda: integrate_many((SYSTEM, STATE), 1.0)),
-    ):
-        refused(message, call)
+    ],
+)
+def test_what_is_wrong_for_all_is_refused_at_once(given, message):
+    refused(message, lambda: integrate_many(**{"members": [(SYSTEM, STATE)], "until": 1.0} | given))
 
 
 # Members that fail.
@@ -321,18 +319,6 @@ def test_warnings_about_starts_are_given_once():
     assert [type(run) for run in raised.value.runs] == [fullbody.Run] * 2
 
 
-@pytest.mark.parametrize("threads", [0, -1, 1.0, True, "2", 1025])
-def test_bad_numbers_of_threads_are_refused(threads):
-    with pytest.raises(InvalidInput, match=r"^threads is .*; expected a whole number from 1 to 1024, or None"):
-        integrate_many([(SYSTEM, STATE)], 1.0, threads=threads)
-
-
-def test_bad_arguments_of_ensembles_are_refused():
-    refused("members is 3; expected an iterable", lambda: integrate_many(3, 1.0))
-    refused("events has 'no'", lambda: integrate_many([(SYSTEM, STATE)], 1.0, events=["no"]))
-    assert integrate_many([], 1.0) == []
-
-
 # Ctrl-C.
 
 
@@ -378,37 +364,6 @@ def test_an_interrupt_that_a_function_raises_stops_all():
         integrate_many([(SYSTEM, STATE)] * 20, 1e9, output=[], events=[events.Function(f)], threads=2)
     assert {getattr(run, "stop_reason", None) for run in caught.value.runs} <= {"interrupted", None}
     assert len(caught.value.runs) == 20
-
-
-# The runs would go on for months. Nothing is left behind that keeps the interpreter from its end.
-KILLED = """
-import os, signal, threading, time
-import fullbody
-
-system, state = fullbody.systems.kw4_ho2021(gravity="surface")
-under_way = threading.Event()
-
-def interrupt():
-    under_way.wait()
-    os.kill(os.getpid(), signal.SIGINT)
-
-threading.Thread(target=interrupt).start()
-try:
-    fullbody.integrate_many(
-        [(system, state)] * 10, 1e9, output=1e3, progress=lambda done, total, description: done > 0 and under_way.set()
-    )
-except fullbody.errors.Interrupted as error:
-    assert len(error.runs) == 10
-    assert error.runs[0].stop_reason == "interrupted"
-    assert error.runs[-1] is None
-    print("passed")
-"""
-
-
-def test_sigint_in_a_program_of_its_own():
-    done = subprocess.run([sys.executable, "-c", KILLED], capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == "passed\n"
 
 
 def test_ctrl_c_in_a_generator_of_members_returns_those_done():

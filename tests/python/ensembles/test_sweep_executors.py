@@ -10,7 +10,6 @@ from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import fullbody
-import fullbody.ensembles.store
 import numpy as np
 import pytest
 from fullbody import FullbodyError
@@ -135,15 +134,6 @@ def test_an_executor_that_is_shut_down_is_an_error_that_names_the_rows():
     with pytest.raises(FullbodyError, match=r"takes no work: cannot .*; expected one that is not shut down") as caught:
         swept(executor=Closing())
     assert (caught.value.dataset.error == "").values.tolist() == [True] * 4 + [False] * 3
-
-
-def test_a_store_that_cannot_be_written_ends_the_sweep(tmp_path, monkeypatch):
-    def full(self, outcomes):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(fullbody.ensembles.store.Store, "add", full)
-    with pytest.raises(OSError, match="No space left"):
-        swept(executor=Inline(), store=tmp_path / "map.nc")
 
 
 def test_a_bar_counts_rows(capsys):

@@ -102,6 +102,15 @@ SAME = {
 }
 
 
+@pytest.fixture(scope="module", params=["map.nc", "map"])
+def same(request, tmp_path_factory):
+    """A store of a sweep, of which the number of threads is no part."""
+    store = tmp_path_factory.mktemp("same") / request.param
+    swept(store, **SAME)
+    swept(store, **SAME, threads=1)
+    return store
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
@@ -121,10 +130,7 @@ SAME = {
         ({"derivatives": ["G"]}, "derivatives (False, here ['G'])"),
         ({"chaos": True}, "chaos (False, here True)"),
         ({"parameters": {"mass": [0.1, 0.6]}}, "parameter mass (0.5, here 0.6)"),
-        (
-            {"parameters": {"mass": [0.1, 0.6, 0.7]}},
-            "dimensions (mass: 2, here mass: 3); parameter mass (0.5, here 0.6)",
-        ),
+        ({"parameters": {"mass": [0.1, 0.6, 0.7]}}, "dimensions (mass: 2, here mass: 3); parameter mass (0.5, here 0"),
         ({"parameters": {"mass": [0.1]}}, "dimensions (mass: 2, here mass: 1); parameter mass (0.5, here nothing)"),
         (
             {"parameters": {"mass": [0.1, 0.5], "distance": [1.0]}},
@@ -136,13 +142,9 @@ SAME = {
         ),
     ],
 )
-def test_another_sweep_is_refused_by_what_differs(tmp_path, change, told):
-    for store in (tmp_path / "map.nc", tmp_path / "map"):
-        swept(store, **SAME)
-        swept(store, **SAME, threads=1)
-        text = re.escape(f"{store.name} has a sweep that differs in: {told}")
-        with pytest.raises(InvalidInput, match=f"{text}.*; expected the same"):
-            swept(store, **{**SAME, **change})
+def test_another_sweep_is_refused_by_what_differs(same, change, told):
+    text = re.escape(f"{same.name} has a sweep that differs in: {told}")
+    refused(f"{text}.*; expected the same", lambda: swept(same, **{**SAME, **change}))
 
 
 def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch):
@@ -310,8 +312,7 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
         "file": "file is a file; expected a folder, or a name that ends in .nc",
         "folder": "folder has notes.txt, but no sweep; expected a new or empty folder",
     }.items():
-        with pytest.raises(InvalidInput, match=text):
-            swept(tmp_path / name)
+        refused(text, lambda name=name: swept(tmp_path / name))
     with pytest.raises(FileNotFoundError, match=r"no folder .*nowhere to keep map.nc in"):
         swept(tmp_path / "nowhere" / "map.nc")
     refused("store is 3; expected the name of a file", lambda: swept(3))

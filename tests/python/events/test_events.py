@@ -4,7 +4,6 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import events, forces
-from fullbody.errors import BodiesOverlap, InvalidInput
 from support import points, refused, worst
 
 CASE1 = fullbody.systems.case1()
@@ -78,20 +77,15 @@ def test_separation_with_units():
     mass = (6e24 * u.kg / 2).to(u.kg)
     system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=mass)] * 2, units=("km", "hour", "kg"))
     a = 50000 * u.km
-    orbit = fullbody.KeplerElements(a=a, e=0.4, i=0 * u.deg, Omega=0 * u.deg, omega=0 * u.deg, M=0 * u.deg)
-    r, v = orbit.to_cartesian(system.mu())
+    r, v = fullbody.KeplerElements(a, 0.4, 0, 0, 0, 0).to_cartesian(system.mu())
     state = fullbody.State([-0.5 * r, 0.5 * r], [-0.5 * v, 0.5 * v])
     unit = np.sqrt(a**3 / system.mu()).to(u.h)
     for value in (60000 * u.km, 6e7 * u.m, 60000.0):
-        run = system.integrate(state, unit, events=[events.Separation(0, 1, value, terminal=True)])
-        assert run.stop_reason == "end"
         run = system.integrate(state, 3 * unit, events=[events.Separation(0, 1, value, terminal=True)])
         (occurrence,) = run.events
         assert occurrence.time.unit == u.h
         assert (occurrence.time / unit).to_value("") == pytest.approx(kepler_time(1.2), abs=1e-12)
         assert run.time[-1] == occurrence.time
-    with pytest.raises(InvalidInput, match=r"value of Separation has the unit s; expected a unit such as m"):
-        system.integrate(state, unit, events=[events.Separation(0, 1, 1 * u.s)])
 
 
 def falling(shape=None):
@@ -118,22 +112,9 @@ def test_radial_fall_ends_by_contact(shape):
     assert np.ptp(run.position[-1, :, 0]) == pytest.approx(0.5, abs=1e-12)
     # Energy of the fall from rest.
     assert np.ptp(run.velocity[-1, :, 0]) == pytest.approx(np.sqrt(2 * 2.0 * (1 / 0.5 - 1 / 2.0)), rel=1e-12)
-    # What came before is that of a run without the event.
-    free = system.integrate(state, 4.0, output=[3.5, 4.0])
+    # Of the samples those before it remain.
     same = system.integrate(state, 100.0, output=[3.5, 4.0, 100.0], events=[contact])
     assert same.time.tolist() == [3.5, 4.0, same.events[-1].time]
-    assert worst(same.position[:2], free.position) < 1e-12
-    assert same.stop_reason == "event"
-
-
-def test_points_go_on_after_contact_only_if_they_may():
-    system, state, expected = falling()
-    contact = events.Contact(0, 1)
-    with pytest.raises(BodiesOverlap) as caught:
-        system.integrate(state, 100.0, events=[contact])
-    assert caught.value.time > expected - 1e-9
-    assert caught.value.run.stop_reason == "unfinished"
-    assert caught.value.run.time[-1] < expected + 0.1
 
 
 @pytest.mark.parametrize("name", fullbody.record.integrators.__all__)
@@ -168,13 +149,6 @@ def test_function_receives_a_state_and_may_give_a_quantity():
     assert abs(relative[0]).to_value(u.km) < 1e-13
     assert run.time[-1] == run.events[0].time
 
-    # Kepler's apsides once more, now as a function.
-    system, state = ellipse(mean_anomaly=-1.0)
-    radial = events.Function(
-        lambda s: np.dot(s.position[1] - s.position[0], s.velocity[1] - s.velocity[0]), direction=1
-    )
-    assert times(system.integrate(state, 10.0, events=[radial])) == pytest.approx([1.0, 1.0 + 2 * np.pi], abs=1e-11)
-
 
 def test_an_exception_in_a_function_propagates():
     class Enough(Exception):
@@ -200,12 +174,12 @@ def test_an_exception_in_a_function_propagates():
         (np.nan, r"value of the function .*<lambda> is nan at time 2\d.*; expected a finite number"),
         (np.inf, r"value of the function .*<lambda> is inf at time 2\d.*; expected a finite number"),
     ):
-        with pytest.raises(InvalidInput, match=message):
-            sim.integrate(30.0, events=[events.Function(lambda s, value=value: value)])
+        watched = [events.Function(lambda s, value=value: value)]
+        refused(message, lambda watched=watched: sim.integrate(30.0, events=watched))
 
 
 def test_nodes_of_an_inclined_circle_are_half_turns_apart():
-    """On the circle z = sin(i) sin(t): ascending nodes are at 2 pi k, descending ones half a turn later."""
+    # On the circle z = sin(i) sin(t).
     system, state = ellipse(e=0.0, inclination=0.7, mean_anomaly=-0.5)
     for direction, first in ((1, 0.5), (-1, 0.5 + np.pi)):
         node = events.PlaneCrossing(1, 0, direction=direction)
@@ -218,7 +192,7 @@ def test_nodes_of_an_inclined_circle_are_half_turns_apart():
 
 
 def test_escape_on_a_hyperbola_is_at_keplers_time_and_never_on_an_ellipse():
-    """With a = 1 and e = 1.5, r = e cosh H - 1 at t = e sinh H - H."""
+    # With a = 1 and e = 1.5, r = e cosh H - 1 at t = e sinh H - H.
     system = points(0.6, 0.4)
     r, v = np.array([0.5, 0, 0]), np.array([0, np.sqrt(2.5 / 0.5), 0])
     state = fullbody.State(np.outer([-0.4, 0.6], r), np.outer([-0.4, 0.6], v))
@@ -261,15 +235,13 @@ def test_a_free_rotator_is_aligned_every_half_turn():
         (lambda: events.Periapsis(direction=-1), "direction of Periapsis is -1; expected 0 or 1"),
         (lambda: events.Apoapsis(direction=1), "direction of Apoapsis is 1; expected 0 or -1"),
         (lambda: "contact", "events has 'contact'; expected fullbody.events"),
+        (lambda: events.ClosestApproach("Earth"), "expected a ThirdBody of the system, which has none"),
     ],
 )
 def test_bad_events_are_refused(make, message):
     system, state = CASE1
     refused(message, lambda: system.integrate(state, 1.0, events=[make()]))
-
-
-def test_events_are_a_list():
-    refused(r"events is Contact.*; expected a list", lambda: CASE1[0].integrate(CASE1[1], 1.0, events=events.Contact()))
+    refused(r"events is .*; expected a list", lambda: system.integrate(state, 1.0, events=events.Contact()))
 
 
 def test_numpy_integers_are_places():
@@ -288,24 +260,6 @@ def test_a_thinned_run_keeps_its_events():
 
 
 # Dense output
-
-
-def test_the_continuous_solution_is_the_circle():
-    system, state = ellipse(e=0.0)
-    run = system.integrate(state, 20.0, output=[20.0], dense=True)
-    t = np.random.default_rng(3).uniform(0.0, 20.0, 200)
-    samples = run(t)
-    assert samples.time.tolist() == t.tolist()
-    assert samples.position.shape == samples.velocity.shape == samples.spin.shape == (200, 2, 3)
-    assert samples.attitude.shape == (200, 2, 4)
-    relative = samples.position[:, 1] - samples.position[:, 0]
-    assert np.abs(relative - np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)).max() < 1e-11
-    for k in range(5):
-        one = run(t[k])
-        assert isinstance(one, fullbody.State)
-        assert one.time == t[k]
-        assert np.array_equal(one.position, samples.position[k])
-        assert np.array_equal(one.spin, samples.spin[k])
 
 
 @pytest.mark.parametrize("chart", ["quaternion", "tait_bryan"])
@@ -344,10 +298,7 @@ def test_the_continuous_solution_refuses_times_outside_it():
     system, state = CASE1
     run = system.integrate(state, 10.0, dense=True)
     for time in (10.0 + 1e-9, -1e-9, np.nan, np.inf, [1.0, 11.0]):
-        with pytest.raises(
-            InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, since the run does not cover"
-        ):
-            run(time)
+        refused(r"time is .*; expected one from 0.0 to 10.0, since the run does not cover", lambda time=time: run(time))
     refused(r"time has shape \(1, 1\); expected a number or \(K,\)", lambda: run([[1.0]]))
     refused("time is 'noon'; expected numbers", lambda: run("noon"))
     assert run([]).position.shape[0] == 0
@@ -368,34 +319,15 @@ def passing(of="body"):
 
 
 @pytest.mark.parametrize("of", ["body", "system"])
-def test_the_closest_approach_is_the_periapsis_of_the_orbit(of):
-    """The pull on the pair's quadrupole moves the barycentre by less than the tolerance."""
+def test_the_closest_approach_is_the_periapsis_of_the_orbit_and_may_end_the_run(of):
     system, state = passing(of)
-    run = system.integrate(state, 30.0, output=30.0, events=[events.ClosestApproach("Earth")])
-    (happened,) = run.events
-    assert abs(happened.time - 10.0) < 1e-7
+    approach = events.ClosestApproach("Earth", terminal=True)
+    for start, until in ((0.0, 30.0), (30.0, 0.0)):
+        run = system.integrate(state.replace(time=start), until, events=[approach])
+        (happened,) = run.events
+        # The pull on the pair's quadrupole moves the barycentre by less than the tolerance.
+        assert abs(happened.time - 10.0) < 1e-7
+        assert run.time[-1] == happened.time
+        assert run.stop_reason == "event"
     distance = np.linalg.norm(system.third_body("Earth", happened.time)[0])
     assert distance == pytest.approx(1.0e4 * 8.0, rel=1e-12)
-
-
-def test_it_may_end_the_run_either_way():
-    system, state = passing()
-    approach = events.ClosestApproach("Earth", terminal=True)
-    run = system.integrate(state, 30.0, events=[approach])
-    assert run.stop_reason == "event"
-    assert abs(run.time[-1] - 10.0) < 1e-7
-    back = system.integrate(state.replace(time=30.0), 0.0, events=[approach])
-    assert back.stop_reason == "event"
-    assert abs(back.time[-1] - 10.0) < 1e-7
-
-
-def test_other_forces_are_refused_by_name():
-    system, state = passing()
-    with pytest.raises(InvalidInput, match="force of ClosestApproach is 'Mars'; expected one of Earth"):
-        system.integrate(state, 1.0, events=[events.ClosestApproach("Mars")])
-    with pytest.raises(
-        InvalidInput, match="force of ClosestApproach is 'tide on Alpha', a Tide; expected one of Earth"
-    ):
-        system.integrate(state, 1.0, events=[events.ClosestApproach("tide on Alpha")])
-    with pytest.raises(InvalidInput, match="expected a ThirdBody of the system, which has none"):
-        system.with_forces([]).integrate(state, 1.0, events=[events.ClosestApproach("Earth")])

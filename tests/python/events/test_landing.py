@@ -82,30 +82,6 @@ def test_the_force_between_touching_cubes_is_trefethens():
     close(found.force[0], np.array([0.3 * 0.92598126055729142809, 0.0, 0.0]), 1e-7)
 
 
-def test_a_fall_along_a_line_ends_when_it_should():
-    """The time of a fall is an integral over the energy, which is itself one over the focal ellipse."""
-    cube = Body(box(2.0, 2.0, 2.0), mass=1.0, name="A")
-    points, weights = focal_points(*AXES, n=30, m=120)
-
-    def potential(x):
-        return -0.3 * weights @ cube.gravity(points + np.array([x, 0.0, 0.0]), G=1.0).potential
-
-    start, speed, reduced = 2.4, 0.1, 0.3 / 1.3
-    # Gauss's rule between the start and the contact.
-    t, w = np.polynomial.legendre.leggauss(40)
-    end = 1.0 + AXES[0]
-    places = 0.5 * (start + end) + 0.5 * (start - end) * t
-    energy = potential(start) + 0.5 * reduced * speed**2
-    time = 0.5 * (start - end) * w @ [1.0 / np.sqrt(2.0 * (energy - potential(x)) / reduced) for x in places]
-    state = State(
-        [[0.0] * 3, [start, 0.0, 0.0]], [[0.0] * 3, [-speed, 0.0, 0.0]], attitude=[UNTURNED] * 2, spin=np.zeros((2, 3))
-    )
-    run = system(cube.shape, Ellipsoid(*AXES), 1e-13).integrate(state, 10.0, events=[CONTACT])
-    assert [event.event for event in run.events] == [CONTACT]
-    assert run.events[0].time == pytest.approx(time, rel=1e-11)
-    assert run.position[-1, 1, 0] - run.position[-1, 0, 0] == pytest.approx(end, rel=1e-12)
-
-
 def landing(first, second, tolerance, **options):
     state = State(
         [[0.0] * 3, [2.2, 0.2, 0.1]],

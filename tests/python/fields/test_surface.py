@@ -3,10 +3,11 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere, fields, plots
+from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere, fields, plots
 from fullbody.fields import surface
 from scipy.spatial import ConvexHull
 from support import matrix, refused
+from support.meshes import icosphere
 
 
 def alone(body, spin=(0, 0, 0), attitude=(1, 0, 0, 0), G=1.0):
@@ -89,10 +90,7 @@ def test_the_acceleration_is_that_of_a_particle_let_go():
 
 
 def test_the_surface_of_a_finely_cut_sphere_is_nearly_the_balls():
-    trimesh = pytest.importorskip("trimesh")
-    mesh = trimesh.creation.icosphere(subdivisions=3)
-    shape = Polyhedron(np.array(mesh.vertices), np.array(mesh.faces))
-    field = surface(*alone(Body(shape, mass=1.0), spin=(0, 0, 0.3)))
+    field = surface(*alone(Body(icosphere(3), mass=1.0), spin=(0, 0, 0.3)))
     assert field.cells.shape == (1280, 4, 3)
     assert (np.sum(field.normal * field.point, axis=1) > 0.99).all()
     assert field.area.sum() == pytest.approx(4.0 * np.pi, rel=0.01)

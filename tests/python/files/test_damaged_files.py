@@ -7,7 +7,6 @@ import sys
 import warnings
 
 import fullbody
-import h5netcdf
 import h5py
 import numpy as np
 import pytest
@@ -60,12 +59,9 @@ def test_other_programs_read_a_file_with_checksum(written, tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(data)
     position = run.position
-    for engine in (None, "h5netcdf"):
-        with xr.open_dataset(path, engine=engine, decode_times=False) as dataset:
-            assert np.array_equal(dataset.position.values, position)
-            assert dataset.attrs["stop_reason"] == "end"
-    with h5netcdf.File(path, "r") as file:
-        assert np.array_equal(file["position"][...], position)
+    with xr.open_dataset(path, decode_times=False) as dataset:
+        assert np.array_equal(dataset.position.values, position)
+        assert dataset.attrs["stop_reason"] == "end"
     with h5py.File(path, "r") as file:
         assert np.array_equal(file["position"][...], position)
     assert path.read_bytes() == data
@@ -96,21 +92,17 @@ def test_a_program_that_writes_into_a_file_takes_its_checksum_away(written, tmp_
         assert (run.position[1, 0, 0] == 0.25) == (change == "number")
 
 
-def test_a_file_edited_with_xarray_loads(tmp_path):
-    run = small_run()
-    run.save(tmp_path / "run.nc")
+def test_a_file_edited_with_xarray_loads(written, tmp_path):
+    run = written[0]
+    (tmp_path / "run.nc").write_bytes(written[1])
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as dataset:
         few = dataset.isel(time=slice(1, 3)).assign(mine=("time", [1.0, 2.0])).assign_attrs(title="mine")
         few.to_netcdf(tmp_path / "few.nc", engine="h5netcdf")
         dataset.isel(time=slice(0)).to_netcdf(tmp_path / "none.nc", engine="h5netcdf")
-    assert load(tmp_path / "few.nc") == run[1:3]
-    assert len(load(tmp_path / "none.nc")) == 0
-
-
-def test_files_without_any_checksum_load(tmp_path):
-    run = small_run()
     run.to_xarray().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     assert load(tmp_path / "old.nc") == run
+    assert load(tmp_path / "few.nc") == run[1:3]
+    assert len(load(tmp_path / "none.nc")) == 0
 
 
 # Damage
@@ -141,17 +133,6 @@ def test_every_truncation_is_refused(written, tmp_path):
         refused("the checksum at its end does not fit", lambda: fullbody.load(path))
 
 
-def test_an_altered_byte_is_refused(written, tmp_path):
-    data = written[1]
-    path = tmp_path / "run.nc"
-    random = np.random.default_rng(1)
-    for place in random.integers(len(data), size=60):
-        altered = bytearray(data)
-        altered[place] ^= int(random.integers(1, 256))
-        path.write_bytes(altered)
-        refused(r"run\.nc is not a readable run", lambda: fullbody.load(path))
-
-
 def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
     ignored = []
     monkeypatch.setattr(sys, "unraisablehook", ignored.append)
@@ -172,8 +153,6 @@ def test_a_missing_file_is_named(tmp_path):
 @pytest.mark.parametrize("path", [None, 3, b"run.nc", "run\0.nc", "run\ud800.nc", ["run.nc"]])
 def test_values_that_are_no_path_are_refused(path):
     for use in (fullbody.load, fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
-        with pytest.raises(InvalidInput, match=r"^path is .*; expected the name of a file"):
-            use(path)
+        refused(r"^path is .*; expected the name of a file", lambda use=use: use(path))
     for save in (small_run().save, fullbody.Simulation(*fullbody.systems.case1()).save):
-        with pytest.raises(InvalidInput, match=r"^path is .*; expected the name of a file"):
-            save(path)
+        refused(r"^path is .*; expected the name of a file", lambda save=save: save(path))

@@ -1,14 +1,10 @@
 """Runs as files and datasets: exact, atomic, with units; what cannot be read says which file."""
 
-import os
-import stat
-
 import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import Body, Ellipsoid, PointMass, Sphere
-from fullbody.errors import BodiesOverlap
 from support import refused
 
 NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum", "potential_energy")
@@ -41,7 +37,7 @@ def other_runs():
     return {
         "plain": small_run(),
         "tait_bryan": small_run(attitude_chart="tait_bryan", gravity="multipole:4"),
-        "three bodies": system.integrate(three, 1.0, integrator=fullbody.Verner98(rtol=1e-9, atol=0)),
+        "three bodies": system.integrate(three, 1.0, integrator=fullbody.Verner98.to_roundoff()),
         "units": with_units.integrate(state, 3 * u.hour, output=1 * u.hour),
         "bodies of quantities": with_quantities.integrate(pair, 0.01),
         "backwards": fullbody.systems.case2()[0].integrate(fullbody.systems.case2()[1], -3.0),
@@ -66,34 +62,17 @@ def test_load_gives_back_every_bit(name, tmp_path):
         assert again[-1] == run[-1]
 
 
-def test_a_loaded_run_goes_on_with_the_same_bits(tmp_path):
-    run = small_run()
-    run.save(tmp_path / "run.nc")
-    again = fullbody.load(tmp_path / "run.nc")
-    assert again.system.integrate(again[-1], 20.0) == run.system.integrate(run[-1], 20.0)
-
-
-def test_path_may_be_text_and_relative(tmp_path, monkeypatch):
+def test_a_name_is_text_or_a_path_that_ends_as_netcdf_does(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    small_run().save("run.nc")
-    assert fullbody.load("run.nc") == small_run()
-    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
-
-
-def test_saving_again_replaces(tmp_path):
-    path = tmp_path / "run.nc"
-    small_run().save(path)
-    other = small_run(gravity="surface")
-    other.save(path)
-    assert fullbody.load(path) == other
-
-
-@pytest.mark.parametrize("name", ["run.txt", "run", "run.nc.gz", "run.sim"])
-def test_names_of_other_kinds_of_files_are_refused(name, tmp_path):
-    refused(rf"{name}'; expected a name that ends in one of \.nc, \.nc4", lambda: small_run().save(tmp_path / name))
+    run = small_run()
+    for name in ("run.txt", "run", "run.nc.gz", "run.sim"):
+        refused(
+            rf"{name}'; expected a name that ends in one of \.nc, \.nc4", lambda name=name: run.save(tmp_path / name)
+        )
     assert list(tmp_path.iterdir()) == []
-    for good in ("run.nc", "RUN.NC4"):
-        small_run().save(tmp_path / good)
+    run.save("RUN.NC4")
+    assert fullbody.load("RUN.NC4") == run
+    assert [path.name for path in tmp_path.iterdir()] == ["RUN.NC4"]
 
 
 def test_dataset_has_names_units_and_provenance():
@@ -117,21 +96,10 @@ def test_dataset_has_names_units_and_provenance():
         assert data[name].attrs["long_name"]
     assert np.array_equal(data.position.sel(body="Beta", axis="y"), run.position[:, 1, 1].value)
     assert np.array_equal(data.energy.sel(part="total"), run.energy.value)
+    plain = small_run().to_xarray()
+    assert not any("units" in plain[name].attrs for name in plain.variables)
     assert fullbody.__version__ in data.attrs.values()
     assert any("Ho, Wold" in str(value) for value in data.attrs.values())
-
-
-def test_dataset_without_units_claims_none():
-    data = small_run().to_xarray()
-    assert not any("units" in data[name].attrs for name in data.variables)
-
-
-def test_an_interrupted_run_can_be_saved(tmp_path):
-    system = fullbody.System([Body(Sphere(1.0), mass=1.0), Body(Sphere(1.0), mass=1.0)], G=1.0)
-    with pytest.raises(BodiesOverlap) as caught:
-        system.integrate(fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3))), 100.0)
-    caught.value.run.save(tmp_path / "run.nc")
-    assert fullbody.load(tmp_path / "run.nc") == caught.value.run
 
 
 def test_pandas_holds_every_number(kw4_run):
@@ -147,6 +115,7 @@ def test_pandas_holds_every_number(kw4_run):
     assert frame.columns.is_unique
     assert frame.attrs["units"]["velocity"] == "km / h"
     assert frame.attrs["units"]["time"] == "h"
+    assert kw4_run[:0].to_pandas().shape == (0, 2 * 13 + 4 + 3)
 
 
 def test_pandas_without_units_and_names(triple_run):
@@ -155,45 +124,7 @@ def test_pandas_without_units_and_names(triple_run):
     assert frame.attrs["units"] == {}
 
 
-def test_pandas_without_samples(kw4_run):
-    empty = kw4_run[:0].to_pandas()
-    assert empty.shape == (0, 2 * 13 + 4 + 3)
-    assert empty.columns.equals(kw4_run.to_pandas().columns)
-
-
-def test_xarray_and_pandas_agree(case1_run):
-    dataset, frame = case1_run.to_xarray(), case1_run.to_pandas()
-    assert np.array_equal(dataset["spin"].sel(body="B", axis="x"), frame["spin", "B", "x"])
-
-
-def test_saved_file_is_whole_and_readable_by_others(kw4_run, tmp_path):
-    path = tmp_path / "run.nc"
-    mask = os.umask(0o022)
-    try:
-        kw4_run.save(path)
-    finally:
-        os.umask(mask)
-    assert stat.S_IMODE(path.stat().st_mode) == 0o644
-    assert fullbody.load(path) == kw4_run
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_failed_save_leaves_the_old_file(kw4_run, tmp_path, monkeypatch):
-    path = tmp_path / "run.nc"
-    kw4_run.save(path)
-    before = path.read_bytes()
-    monkeypatch.setattr("xarray.Dataset.dump_to_store", lambda *_, **__: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        kw4_run.save(path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
-    with pytest.raises(FileNotFoundError, match="no folder"):
-        kw4_run.save(tmp_path / "nowhere" / "run.nc")
-
-
-def test_settings_of_any_integrator_are_kept(kw4_run, tmp_path):
-    from astropy import units as u
-
+def test_settings_of_any_integrator_are_kept(tmp_path):
     system, state = fullbody.systems.kw4(units=True)
     run = system.integrate(state, 1.0, integrator=fullbody.SymplecticSplitting(30 * u.min, "ABA1064"))
     run.save(tmp_path / "run.nc")

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from fullbody import events, loading
-from fullbody.errors import InvalidInput
 from fullbody.files import reading
 from support import refused
 
@@ -36,10 +35,7 @@ def classic(path):
         (lambda path: path.write_text("time,x,y,z\n0,1,2,3\n"), "the file is not a NetCDF file"),
         (lambda path: xr.Dataset({"x": ("t", [1.0])}).to_netcdf(path, engine="h5netcdf"), "the file has no attribute"),
         (classic, "the file is NetCDF of the classic kind; runs are NetCDF-4"),
-        (
-            lambda path: fullbody.Simulation(*fullbody.systems.case1()).save(path),
-            r"the file is not a NetCDF file; it is a simulation, which fullbody\.Simulation\.load reads",
-        ),
+        (fullbody.Simulation(*fullbody.systems.case1()).save, "the file is not a NetCDF file; it is a simulation"),
     ],
     ids=["empty", "text", "foreign", "classic", "simulation"],
 )
@@ -75,46 +71,38 @@ def turned(dataset):
     return few.assign(position=few.position.transpose("body", "time", "axis"))
 
 
+#: Attributes by name, without fullbody_, with values that are wrong and what errors say of them.
+ATTRIBUTES = [
+    ("system", '{"bodies": []}', "has no entry"),
+    ("system", "[1]", ""),
+    ("system", 3.0, "is 3.0; expected text"),
+    ("system", "[" * 100_000, "has brackets in brackets"),
+    ("events", '[{"a":' * 50_000, "has brackets in brackets"),
+    ("events", "junk{", "is not JSON"),
+    ("events", '[{"kind": "Eclipse"}]', "event is 'Eclipse'"),
+    ("events", "[4]", ""),
+    ("integrator", '{"name": "Euler"}', "integrator is 'Euler'"),
+    ("statistics", "junk{", "is not JSON"),
+    ("statistics", '["a", 1, 2]', "three counts"),
+    ("statistics", "[1, 2]", "three counts"),
+    ("statistics", "[1, -2, 3]", "three counts"),
+    ("format", 5, "expected 2"),
+    ("format", "junk{", "expected 2"),
+    ("format", [1, 1], "expected 2"),
+]
 CONTENT = {
+    **{
+        f"{name} of {str(value)[:20]}": (attribute(f"fullbody_{name}", value), f"attribute fullbody_{name}.*{words}")
+        for name, value, words in ATTRIBUTES
+    },
     "no variable": (lambda d: d.drop_vars("spin"), "the file has no variable spin"),
-    "no system": (
-        lambda d: d.drop_attrs().assign_attrs(fullbody_format=2),
-        "the file has no attribute fullbody_system",
-    ),
+    "no system": (lambda d: d.drop_attrs().assign_attrs(fullbody_format=2), "has no attribute fullbody_system"),
+    "no format": (lambda d: d.drop_attrs(), "the file has no attribute fullbody_format"),
     "cut system": (described('"mass"', '"ma'), "attribute fullbody_system is not JSON"),
-    "other system": (attribute("fullbody_system", '{"bodies": []}'), "attribute fullbody_system has no entry"),
-    "list for system": (attribute("fullbody_system", "[1]"), "attribute fullbody_system: "),
-    "number for system": (attribute("fullbody_system", 3.0), r"attribute fullbody_system is 3.0; expected text"),
-    "deep system": (attribute("fullbody_system", "[" * 100_000), "attribute fullbody_system has brackets in brackets"),
-    "deep events": (attribute("fullbody_events", '[{"a":' * 50_000), "attribute fullbody_events has brackets in b"),
     "unknown shape": (described("Ellipsoid", "Potato"), "attribute fullbody_system has no entry 'Potato'"),
     "body without name": (described('"name": "A"', '"name": 7'), "attribute fullbody_system: name is 7; expected text"),
     "mass of nan": (described('"mass": 2.0', '"mass": NaN'), "attribute fullbody_system: mass .*nan"),
     "huge mass": (described('"mass": 2.0', f'"mass": 1{"0" * 400}'), "attribute fullbody_system: mass "),
-    "unknown integrator": (
-        attribute("fullbody_integrator", '{"name": "Euler"}'),
-        "attribute fullbody_integrator: integrator is 'Euler'",
-    ),
-    "no format": (lambda d: d.drop_attrs(), "the file has no attribute fullbody_format"),
-    "other format": (
-        attribute("fullbody_format", 5),
-        "the file's format is 5, by its attribute fullbody_format; expected 2",
-    ),
-    "text for format": (
-        attribute("fullbody_format", "junk{"),
-        "the file's format is junk{, by its attribute fullbody_format; expected 2",
-    ),
-    "many formats": (attribute("fullbody_format", [1, 1]), r"the file's format is \[1,? 1\], by its"),
-    "junk statistics": (attribute("fullbody_statistics", "junk{"), "attribute fullbody_statistics is not JSON"),
-    "odd statistics": (
-        attribute("fullbody_statistics", '["a", 1, 2]'),
-        "attribute fullbody_statistics: .* three counts",
-    ),
-    "two statistics": (attribute("fullbody_statistics", "[1, 2]"), "attribute fullbody_statistics: .* three counts"),
-    "below zero": (attribute("fullbody_statistics", "[1, -2, 3]"), "attribute fullbody_statistics: .* three counts"),
-    "junk events": (attribute("fullbody_events", "junk{"), "attribute fullbody_events is not JSON"),
-    "unknown event": (attribute("fullbody_events", '[{"kind": "Eclipse"}]'), "fullbody_events: event is 'Eclipse'"),
-    "event of nothing": (attribute("fullbody_events", "[4]"), "attribute fullbody_events: "),
     "other end": (attribute("stop_reason", "boredom"), "attribute stop_reason is 'boredom'; expected one of end"),
     **{
         f"{value} in {name}": (values(name, place, value), rf"{name}\[{shown}\] is {value}; expected finite numbers")
@@ -163,7 +151,7 @@ def test_the_file_whose_content_is_no_run_is_named(run, tmp_path):
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.UncheckedFile")
 def test_a_header_that_promises_more_than_the_file_holds_is_refused(run, tmp_path):
-    """It would take eight terabytes of memory."""
+    # It would take eight terabytes of memory.
     path = tmp_path / "run.nc"
     run.save(path)
     with h5py.File(path, "r+") as file:
@@ -176,19 +164,11 @@ def test_a_header_that_promises_more_than_the_file_holds_is_refused(run, tmp_pat
 def test_compressed_files_load(run, tmp_path):
     run.save(tmp_path / "run.nc")
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf", decode_times=False) as dataset:
-        for number, settings in enumerate(
-            (
-                {"zlib": True, "complevel": 9, "shuffle": True, "fletcher32": True},
-                {"zlib": True, "shuffle": False, "chunksizes": None},
-                {"contiguous": True},
-                {"dtype": ">f8"},
-            )
-        ):
-            plain = dataset.drop_encoding()
+        packed = {"zlib": True, "complevel": 9, "shuffle": True, "fletcher32": True}
+        for number, settings in enumerate((packed, {"contiguous": True, "dtype": ">f8"})):
             encoding = {name: settings for name in ("time", "position", "attitude", "event_position")}
-            plain.to_netcdf(
-                tmp_path / f"{number}.nc", engine="h5netcdf", encoding=encoding, unlimited_dims=["time"][: number < 2]
-            )
+            options = {"engine": "h5netcdf", "encoding": encoding, "unlimited_dims": ["time"][: 1 - number]}
+            dataset.drop_encoding().to_netcdf(tmp_path / f"{number}.nc", **options)
             assert fullbody.load(tmp_path / f"{number}.nc") == run
 
 
@@ -205,9 +185,8 @@ def replacements(value, wrong):
 @pytest.mark.parametrize("wrong", [{"x": [1]}, [[None]], 10**400, float("nan")], ids=["table", "list", "huge", "nan"])
 def test_any_entry_of_the_system_and_events_is_checked(wrong, run):
     """The entries are checked beside the file, since files for all of them take minutes."""
-    attributes = run.to_xarray().attrs
+    dataset = run.to_xarray()
     for name in ("fullbody_system", "fullbody_integrator", "fullbody_events", "fullbody_statistics"):
-        for altered in replacements(json.loads(attributes[name]), wrong):
-            content = reading.Content(run.to_xarray().assign_attrs({name: json.dumps(altered)}))
-            with pytest.raises(InvalidInput, match=f"attribute {name}"):
-                loading.run_in(content)
+        for altered in replacements(json.loads(dataset.attrs[name]), wrong):
+            content = reading.Content(dataset.assign_attrs({name: json.dumps(altered)}))
+            refused(f"attribute {name}", lambda content=content: loading.run_in(content))

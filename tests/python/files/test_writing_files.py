@@ -12,7 +12,6 @@ from pathlib import Path
 import fullbody
 import pytest
 from fullbody.base.atomic import check_target, replacing
-from fullbody.errors import InvalidInput
 from support import forbid, refused
 
 
@@ -35,7 +34,6 @@ WRITERS = {
     "run.sim": lambda run, path: simulation().save(path),
     "auto.sim": autosaved,
     "film.gif": lambda run, path: run.animate(path, seconds=0.1, fps=10, size=(1, 1), dpi=20),
-    "film.html": lambda run, path: run.animate(path, seconds=0.1, fps=10, size=(1, 1), dpi=20),
     "view.html": lambda run, path: run.view().save_html(path),
 }
 every_writer = pytest.mark.parametrize("name", WRITERS)
@@ -49,26 +47,8 @@ def mode(path):
 # Whole or not at all
 
 
-def test_a_failing_write_leaves_the_old_file_and_nothing_else(run, tmp_path, monkeypatch):
-    import xarray as xr
-
-    path = tmp_path / "run.nc"
-    path.write_bytes(b"old")
-    original = xr.Dataset.dump_to_store
-
-    def full(self, store, **options):
-        original(self, store, **options)
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(xr.Dataset, "dump_to_store", full)
-    with pytest.raises(OSError, match="No space left"):
-        run.save(path)
-    assert path.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_a_full_disk_is_an_error_and_not_the_end_of_the_session(tmp_path):
-    """The process may write no more than 30 kB to a file: HDF5 itself would end it by a segmentation fault."""
+    # The process may write no more than 30 kB to a file: HDF5 itself would end it by a segmentation fault.
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
     script = f"""
@@ -217,14 +197,6 @@ def test_links_in_a_circle_are_refused(run, tmp_path):
     assert caught.value.errno == errno.ELOOP
 
 
-def test_a_link_to_a_folder_on_the_way_is_followed(run, tmp_path):
-    (tmp_path / "data").mkdir()
-    (tmp_path / "link").symlink_to("data")
-    run.save(tmp_path / "link" / "run.nc")
-    assert (tmp_path / "link").is_symlink()
-    assert fullbody.load(tmp_path / "data" / "run.nc") == run
-
-
 def test_other_hard_links_keep_the_old_content(run, tmp_path):
     (tmp_path / "old.nc").write_bytes(b"old")
     os.link(tmp_path / "old.nc", tmp_path / "run.nc")
@@ -236,30 +208,20 @@ def test_other_hard_links_keep_the_old_content(run, tmp_path):
 # Permissions
 
 
-@pytest.mark.parametrize(
-    ("name", "before"), [*((name, 0o640) for name in WRITERS), *(("run.nc", mode) for mode in (0o600, 0o664, 0o755))]
-)
+@pytest.mark.parametrize(("name", "umask"), [*((name, 0o077) for name in WRITERS), ("run.sim", 0o022)])
 @quiet
-def test_the_permissions_of_a_replaced_file_are_kept(name, before, run, tmp_path):
-    path = tmp_path / name
-    path.write_bytes(b"old")
-    path.chmod(before)
-    WRITERS[name](run, path)
-    assert len(path.read_bytes()) > 100
-    assert mode(path) == before
-
-
-@pytest.mark.parametrize(
-    ("name", "umask"), [*((name, 0o077) for name in WRITERS), *(("run.nc", mask) for mask in (0o022, 0o002))]
-)
-@quiet
-def test_a_new_file_has_what_the_umask_leaves(name, umask, run, tmp_path):
-    before = os.umask(umask)
+def test_a_new_file_has_what_the_umask_leaves_and_later_keeps_its_permissions(name, umask, run, tmp_path):
+    path, before = tmp_path / name, os.umask(umask)
     try:
-        WRITERS[name](run, tmp_path / name)
+        WRITERS[name](run, path)
     finally:
         os.umask(before)
-    assert mode(tmp_path / name) == 0o666 & ~umask
+    assert mode(path) == 0o666 & ~umask
+    path.write_bytes(b"old")
+    path.chmod(0o755 if umask == 0o022 else 0o640)
+    WRITERS[name](run, path)
+    assert len(path.read_bytes()) > 100
+    assert mode(path) == (0o755 if umask == 0o022 else 0o640)
 
 
 def test_what_replaces_a_private_file_is_private_from_the_first(tmp_path):
@@ -277,7 +239,9 @@ def test_what_replaces_a_private_file_is_private_from_the_first(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["x" * 220, "x" * 252, "€" * 84, "x." + "y" * 250, ".nc", "...nc", " .nc", "-", "a\nb"]
+    "name",
+    ["x" * 252, "€" * 84, "x." + "y" * 250, ".nc", "...nc", " .nc", "-", "a\nb"],
+    ids=lambda name: repr(name)[:9],
 )
 def test_any_name_of_up_to_255_bytes_is_written(name, run, tmp_path):
     name = name if "." in name else f"{name}.nc"
@@ -374,8 +338,7 @@ def test_standard_output_is_not_replaced(tmp_path):
 
 def test_devices_are_not_read(tmp_path):
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
-        with pytest.raises(InvalidInput, match="/dev/zero is a device; expected a file"):
-            read("/dev/zero")
+        refused("/dev/zero is a device; expected a file", lambda read=read: read("/dev/zero"))
     refused("the file is not a NetCDF file", lambda: fullbody.load("/dev/zero"))
 
 

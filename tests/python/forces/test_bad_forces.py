@@ -3,10 +3,10 @@
 import fullbody
 import numpy as np
 import pytest
-import support
 from astropy import units as u
 from fullbody.errors import ForceFailed, Interrupted, InvalidInput
 from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
+from support import refused, refused_with
 from support.scenes import KINDS, at_rest, drag, pair, sun
 
 NAN, INF = float("nan"), float("inf")
@@ -27,105 +27,69 @@ def yorp(**given):
     return Yorp(**({"on": "A", "along": 1.0, "name": "Y"} | given))
 
 
-def refused(make, *texts):
-    with pytest.raises(InvalidInput) as caught:
-        SYSTEM.with_forces([make()])
-    for text in texts:
-        assert text in str(caught.value)
+def byorp(**given):
+    return Byorp(**({"on": "B", "about": "A", "force": 1.0, "name": "Y"} | given))
 
 
-@pytest.mark.parametrize(
-    ("given", "texts"),
-    [
-        ({"lag": -1.0}, ("lag of T", "-1", "zero or above")),
-        ({"k2": 1.6}, ("k2 of T", "1.6", "0 to 1.5")),
-        ({"k2": -0.1}, ("k2 of T", "-0.1", "0 to 1.5")),
-        ({"by": "A"}, ("on and by of T", "A", "two bodies")),
-        ({"on": "Alpha"}, ("on of T", "'Alpha'", "A, B")),
-        ({"by": 7}, ("by of T", "7", "0 to 1")),
-        ({"on": None}, ("on of T", "None")),
-        ({"on": True}, ("on of T", "True")),
-        ({"name": 3}, ("name", "3", "text")),
-    ],
-)
-def test_bad_tides_are_refused(given, texts):
-    refused(lambda: tide(**given), *texts)
+#: Numbers out of range are in the table of tests/python/package; here is what belongs to one kind of force.
+ODD = [
+    (tide, {"lag": -1.0}, "lag of T ... -1 ... zero or above"),
+    (tide, {"k2": 1.6}, "k2 of T ... 1.6 ... 0 to 1.5"),
+    (tide, {"k2": -0.1}, "k2 of T ... -0.1 ... 0 to 1.5"),
+    (tide, {"by": "A"}, "on and by of T ... A ... two bodies"),
+    (tide, {"on": "Alpha"}, "on of T ... 'Alpha' ... A, B"),
+    (tide, {"by": 7}, "by of T ... 7 ... 0 to 1"),
+    (tide, {"on": None}, "on of T ... None"),
+    (tide, {"on": True}, "on of T ... True"),
+    (tide, {"name": 3}, "name ... 3 ... text"),
+    (sun, {"mass": 1.0}, "mass and mu of Sun ... one of the two"),
+    (sun, {"mu": None}, "mass and mu of Sun ... one of the two"),
+    (sun, {"of": None}, "argument 'of' of Sun is None ... 'system' ... 'body'"),
+    (sun, {"of": "sun"}, "argument 'of' of Sun is 'sun' ... 'system'"),
+    (sun, {"orbit": (1, 2, 3, 4, 5, 6)}, "orbit of Sun ... KeplerElements"),
+    (sun, {"orbit": None}, "path of Sun ... times and positions"),
+    (sun, {"orbit": None, "times": [0, 1, 2, 3]}, "path of Sun ... times and positions"),
+    (sun, {"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}, "path of Sun ... orbit, or else"),
+    (sun, {"orbit": ELEMENTS(np.array([1e3, 2e3]), 0.1, 0, 0, 0, 0)}, "Sun ... (2,)"),
+    (ThirdBody, {"mass": 1.0}, "the path of third body is not clear; expected orbit, or else times"),
+    (table, {"times": [0, 2, 1, 3]}, "times of Sun ... 2 followed by 1 ... rising"),
+    (table, {"times": [0, 1, 1, 3]}, "times of Sun ... 1.0 and 1.0 in rows 1 and 2 ... round-off"),
+    (table, {"times": [0.0, 5e-324, 1.0, 2.0, 3.0]}, "times of Sun are ... in rows 0 and 1; expected rows further"),
+    (table, {"times": [0.0, 1.0, 2.0, 3.0, np.nextafter(3.0, 4.0)]}, "times of Sun are ... in rows 3 and 4; expected"),
+    (table, {"times": [0, 1, 2]}, "times of Sun ... 3 ... four or more"),
+    (table, {"positions": np.ones((4, 4))}, "Sun ... (4, 4) ... (T, 3)"),
+    (table, {"positions": np.ones((5, 3))}, "Sun ... (5, 3) ... (T, 3)"),
+    (table, {"times": np.zeros((2, 2)), "positions": np.ones((4, 3))}, "Sun ... (2, 2) ... (T,)"),
+    (yorp, {"along": NAN}, "along of Y ... nan"),
+    (yorp, {"across": INF}, "across of Y ... inf"),
+    (yorp, {"along": [1.0, 2.0, 3.0]}, "along of Y ... one at each obliquity"),
+    (yorp, {"along": 1 * u.N}, "along of Y has the unit N"),
+    (yorp, {"pole": (0, 0, 0)}, "pole of Y ... zero"),
+    (yorp, {"pole": (0, 1)}, "pole of Y ... (2,)"),
+    (yorp, {"pole": (0, NAN, 1)}, "pole of Y ... nan"),
+    (yorp, {"on": "Alpha"}, "on of Y ... 'Alpha'"),
+    (yorp, {"obliquity": [0, 1, 2, 3.0]}, "obliquities of Y ... 0 to 3 ... 0 to pi"),
+    (yorp, {"obliquity": [0, 60.0, 120.0, 180.0]}, "obliquities of Y ... 0 to 180 ... 0 to pi"),
+    (yorp, {"obliquity": [0, 2, 1, np.pi]}, "obliquities of Y ... 2 followed by 1"),
+    (yorp, {"obliquity": [0, 1, np.pi]}, "obliquities of Y ... four or more"),
+    (yorp, {"obliquity": [0, 1, 2, np.pi], "along": [1, 2, 3]}, "along of Y ... at each obliquity"),
+    (byorp, {"force": [1.0, 2.0]}, "force of Y ... (2,) ... a finite number, or three"),
+    (byorp, {"about": "B"}, "on and about of Y ... B ... two bodies"),
+    (byorp, {"about": "sun"}, "about of Y ... 'sun' ... A, B"),
+    (Function, {"function": 3, "name": "f"}, "function of f is 3"),
+    (Function, {"function": drag, "depends_on_velocity": "no"}, "depends_on_velocity of drag is 'no'"),
+]
+
+
+@pytest.mark.parametrize(("make", "given", "pieces"), ODD, ids=lambda part: part if isinstance(part, str) else "")
+def test_a_wrong_argument_of_a_force_is_refused_by_name(make, given, pieces):
+    refused_with(pieces, lambda: SYSTEM.with_forces([make(**given)]))
 
 
 @pytest.mark.parametrize("value", [0.0, 1.5])
 def test_the_ends_of_love_numbers_and_no_lag_are_allowed(value):
     loads = SYSTEM.with_forces([tide(k2=value, lag=0.0)]).loads(STATE)["T"]
     assert (loads.force == 0).all()
-
-
-@pytest.mark.parametrize(
-    ("given", "texts"),
-    [
-        ({"mass": 1.0}, ("mass and mu of Sun", "one of the two")),
-        ({"mu": None}, ("mass and mu of Sun", "one of the two")),
-        ({"of": None}, ("argument 'of' of Sun is None", "'system'", "'body'")),
-        ({"of": "sun"}, ("argument 'of' of Sun is 'sun'", "'system'")),
-        ({"orbit": (1, 2, 3, 4, 5, 6)}, ("orbit of Sun", "KeplerElements")),
-        ({"orbit": None}, ("path of Sun", "times and positions")),
-        ({"orbit": None, "times": [0, 1, 2, 3]}, ("path of Sun", "times and positions")),
-        ({"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}, ("path of Sun", "orbit, or else")),
-        ({"orbit": ELEMENTS(np.array([1e3, 2e3]), 0.1, 0, 0, 0, 0)}, ("Sun", "(2,)")),
-    ],
-)
-def test_bad_third_bodies_are_refused(given, texts):
-    refused(lambda: sun(**given), *texts)
-
-
-def test_a_third_body_of_which_only_the_mass_is_given_is_refused():
-    refused(lambda: ThirdBody(mass=1.0), "the path of third body is not clear; expected orbit, or else times")
-
-
-@pytest.mark.parametrize(
-    ("times", "positions", "texts"),
-    [
-        ([0, 2, 1, 3], None, ("times of Sun", "2 followed by 1", "rising")),
-        ([0, 1, 1, 3], None, ("times of Sun", "1.0 and 1.0 in rows 1 and 2", "round-off")),
-        ([0, 1, 2], None, ("times of Sun", "3", "four or more")),
-        ([0, 1, 2, 3], np.ones((4, 4)), ("Sun", "(4, 4)", "(T, 3)")),
-        ([0, 1, 2, 3], np.ones((5, 3)), ("Sun", "(5, 3)", "(T, 3)")),
-        (np.zeros((2, 2)), np.ones((4, 3)), ("Sun", "(2, 2)", "(T,)")),
-    ],
-)
-def test_bad_tables_of_positions_are_refused(times, positions, texts):
-    refused(lambda: table(times, positions), *texts)
-
-
-@pytest.mark.parametrize(
-    ("given", "texts"),
-    [
-        ({"along": NAN}, ("along of Y", "nan")),
-        ({"across": INF}, ("across of Y", "inf")),
-        ({"along": [1.0, 2.0, 3.0]}, ("along of Y", "one at each obliquity")),
-        ({"pole": (0, 0, 0)}, ("pole of Y", "zero")),
-        ({"pole": (0, 1)}, ("pole of Y", "(2,)")),
-        ({"pole": (0, NAN, 1)}, ("pole of Y", "nan")),
-        ({"on": "Alpha"}, ("on of Y", "'Alpha'")),
-        ({"obliquity": [0, 1, 2, 3.0]}, ("obliquities of Y", "0 to 3", "0 to pi")),
-        ({"obliquity": [0, 60.0, 120.0, 180.0]}, ("obliquities of Y", "0 to 180", "0 to pi")),
-        ({"obliquity": [0, 2, 1, np.pi]}, ("obliquities of Y", "2 followed by 1")),
-        ({"obliquity": [0, 1, np.pi]}, ("obliquities of Y", "four or more")),
-        ({"obliquity": [0, 1, 2, np.pi], "along": [1, 2, 3]}, ("along of Y", "at each obliquity")),
-    ],
-)
-def test_bad_yorp_is_refused(given, texts):
-    refused(lambda: yorp(**given), *texts)
-
-
-@pytest.mark.parametrize(
-    ("given", "texts"),
-    [
-        ({"force": [1.0, 2.0]}, ("force of Y", "(2,)", "a finite number, or three")),
-        ({"about": "B"}, ("on and about of Y", "B", "two bodies")),
-        ({"about": "sun"}, ("about of Y", "'sun'", "A, B")),
-    ],
-)
-def test_bad_byorp_is_refused(given, texts):
-    refused(lambda: Byorp(**({"on": "B", "about": "A", "force": 1.0, "name": "Y"} | given)), *texts)
 
 
 def test_a_secondary_without_a_longest_axis_has_no_byorp():
@@ -143,8 +107,7 @@ def test_torques_on_points_are_refused():
     for force in (tide(radius=0.2), yorp()):
         with pytest.raises(InvalidInput, match=rf"on of {force.name} is the point A; expected a body with extent"):
             points.with_forces([force])
-    with pytest.raises(InvalidInput, match="radius of T is not given, and A is a point"):
-        points.with_forces([tide()])
+    refused("radius of T is not given, and A is a point", lambda: points.with_forces([tide()]))
     twist = Function(lambda t, s: (0 * s.position, [[0, 0, 0], [0, 0, 1.0]]), name="twist")
     state = fullbody.State(STATE.position, STATE.velocity)
     with pytest.raises(ForceFailed, match=r"twist.*torque on B, a point"):
@@ -152,29 +115,22 @@ def test_torques_on_points_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("forces", "texts"),
+    ("forces", "pieces"),
     [
-        ([3], ("3", "fullbody.forces")),
-        (sun(), ("sequence", "ThirdBody")),
-        ("Sun", ("'S'",)),
-        ([ThirdBody], ("class",)),
-        ([fullbody.forces.Force(name="x")], ("x",)),
-        ([sun(), sun()], ("Sun", "twice", "distinct")),
-        ([tide(), KINDS["tide"](), tide(on="B", by="A")], ("T", "twice")),
+        ([3], "3 ... fullbody.forces"),
+        (sun(), "sequence ... ThirdBody"),
+        ("Sun", "'S'"),
+        ([ThirdBody], "class"),
+        ([fullbody.forces.Force(name="x")], "x"),
+        ([sun(), sun()], "Sun ... twice ... distinct"),
+        ([tide(), KINDS["tide"](), tide(on="B", by="A")], "T ... twice"),
     ],
 )
-def test_bad_lists_of_forces_are_refused(forces, texts):
-    with pytest.raises(InvalidInput) as caught:
-        SYSTEM.with_forces(forces)
-    for text in texts:
-        assert text in str(caught.value)
+def test_bad_lists_of_forces_are_refused(forces, pieces):
+    refused_with(pieces, lambda: SYSTEM.with_forces(forces))
 
 
-def test_bad_functions_of_forces_are_refused():
-    with pytest.raises(InvalidInput, match="function of f is 3"):
-        Function(3, name="f")
-    with pytest.raises(InvalidInput, match="depends_on_velocity of drag is 'no'"):
-        Function(drag, depends_on_velocity="no")
+def test_a_quality_factor_without_a_frequency_has_no_lag():
     for given in (
         {"Q": 0.0, "mean_motion": 1.0, "tide": "libration"},
         {"Q": 10.0, "mean_motion": NAN, "tide": "libration"},
@@ -187,13 +143,7 @@ def test_bad_functions_of_forces_are_refused():
             lag_from_quality_factor(**given)
 
 
-def test_numbers_are_refused_where_a_force_is_made():
-    support.refused(r"k2 of T .*; expected .*0 to 1\.5", lambda: tide(k2=-0.1))
-    support.refused("lag of T is -1; expected a finite time, zero or above", lambda: tide(lag=-1.0))
-    support.refused("along of Y has the unit N", lambda: yorp(along=1 * u.N))
-
-
-# Of a state or a run.
+# States and runs that do not fit a force.
 
 
 @pytest.mark.parametrize(
@@ -202,15 +152,15 @@ def test_numbers_are_refused_where_a_force_is_made():
         (sun(mu=1.0, orbit=ELEMENTS(3.0, 0.9, 0, 0, 0, 3.0)), "periapsis distance of Sun is 0.29"),
         (sun(mu=1.0, orbit=ELEMENTS(0.3, 0.0, 0, 0, 0, 3.0)), "distance of Sun is 0.29"),
         (sun(mu=1.0, orbit=ELEMENTS(-1.0, 1.5, 0, 0, 0, -9.0), of="body"), "periapsis distance of Sun is 0.5"),
-        (at_rest([0.5, 0, 0], 1.0), "distance of Sun is 0.5"),
+        (at_rest([1.1, 0, 0], 1.0), "distance of Sun is 1.1"),
     ],
 )
 def test_a_third_body_inside_the_system_is_refused(force, text):
-    """Its reach is 0.99 for the centre of B and 0.12 for its size."""
+    # Its reach is 0.99 for the centre of B and 0.12 for its size.
     world = SYSTEM.with_forces([force])
     for act in (lambda: world.integrate(STATE, 3.0), lambda: world.loads(STATE)):
-        with pytest.raises(InvalidInput, match=f"{text}.*more than 1.1.*, out to which the system reaches"):
-            act()
+        refused(f"{text}.*more than 1.1.*, out to which the system reaches", act)
+    SYSTEM.with_forces([at_rest([1.2, 0, 0], 1e-9)]).integrate(STATE, 1e-3)
 
 
 def test_a_third_body_that_runs_into_a_body_ends_the_run():
@@ -231,13 +181,11 @@ def test_a_table_that_ends_before_the_run_is_refused_before_the_first_step():
         assert len(caught.value.run) == 0
     sim = fullbody.Simulation(world, STATE)
     sim.integrate(2.0)
-    with pytest.raises(InvalidInput, match=r"time of Sun is 2 to 3; expected times from 0 to 2.5"):
-        sim.integrate(3.0)
+    refused(r"time of Sun is 2 to 3; expected times from 0 to 2.5", lambda: sim.integrate(3.0))
     assert sim.integrate(2.5).time[-1] == 2.5
     late = fullbody.State(STATE.position, STATE.velocity, STATE.attitude, STATE.spin, time=2.6)
     for act in (lambda: fullbody.Simulation(world, late), lambda: world.loads(late)):
-        with pytest.raises(InvalidInput, match=r"time of Sun is 2.6"):
-            act()
+        refused(r"time of Sun is 2.6", lambda act=act: act())
 
 
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
@@ -248,8 +196,7 @@ def test_single_steps_end_with_the_table(integrator, end):
     while abs(sim.time) < 2.5:
         sim.step(np.sign(end) * INF)
     assert sim.time == end
-    with pytest.raises(InvalidInput, match=r"time of Sun is -?2\.5"):
-        sim.step(2.0 * end)
+    refused(r"time of Sun is -?2\.5", lambda: sim.step(2.0 * end))
     sim.step(0.0)
     assert abs(sim.time) < 2.5
 
@@ -263,12 +210,10 @@ def test_bad_questions_about_positions_of_third_bodies_are_refused():
         ("Sun", 3.0, "time of Sun is 3; expected times from 0 to 2.5"),
         ("Sun", [0.0, -1.0], "time of Sun is -1"),
     ):
-        with pytest.raises(InvalidInput, match=text):
-            world.third_body(name, time)
+        refused(text, lambda name=name, time=time: world.third_body(name, time))
     with pytest.raises(InvalidInput, match="force of ClosestApproach is 'T', a Tide; expected one of Sun"):
         world.integrate(STATE, 1.0, events=[fullbody.events.ClosestApproach("T")])
-    with pytest.raises(InvalidInput, match="name is 'Sun'"):
-        SYSTEM.third_body("Sun", 0.0)
+    refused("name is 'Sun'", lambda: SYSTEM.third_body("Sun", 0.0))
 
 
 @pytest.mark.filterwarnings("ignore:T has a lag of")
@@ -283,6 +228,15 @@ def test_forces_beyond_all_measure_end_in_an_error(force):
     assert np.isfinite(caught.value.run.position).all()
 
 
+@pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
+@pytest.mark.parametrize("quantity", ["velocity", "spin"])
+def test_a_function_that_turns_out_to_depend_on_velocities_is_refused(integrator, quantity):
+    own = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
+    with pytest.raises(ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
+        SYSTEM.with_forces([own]).integrate(STATE, 1.0, integrator=integrator)
+
+
+@pytest.mark.parametrize("size", [1e160, 1e300])
 @pytest.mark.parametrize(
     "integrator",
     [
@@ -293,31 +247,9 @@ def test_forces_beyond_all_measure_end_in_an_error(force):
     ],
     ids=["splitting", "leapfrog", "variational", "verner98"],
 )
-@pytest.mark.parametrize("size", [1e160, 1e300])
-def test_functions_beyond_all_measure_end_in_an_error(integrator, size):
-    """With fixed steps the search for a contact has squares that overflow, and would have no end."""
-    huge = Function(lambda time, state: np.full((2, 3), size), name="huge", depends_on_velocity=False)
-    with pytest.raises(fullbody.FullbodyError) as caught:
-        SYSTEM.with_forces([huge]).integrate(STATE, 1.0, integrator=integrator)
-    assert not isinstance(caught.value, Interrupted)
-    assert np.isfinite(caught.value.run.position).all()
-
-
-@pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
-@pytest.mark.parametrize("quantity", ["velocity", "spin"])
-def test_a_function_that_turns_out_to_depend_on_velocities_is_refused(integrator, quantity):
-    own = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
-    with pytest.raises(ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
-        SYSTEM.with_forces([own]).integrate(STATE, 1.0, integrator=integrator)
-
-
-@pytest.mark.parametrize("size", [1e200, 1e300])
-@pytest.mark.parametrize(
-    "integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.LieGroupVariational(step=0.02)]
-)
 @pytest.mark.parametrize("kind", ["force", "torque"])
-def test_fixed_steps_with_a_huge_function_are_given_up_soon(integrator, size, kind):
-    """The search for a contact in a step that is not taken is bounded: calls of the function are counted."""
+def test_a_run_with_a_huge_function_is_given_up_soon(integrator, size, kind):
+    """Fixed steps search a step that is not taken for a contact, with squares that overflow: calls are counted."""
     calls = []
 
     def huge(time, state):
@@ -328,7 +260,9 @@ def test_fixed_steps_with_a_huge_function_are_given_up_soon(integrator, size, ki
     force = Function(huge, name="huge", depends_on_velocity=False)
     with pytest.raises(fullbody.FullbodyError) as caught:
         SYSTEM.with_forces([force]).integrate(STATE, 1.0, integrator=integrator)
+    assert not isinstance(caught.value, Interrupted)
     assert "use a step of at most 0" not in str(caught.value)
+    assert np.isfinite(caught.value.run.position).all()
     assert len(calls) < 20_000
 
 

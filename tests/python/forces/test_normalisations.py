@@ -4,8 +4,8 @@ import fullbody
 import numpy as np
 import pytest
 import scipy.interpolate
-from fullbody.forces import Byorp, Tide, Yorp, lag_from_quality_factor, solar_pressure
-from support import body_list, inertia, refused
+from fullbody.forces import Byorp, Yorp, solar_pressure
+from support import inertia, refused
 
 u = pytest.importorskip("astropy.units")
 C = 299792458.0
@@ -42,28 +42,25 @@ def strength(force):
     return loads.force[1, 1].to_value(u.N)
 
 
-def pressure_of_orbit(rounded=False):
-    """F_s / (a^2 sqrt(1 - e^2)), Pa: the H of Jacobson & Scheeres, whose F_s is rounded to 1e17 N."""
-    constant = 1e17 if rounded else LUMINOSITY / (4.0 * np.pi * C)
-    return constant / (SOLAR[0] ** 2 * np.sqrt(1.0 - SOLAR[1] ** 2))
-
-
 def test_solar_pressure_is_the_mean_along_the_orbit():
     a, e = SOLAR
     eccentric = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
     distance = a * (1.0 - e * np.cos(eccentric))
     # The time goes as (1 - e cos E) dE.
     mean = np.mean(LUMINOSITY / (4.0 * np.pi * C * distance**2) * (distance / a))
-    assert solar_pressure(a * u.m, e).to_value(u.Pa) == pytest.approx(mean, rel=1e-12)
+    assert solar_pressure(a * u.m, e).to_value(u.Pa) / mean == pytest.approx(1.0, rel=1e-12)
     # The solar constant, 1361 W/m2.
-    assert solar_pressure("1 au").to_value(u.Pa) == pytest.approx(1361.0 / C, rel=2e-4)
+    assert solar_pressure("1 au").to_value(u.Pa) * C == pytest.approx(1361.0, rel=2e-4)
 
 
 @pytest.mark.parametrize("ratio", [0.02, 0.3])
 def test_byorp_drift_is_that_of_jacobson_and_scheeres(ratio):
-    """Their drift of a is 3 H B a^(3/2) / (2 pi omega_d rho R_p^2 q^(1/3)), in radii of the primary."""
+    """Their drift of a is 3 H B a^(3/2) / (2 pi omega_d rho R_p^2 q^(1/3)), in radii of the primary.
+
+    H is F_s / (a^2 sqrt(1 - e^2)) of the orbit about the Sun, with F_s rounded to 1e17 N.
+    """
     system, state, a, n, density = pair(ratio)
-    B, H = -3e-3, pressure_of_orbit(rounded=True)
+    B, H = -3e-3, 1e17 / (SOLAR[0] ** 2 * np.sqrt(1.0 - SOLAR[1] ** 2))
     force = Byorp(**ON_BETA, coefficient=B, normalization="jacobson_scheeres_2011", pressure=H * u.Pa)
     F = system.with_forces([force]).loads(state)["BYORP on Beta"].force[1, 1].to_value(u.N)
     mass = system["Beta"].mass.to_value(u.kg)
@@ -72,87 +69,20 @@ def test_byorp_drift_is_that_of_jacobson_and_scheeres(ratio):
     breakup = np.sqrt(4.0 / 3.0 * np.pi * G * density)
     theirs = 3.0 * H * B * (a / primary) ** 1.5 / (2.0 * np.pi * breakup * density * primary**2 * np.cbrt(ratio))
     # They take the mean motion of a secondary without mass.
-    assert 2.0 * F / (mass * n) * np.sqrt(1.0 + ratio) / primary == pytest.approx(theirs, rel=1e-9)
+    assert 2.0 * F / (mass * n) * np.sqrt(1.0 + ratio) / primary / theirs == pytest.approx(1.0, rel=1e-9)
 
 
-def test_byorp_torque_is_that_of_quillen():
-    """Their torque is the coefficient times F_sun R^2 a / c, R the radius of the sphere of equal volume."""
-    flux, f = 2500.0, 1.7e-3
-    F = strength(Byorp(**ON_BETA, coefficient=f, normalization="quillen_2022", pressure=flux / C * u.Pa))
-    torque = 3000.0 * F
-    assert torque == pytest.approx(f * flux * (1e3 * RADIUS) ** 2 * 3000.0 / C, rel=1e-12)
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("quillen_2022", 1.0), ("steinberg_sari_2011", 2.0 * np.pi / 3.0), ("wang_hou_2021", 2.0 * np.pi / 3.0)],
+)
+def test_byorp_forces_are_those_of_quillen_of_steinberg_and_sari_and_of_wang_and_hou(name, factor):
+    """Their torques, about the primary at a distance a.
 
-
-def test_byorp_coefficient_is_that_of_steinberg_and_sari():
-    """Their coefficient is (3/2) c torque / (pi R^2 a F_sun)."""
-    flux, f, a = 1361.0, 4e-3, 3000.0
-    torque = a * strength(
-        Byorp(**ON_BETA, coefficient=f, normalization="steinberg_sari_2011", pressure=flux / C * u.Pa, radius="0.2 km")
-    )
-    assert 1.5 * C * torque / (np.pi * 200.0**2 * a * flux) == pytest.approx(f, rel=1e-12)
-
-
-def test_byorp_torque_is_that_of_wang_and_hou():
-    """Their torque is r F_s B_s pi r_B^2 f / (a_s^2 sqrt(1 - e_s^2)) with B_s = 2/3."""
-    f, r = -1e-3, 3000.0
-    pressure = solar_pressure(SOLAR[0] * u.m, SOLAR[1])
-    F = strength(Byorp(**ON_BETA, coefficient=f, normalization="wang_hou_2021", pressure=pressure))
-    theirs = r * pressure_of_orbit() * (2.0 / 3.0) * np.pi * (1e3 * RADIUS) ** 2 * f
-    assert F * r == pytest.approx(theirs, rel=1e-12)
-
-
-@pytest.mark.parametrize("ratio", [0.01, 0.3, 1.0])
-def test_tide_and_byorp_balance_at_the_distance_of_jacobson_and_scheeres(ratio):
-    """The drifts by the tide of the primary and by BYORP cancel at a^7 = (1 + q) a*^7, and differ by 1 + q at a*.
-
-    With a*^7 = 2 pi omega_d^2 rho R_p^2 q^(4/3) k / (B H Q), where the forces on the secondary cancel.
+    Quillen et al.: f P R^2 a. Steinberg & Sari: f = (3/2) torque / (pi R^2 a P). Wang & Hou: (2/3) P pi R^2 f a.
     """
-    k, Q, B, H = 1e-4, 50.0, 2e-5, 1e-5
-    system, _, _, _, density = pair(ratio)
-    G, masses = system.G.to_value(u.m**3 / u.kg / u.s**2), system.masses.to_value(u.kg)
-    primary = 1e3 * RADIUS / np.cbrt(ratio)
-    breakup = np.sqrt(4.0 / 3.0 * np.pi * G * density)
-    star = primary * (2.0 * np.pi * breakup**2 * density * primary**2 * ratio ** (4 / 3) * k / (B * H * Q)) ** (1 / 7)
-    assert star > 2.0 * primary
-    shares = np.array([-ratio, 1.0])[:, None] / (1.0 + ratio)
-    for a, expected in ((star, 1.0 + ratio), (star * (1.0 + ratio) ** (1 / 7), 1.0)):
-        n = np.sqrt(G * masses.sum() / a**3)
-        fast = 0.8 * breakup
-        state = fullbody.State(
-            shares * [a, 0, 0] * u.m, shares * [0, n * a, 0] * u.m / u.s, spin=[[0, 0, fast], [0, 0, n]] * u.rad / u.s
-        )
-        lag = lag_from_quality_factor(Q=Q, mean_motion=n * u.rad / u.s, tide="semidiurnal", spin=fast * u.rad / u.s)
-        tide = Tide(on="Alpha", by="Beta", k2=k, lag=lag)
-        byorp = Byorp(**ON_BETA, coefficient=-B, normalization="jacobson_scheeres_2011", pressure=H * u.Pa)
-        loads = system.with_forces([tide, byorp]).loads(state)
-        # The drift is 2/n times the acceleration of the secondary relative to the primary, along the motion.
-        drifts = []
-        for force in (tide, byorp):
-            along = loads[force.name].force[:, 1].to_value(u.N) / masses
-            drifts.append(2.0 / n * (along[1] - along[0]))
-        assert drifts[0] > 0.0
-        assert -drifts[0] / drifts[1] == pytest.approx(expected, rel=1e-9)
-        # The torque of a coefficient is about the centre of the other body.
-        across = loads[byorp.name].force[1, 1].to_value(u.N)
-        assert across * a == pytest.approx(-B * H * (1e3 * RADIUS) ** 2 * a, rel=1e-12)
-        assert not loads[byorp.name].force[0].value.any()
-
-
-def test_the_measured_drift_of_1999_kw4_is_that_of_its_coefficient():
-    """Scheirich et al. (2021): 1.2 cm a year is a quadratic drift of the mean anomaly of -0.65 deg/yr^2."""
-    times, faster = np.linspace(0.0, 200.0, 401), 1e4
-    _, state = fullbody.systems.kw4()
-    bodies = body_list(Alpha=(fullbody.Sphere(0.7), 2.353e12), Beta=(fullbody.Ellipsoid(*AXES), 0.135e12))
-    system = fullbody.System(bodies, G=8.64960768e-13)
-    n = 2.0 * np.pi / 17.42
-    force = Byorp(**ON_BETA, force=0.5 * 0.135e12 * n * 1.2e-5 / 8766.0 * faster)
-    longitude = []
-    for forces in ([], [force]):
-        run = system.with_forces(forces).integrate(state, 200.0, output=times)
-        line = run.position[:, 1] - run.position[:, 0]
-        longitude.append(np.unwrap(np.arctan2(line[:, 1], line[:, 0])))
-    drift = np.polynomial.Polynomial.fit(times, longitude[1] - longitude[0], 2, domain=[0, 1], window=[0, 1]).coef[2]
-    assert np.rad2deg(drift) * 8766.0**2 / faster == pytest.approx(-0.65, rel=0.03)
+    F = strength(Byorp(**ON_BETA, coefficient=1.7e-3, normalization=name, pressure="4.5e-6 Pa", radius="0.2 km"))
+    assert F / (factor * 1.7e-3 * 4.5e-6 * 200.0**2) == pytest.approx(1.0, rel=1e-12)
 
 
 def alpha_torque(force):
@@ -173,26 +103,6 @@ def test_a_measured_acceleration_changes_the_spin_by_itself():
     assert plain == pytest.approx(torque, rel=1e-12)
 
 
-def test_spin_and_obliquity_follow_the_rates():
-    """In a run the spin grows by the rate, and the obliquity by ``across`` over the spin."""
-    spin, tilt, rate, across = 2.0, 0.7, 1e-4, 3e-4
-    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.PointMass(), 1e-9))
-    force = Yorp("A", along=rate, across=across, normalization="acceleration")
-    system = fullbody.System(bodies, G=1e-9, forces=[force])
-    state = fullbody.State.from_tait_bryan(
-        position=[[0, 0, 0], [50, 0, 0]],
-        velocity=np.zeros((2, 3)),
-        angles=[[tilt, 0, 0], [0, 0, 0]],
-        spin=[[0, 0, spin], [0, 0, 0]],
-    )
-    run = system.integrate(state, 50.0, output=[50.0])
-    momentum = run[-1].rotation_matrix[0] @ (inertia(1.0, (1.0, 1.0, 0.8)) * run.spin[-1, 0])
-    size = np.linalg.norm(momentum)
-    assert size / 0.4 - spin == pytest.approx(rate * 50.0, rel=1e-3)
-    turned = across / rate * np.log(1.0 + rate * 50.0 / spin)
-    assert np.arccos(momentum[2] / size) - tilt == pytest.approx(turned, rel=1e-3)
-
-
 def test_yorp_rate_is_that_of_rossi():
     """A rate of the spin F_s Y / (2 pi density R^2 d^2).
 
@@ -205,12 +115,9 @@ def test_yorp_rate_is_that_of_rossi():
     force = Yorp("Didymos", along=0.01, normalization="rossi_2009", pressure=pressure)
     system = fullbody.System([body, far], G=6.7e-11, forces=[force])
     state = fullbody.State([[0, 0, 0], [5e3, 0, 0]], np.zeros((2, 3)), spin=[[0, 0, 1e-3], [0, 0, 0]])
-    torque = system.loads(state)[force.name].torque[0, 2]
-    mass = 4.0 / 3.0 * np.pi * radius**3 * density
-    assert torque / (0.4 * mass * radius**2) == pytest.approx(2.21e-17, rel=0.014)
-    assert torque / (0.4 * mass * radius**2) == pytest.approx(
-        pressure * 0.01 / (2.0 * np.pi * density * radius**2), rel=1e-12
-    )
+    rate = system.loads(state)[force.name].torque[0, 2] / (0.4 * 4.0 / 3.0 * np.pi * radius**5 * density)
+    assert rate / 2.21e-17 == pytest.approx(1.0, rel=0.014)
+    assert rate / (pressure * 0.01 / (2.0 * np.pi * density * radius**2)) == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("name", "factor"), [("quillen_2022", 1.0), ("steinberg_sari_2011", 2.0 * np.pi / 3.0)])
@@ -229,50 +136,7 @@ def test_a_table_of_rates_is_read_at_the_obliquity():
     table = Yorp("Alpha", along=1e-9 * np.cos(obliquity), obliquity=obliquity, normalization="acceleration")
     linear, C_alpha = alpha_torque(table)
     spline = scipy.interpolate.CubicSpline(obliquity, 1e-9 * np.cos(obliquity), bc_type="not-a-knot")
-    assert linear[2] / C_alpha * 3600.0**2 == pytest.approx(spline(np.deg2rad(3.2)), rel=1e-9)
-
-
-TOML = """
-[system]
-units = ["km", "hour", "kg"]
-[[body]]
-name = "Alpha"
-semi_axes = [0.766, 0.7475, 0.6735]
-mass = 2.353e12
-spin = [0, 0, 2.2728]
-[[body]]
-name = "Beta"
-semi_axes = [0.285, 0.2315, 0.1745]
-mass = 0.135e12
-position = [2.548, 0, 0]
-velocity = [0, 0.919, 0]
-spin = [0, 0, 0.3611]
-[[forces]]
-kind = "Byorp"
-on = "Beta"
-about = "Alpha"
-coefficient = 2e-3
-normalization = "quillen_2022"
-pressure = "1e-5 Pa"
-[[forces]]
-kind = "Yorp"
-on = "Alpha"
-along = "1e-8 rad / day2"
-normalization = "acceleration"
-[run]
-until = 1
-"""
-
-
-def test_coefficients_are_read_from_toml(tmp_path):
-    path = tmp_path / "system.toml"
-    path.write_text(TOML)
-    setup = fullbody.read_toml(path)
-    loads = setup.system.loads(setup.state)
-    force, torque = loads["BYORP on Beta"].force, loads["YORP on Alpha"].torque
-    assert force[1, 1].to_value(u.N) == pytest.approx(2e-3 * 1e-5 * (1e3 * RADIUS) ** 2, rel=1e-12)
-    C_alpha = inertia(2.353e12, 1e3 * np.array([0.766, 0.7475, 0.6735])).max()
-    assert torque[0, 2].to_value(u.N * u.m) == pytest.approx(C_alpha * 1e-8 / 86400.0**2, rel=1e-12)
+    assert linear[2] / C_alpha * 3600.0**2 / spline(np.deg2rad(3.2)) == pytest.approx(1.0, rel=1e-9)
 
 
 LIGHT = {"pressure": 1e-5}
@@ -287,35 +151,16 @@ LIGHT = {"pressure": 1e-5}
         (lambda: Byorp("Beta", "Alpha", coefficient=1e-3, normalization="mine", **LIGHT), "jacobson_scheeres_2011"),
         (lambda: Byorp("Beta", "Alpha", coefficient=1e-3, normalization="quillen_2022"), "pressure of BYORP on Beta"),
         (lambda: Byorp("Beta", "Alpha", force=1.0, **LIGHT), "expected none without a coefficient"),
-        (
-            lambda: Byorp("Beta", "Alpha", force=1.0, normalization="quillen_2022"),
-            "expected none without a coefficient",
-        ),
+        (lambda: Byorp("Beta", "Alpha", force=1.0, normalization="quillen_2022"), "none without a coefficient"),
         (lambda: Yorp("Alpha", along=1.0, normalization="quillen"), "expected 'acceleration'"),
         (lambda: Yorp("Alpha", along=1.0, normalization="rossi_2009"), "pressure of YORP on Alpha"),
         (lambda: Yorp("Alpha", along=1.0, across=1.0, normalization="rossi_2009", **LIGHT), "across of YORP on Alpha"),
         (lambda: Yorp("Alpha", along=1.0, radius=0.7, normalization="acceleration"), "radius of YORP on Alpha"),
         (lambda: solar_pressure(0.64), "semi_major_axis is 0.64"),
         (lambda: solar_pressure("0.64 au", 1.0), "eccentricity is 1.0"),
-    ],
-)
-def test_what_does_not_go_together_is_refused(make, says):
-    refused(says, make)
-
-
-QUILLEN = {"normalization": "quillen_2022"}
-
-
-@pytest.mark.parametrize(
-    ("make", "says"),
-    [
-        (lambda: Byorp("Beta", "Alpha", coefficient=np.nan, **QUILLEN, pressure=1.0), "coefficient of"),
-        (lambda: Byorp("Beta", "Alpha", coefficient=1.0, **QUILLEN, pressure=-1.0), "pressure of"),
-        (lambda: Byorp("Beta", "Alpha", coefficient=1.0, **QUILLEN, pressure="1 km"), "unit such as"),
-        (lambda: Byorp("Beta", "Alpha", coefficient=1.0, **QUILLEN, pressure=1.0, radius=0.0), "radius of"),
         (lambda: Yorp("Alpha", along=[1.0, 2.0], normalization="acceleration"), "one at each obliquity"),
         (lambda: Yorp("Alpha", along="1 N m", normalization="acceleration"), "unit such as"),
     ],
 )
-def test_bad_values_are_refused_at_once(make, says):
+def test_what_does_not_go_together_is_refused(make, says):
     refused(says, make)

@@ -1,9 +1,9 @@
-"""Radiation: the drift of an orbit by a given force, when it is switched off, facets that cancel, torques on a spin."""
+"""Radiation: the drift of an orbit by a given force, when it is switched off, and torques on a spin."""
 
 import fullbody
 import numpy as np
 import pytest
-from fullbody.forces import Byorp, Tide, Yorp
+from fullbody.forces import Byorp, Yorp
 from scipy.spatial.transform import Rotation
 from support import body_list, inertia, matrix, worst
 from support.scenes import body_alone
@@ -76,80 +76,6 @@ def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, fa
     np.testing.assert_allclose(loads.torque, [[0, 0, 0], axes.T @ turn @ torque], rtol=0, atol=1e-15)
 
 
-#: Samples of the first and the last five orbits.
-FIRST, LAST = slice(0, 200), slice(-200, None)
-
-
-@pytest.mark.parametrize(
-    ("e", "axes"), [(0.01, (0.003, 0.0026, 0.0022)), (0.02, (0.003, 0.0029, 0.0022)), (0.02, (0.003, 0.00299, 0.0022))]
-)
-def test_the_eccentricity_changes_with_the_semi_major_axis_as_by_theory(e, axes):
-    """de/e = -1/4 da/a at uniform rotation, and less with forced librations.
-
-    With the long axis at A sin M from the mean direction and the line of centres at 2 e sin M, the force F along the
-    middle axis has the part F (2 e - A) sin M along the line. Gauss's equations average to de/dt = F/(m n a) [(2 e -
-    A)/2 - 3 e/2] and da/dt = 2 F/(m n). A pendulum of frequency w has A = 2 e w^2/(w^2 - n^2).
-    """
-    mass = 1e-3
-    a, b, _ = axes
-    primary = fullbody.Sphere(0.01)
-    bodies = [fullbody.Body(primary, mass=1.0, name="A"), fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B")]
-    n = np.sqrt(1.0 + mass)
-    ratio = 3.0 * (a * a - b * b) / (a * a + b * b)
-    libration = 2.0 * e * ratio / (ratio - 1.0)
-    r, v = fullbody.KeplerElements(1.0, e, 0.0, 0.0, 0.0, 0.0).to_cartesian(1.0 + mass)
-    share = mass / (1.0 + mass)
-    # At periapsis the axis is on the line, and turns by the libration's rate faster than on average.
-    state = fullbody.State(
-        [-share * r, (1 - share) * r], [-share * v, (1 - share) * v], spin=[[0.0] * 3, [0.0, 0.0, n + libration * n]]
-    )
-    until, force = 240 * 2 * np.pi / n, 5e-6 * mass
-    logarithms = []
-    for given in (force, -force):
-        system = fullbody.System(bodies, G=1.0, forces=[Byorp(on="B", about="A", force=given, name="BYORP")])
-        run = system.integrate(state, until, output=until / 9600)
-        assert run.switched_off == {"BYORP": 0}
-        # Means over the first and the last five orbits, over which free librations average out.
-        found = [np.log(np.stack([run.elements().a, run.elements().e])[:, k].mean(axis=1)) for k in (FIRST, LAST)]
-        logarithms.append(found[1] - found[0])
-    by_a, by_e = logarithms[0] - logarithms[1]
-    assert by_a == pytest.approx(2.0 * (2.0 * force / (mass * n)) * until * 235 / 240, rel=1e-2)
-    expected = ((2.0 * e - libration) / (2.0 * e) - 1.5) / 2.0
-    assert by_e / by_a == pytest.approx(expected, abs=4e-3)
-
-
-def test_a_torque_on_a_locked_secondary_drives_the_orbit():
-    """The lock hands the torque on to the orbit, whose angular momentum mu n a^2 has the derivative mu n a / 2."""
-    system, state = synchronous()
-    until, torque = 40 * np.pi, 2e-9
-    given = Byorp(on="B", about="A", force=0.0, torque=[0.0, 0.0, torque], name="BYORP")
-    driven, free = (s.integrate(state, until, output=until / 400) for s in (system.with_forces([given]), system))
-    # The secondary librates about the angle at which gravity balances the torque.
-    drift = np.polyfit(driven.time, driven.elements().a - free.elements().a, 1)[0]
-    # A force on the secondary with the arm of one has the same torque about the primary, which it does not push.
-    assert drift == pytest.approx(drift_of(torque) * 1.001, rel=5e-3)
-    np.testing.assert_allclose(driven.angular_impulse["BYORP"][-1], [0, 0, torque * until], atol=1e-6 * torque * until)
-
-
-def test_the_orbit_stands_still_where_tide_and_byorp_balance():
-    """They balance where 2 F/(m n) = 6 k2 G M q (1+q) R^5 lag / a^7."""
-    mass, radius, a = 1e-3, 0.3, 1.0
-    system, state = synchronous(mass=mass)
-    force = 2e-9
-    n = np.sqrt((1 + mass) / a**3)
-    k2_lag = 2 * force / (mass * n) * a**7 / (6 * mass * (1 + mass) * radius**5)
-    until = 40 * np.pi
-    free = system.integrate(state, until, output=[until]).elements().a[0]
-    drifts = {}
-    for factor in (0.0, 0.5, 1.0, 2.0):
-        tide = Tide(on="A", by="B", k2=1.0, lag=factor * k2_lag, name="tide")
-        run = system.with_forces([push(force), tide]).integrate(state, until, output=[until])
-        drifts[factor] = run.elements().a[0] - free
-        assert run.switched_off["BYORP"] == 0
-    for factor, drift in drifts.items():
-        assert drift / drifts[0.0] == pytest.approx(1.0 - factor, abs=0.03)
-
-
 # Locked or not.
 
 
@@ -202,55 +128,6 @@ def test_each_run_counts_its_own_losses_of_lock():
     assert sim.integrate(5.0).switched_off == {"BYORP": 0}
 
 
-# Facets: what an outline gives for a force.
-
-
-def facets(axes, n=24, albedo=lambda x: 1.0 + 0 * x[..., 0]):
-    """Centres' normals and areas of an ellipsoid's surface, by the map of the unit sphere, with what they reflect."""
-    nodes, weights = np.polynomial.legendre.leggauss(n)
-    angle = 2 * np.pi * (np.arange(2 * n) + 0.5) / (2 * n)
-    z, phi = np.meshgrid(nodes, angle, indexing="ij")
-    ring = np.sqrt(1 - z * z)
-    unit = np.stack([ring * np.cos(phi), ring * np.sin(phi), z], axis=-1).reshape(-1, 3)
-    a, b, c = axes
-    area = unit * [b * c, c * a, a * b] * (weights[:, None] * np.pi / n + 0 * phi).reshape(-1, 1)
-    size = np.linalg.norm(area, axis=1)
-    return area / size[:, None], size * albedo(unit)
-
-
-def mean_push(axes, **given):
-    """Mean force along the motion of a locked secondary: each facet that is lit pushes by -(2/3) n (n.s)."""
-    normal, area = facets(axes, **given)
-    total, count = 0.0, 0
-    for season in 2 * np.pi * np.arange(12) / 12:
-        # The Sun 20 degrees from the plane of the orbit at most.
-        height = np.radians(20.0) * np.sin(season)
-        for turn in 2 * np.pi * np.arange(24) / 24:
-            s = np.array([np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)])
-            lit = np.maximum(normal @ s, 0.0)
-            # In the axes of the body: x towards the other body, so that the motion is along -y or y alike by symmetry.
-            total, count = total - (2 / 3 * area * lit) @ normal[:, 1], count + 1
-    return total / count
-
-
-def test_a_symmetric_ellipsoid_is_not_pushed_and_a_painted_one_is():
-    """By symmetry an ellipsoid has no mean force; darker ahead than behind, its orbit drifts by 2 F/(m n)."""
-    axes = (0.1, 0.09, 0.08)
-    scale = np.pi * axes[0] * axes[2]
-    assert abs(mean_push(axes)) < 1e-14 * scale
-    painted = mean_push(axes, albedo=lambda x: 1.0 - 0.3 * (x[..., 1] > 0))
-    assert painted > 1e-2 * scale
-    system, state = synchronous()
-    force = 1e-7 * painted
-    until = 40 * np.pi
-    ends = [
-        s.integrate(state, until, output=[until]).elements().a[0]
-        for s in (system, system.with_forces([push(0.0)]), system.with_forces([push(force)]))
-    ]
-    assert ends[1] == ends[0]
-    assert (ends[2] - ends[0]) / until == pytest.approx(drift_of(force), rel=3e-3)
-
-
 # The torque on a spin.
 
 C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
@@ -281,18 +158,6 @@ def test_spin_and_obliquity_change_as_the_closed_form(eps):
     # In the plane of the pole and the spin.
     np.testing.assert_allclose(spin[:, 0], 0.0, atol=1e-13)
     assert abs(run.energy_drift).max() < 1e-13
-
-
-def test_a_table_of_equal_torques_is_a_constant():
-    obliquity = np.linspace(0.0, np.pi, 7)
-    ends = [
-        spin_of(system.integrate(state, 50.0, output=[50.0]))
-        for system, state in (
-            turning(0.7, along=2e-4, across=3e-4),
-            turning(0.7, along=np.full(7, 2e-4), across=np.full(7, 3e-4), obliquity=obliquity),
-        )
-    ]
-    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("pole", [(0.0, 0.0, 2.0), (1.0, -2.0, 0.5)])

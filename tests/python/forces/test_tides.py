@@ -7,8 +7,7 @@ import pytest
 from astropy import units as u
 from fullbody.errors import InconsistentInput
 from fullbody.forces import Tide
-from scipy.integrate import solve_ivp
-from support import inertia, matrix, reference, worst
+from support import matrix, reference, worst
 
 
 def two(
@@ -72,11 +71,8 @@ def test_the_radius_is_that_of_the_sphere_of_equal_volume():
     np.testing.assert_allclose(one, other, rtol=1e-13)
 
 
-#: Where the law itself is tested, in a short time, the lag need not be one that a body could have.
-EXAGGERATED = pytest.mark.filterwarnings("ignore:tide has a lag of")
-
-
-@EXAGGERATED
+# The law is tested in a short time, with a lag that no body could have.
+@pytest.mark.filterwarnings("ignore:tide has a lag of")
 @pytest.mark.parametrize("k2_lag", [6e5, 3e5])
 def test_an_orbit_about_a_body_at_rest_decays_as_the_closed_form(k2_lag):
     """a(t) = R [(a/R)^8 - 48 k2 q (1+q) t/T]^(1/8), T = R^3/(G M lag), q the raiser's mass over the deformed one's.
@@ -97,19 +93,6 @@ def test_an_orbit_about_a_body_at_rest_decays_as_the_closed_form(k2_lag):
     assert worst(run.elements().a - a, expected - a, a - expected[-1]) < 3e-3
 
 
-@EXAGGERATED
-def test_the_raiser_is_moved_out_by_a_fast_body():
-    """At e = 0, da/dt is minus (1 - omega/n) times the rate at rest (Hut 1981, eq. 9)."""
-    rates = {}
-    for ratio in (0.0, 0.5, 1.0, 3.0, -2.0):
-        system, state = two(fullbody.Sphere(0.3), mass=1e-6, spin=[[0, 0, ratio], [0, 0, 0]])
-        tide = Tide(on="A", by="B", k2=1.0, lag=30.0, name="tide")
-        run = system.with_forces([tide]).integrate(state, 40 * np.pi, output=[0.0, 40 * np.pi])
-        rates[ratio] = np.diff(run.elements().a)[0]
-    for ratio, rate in rates.items():
-        assert rate / rates[0.0] == pytest.approx(1.0 - ratio, abs=1e-3)
-
-
 def test_the_eccentricity_of_a_synchronous_satellite_falls_at_huts_rate():
     """de/dt / e = -(21/2) k2 n^2 lag (M/m) (R/a)^5; with Q = 1/(n lag) the -(21/2) k2/Q n (M/m) (R/a)^5 of textbooks.
 
@@ -126,39 +109,6 @@ def test_the_eccentricity_of_a_synchronous_satellite_falls_at_huts_rate():
     run = system.with_forces([tide]).integrate(state, until, output=[0.0, until])
     expected = -10.5 * k2 * n**2 * lag / m * radius**5
     assert np.diff(np.log(run.elements().e))[0] / until == pytest.approx(expected, rel=1e-2)
-
-
-def test_the_libration_of_a_synchronous_satellite_is_damped_at_the_linear_rate():
-    """It falls by e in 2 C a^6/(3 k2 G m^2 R^5 lag), m the raiser: C psi'' = -K psi - D psi' with D from the torque."""
-    mass, axes, a = 1e-4, (0.05, 0.0485, 0.047), 1.0
-    C = inertia(mass, axes)[2]
-    k2, radius = 1.0, (axes[0] * axes[1] * axes[2]) ** (1 / 3)
-    lag = 2 * C * a**6 / (3 * k2 * radius**5) / 400.0
-    fold = 2 * C * a**6 / (3 * k2 * radius**5 * lag)
-    small = 0.01
-    system, state = two(
-        satellite=fullbody.Ellipsoid(*axes),
-        mass=mass,
-        spin=[[0, 0, 0], [0, 0, np.sqrt(1 + mass)]],
-        attitude=[[1.0, 0, 0, 0], [np.cos(small / 2), 0, 0, np.sin(small / 2)]],
-    )
-    tide = Tide(on="B", by="A", k2=k2, lag=lag, name="tide")
-    run = system.with_forces([tide]).integrate(state, 1.5 * fold, output=0.2)
-    r = run.position[:, 1] - run.position[:, 0]
-    psi = np.unwrap(2 * np.arctan2(run.attitude[:, 1, 3], run.attitude[:, 1, 0])) - np.unwrap(
-        np.arctan2(r[:, 1], r[:, 0])
-    )
-    inertias = inertia(mass, axes)
-    w = np.sqrt(3 * (inertias[1] - inertias[0]) / C)
-    # A fit of a damped oscillation beside the slow turn of the forced one, at the orbit's own rate.
-    from scipy.optimize import curve_fit
-
-    def damped(t, A, B, rate, frequency, level):
-        return np.exp(-rate * t) * (A * np.cos(frequency * t) + B * np.sin(frequency * t)) + level
-
-    found, _ = curve_fit(damped, run.time, psi, [small, 0, 1 / fold, w, 0])
-    assert found[2] == pytest.approx(1 / fold, rel=5e-3)
-    assert found[3] == pytest.approx(w, rel=5e-3)
 
 
 def test_energy_falls_and_angular_momentum_stays():
@@ -183,39 +133,6 @@ def test_energy_falls_and_angular_momentum_stays():
     assert np.abs(run.energy_drift).max() < 1e-12
 
 
-@pytest.mark.parametrize("inclination", [20.0, 90.0, 160.0])
-def test_orbits_and_spins_are_those_of_an_independent_integration(inclination):
-    """The program is scipy's DOP853 with Hut's force as radial and transverse parts, spins as inertial vectors."""
-    mass, radius, k2, lag = 0.2, 0.25, 0.8, 0.3
-    orbit = (1.0, 0.25, np.radians(inclination), 0.4, 1.0, 2.0)
-    spin = np.array([[0.3, -1.0, 2.5], [0.0, 0.4, 1.0]])
-    system, state = two(fullbody.Sphere(radius), fullbody.Sphere(0.1), mass=mass, orbit=orbit, spin=spin)
-    run = system.with_forces([Tide(on="A", by="B", k2=k2, lag=lag)]).integrate(state, 20.0, output=[20.0])
-    mu, C = 1 + mass, 0.4 * radius**2
-
-    def rates(_, y):
-        r, v, omega = y.reshape(3, 3)
-        d = np.linalg.norm(r)
-        unit = r / d
-        radial = unit @ v
-        # Angular velocity of the line of the centres.
-        turn = np.cross(unit, v) / d
-        size = 3 * k2 * mass**2 * radius**5 * lag / d**8
-        force = -size * (3 * radial * unit + d * np.cross(turn - omega + (omega @ unit) * unit, unit))
-        return np.concatenate([v, -mu * r / d**3 + force * mu / mass, -np.cross(r, force) / C])
-
-    r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
-    solved = solve_ivp(rates, (0, 20.0), np.concatenate([r, v, spin[0]]), method="DOP853", rtol=1e-12, atol=1e-13)
-    end = solved.y[:, -1].reshape(3, 3)
-    free = system.integrate(state, 20.0, output=[20.0])
-    assert np.abs(run.position - free.position).max() > 0.01
-    np.testing.assert_allclose(run.position[0, 1] - run.position[0, 0], end[0], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(run.velocity[0, 1] - run.velocity[0, 0], end[1], rtol=0, atol=1e-9)
-    omega = matrix(run.attitude[0, 0]) @ run.spin[0, 0]
-    np.testing.assert_allclose(omega, end[2], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(run.spin[0, 1], spin[1], rtol=1e-12)
-
-
 @pytest.mark.parametrize("case", range(3))
 def test_spins_and_orbits_are_those_of_reboundx(case):
     """Its effect tides_spin, with the bulges that do not lag made a millionth of a millionth."""
@@ -233,31 +150,26 @@ def test_spins_and_orbits_are_those_of_reboundx(case):
     assert np.abs(run.position - free.position).max() > 0.05
 
 
+UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
+
+
 @pytest.mark.parametrize(
     ("spin", "attitude", "rate", "turns"),
     [
-        ([0.0, 0.0, 3.0], [1.0, 0, 0, 0], lambda n: 3.0 - n, "A turns relative to B"),
-        # Upside down: against the orbit.
-        ([0.0, 0.0, 3.0], [0.0, 1, 0, 0], lambda n: 3.0 + n, "A turns relative to B"),
-        ([0.0, 0.0, 0.0], [1.0, 0, 0, 0], lambda n: n, "A turns relative to B"),
+        ([0.0, 0.0, 3.0], UPRIGHT, lambda n: 3.0 - n, "A turns relative to B"),
+        ([0.0, 0.0, 3.0], UPSIDE_DOWN, lambda n: 3.0 + n, "A turns relative to B"),
+        ([0.0, 0.0, 0.0], UPRIGHT, lambda n: n, "A turns relative to B"),
         # A synchronous body has the tides of its librations and of the eccentricity, of the frequency n.
-        ([0.0, 0.0, None], [1.0, 0, 0, 0], lambda n: n, "B goes round A"),
+        ([0.0, 0.0, None], UPRIGHT, lambda n: n, "B goes round A"),
         # About the line of the centres no spin is seen.
-        ([9.0, 0.0, None], [1.0, 0, 0, 0], lambda n: n, "B goes round A"),
+        ([9.0, 0.0, None], UPRIGHT, lambda n: n, "B goes round A"),
     ],
 )
-def test_a_lag_in_which_bodies_turn_far_is_warned_of(spin, attitude, rate, turns):
-    """The limit is a radian, with Kepler's third law for the rate of the orbit."""
-    a, mass = 1.3, 1e-3
-    n = np.sqrt((1.0 + mass) / a**3)
+def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, attitude, rate, turns):
+    n = np.sqrt(1.001 / 1.3**3)
     turned = [n if component is None else component for component in spin]
-    system, state = two(
-        fullbody.Sphere(0.1),
-        mass=mass,
-        orbit=(a, 0, 0, 0, 0, 0),
-        spin=[turned, [0, 0, 0]],
-        attitude=[attitude, [1.0, 0, 0, 0]],
-    )
+    given = {"orbit": (1.3, 0, 0, 0, 0, 0), "spin": [turned, [0, 0, 0]], "attitude": [attitude, UPRIGHT]}
+    system, state = two(fullbody.Sphere(0.1), **given)
 
     def begin(radians):
         world = system.with_forces([Tide(on="A", by="B", k2=0.1, lag=radians / rate(n), name="bulge")])

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from fullbody.forces import Function
 from support import refused
-from support.scenes import KINDS, drag, pair, sun
+from support.scenes import KINDS, pair, sun
 
-COMBINATIONS = [names for count in (1, 2, 3, 4, 5) for names in itertools.combinations(KINDS, count)]
+COMBINATIONS = [names for count in (1, 2, 5) for names in itertools.combinations(KINDS, count)]
 PAIRS = {
     "Verner98": fullbody.Verner98(rtol=1e-13, atol=1e-13),
     "Verner87": fullbody.Verner87(rtol=1e-12, atol=1e-12),
@@ -82,7 +82,7 @@ def test_every_runge_kutta_pair_closes_the_energy(integrator):
     ids=["splitting", "variational"],
 )
 def test_kicks_close_the_energy(integrator):
-    """What they do to the energy is counted as work: the rest is the error of the run without."""
+    # What they do to the energy is counted as work: the rest is the error of the run without.
 
     def steady(time, state):
         return 1e-5 * np.cos(time) * state.position
@@ -95,11 +95,6 @@ def test_kicks_close_the_energy(integrator):
     assert np.abs(run.energy_drift).max() < 1.2 * size + 1e-14
     assert run.angular_momentum_drift.max() < 1e-13 + 1.2 * free.angular_momentum_drift.max()
     assert np.abs(sum(run.work.values())).max() > 30 * size * abs(run.start.energy.total)
-    # The same motion by the others.
-    exact = system.with_forces([sun(), own]).integrate(state, 20.0, output=[20.0])
-    effect = np.abs(exact.position - system.integrate(state, 20.0, output=[20.0]).position).max()
-    error = np.abs(free.position[-1] - system.integrate(state, 20.0, output=[20.0]).position[0]).max()
-    assert np.abs(run.position[-1] - exact.position[0]).max() < 3 * error + 0.01 * effect
 
 
 @pytest.mark.parametrize("kind", ["tide", "YORP", "BYORP", "own"])
@@ -177,13 +172,6 @@ def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
     assert equal(one, other)
     assert one == other
     assert loaded.energy_drift == sim.energy_drift
-
-
-@pytest.mark.parametrize("forces", [[], [Function(drag, name="other")], [sun()]], ids=["none", "other", "no function"])
-def test_a_function_that_is_missing_is_asked_for(forces, tmp_path):
-    system, state = world("Sun", "own")
-    fullbody.Simulation(system, state).save(tmp_path / "x.sim")
-    refused(r"'own'", lambda: fullbody.Simulation.load(tmp_path / "x.sim", forces=forces))
 
 
 def test_a_switch_is_kept_in_files(tmp_path):

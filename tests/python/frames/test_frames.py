@@ -39,10 +39,8 @@ def test_any_frame_of_astropy_and_none_else():
     # Of no frame, of an observer, of a time, of a moving origin, of aberrated light.
     for name in ("elliptic", "altaz", "hadec", "teme", "itrs", "hcrs", "fk4", None, 3):
         for pair in ((name, "equatorial"), ("ecliptic", name)):
-            with pytest.raises(
-                InvalidInput, match=f"{name!r}.*; expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame"
-            ):
-                frames.rotation(*pair)
+            expected = "expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame"
+            refused(f"{name!r}.*; {expected}", lambda pair=pair: frames.rotation(*pair))
 
 
 def test_attitude_of_a_pole_points_z_there():

@@ -1,7 +1,6 @@
 """Warnings of input that is probably a mistake refer to the user's line; masked values are refused."""
 
 import re
-import unicodedata
 import warnings
 
 import fullbody
@@ -10,7 +9,7 @@ import pytest
 from astropy import units as u
 from astropy.table import Table
 from astropy.utils.masked import Masked
-from fullbody import Body, Component, KeplerElements, PointMass, Sphere, State, System
+from fullbody import Body, Component, KeplerElements, PointMass, State, System
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.spatial.transform import Rotation
 from support import points, refused
@@ -36,18 +35,9 @@ def input_warnings(call):
         (lambda: State(HIDDEN.tolist(), VELOCITY), "position is .*None"),
         (lambda: State([[0, 0, 0], [np.ma.masked, 0, 0]], VELOCITY), "position has 1 masked value of 3"),
         (lambda: State([np.zeros(3), HIDDEN[1]], VELOCITY), "position has 1 masked value of 3"),
-        (
-            lambda: State(np.array([[0] * 3, [np.ma.masked] * 3], dtype=object), VELOCITY),
-            "position has 3 masked values",
-        ),
-        (
-            lambda: State(Masked(POSITION * u.km, mask=HIDDEN.mask), VELOCITY * u.km / u.h),
-            "position has 1 masked value",
-        ),
-        (
-            lambda: Component(semi_axes=np.ma.array([3.0, 2, 1], mask=[0, 0, 1])),
-            "semi_axes of a component has 1 masked",
-        ),
+        (lambda: State(np.array([[0] * 3, [np.ma.masked] * 3], dtype=object), VELOCITY), "position has 3 masked"),
+        (lambda: State(Masked(POSITION * u.km, mask=HIDDEN.mask), VELOCITY), "position has 1 masked value"),
+        (lambda: Component(semi_axes=np.ma.array([3.0, 2, 1], mask=[0, 0, 1])), "semi_axes of a component has 1"),
         (lambda: KeplerElements(HIDDEN[:, 0], 0, 0, 0, 0, 0), "a has 1 masked value of 2"),
         (lambda: points(1, 1).integrate(START, 2.0, output=np.ma.array([0.0, 1], mask=[0, 1])), "output has 1 masked"),
         (lambda: fullbody.frames.rotate(HIDDEN, "ecliptic", "equatorial"), "vectors has 1 masked value"),
@@ -65,15 +55,6 @@ def test_masks_that_hide_nothing_are_the_numbers():
         a = KeplerElements(column, 0, 0, 0, 0, 0).a
         assert type(a) is u.Quantity
         assert (a == sizes).all()
-
-
-def test_functions_that_are_infinite_are_named():
-    def gap(state):
-        return np.inf if state.time > 1.0 else 1.0
-
-    for function, what in ((gap, r"gap is inf at time [1-3]\."), (lambda s: -np.inf, r"<lambda> is -inf at time 0\.0")):
-        with pytest.raises(InvalidInput, match=rf"value of the function .*{what}.*; expected a finite number"):
-            points(1, 1).integrate(START, 3.0, events=[fullbody.events.Function(function)])
 
 
 def test_quaternions_not_of_length_one_are_warned_of():
@@ -108,11 +89,7 @@ def thrown(way, **options):
 @pytest.mark.parametrize(
     ("call", "what", "turns"),
     [
-        (
-            lambda x: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0, 0, 1] * x]),
-            "angles has values up to",
-            90,
-        ),
+        (lambda x: State.from_tait_bryan(POSITION, VELOCITY, [[0] * 3, x]), "angles has values up to", 90),
         (lambda x: KeplerElements(1, 0, 0, np.array([0.1, 1]) * x, 0, 0), "Omega has values up to", 180),
         (lambda x: KeplerElements(1, 0, 0, 0, x, 0), "omega is", 45.5),
         (lambda x: KeplerElements(1, 0, 0, 0, 0, x), "M is", 359.25),
@@ -138,30 +115,23 @@ def test_angles_that_look_like_degrees_are_warned_of(call, what, turns):
 
 
 def test_angles_of_many_revolutions_are_not_warned_of():
-    assert (
-        input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]))
-        == []
-    )
+    angles = [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]
+    assert input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, angles)) == []
     assert input_warnings(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
     # That of a hyperbola is no angle.
     assert input_warnings(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
 
 
-def escape(mass, distance):
-    return np.sqrt(2.0 * mass / distance)
-
-
 def test_starts_far_from_bound_are_warned_of():
-    """Ten times the speed of escape, sqrt(2 G M/r), is a hundred times the energy."""
-    system = points(3.0, 1.0)
-    limit = 10 * escape(4.0, 5.0)
+    system, escape = points(3.0, 1.0), np.sqrt(2.0 * 4.0 / 5.0)
+    limit = 10 * escape
     for times, expected in ((0.99, 0), (1.01, 1), (1000.0, 1)):
         state = State(POSITION, [[0, 0, 0], [0, 0, times * limit]])
         texts = input_warnings(lambda state=state: fullbody.Simulation(system, state))
         assert len(texts) == expected
         for text in texts:
             assert text.startswith(f"body 0 and body 1 start at {times * limit:.4g} relative to each other, ")
-            assert f"{10 * times:.3g} times the speed of escape there, {escape(4.0, 5.0):.4g};" in text
+            assert f"{10 * times:.3g} times the speed of escape there, {escape:.4g};" in text
     # Without attraction nothing is bound or not.
     assert input_warnings(lambda: fullbody.Simulation(points(3.0, 1.0, G=0.0), State(POSITION, 100 * VELOCITY))) == []
 
@@ -196,11 +166,8 @@ def test_heavy_bodies_far_away_are_warned_of(distance, digits):
     assert f"rtol and atol of {digits} or more" in text
     assert "or body 2 as a fullbody.forces.ThirdBody on a prescribed path" in text
     # Whoever does is told nothing more; steps of a fixed size are not adapted, but lose as much.
-    tolerance = float(digits)
-    assert (
-        input_warnings(lambda: fullbody.Simulation(system, state, integrator=fullbody.Verner98(tolerance, tolerance)))
-        == []
-    )
+    loose = fullbody.Verner98(float(digits), float(digits))
+    assert input_warnings(lambda: fullbody.Simulation(system, state, integrator=loose)) == []
     (text,) = input_warnings(lambda: fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(0.1)))
     assert "Every step loses that much" in text
     assert text.endswith("or body 2 as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits")
@@ -225,27 +192,6 @@ def test_the_advice_for_a_heavy_body_far_away_holds():
     assert steps(system, state, advised / 1000) > 4 * steps(*alone, advised / 1000)
 
 
-def test_the_advised_third_body_moves_the_pair_as_the_body_does():
-    from fullbody.forces import ThirdBody
-
-    system, state = pair_and_sun(2.5e4, 1e11)
-    pair, start = points(0.9, 0.1), State(state.position[:2], state.velocity[:2])
-    shares = np.array([0.9, 0.1])
-    at, moving = (array[2] - shares @ array[:2] for array in (state.position, state.velocity))
-    orbit = KeplerElements.from_cartesian(-at, -moving, 1e11 + 1.0)
-    third = pair.with_forces([ThirdBody(mass=1e11, orbit=orbit, of="system", name="Sun")])
-    assert input_warnings(lambda: fullbody.Simulation(third, start)) == []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InconsistentInput)
-        heavy = system.integrate(state, 20.0, output=[20.0], integrator=fullbody.Verner98(1e-10, 1e-10))
-    light = third.integrate(start, 20.0, output=[20.0])
-    alone = pair.integrate(start, 20.0, output=[20.0])
-    expected, found, without = (run.position[-1, 1] - run.position[-1, 0] for run in (heavy, light, alone))
-    assert np.linalg.norm(expected - without) > 1e-4
-    assert np.linalg.norm(found - expected) < 1e-4 * np.linalg.norm(expected - without)
-    assert light.statistics.steps < 1.5 * alone.statistics.steps
-
-
 def test_binaries_that_are_too_wide_are_warned_of():
     def make(size, **options):
         primary = Component(diameter=size, density="2 g/cm3", rotation_period="3 h", name="P")
@@ -255,9 +201,7 @@ def test_binaries_that_are_too_wide_are_warned_of():
     assert input_warnings(make(1 * u.km)) == []
     assert input_warnings(make(30.1 * u.m)) == []
     (text,) = input_warnings(make(1 * u.m))
-    assert text.startswith(
-        "the semi-major axis, 3 km, is 6000 times the longest semi-axis of the primary 'P', 0.0005 km;"
-    )
+    assert text.startswith("the semi-major axis, 3 km, is 6000 times the longest semi-axis of the primary 'P', 0.0005")
     assert "expected at most 200 times" in text
 
 
@@ -318,12 +262,3 @@ def test_numbers_of_another_unit_are_warned_of():
         (found,) = input_warnings(lambda call=call, wrong=wrong: call(*wrong))
         assert re.search(message, found), found
         assert not input_warnings(lambda call=call, right=right: call(*right))
-
-
-def test_names_of_another_unicode_form_are_the_same():
-    names = [unicodedata.normalize(form, "Sélène") for form in ("NFD", "NFC")]
-    system = System([Body(Sphere(1.0), mass=1.0, name=names[0]), Body(Sphere(1.0), mass=1.0, name="B")], G=1.0)
-    assert names[0] != names[1]
-    assert system.index(names[0]) == system.index(names[1]) == 0
-    assert system.names[0] == names[1]
-    refused("name", lambda: System([Body(Sphere(1.0), mass=1.0, name=name) for name in names], G=1.0))

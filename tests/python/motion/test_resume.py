@@ -1,6 +1,5 @@
 """A run that is interrupted and goes on from a file equals the unbroken one bit for bit, also between its steps."""
 
-import copy
 import shutil
 import time
 
@@ -10,6 +9,7 @@ import pytest
 from fullbody import events
 from fullbody.errors import Interrupted, InvalidInput
 from fullbody.record import integrators
+from support import DATA, body_list, refused
 
 KW4 = fullbody.systems.kw4_ho2021()
 UNTIL = 30.0
@@ -199,17 +199,6 @@ def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_pat
     assert resumed.statistics == sim.statistics
 
 
-def test_copies_look_between_steps_as_the_original_does():
-    system, state = KW4
-    sim = fullbody.Simulation(system, state, integrator=FIXED[1])
-    sim.integrate(10.0, output=0.3, events=watched())
-    other = copy.deepcopy(sim)
-    ours, theirs = (one.integrate(30.0, output=0.3, events=watched()) for one in (sim, other))
-    assert occurrences(ours) == occurrences(theirs)
-    assert ours.statistics == theirs.statistics
-    assert same_samples(ours, theirs)
-
-
 def test_a_function_that_fails_loses_no_event():
     system, state = KW4
     for integrator in (ADAPTIVE[-1], FIXED[2]):
@@ -232,33 +221,21 @@ def test_a_function_that_fails_loses_no_event():
 
 
 def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
-    from astropy import units as u
-
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(0.7661, 0.74752, 0.67353), mass=2.3531, name="Alpha"),
-        fullbody.Body(fullbody.Sphere(0.2345), density=1.7, name=None),
-        fullbody.Body(fullbody.PointMass(), mass=0.0567, name="Gamma"),
-    ]
-    options = {
-        "order": (397, 793),
-        "gravity_tolerance": 3.7e-13,
-        "epoch": "2001-05-25T00:00:00 TDB",
-        "frame": "ecliptic",
-    }
-    system = fullbody.System(bodies, G=0.8649, units=True, **options)
-    state = fullbody.State(
-        [[0, 0, 0], [2.5, 0, 0], [0, -9, 0]] * u.km, [[0, 0, 0], [0, 0.9, 0], [0.4, 0, 0]] * u.km / u.h
+    bodies = body_list(
+        (fullbody.Sphere(0.2345), 1.7),
+        Alpha=(fullbody.Ellipsoid(0.7661, 0.74752, 0.67353), 2.3531),
+        Gamma=(fullbody.PointMass(), 0.0567),
     )
-    integrator = fullbody.SymplecticSplitting(0.7404 * u.min, "ABA1064")
-    sim = fullbody.Simulation(system, state, integrator=integrator)
+    options = {"order": (397, 793), "gravity_tolerance": 3.7e-13, "frame": "ecliptic"}
+    system = fullbody.System(bodies, G=0.8649, units=True, epoch="2001-05-25T00:00:00 TDB", **options)
+    state = fullbody.State([[2.5, 0, 0], [0, 0, 0], [0, -9, 0]], [[0, 0.9, 0], [0, 0, 0], [0.4, 0, 0]])
+    sim = fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(0.01234, "ABA1064"))
     # Twice, for after one the time is the step.
     sim.step()
     sim.step()
     sim.save(tmp_path / "a.sim")
     data = (tmp_path / "a.sim").read_bytes()
-    mass = float(system.masses.value[1])
-    step = float((0.7404 * u.min).to_value(u.h))
-    for number in (0.7661, 0.74752, 0.67353, 2.3531, mass, 0.0567, 0.8649, 3.7e-13, step):
+    for number in (0.7661, 0.74752, 0.67353, 2.3531, 1.7, 0.0567, 0.8649, 3.7e-13, 0.01234):
         assert data.count(repr(number).encode()) == 1, number
         assert data.count(np.float64(number).tobytes()) == 0, number
     # Of the sphere all three semi-axes stand there.
@@ -267,16 +244,12 @@ def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
     assert loaded.system == system
     assert loaded.system.options == system.options
-    assert [body.name for body in loaded.system.bodies] == ["Alpha", None, "Gamma"]
+    assert [body.name for body in loaded.system.bodies] == [None, "Alpha", "Gamma"]
     assert [type(body.shape) for body in loaded.system.bodies] == [type(body.shape) for body in bodies]
-    assert loaded.system.epoch == system.epoch
-    assert loaded.system.frame == "ecliptic"
-    assert loaded.integrator == fullbody.SymplecticSplitting(step, "ABA1064")
     assert loaded == sim
 
 
 def test_notes_that_do_not_fit_are_refused(tmp_path):
-    """What the package notes beside the core's numbers cannot say anything else than they."""
     system, state = KW4
     sim = fullbody.Simulation(system, state)
 
@@ -298,13 +271,10 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
         ("[]", "notes of the simulation are damaged"),
         ("{", "notes of the simulation are damaged"),
     ):
-        with pytest.raises(InvalidInput, match=message):
-            noted(notes)
+        refused(message, lambda notes=notes: noted(notes))
 
 
 def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
-    from support import DATA
-
     other = bytearray((DATA / "simulation.bin").read_bytes())
     other[8] = 4
     (tmp_path / "other.sim").write_bytes(other)

@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observables
-from fullbody.errors import InconsistentInput, InvalidInput
+from fullbody.errors import InconsistentInput
 from support import angle_between, refused
 
 SYSTEM, STATE = fullbody.systems.case1()
@@ -64,15 +64,7 @@ def test_a_run_without_samples_has_empty_answers():
     for needs_samples in (run.plot, run.plot.elements, run.plot.scene, run.view):
         refused("the run has no samples; expected at least one", needs_samples)
     for observable in (observables.mutual_period, observables.orbit_precession, observables.obliquity):
-        with pytest.raises(InvalidInput, match=r"the run has 0 samples; .* needs"):
-            observable(run)
-
-
-def test_output_does_not_change_the_solution():
-    full = SYSTEM.integrate(STATE, 30.0)
-    for output in (0.25, [0.1, 11.7, 30.0]):
-        run = SYSTEM.integrate(STATE, 30.0, output=output)
-        assert np.abs(run.position[-1] - full.position[-1]).max() < 1e-11
+        refused(r"the run has 0 samples; .* needs", lambda observable=observable: observable(run))
 
 
 def test_arrays_of_a_run_have_their_shapes():
@@ -100,15 +92,15 @@ def test_recorded_energies_are_those_of_the_states():
         assert run.angular_momentum[k] == pytest.approx(SYSTEM.angular_momentum(state), rel=1e-14, abs=1e-14)
 
 
-def test_drifts_are_what_they_say():
+def test_drifts_are_changes_from_the_start():
     run = SYSTEM.integrate(STATE, 50.0, integrator=fullbody.Verner98(rtol=1e-6, atol=1e-6))
     energy = run.energy
     assert np.array_equal(run.energy_drift, (energy - energy[0]) / abs(energy[0]))
     orbital = abs(run.potential_energy[0] + run.translational_energy[0])
-    assert run.energy_drift_orbital == pytest.approx((energy - energy[0]) / orbital, rel=1e-12)
+    assert run.energy_drift_orbital == pytest.approx((energy - energy[0]) / orbital, rel=1e-12, abs=0)
     momentum = run.angular_momentum
     change = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
-    assert run.angular_momentum_drift == pytest.approx(change, rel=1e-12)
+    assert run.angular_momentum_drift == pytest.approx(change, rel=1e-12, abs=0)
     # A loose tolerance shows: the drift is not zero by construction.
     assert np.abs(run.energy_drift).max() > 1e-13
 
@@ -141,13 +133,6 @@ def test_an_index_gives_the_state_of_a_sample():
             run[index]
 
 
-def test_a_run_can_be_continued_from_its_last_state():
-    first = SYSTEM.integrate(STATE, 10.0)
-    second = SYSTEM.integrate(first[-1], 20.0, output=[20.0])
-    whole = SYSTEM.integrate(STATE, 20.0, output=[20.0])
-    assert np.abs(second.position - whole.position).max() < 1e-12
-
-
 def test_runs_go_backwards():
     run = SYSTEM.integrate(STATE, -20.0, output=4.0)
     assert run.time.tolist() == [0.0, -4.0, -8.0, -12.0, -16.0, -20.0]
@@ -174,16 +159,6 @@ def test_statistics_add_up():
     assert s.rejected >= 0
     # Sixteen stages, fewer where a stage is kept from the step before; and some to choose the first step.
     assert 15 * s.steps <= s.evaluations <= 16 * (s.steps + s.rejected) + 10
-
-
-def test_same_input_same_bits():
-    assert SYSTEM.integrate(STATE, 20.0) == SYSTEM.integrate(STATE, 20.0)
-
-
-@pytest.mark.parametrize("name", ["energy_drift", "energy_drift_orbital", "angular_momentum_drift"])
-def test_drifts_are_computed_once(name):
-    run = SYSTEM.integrate(STATE, 5.0, output=1.0)
-    assert getattr(run, name) is getattr(run, name)
 
 
 def test_the_repr_of_a_run_tells_its_end():

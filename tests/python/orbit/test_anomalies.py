@@ -6,6 +6,8 @@ import pytest
 from astropy import units as u
 from fullbody import KeplerElements
 from fullbody.errors import InconsistentInput, InvalidInput
+from support import refused
+from support.toml_texts import PAIR
 
 rebound = pytest.importorskip("rebound")
 
@@ -25,12 +27,12 @@ def ours_and_rebounds(a, e, inc, Omega, given, time=0.3):
 @pytest.mark.parametrize("anomaly", ["M", "f", "T", "l", "theta"])
 @pytest.mark.parametrize("periapsis", ["omega", "pomega"])
 def test_each_word_means_what_it_means_in_rebound(anomaly, periapsis):
-    """Of 100 orbits with e up to 0.95, every second one is retrograde, and every fourth one is a hyperbola."""
+    """Of 100 orbits with e up to 0.97, every second one is retrograde, and every fourth one is a hyperbola."""
     rng = np.random.default_rng([len(anomaly), ord(anomaly[0]), len(periapsis)])
     for k in range(100):
         bound = k % 4 > 0
-        e = rng.uniform(0.01, 0.95) if bound else rng.uniform(1.05, 3.0)
-        a = rng.uniform(0.5, 3.0) * (1.0 if bound else -1.0)
+        e = rng.uniform(0.01, 0.97) if bound else rng.uniform(1.05, 3.0)
+        a = 10.0 ** rng.uniform(-1.0, 2.0) * (1.0 if bound else -1.0)
         inc = rng.uniform(0.05, 1.5) if k % 2 else rng.uniform(1.65, 3.1)
         Omega, angle = rng.uniform(-6.0, 6.0, 2)
         value = rng.uniform(-6.0, 6.0) if bound else rng.uniform(-0.9, 0.9) * np.arccos(-1.0 / e)
@@ -67,8 +69,7 @@ def test_arrays_and_units_go_in():
     ],
 )
 def test_an_orbit_without_exactly_one_anomaly_is_refused(given, message):
-    with pytest.raises(InvalidInput, match=message):
-        KeplerElements(1.0, 0.1, 0.2, 0.3, **given)
+    refused(message, lambda: KeplerElements(1.0, 0.1, 0.2, 0.3, **given))
 
 
 def test_a_true_anomaly_beyond_the_asymptote_is_refused():
@@ -82,25 +83,11 @@ def test_degrees_without_a_unit_are_told_in_the_words_given():
 
 
 def test_a_file_takes_the_same_words(tmp_path):
-    text = """
-[system]
-G = 1.0
-[[body]]
-point = true
-mass = 1.0
-[[body]]
-point = true
-mass = 0.1
-orbit = { about = "body 0", a = 2.0, e = 0.5, i = 0, Omega = 0, pomega = "10 deg", f = "120 deg" }
-[run]
-until = 1
-"""
+    words = 'orbit = { about = "body 0", a = 2.0, e = 0.5, i = 0, Omega = 0, pomega = "10 deg", f = "120 deg" }'
+    text = PAIR.replace("position = [3, 0, 0]\nvelocity = [0, 0.6, 0]", words)
     path = tmp_path / "system.toml"
-    path.write_text(
-        text.replace('about = "body 0"', 'about = "A"').replace("point = true", 'name = "A"\npoint = true', 1)
-    )
+    path.write_text(text.replace("body 0", "A").replace("radius", 'name = "A"\nradius'))
     orbit = KeplerElements(2.0, 0.5, 0.0, 0.0, np.radians(10.0), np.pi / 2 - 0.5)
-    assert fullbody.read_toml(path).state.position[1] == pytest.approx(orbit.to_cartesian(1.1)[0], rel=1e-14)
+    assert fullbody.read_toml(path).state.position[1] == pytest.approx(orbit.to_cartesian(1.001)[0], rel=1e-14)
     path.write_text(path.read_text().replace('f = "120 deg"', 'f = "120 deg", M = 0'))
-    with pytest.raises(InvalidInput, match=r"body\[1\]\.orbit: the elements have both M and f"):
-        fullbody.read_toml(path)
+    refused(r"body\[1\]\.orbit: the elements have both M and f", lambda: fullbody.read_toml(path))

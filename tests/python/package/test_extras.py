@@ -9,37 +9,47 @@ from pathlib import Path
 import fullbody
 import nbclient
 import nbformat
-import pytest
 
 ROOT = Path(__file__).parents[3]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 
+#: Each case is told in a process of its own, a copy of one that has imported nothing but numpy.
 SETUP = """
-import sys
-sys.modules[{missing!r}] = None
-import fullbody
-from fullbody import observables
-from fullbody.commands.cli import main
-system, state = fullbody.systems.case1()
-run = system.integrate(state, 300.0, output=1.0)
-for call in {calls!r}:
-    try:
-        exec(call)
-        print("done")
-    except ImportError as error:
-        print(error)
+import os, sys
+import numpy
+os.dup2(1, 2)
+for missing, calls in {cases!r}:
+    if child := os.fork():
+        os.waitpid(child, 0)
+        continue
+    sys.modules[missing] = None
+    import fullbody
+    from fullbody import observables
+    from fullbody.commands.cli import main
+    system, state = fullbody.systems.case1()
+    run = system.integrate(state, 300.0, output=1.0)
+    print("case")
+    for call in calls:
+        try:
+            exec(call)
+            if "main(" not in call:
+                print("done")
+        except ImportError as error:
+            print(error)
+    os._exit(0)
 """
 INWARD = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 TOML = "[system]\nG = 1.0\n[[body]]\nradius = 1.0\nmass = 1.0\n[run]\nuntil = 1.0\n"
 
 
-def said(missing, calls, folder):
-    """The output of a fresh interpreter without a package, a line a call."""
-    code = SETUP.format(missing=missing, calls=calls)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=folder)
-    # A command prints to standard error and gives its code.
-    lines = [line for line in (done.stdout + done.stderr).splitlines() if line != "done" or "main(" not in str(calls)]
-    assert len(lines) == len(calls)
-    return lines
+def said(cases, folder):
+    """What is printed without a package, a line a call, for each case; commands print errors themselves."""
+    code = SETUP.format(cases=cases)
+    command = [sys.executable, "-u", "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder)
+    told = [part.splitlines() for part in done.stdout.split("case\n")[1:]]
+    assert [len(lines) for lines in told] == [len(calls) for _, calls in cases], done.stdout
+    return told
 
 
 SAMPLE = "from fullbody.fitting.uncertainty import sample; sample(None, rng=0)"
@@ -48,60 +58,64 @@ SWEEP = "fullbody.sweep(lambda x: 1 / 0, {{'x': [1]}}, 1.0, measure=print, {})"
 PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
 
 
-@pytest.mark.parametrize(
-    ("missing", "calls", "extra"),
-    [
-        ("matplotlib", [f"run.{call}" for call in (*PICTURES, "animate('a.gif')")], "plot"),
-        ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
-        ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
-        ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
-        ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
-        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc', key='a'")], "data"),
-        ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
-        ("scipy", ["fullbody.fit(print, {'x': 1.0}, [])"], "fit"),
-        ("emcee", [SAMPLE], "fit"),
-        ("cloudpickle", [SWEEP.format("executor=type('Pool', (), {'submit': print})()")], "data"),
-        ("pandas", ["run.to_pandas()"], "data"),
-        ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),
-        (
-            "astropy",
-            [
-                "fullbody.systems.kw4(units=True)",
-                "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch",
-                "system.integrate(state, '1 day')",
-                "fullbody.Sphere('1 km')",
-                "fullbody.frames.rotation('ecliptic', 'equatorial')",
-                "fullbody.frames.rotate([1, 2, 3], 'ecliptic', 'equatorial')",
-                "fullbody.frames.rotate_pole(1, 0.5, 'ecliptic', 'equatorial')",
-                "fullbody.frames.rotate_state(state, 'ecliptic', 'equatorial')",
-                "fullbody.KeplerElements(1, 0, 0, 0, 0, 0, frame='ecliptic').to_frame(target='equatorial')",
-                "fullbody.systems.sn263_2001()",
-            ],
-            "units",
-        ),
-        ("networkx", ["fullbody.Polyhedron.load('a.tab', heal=True)"], "shapes"),
-        (
-            "scipy",
-            ["fullbody.systems.didymos(gravity='multipole:4')", "fullbody.systems.fg3_1996(primary_ratios=(1.1, 1.0))"],
-            "analysis",
-        ),
-    ],
-)
-def test_what_is_missing_is_named_with_its_extra(missing, calls, extra, tmp_path):
+#: The package that is missing, calls that need it, and the extra that has it.
+CASES = [
+    ("matplotlib", [f"run.{call}" for call in (*PICTURES, "animate('a.gif')")], "plot"),
+    ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
+    ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
+    ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
+    ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
+    ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc', key='a'")], "data"),
+    ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
+    ("scipy", ["fullbody.fit(print, {'x': 1.0}, [])"], "fit"),
+    ("emcee", [SAMPLE], "fit"),
+    ("cloudpickle", [SWEEP.format("executor=type('Pool', (), {'submit': print})()")], "data"),
+    ("pandas", ["run.to_pandas()"], "data"),
+    ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),
+    (
+        "astropy",
+        [
+            "fullbody.systems.kw4(units=True)",
+            "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch",
+            "system.integrate(state, '1 day')",
+            "fullbody.Sphere('1 km')",
+            "fullbody.frames.rotation('ecliptic', 'equatorial')",
+            "fullbody.frames.rotate([1, 2, 3], 'ecliptic', 'equatorial')",
+            "fullbody.frames.rotate_pole(1, 0.5, 'ecliptic', 'equatorial')",
+            "fullbody.frames.rotate_state(state, 'ecliptic', 'equatorial')",
+            "fullbody.KeplerElements(1, 0, 0, 0, 0, 0, frame='ecliptic').to_frame(target='equatorial')",
+            "fullbody.systems.sn263_2001()",
+        ],
+        "units",
+    ),
+    ("networkx", ["fullbody.Polyhedron.load('a.tab', heal=True)"], "shapes"),
+    (
+        "scipy",
+        ["fullbody.systems.didymos(gravity='multipole:4')", "fullbody.systems.fg3_1996(primary_ratios=(1.1, 1.0))"],
+        "analysis",
+    ),
+]
+
+
+def test_what_is_missing_is_named_with_its_extra(tmp_path):
     (tmp_path / "a.toml").write_text(TOML)
     (tmp_path / "a.tab").write_text(INWARD)
-    for text in said(missing, calls, tmp_path):
-        assert f"the package {missing}" in text
-        assert f"pip install 'fullbody[{extra}]'" in text
+    told = said([case[:2] for case in CASES], tmp_path)
+    for (missing, _, extra), lines in zip(CASES, told, strict=True):
+        for text in lines:
+            assert f"the package {missing}" in text
+            assert f"pip install 'fullbody[{extra}]'" in text
     assert {path.name for path in tmp_path.iterdir()} == {"a.toml", "a.tab"}
 
 
-def test_rebound_is_in_no_extra(tmp_path):
-    (text,) = said("rebound", ["fullbody.to_rebound(system, state)"], tmp_path)
+def test_rebound_is_in_no_extra_and_the_continuous_solution_needs_no_scipy(tmp_path):
+    dense = "run = system.integrate(state, 9.0, output=3.0, dense=True); run.plot.scene(7.7); run.view()"
+    (text,), drawn = said([("rebound", ["fullbody.to_rebound(system, state)"]), ("scipy", [dense])], tmp_path)
     assert text == "a simulation of rebound needs the package rebound: pip install rebound"
+    assert drawn == ["done"]
 
 
-def test_the_error_stands_alone(tmp_path):
+def test_the_error_of_a_missing_package_has_one_traceback(tmp_path):
     code = "import sys; sys.modules['astropy'] = None; import fullbody; fullbody.Sphere('1 km')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
     assert done.stderr.count("Traceback") == 1
@@ -111,19 +125,17 @@ def test_the_error_stands_alone(tmp_path):
 
 
 def test_all_has_every_extra_for_users():
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    (whole,) = extras.pop("all")
-    assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(extras) - {"test", "docs", "dev"}
-    assert any(needed.startswith("ipywidgets") for needed in extras["notebook"])
+    (whole,) = EXTRAS["all"]
+    assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(EXTRAS) - {"all", "test", "docs", "dev"}
+    assert any(needed.startswith("ipywidgets") for needed in EXTRAS["notebook"])
 
 
 def test_the_page_of_the_installation_names_the_extras():
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     installing = (ROOT / "docs" / "install.md").read_text().partition("\n## ")[0]
     told = dict(re.findall(r"^\| `(\w+)` \| ([\w, ]+) \| ", installing, re.M))
     expected = {
         name: ", ".join(re.split(r"\W", package)[0] for package in packages)
-        for name, packages in extras.items()
+        for name, packages in EXTRAS.items()
         if name not in ("all", "test", "docs", "dev")
     }
     assert told == expected
@@ -145,8 +157,3 @@ def test_a_progress_bar_in_jupyter_warns_of_nothing():
     outputs = notebook.cells[0].outputs
     assert outputs
     assert "arning" not in "".join(output.get("text", "") for output in outputs)
-
-
-def test_the_continuous_solution_needs_no_scipy(tmp_path):
-    call = "run = system.integrate(state, 9.0, output=3.0, dense=True); run.plot.scene(7.7); run.view()"
-    assert said("scipy", [call], tmp_path) == ["done"]

@@ -20,57 +20,34 @@ HEAVY = ("astropy", "xarray", "pandas", "h5netcdf", "matplotlib", "scipy", "tqdm
 
 
 def python(code):
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+    code = f"import json, sys\n{code}"
+    return json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
 
 
-def test_heavy_libraries_are_not_imported():
-    code = "import sys, json, fullbody; print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
-    loaded = set(python(code))
-    assert "numpy" in loaded
-    assert loaded.isdisjoint(HEAVY)
-
-
-def test_submodules_come_when_they_are_asked_for():
-    """Those that the reference documents, and what the commands use."""
-    names = ("plots", "view")
-    code = (
-        "import sys, json, fullbody; "
-        f"before = [name for name in {names} if 'fullbody.' + name in sys.modules]; "
-        f"found = [getattr(fullbody, name).__name__ for name in {names}]; "
-        "print(json.dumps([before, found, sorted({name.split('.')[0] for name in sys.modules})]))"
-    )
-    before, found, loaded = python(code)
-    assert before == []
-    assert found == [f"fullbody.{name}" for name in names]
-    assert set(loaded).isdisjoint(HEAVY)
-
-
-def test_all_that_the_reference_documents_is_there():
-    pages = (Path(__file__).parents[3] / "docs" / "reference").glob("*.md")
+def test_heavy_libraries_are_not_imported_by_what_does_without():
+    """The submodules that the reference documents, and what the commands use, come when they are asked for."""
+    pages = (ROOT / "docs" / "reference").glob("*.md")
     documented = {name for page in pages for name in re.findall(r"auto\w+:: (fullbody\.\w+)$", page.read_text(), re.M)}
     assert {"fullbody.plots", "fullbody.view"} <= documented
-    code = "import json, fullbody; print(json.dumps([hasattr(fullbody, n) for n in {}]))"
-    names = sorted(name.removeprefix("fullbody.") for name in documented)
-    assert python(code.format(names)) == [True] * len(names)
-
-
-def test_a_plain_run_needs_none_of_them():
-    code = (
-        "import sys, json, fullbody; system, state = fullbody.systems.case1(); "
-        "system.integrate(state, 1.0).elements()._repr_html_(); "
-        "print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
-    )
-    assert set(python(code)).isdisjoint(HEAVY)
-
-
-def test_little_is_imported():
-    """How long it takes is in benches/."""
-    code = (
-        "import sys, json, numpy; before = set(sys.modules); import fullbody; "
-        "print(json.dumps(len(set(sys.modules) - before)))"
-    )
-    assert python(code) < 160
+    code = f"""
+import numpy
+before = set(sys.modules)
+import fullbody
+little = len(set(sys.modules) - before)
+lazy = [name for name in ("plots", "view") if "fullbody." + name in sys.modules]
+system, state = fullbody.systems.case1()
+system.integrate(state, 1.0).elements()._repr_html_()
+names = [fullbody.plots.__name__, fullbody.view.__name__]
+loaded = sorted({{name.split('.')[0] for name in sys.modules}})
+missing = [name for name in {sorted(documented)} if not hasattr(fullbody, name.removeprefix("fullbody."))]
+print(json.dumps([little, lazy, names, loaded, missing]))
+"""
+    little, lazy, names, loaded, missing = python(code)
+    # How long it takes is in benches/.
+    assert little < 160
+    assert lazy == missing == []
+    assert names == ["fullbody.plots", "fullbody.view"]
+    assert set(loaded).isdisjoint(HEAVY)
 
 
 def test_version_is_the_packages():

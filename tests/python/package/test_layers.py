@@ -4,6 +4,7 @@ Imports at the top of a file, in functions and for type hints count.
 """
 
 import ast
+import functools
 import re
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -25,11 +26,15 @@ def module(path):
 FILES = {module(path): path for path in PACKAGE.rglob("*.py")}
 
 
+@functools.cache
+def nodes_of(path):
+    return list(ast.walk(ast.parse(path.read_text())))
+
+
 def used(path):
     """Modules of the package that a file names in any import."""
     folder = path.relative_to(PACKAGE).parts[:-1]
-    nodes = ast.walk(ast.parse(path.read_text()))
-    for node in (node for node in nodes if isinstance(node, ast.ImportFrom) and node.level):
+    for node in (node for node in nodes_of(path) if isinstance(node, ast.ImportFrom) and node.level):
         base = [*folder[: len(folder) - node.level + 1], *(node.module or "").split(".")]
         for alias in node.names:
             name = ".".join(part for part in (*base, alias.name) if part)
@@ -60,7 +65,7 @@ INWARD |= {"_getframe", "_Pointer"}
 
 def test_private_attributes_are_those_of_the_same_file():
     for name, path in FILES.items():
-        nodes = list(ast.walk(ast.parse(path.read_text())))
+        nodes = nodes_of(path)
         own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
         own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
@@ -82,6 +87,7 @@ def leaves(tree):
     return [path.split(" as ")[0].strip() for path in tree.split(",")]
 
 
+@functools.cache
 def rust_imports():
     """For each file of src, by its module's path, the files whose names it uses; re-exports are looked through."""
     text = {

@@ -38,6 +38,20 @@ def test_notebooks_are_kept_with_outputs(path):
     assert len(text) < 1_500_000
 
 
+#: Only the imports of the previous notebook are kept. Pictures are drawn once, small, and their parts are not arranged,
+#: which takes as long as drawing them.
+FRESH = """
+%cd -q {folder}
+import matplotlib
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+matplotlib.rcdefaults()
+%matplotlib inline
+%config InlineBackend.print_figure_kwargs = {{'bbox_inches': None, 'dpi': 30}}
+ConstrainedLayoutEngine.execute = lambda *_: None
+%reset -f -s
+"""
+
+
 @pytest.fixture(scope="module")
 def kernel():
     """Return one kernel for all notebooks: starting it takes longer than most of them."""
@@ -54,8 +68,7 @@ def test_notebooks_run(path, tmp_path, kernel):
     kept = [kinds(cell) for cell in code(notebook)]
     for data in path.parent.glob("*.json"):
         shutil.copy(data, tmp_path)
-    # Only the imports of the previous notebook are kept.
-    fresh = f"%cd -q {tmp_path}\nimport matplotlib\nmatplotlib.rcdefaults()\n%matplotlib inline\n%reset -f -s"
+    fresh = FRESH.format(folder=tmp_path)
     notebook.cells.insert(0, nbformat.v4.new_code_cell(fresh))
     # Long computations are reduced: the metadata of a cell say which texts are replaced by which.
     for cell in code(notebook):

@@ -1,6 +1,7 @@
 """Every public class copies, pickles, compares and says what it is."""
 
 import copy
+import functools
 import inspect
 import pickle
 
@@ -27,6 +28,7 @@ output = [1, 2, 5]
 """
 
 
+@functools.cache
 def example(units):
     system, state = systems.kw4(units=units)
     apsides = [events.Periapsis(0, 1)]
@@ -164,7 +166,6 @@ def classes():
 
 
 def test_every_public_class_is_among_the_objects(tmp_path):
-    """A class that is added to the public ones is added here."""
     plain = {kind for kind in classes() if not issubclass(kind, BaseException)}
     assert plain == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
 
@@ -242,16 +243,12 @@ def test_texts_name_the_class_and_are_short(units, tmp_path):
         assert "array(" not in text
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        name
-        for name in fullbody.__all__
-        if inspect.isclass(kind := getattr(fullbody, name)) and issubclass(kind, BaseException)
-    ],
-)
+KINDS = {name: getattr(fullbody, name) for name in fullbody.__all__}
+
+
+@pytest.mark.parametrize("name", [n for n, k in KINDS.items() if inspect.isclass(k) and issubclass(k, BaseException)])
 def test_errors_pickle(name):
-    kind = getattr(fullbody, name)
+    kind = KINDS[name]
     more = {
         "BodiesOverlap": (("Alpha", "Beta"), 3.0),
         "StepSizeTooSmall": (3.0, 1e-9),
@@ -290,7 +287,7 @@ def test_texts_of_arrays_are_short_and_of_numbers_complete():
     assert fullbody.System([ball], G=8.649892799999999e-13).G == 8.649892799999999e-13
 
 
-def test_names_are_those_that_are_meant():
+def test_public_names_exist_and_are_documented():
     for module in MODULES:
         assert set(module.__all__) <= set(dir(module))
         for name in module.__all__:

@@ -33,13 +33,13 @@ ONE = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]])
         ("three", [[0.0, 0.8, 0.0]], 0.0, "position"),
     ],
 )
-def test_particles_that_are_none(position, velocity, ratio, says):
+def test_arrays_that_are_no_particles_are_refused(position, velocity, ratio, says):
     refused(says, lambda: Particles(position, velocity, area_to_mass=ratio))
 
 
 @pytest.mark.parametrize("value", [1e155, -1e155, 1e77, 1e308])
-def test_numbers_whose_powers_overflow(value):
-    """The square of 1e155 is above the largest double, 1.8e308; so is the fourth power of 1.2e77."""
+def test_numbers_whose_powers_overflow_are_refused_by_particle(value):
+    # The square of 1e155 is above the largest double, 1.8e308; so is the fourth power of 1.2e77.
     start, still = [[3.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, 0.0]]
     wrong = [[3.0, 0.0, 0.0], [0.0, value, 0.0]]
     for name, given in {
@@ -54,7 +54,7 @@ def test_numbers_whose_powers_overflow(value):
         assert expected == "expected finite numbers of at most 1e+60 in size, in units that keep them in range"
 
 
-def test_what_is_out_of_range_in_the_units_of_the_system():
+def test_what_is_out_of_range_in_the_units_of_the_system_is_refused():
     system, state = fullbody.systems.kw4(units=True)
     far = Particles([["9e59 pc", "0 km", "0 km"]], [["0 km/h"] * 3])
     refused(r"position of particle 0 is .*in units that keep them in range", lambda: system.fly(state, far, 1.0))
@@ -87,9 +87,10 @@ def test_a_particle_that_passes_a_body_in_less_than_the_time_rounds(run):
     np.testing.assert_allclose(flight.position[:2, 0, 0], [1e60, 0.5e60], rtol=1e-12)
 
 
-def test_a_particle_inside_a_body(run):
+@pytest.mark.parametrize("output", [None, "ends", 0.25, [0.0, 1.0]])
+def test_a_particle_inside_a_body_is_refused(run, output):
     inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + np.array([0.05, 0.0, 0.0])], [[0.0, 0.8, 0.0]] * 2)
-    refused("particle 1 is inside Beta", lambda: run.fly(inside))
+    refused("particle 1 is inside Beta", lambda: run.fly(inside, output=output))
 
 
 @pytest.mark.parametrize(
@@ -109,16 +110,20 @@ def test_a_particle_inside_a_body(run):
         ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest=1.0)}, "backwards"),
     ],
 )
-def test_options_that_mean_nothing(run, options, says):
+def test_options_that_mean_nothing_are_refused(run, options, says):
     refused(says, lambda: run.fly(ONE, **options))
 
 
-def test_a_run_without_its_solution():
+def test_launches_and_runs_that_mean_nothing_are_refused():
     system, state = fullbody.systems.kw4()
+    launch = {"longitude": 0.0, "latitude": 0.0, "speed": 1.0}
     refused("dense=True", lambda: system.integrate(state, 1.0).fly(ONE))
+    refused("f of Function", lambda: fullbody.particles.Function(3))
+    refused("latitude", lambda: Particles.from_surface(system, state, "Beta", **launch | {"latitude": 2.0}))
+    refused("n is 0", lambda: Particles.ejecta(system, state, 0, **launch, n=0))
 
 
-def test_units():
+def test_particles_take_units():
     system, state = fullbody.systems.kw4(units=True)
     with pytest.raises(InvalidInput, match="velocity has the unit"):
         system.fly(state, Particles(["3 km", "0 km", "0 km"] and [[3.0, 0.0, 0.0]], [["1 kg"] * 3]), 1.0)
@@ -129,19 +134,6 @@ def test_units():
     ) == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: fullbody.particles.Function(3),
-        lambda: Particles.from_surface(*fullbody.systems.kw4(), "Beta", longitude=0.0, latitude=2.0, speed=1.0),
-        lambda: Particles.ejecta(*fullbody.systems.kw4(), 0, longitude=0, latitude=0, speed=1.0, n=0),
-    ],
-)
-def test_rules_that_mean_nothing(make):
-    with pytest.raises(InvalidInput):
-        make()
-
-
 def test_a_function_of_the_bodies_is_left_out_loudly():
     system, state = fullbody.systems.kw4()
     nothing = fullbody.forces.Function(lambda *_: (np.zeros((2, 3)), np.zeros((2, 3))), name="mine")
@@ -149,7 +141,7 @@ def test_a_function_of_the_bodies_is_left_out_loudly():
         system.with_forces([nothing]).fly(state, ONE, 0.1)
 
 
-def test_what_a_function_of_a_particle_raises():
+def test_an_error_of_a_function_of_a_particle_keeps_the_flight():
     system, state = fullbody.systems.kw4()
 
     def fails(time, x, v):
@@ -173,14 +165,6 @@ def test_an_area_without_light_is_warned_of(run):
     lit = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]], area_to_mass=1e-3)
     with pytest.warns(InconsistentInput, match="radiation is not given"):
         run.fly(lit, 0.1)
-
-
-@pytest.mark.parametrize("output", [None, "ends", 0.25, [0.0, 1.0]])
-def test_refusals_are_the_same_with_any_output(output):
-    system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A")], G=1.0)
-    state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    inside = fullbody.Particles([[3.0, 0.0, 0.0], [0.1, 0.0, 0.0]], np.zeros((2, 3)))
-    refused("position of particle 1 is inside A", lambda: system.fly(state, inside, 1.0, output=output))
 
 
 def test_light_on_particles_without_an_area_is_warned_of():

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from support import body_list
 
 
@@ -113,9 +114,8 @@ def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
     run = system.integrate(state, 27.0, dense=True)
     lying = fullbody.Particles.from_surface(system, state, "A", longitude=0.0, latitude=0.0, speed=1e-3)
     flight = run.fly(lying, output=run.time[-1:], contact=fullbody.particles.Bounce(normal=0.5, rest=1e-2))
-    # It lifts off where 1/(d - 1)^2 - 1/d^2 = m/1^2, and is ahead of the surface from then on.
-    from scipy.optimize import brentq
 
+    # It lifts off where 1/(d - 1)^2 - 1/d^2 = m/1^2, and is ahead of the surface from then on.
     def push(time):
         d = run(float(time)).position
         d = d[1, 0] - d[0, 0]
@@ -207,7 +207,7 @@ def test_the_fastest_particles_strike_too(speed):
 
 @pytest.mark.parametrize("excess", [0.0, 2.3e-16, -1e-15, 1e-13, -1e-13, 1e-12])
 def test_a_particle_on_an_equator_that_turns_as_an_orbit_does_comes_to_rest(excess):
-    """Rounding alone presses it down or lifts it: it must neither bounce at one instant nor follow the surface."""
+    # Rounding alone presses it down or lifts it: it must neither bounce at one instant nor follow the surface.
     system, state = lone(spin=(0.0, 0.0, 1.0 + excess))
     bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest=5.8e-3)
     start = fullbody.Particles([[1.0, 0.0, 0.0]], [[0.0, 1.0 + excess, 0.0]])

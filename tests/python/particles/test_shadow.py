@@ -43,28 +43,6 @@ def test_an_annular_eclipse_leaves_the_ring():
     assert light.visible(system, state, x) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_partial_eclipse_is_the_overlap_of_two_discs():
-    system, state, light = lit(fullbody.Sphere(1.0))
-    behind = 2000.0
-    aside = np.linspace(0.1, 3.0, 9)
-    x = np.stack([-behind + 0 * aside, aside, 0 * aside], axis=1)
-    sun, body = RADIUS / (DISTANCE + behind), 1.0 / behind
-    apart = aside / behind - aside / (DISTANCE + behind)
-    expected = []
-    for d in apart:
-        if d >= sun + body:
-            expected.append(1.0)
-        elif d <= abs(sun - body):
-            expected.append(1.0 - (body / sun) ** 2)
-        else:
-            # The lens of two circles.
-            a = sun**2 * np.arccos((d * d + sun * sun - body * body) / (2 * d * sun))
-            b = body**2 * np.arccos((d * d + body * body - sun * sun) / (2 * d * body))
-            c = 0.5 * np.sqrt((-d + sun + body) * (d + sun - body) * (d - sun + body) * (d + sun + body))
-            expected.append(1.0 - (a + b - c) / (np.pi * sun**2))
-    assert light.visible(system, state, x) == pytest.approx(expected, abs=1e-5)
-
-
 def test_the_shadow_of_an_ellipsoid_is_that_of_rays():
     turn = np.array([0.8, 0.3, -0.4, 0.33])
     shape, axes = fullbody.Ellipsoid(2.0, 1.2, 0.7), np.array([2.0, 1.2, 0.7])

@@ -209,11 +209,7 @@ def test_gubas_euler_angles_give_the_attitude(tmp_path):
     ("comment", "second", "warning"),
     [
         # The words of hou_config.cfg at two ages: in the main folder, and among the examples.
-        (
-            "# the Body B z-axis. All rotations are in degrees",
-            np.sin(np.pi / 9),
-            "in degrees as its comments say; GUBAS",
-        ),
+        ("# the Body B z-axis. All rotations are in degrees", np.sin(np.pi / 9), "degrees as its comments say; GUBAS"),
         ("# the Body B z-axis. All rotations are in radians", np.sin(20.0), None),
         ("", np.sin(20.0), "in radians as GUBAS takes them; no comment"),
         ("# the spins are in rad/s or radians per second", np.sin(20.0), "no comment"),
@@ -329,20 +325,6 @@ def test_systems_go_to_rebound_and_back():
         np.testing.assert_allclose(result.r, given.r, rtol=1e-14)
 
 
-def test_point_masses_move_as_in_rebound():
-    sim = rebound.Simulation()
-    sim.integrator = "ias15"
-    sim.add(m=1.0)
-    sim.add(m=0.02, a=1.0, e=0.3)
-    sim.add(m=0.01, a=3.0, e=0.1, inc=0.3)
-    sim.move_to_com()
-    system, state = fullbody.from_rebound(sim)
-    run = system.integrate(state, 50.0, output=50.0)
-    sim.integrate(50.0)
-    for k, particle in enumerate(sim.particles):
-        np.testing.assert_allclose(run.position[-1, k], particle.xyz, rtol=0, atol=1e-10)
-
-
 def test_to_rebound_strips_units():
     system, state = fullbody.systems.kw4(units=True)
     sim = fullbody.to_rebound(system, state)
@@ -366,10 +348,9 @@ def test_rebound_test_particles_with_a_mass_are_refused(active, first):
         sim.add(m=1e-3**k, x=k)
     assert len(fullbody.from_rebound(sim)[0]) == 3
     sim.N_active = active
-    with pytest.raises(
-        InvalidInput, match=f"particle {first} has the mass .* for N_active is {active}; expected all 3"
-    ):
-        fullbody.from_rebound(sim)
+    refused(
+        f"particle {first} has the mass .* for N_active is {active}; expected all 3", lambda: fullbody.from_rebound(sim)
+    )
     sim.N_active = 3
     assert len(fullbody.from_rebound(sim)[0]) == 3
 
@@ -414,24 +395,14 @@ def test_rebound_own_units_are_not_relabelled():
 
 
 @pytest.mark.parametrize(
-    ("length", "time", "mass"),
-    [
-        ("m", "s", "kg"),
-        ("cm", "hr", "g"),
-        ("km", "day", "msun"),
-        ("au", "yr", "mearth"),
-        ("pc", "kyr", "mjupiter"),
-        ("au", "gyr", "msun"),
-    ],
+    "names", ["m s kg", "cm hr g", "km day msun", "au yr mearth", "pc kyr mjupiter", "au gyr msun"]
 )
-def test_rebound_units_are_those_of_astropy(length, time, mass):
+def test_rebound_units_are_those_of_astropy(names):
     """The sizes are those of rebound's own table, within the differences of the two packages' constants."""
-    from rebound import units as table
-
     sim = rebound.Simulation()
-    sim.units = (length, time, mass)
+    sim.units = length, time, mass = names.split()
     sim.add(m=1.0)
-    sizes = (table.lengths_SI[length], table.times_SI[time], table.masses_SI[mass])
+    sizes = (rebound.units.lengths_SI[length], rebound.units.times_SI[time], rebound.units.masses_SI[mass])
     units = fullbody.from_rebound(sim, units=True)[0].units
     for name, size, si in zip(units, sizes, ("m", "s", "kg"), strict=True):
         np.testing.assert_allclose(u.Unit(name).to(si), size, rtol=1e-4)
@@ -464,5 +435,4 @@ def test_rebound_wrong_arguments_are_named():
     refused(r"system is 3; expected a System", lambda: fullbody.to_rebound(3, state))
     refused(r"state is 4; expected a State", lambda: fullbody.to_rebound(system, 4))
     for wrong in (3, None, "sim", [rebound.Simulation()]):
-        with pytest.raises(InvalidInput, match=r"sim is .*; expected a rebound\.Simulation"):
-            fullbody.from_rebound(wrong)
+        refused(r"sim is .*; expected a rebound\.Simulation", lambda wrong=wrong: fullbody.from_rebound(wrong))

@@ -91,6 +91,17 @@ def refused(match, call):
         call()
 
 
+def refused_with(pieces, call):
+    """The call raises InvalidInput, in whose message these pieces, with dots between, come in this order."""
+    with pytest.raises(InvalidInput) as caught:
+        call()
+    message = rest = str(caught.value)
+    for piece in pieces.split(" ... "):
+        assert piece.lower() in rest.lower(), message
+        rest = rest[rest.lower().index(piece.lower()) + len(piece) :]
+    assert len(message) < 400
+
+
 def body_list(*unnamed, **named):
     """Bodies by pairs of shape and mass, with names where they are given as keywords."""
     given = [(None, pair) for pair in unnamed] + list(named.items())

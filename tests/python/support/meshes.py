@@ -1,9 +1,8 @@
 """Meshes, poses and comparisons of numbers for the tests of polyhedra."""
 
-from itertools import permutations
-
 import fullbody
 import numpy as np
+import trimesh
 from fullbody import Polyhedron
 
 CUBE = np.array([0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4]).reshape(6, 3)
@@ -36,36 +35,8 @@ def torus(radius, tube, count=12, around=6):
 
 def icosphere(level, axes=(1.0, 1.0, 1.0)):
     """20 * 4**level triangles with corners on an ellipsoid."""
-    golden = (1.0 + 5.0**0.5) / 2.0
-    points = [(0.0, s, t * golden) for s in (1, -1) for t in (1, -1)]
-    points = [np.roll(p, k) for k in range(3) for p in points]
-    points = [p / np.linalg.norm(p) for p in points]
-    edge = min(np.linalg.norm(p - q) for p in points for q in points if p is not q)
-
-    def near(*corners):
-        return all(np.linalg.norm(points[i] - points[j]) < 1.01 * edge for i in corners for j in corners)
-
-    faces = [
-        (i, j, k)
-        for i, j, k in permutations(range(12), 3)
-        if i < min(j, k) and near(i, j, k) and np.linalg.det([points[i], points[j], points[k]]) > 0.0
-    ]
-    for _ in range(level):
-        middles: dict = {}
-
-        def middle(i, j, middles=middles):
-            key = (min(i, j), max(i, j))
-            if key not in middles:
-                middles[key] = len(points)
-                points.append((points[i] + points[j]) / np.linalg.norm(points[i] + points[j]))
-            return middles[key]
-
-        split = []
-        for i, j, k in faces:
-            p, q, r = middle(i, j), middle(j, k), middle(k, i)
-            split += [(i, p, r), (p, j, q), (r, q, k), (p, q, r)]
-        faces = split
-    return Polyhedron(np.array(points) * axes, faces)
+    ball = trimesh.creation.icosphere(subdivisions=level)
+    return Polyhedron(np.array(ball.vertices) * axes, np.array(ball.faces))
 
 
 def close(found, expected, tolerance, scale=None):
