@@ -12,8 +12,6 @@ from .particles import files as flights
 from .particles.flight import Flight
 from .record.integrators import rebuild
 
-__all__ = ["load", "load_flight", "run_in"]
-
 
 def load(path: Any) -> Run | Any:
     """Read a run that :meth:`fullbody.Run.save` wrote, or a fit that :meth:`fullbody.fitting.Fit.save` wrote.

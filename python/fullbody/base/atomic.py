@@ -13,8 +13,6 @@ from typing import Any
 
 from ..errors import InvalidInput
 
-__all__ = ["as_path", "check_suffix", "check_target", "content", "other_reader", "replacing"]
-
 #: The errors by which a system says that it cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
 

@@ -7,8 +7,6 @@ from importlib import import_module
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-__all__ = ["Attribute", "Deferred", "WithUnit"]
-
 _T = TypeVar("_T")
 
 

@@ -11,9 +11,6 @@ import numpy.typing as npt
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["REFUSALS", "Differences", "difference"]
-
-
 #: The errors of a function at an argument for which it has no value.
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
 #: Steps relative to the size of the argument, in the order in which they are tried. They are no decimal numbers, to

@@ -13,8 +13,6 @@ from ..errors import InvalidInput
 from .foreign import are_dates, shown
 from .units import need
 
-__all__ = ["date", "dates", "refuse_coarse", "to_text", "to_time"]
-
 _SCALES = ("tai", "tcb", "tcg", "tdb", "tt", "ut1", "utc")
 _DAY = re.compile(r"\d{4}-\d\d-\d\d")
 _TEXT = re.compile(r"(\d{4}-\d\d-\d\d)(?:[T ](\d\d:\d\d(?::\d\d(?:\.\d+)?)?))?(?: ([A-Za-z0-9]{2,3})|(Z))")

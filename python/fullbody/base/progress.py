@@ -8,8 +8,6 @@ from typing import Any, TypeAlias
 
 from ..errors import InvalidInput
 
-__all__ = ["Progress", "Report", "over_time"]
-
 #: A function of how much is done, how much there is (``None`` if that is unknown), and a description.
 Report: TypeAlias = Callable[[float, float | None, str], Any]
 

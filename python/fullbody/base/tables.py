@@ -9,8 +9,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-__all__ = ["Table", "Tabled", "head", "number", "tables_of", "to_html", "to_text", "vector"]
-
 
 @dataclass(slots=True)
 class Table:

@@ -12,8 +12,6 @@ from typing import IO
 
 from ..errors import InvalidInput
 
-__all__ = ["check", "line"]
-
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 #: The offsets of the size of addresses and of the end-of-file address in the superblock, by its version (HDF5 File
 #: Format Specification, section II.A).

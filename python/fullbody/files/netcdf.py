@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-__all__ = ["SUFFIXES", "check_format", "contents", "save", "to_pandas", "to_xarray", "write"]
-
 #: Variables: further dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "position": (("body", "axis"), "length", "centres, inertial frame"),

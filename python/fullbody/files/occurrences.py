@@ -19,8 +19,6 @@ from ..model.state import strip, wrap
 from ..record.record import Record
 from .reading import Content, check_order, check_unit
 
-__all__ = ["from_file", "to_dataset"]
-
 #: Variables: further dimensions after the event's, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "time": ((), "time", "times of the events"),

@@ -16,8 +16,6 @@ from ..errors import InvalidInput, UncheckedFile, caution
 from ..typing import Floats
 from . import checksum
 
-__all__ = ["Content", "check_order", "check_unit", "netcdf", "read"]
-
 _Built = TypeVar("_Built")
 
 #: NetCDF's mark of numbers that were never written.

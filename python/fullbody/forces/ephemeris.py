@@ -18,8 +18,6 @@ from ..typing import Floats
 if TYPE_CHECKING:
     from astropy.time import Time
 
-__all__ = ["about_sun", "barycentric", "dense_table", "path"]
-
 #: G times the mass in km^3/s^2, from DE440 (Park et al. 2021, table 2), for planets together with their satellites.
 _GM = {
     "sun": 132712440041.279419,

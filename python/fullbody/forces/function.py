@@ -20,8 +20,6 @@ from ..model.state import wrap
 if TYPE_CHECKING:
     from ..base.units import Units
 
-__all__ = ["Function"]
-
 _POINTER = ctypes.POINTER(ctypes.c_double)
 #: The status that a Python function's wrapper returns on success. The value is unlikely to arise otherwise, even if
 #: ctypes makes up one when Ctrl-C comes before the function's first line.

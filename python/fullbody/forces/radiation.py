@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from .. import _core
     from ..base.units import Units
 
-__all__ = ["Byorp", "Yorp", "solar_pressure"]
-
 #: Force divided by pressure and squared radius, for a coefficient of one.
 _BYORP = {
     "jacobson_scheeres_2011": 1.0,

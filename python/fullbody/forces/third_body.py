@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from .. import _core
     from ..base.units import Units
 
-__all__ = ["ThirdBody"]
-
 _ANGLES = ("i", "Omega", "omega", "M")
 #: The relative error of a table's spline above which there is a warning; the error of the gravity is three times it.
 _COARSE = 1e-3

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from .. import _core
     from ..base.units import Units
 
-__all__ = ["Tide", "lag_from_quality_factor"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tide(Force):

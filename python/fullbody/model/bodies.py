@@ -35,8 +35,6 @@ from .shapes import (
 )
 from .stokes import StokesCoefficients, harmonics_of
 
-__all__ = ["Body"]
-
 
 class Body(Tabled):
     """A shape with a mass.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from itertools import count
 from typing import Any
 
-__all__ = ["Call"]
-
 #: The number of errors that a call can keep; their answers stay below this number.
 _ANSWERS = 2**30
 

@@ -17,8 +17,6 @@ from ..errors import InvalidInput
 from ..typing import Floats
 from .context import SystemLike
 
-__all__ = ["impact", "kick", "rotated"]
-
 
 class StateLike(Protocol):
     """The numbers, units and names of a state, which is a :class:`fullbody.State`: that class uses these functions."""

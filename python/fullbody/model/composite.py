@@ -18,8 +18,6 @@ from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, Sphere, attached, core_shape, inferred_units, lengths_of, refuse_amount
 
-__all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
-
 #: The largest number of parts that the printed form of a composite lists one by one.
 SHOWN = 20
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)

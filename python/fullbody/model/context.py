@@ -15,8 +15,6 @@ from ..errors import InvalidInput
 from ..typing import Floats
 from .calls import Call
 
-__all__ = ["Context", "S", "SystemLike"]
-
 
 @dataclass(frozen=True, eq=False)
 class Context:

@@ -12,8 +12,6 @@ from .bodies import Body
 from .context import SystemLike
 from .force import Force, rebuilt
 
-__all__ = ["arguments", "changed", "functions", "notes_of"]
-
 _System = TypeVar("_System", bound=SystemLike)
 #: The names of the notes that a description keeps of a system, its bodies and its forces.
 _NOTES = ("units", "epoch", "frame", "bodies", "forces")

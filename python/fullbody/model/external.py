@@ -13,8 +13,6 @@ from .context import SystemLike
 from .failures import explaining
 from .state import State, strip
 
-__all__ = ["Loads", "loads", "third_body"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Loads(ArrayFields):

@@ -12,8 +12,6 @@ from ..base.tables import number
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted
 from .context import Context
 
-__all__ = ["explained", "explaining"]
-
 
 def explained(
     error: BaseException, context: Context, state: _core.State | None = None, when: str = ""

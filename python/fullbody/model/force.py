@@ -19,8 +19,6 @@ from .context import Context
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["Force", "acted_on", "forces_of", "rebuilt"]
-
 #: The classes of forces by the names of their kinds.
 KINDS: dict[str, type[Force]] = {}
 

@@ -16,8 +16,6 @@ from ..typing import Array, Floats
 from .context import SystemLike
 from .state import State, strip
 
-__all__ = ["Gravity", "gravity", "gravity_at", "points_in"]
-
 
 class Gravity:
     """Potential, field and gravity gradient at points of any shape (...).

@@ -14,8 +14,6 @@ from .context import SystemLike
 from .failures import explaining
 from .state import State, strip
 
-__all__ = ["Energy", "Interactions", "Invariants", "angular_momentum", "energy", "interactions", "momentum"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Interactions(ArrayFields, Tabled):

@@ -14,8 +14,6 @@ from .context import SystemLike
 from .failures import explaining
 from .state import State, strip
 
-__all__ = ["Jacobian", "jacobian"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Jacobian(ArrayFields):

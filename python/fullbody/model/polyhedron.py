@@ -18,8 +18,6 @@ from ..errors import InvalidInput
 from ..typing import Floats, Scalar
 from .stokes import StokesCoefficients, harmonics_of
 
-__all__ = ["Polyhedron"]
-
 _Indices = npt.NDArray[np.signedinteger[Any]]
 
 

@@ -14,8 +14,6 @@ from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .stokes import StokesCoefficients, from_packed
 
-__all__ = ["Ellipsoid", "PointMass", "Sphere"]
-
 _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 

@@ -17,8 +17,6 @@ from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
 from .context import Context
 
-__all__ = ["State", "from_numbers", "strip", "wrap"]
-
 _PARTS = ("position", "velocity", "attitude", "spin")
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 

@@ -17,8 +17,6 @@ from ..base.values import same
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["StokesCoefficients"]
-
 #: The relative deviation of a tensor of inertia from the second degree that counts as rounding of published numbers.
 _ROUNDED = 1e-6
 

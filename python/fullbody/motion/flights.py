@@ -17,8 +17,6 @@ from ..record.integrators import Integrator
 from ..record.times import sampling
 from .integration import integrate
 
-__all__ = ["fly"]
-
 
 def fly(
     system: S,

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from ..base.units import Units
     from ..model.context import Context
 
-__all__ = ["body_warnings", "start_warnings"]
-
 #: The least and the greatest density of a body, in kg/m3, that cause no warning.
 _DENSITIES = (100.0, 30000.0)
 

@@ -26,8 +26,6 @@ from ..record.times import end_of_run, sampling, spacing_warning
 from .input_warnings import start_warnings
 from .run import Run
 
-__all__ = ["Task", "advance", "begin", "integrate", "integrator_of", "write"]
-
 
 def integrate(
     system: S,

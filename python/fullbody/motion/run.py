@@ -22,9 +22,6 @@ from ..record.displaced import derivative_of
 from ..record.record import Record
 from ..record.statistics import STOP_REASONS
 
-__all__ = ["Run"]
-
-
 if TYPE_CHECKING:
     from ..plots import Plots
     from ..plots.animation import animate

@@ -10,8 +10,6 @@ from ..base.limits import Limits
 from ..base.units import UNITLESS
 from ..errors import InvalidInput
 
-__all__ = ["core_settings"]
-
 
 def core_settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
     """Return the settings of a system as the core takes them; ``texts`` are those that are text."""

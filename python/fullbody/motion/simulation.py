@@ -27,8 +27,6 @@ from .integration import Task, advance, begin, write
 from .run import Run
 from .system import System, system_of
 
-__all__ = ["Simulation"]
-
 #: A second name of the core's class, since the class below has a property with the module's name.
 _Core: TypeAlias = _core.Simulation
 

@@ -29,8 +29,6 @@ from .integration import integrate
 from .settings import core_settings
 from .tables import system_tables
 
-__all__ = ["System", "system_of"]
-
 
 class System(Tabled):
     """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or index.

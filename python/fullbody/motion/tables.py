@@ -13,8 +13,6 @@ from ..model.force import Force
 from ..model.polyhedron import Polyhedron
 from ..model.stokes import StokesCoefficients
 
-__all__ = ["system_tables"]
-
 
 def system_tables(
     context: Context, bodies: Sequence[Body], forces: Sequence[Force], options: dict[str, Any]

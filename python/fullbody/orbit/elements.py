@@ -15,8 +15,6 @@ from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
 
-__all__ = ["KeplerElements"]
-
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
 

@@ -15,8 +15,6 @@ from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..model.context import Context
 
-__all__ = ["Function", "ParticleEvent", "Periapsis", "Shadow"]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ParticleEvent(Declared):

@@ -20,8 +20,6 @@ from .rules import FATES
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FORMAT", "contents", "save", "to_xarray"]
-
 #: The attribute that marks a file as a flight, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_flight", 1)
 

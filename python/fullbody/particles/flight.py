@@ -18,8 +18,6 @@ from .events import ParticleEvent
 from .files import save, to_xarray
 from .rules import FATES
 
-__all__ = ["Flight", "ParticleOccurrence"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParticleOccurrence(ScalarFields):

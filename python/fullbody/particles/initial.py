@@ -18,8 +18,6 @@ from ..model.state import State
 from ..typing import Floats
 from .launch import LaunchSite, cone, launched
 
-__all__ = ["Particles"]
-
 
 class Particles:
     """Massless particles at one time, the start of a flight.

@@ -15,8 +15,6 @@ from ..model.context import SystemLike
 from ..model.state import State, strip
 from ..typing import Floats
 
-__all__ = ["LaunchSite", "cone", "launched"]
-
 
 class LaunchSite:
     """The surface of a body, with the motion of the body in a state."""

@@ -16,8 +16,6 @@ from ..model.context import Context, SystemLike
 from ..model.state import State, strip
 from ..typing import Floats
 
-__all__ = ["FATES", "Bounce", "Escape", "Radiation"]
-
 #: The fates of particles, indexed by the core's numbers.
 FATES = ("flying", "impact", "escape", "rest", "lost")
 

@@ -23,8 +23,6 @@ from .flight import Flight
 from .initial import Particles
 from .rules import Bounce, Escape, Radiation
 
-__all__ = ["FlightTask", "fly"]
-
 #: The area to mass, in m2/kg, above which there is a warning.
 _LIGHTEST = 1e3
 

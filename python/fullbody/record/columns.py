@@ -8,8 +8,6 @@ from ..base.attributes import Attribute, WithUnit
 from ..errors import InvalidInput
 from ..typing import Array, Floats
 
-__all__ = ["Column", "Numbers", "array"]
-
 #: What a run keeps for some option, by the name of the array.
 _OPTIONS = {
     "transition": "derivatives; integrate with derivatives=True",

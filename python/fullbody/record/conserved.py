@@ -17,8 +17,6 @@ from ..typing import Floats
 if TYPE_CHECKING:
     from ..base.units import Units
 
-__all__ = ["drift", "named", "size"]
-
 
 def named(numbers: Any, units: Units) -> Invariants:
     """Return the eight numbers under their names, with units if the system has them."""

@@ -16,8 +16,6 @@ from ..model.context import Context
 from ..model.state import State, wrap
 from ..typing import Array, Floats, Scalar
 
-__all__ = ["Dense", "Samples"]
-
 
 class Dense:
     """The continuous solution of a run, a function of time.

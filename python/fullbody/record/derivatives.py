@@ -12,8 +12,6 @@ from ..model.state import strip
 from ..typing import Floats
 from .record import Record
 
-__all__ = ["EventDerivatives", "at_event"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventDerivatives(ArrayFields):

@@ -18,9 +18,6 @@ from ..events import Occurrence
 from ..model.state import strip, wrap
 from ..typing import Floats
 
-__all__ = ["FunctionDerivatives", "derivative_of"]
-
-
 #: The largest displacement in natural sizes; the error of the differences, relative to their scale, is its square.
 _STEP = 1e-5
 

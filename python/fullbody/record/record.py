@@ -27,8 +27,6 @@ from .integrators import Integrator
 from .statistics import Statistics
 from .track import Track
 
-__all__ = ["Record", "joined"]
-
 _R = TypeVar("_R", bound="Record[Any]")
 #: The arrays of a state.
 STATE = ("position", "velocity", "attitude", "spin")

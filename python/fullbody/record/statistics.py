@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["STOP_REASONS", "Statistics"]
-
 #: The reasons for which a run may end, with texts that describe an early end.
 STOP_REASONS = {
     "end": None,

@@ -16,8 +16,6 @@ from ..model.context import Context
 from ..model.failures import explained
 from . import conserved
 
-__all__ = ["longest_step"]
-
 #: The length of a trial in the shortest orbital period.
 _PERIODS = 64
 #: The ratio of successive steps, and their range: an eighth of that period down to a 4096th.

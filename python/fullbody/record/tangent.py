@@ -9,8 +9,6 @@ from ..base.values import ByName
 from ..typing import Floats
 from .columns import Column, Numbers, array
 
-__all__ = ["fast_lyapunov", "lyapunov", "megno", "sensitivity", "tangent_labels", "tangent_units", "transition"]
-
 _KINDS = ("position", "velocity", "rotation", "spin")
 
 

@@ -11,8 +11,6 @@ from ..base.tables import number
 from ..base.units import Units, gathered
 from ..errors import InvalidInput, caution
 
-__all__ = ["end_arguments", "end_of_run", "sampling", "spacing_warning"]
-
 #: Julian dates of 1858 to 2132, and calendar years.
 _JULIAN, _YEARS = (2.4e6, 2.5e6), (1900.0, 2100.0)
 

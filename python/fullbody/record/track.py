@@ -8,8 +8,6 @@ from ..base import rotations
 from ..base.values import ArrayFields
 from ..typing import Array, Floats
 
-__all__ = ["Track"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track(ArrayFields):

@@ -25,8 +25,6 @@ from .masses import BinaryInput, BinarySolution, input_from, plain, solve
 from .mean_period import start_with_period
 from .start import Orbit, Start
 
-__all__ = ["Binary", "binary"]
-
 #: Fields of a component that may have units of length, time and mass.
 _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "rotation_period")
 

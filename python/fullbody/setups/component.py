@@ -23,9 +23,6 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, amounts, lengths_of
 from ..model.stokes import StokesCoefficients
 
-__all__ = ["KINDS", "Component"]
-
-
 #: The kinds of the numbers of a component; an infinite period is that of a body that does not turn.
 KINDS = {
     "semi_axes": Number("length", POSITIVE, (3,)),

@@ -115,8 +115,6 @@ from .toml_published import METADATA, replaced, with_unit
 from .toml_state import state_of
 from .toml_table import TomlTable
 
-__all__ = ["Configuration", "build", "read_toml", "toml_content"]
-
 _RUN = ("until", "output", "start", "origin", "file")
 _TOP = ("system", "body", "binary", "forces", "integrator", "run")
 #: The choices of ``origin``, the default first.

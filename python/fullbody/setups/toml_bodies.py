@@ -19,8 +19,6 @@ from .masses import KINDS as OF_BINARIES
 from .toml_state import ANGLES, attitude, flag
 from .toml_table import TomlTable
 
-__all__ = ["FIGURES", "MASSES", "SHAPES", "body", "pair"]
-
 SHAPES = ("semi_axes", "radius", "point", "polyhedron", "stokes", "diameters", "diameter")
 #: The keys of the figure beside a diameter: a/b and b/c, or the two ratios of the longest axis, or J2.
 FIGURES = ("axis_ratios", "a/b", "a/c", "J2")

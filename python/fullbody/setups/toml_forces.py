@@ -11,8 +11,6 @@ from ..forces.radiation import torque_dimension
 from ..orbit.elements import KeplerElements
 from .toml_table import TomlTable
 
-__all__ = ["ELEMENTS", "elements", "force"]
-
 #: The elements of an orbit with their dimensions, and the words for angles in place of the last two.
 _ELEMENTS = {"a": "length", "e": "number", "i": "angle", "Omega": "angle"}
 ELEMENTS = {**_ELEMENTS, **dict.fromkeys(("omega", "M", "f", "l", "pomega", "theta"), "angle")}

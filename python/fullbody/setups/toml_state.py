@@ -16,8 +16,6 @@ from ..typing import Floats
 from .toml_forces import ELEMENTS, elements
 from .toml_table import TomlTable
 
-__all__ = ["ANGLES", "attitude", "flag", "spin", "state_of"]
-
 #: The keys of an attitude.
 ANGLES = ("attitude", "angles", "pole", "pole_frame", "rotation_angle")
 

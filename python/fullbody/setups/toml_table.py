@@ -15,8 +15,6 @@ from ..base.units import Units
 from ..errors import FullbodyError, InvalidInput
 from ..typing import Floats
 
-__all__ = ["TomlTable"]
-
 
 class TomlTable:
     """A table of the file with its location and the units of its plain numbers."""

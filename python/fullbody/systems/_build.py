@@ -24,8 +24,6 @@ from ..setups.toml_table import TomlTable
 from ..typing import Floats
 from . import _files
 
-__all__ = ["FRAMES", "ready", "with_sun"]
-
 #: Methods of gravity for which the files have the starts of mean elements.
 _EXACT = ("focal", "harmonic", "surface")
 FRAMES = ("ecliptic", "equatorial", "orbit")

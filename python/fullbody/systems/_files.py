@@ -10,8 +10,6 @@ from typing import Any
 from ..errors import InvalidInput
 from ..setups.toml_bodies import FIGURES, MASSES, SHAPES
 
-__all__ = ["changed", "contents", "names", "path", "variants"]
-
 
 @cache
 def names() -> tuple[str, ...]:

@@ -10,8 +10,6 @@ from ..errors import InvalidInput
 from ..setups.toml_published import is_published
 from . import _files
 
-__all__ = ["Published", "Value", "published"]
-
 #: Nouns for keys of a file that are not their own names with spaces.
 _NOUNS = {
     **{"diameters": "axes", "semi_axes": "semi-axes", "a/b": "axis ratio a/b", "a/c": "axis ratio a/c"},
