@@ -64,12 +64,8 @@ def difference(function: Callable[[float], Floats], step: float) -> Floats:
 class Differences:
     """Derivatives of a function of one argument at its values, which share what was found out about the step.
 
-    A derivative takes six values of the function, and two if the step of an earlier one can be used.
-
-    Attributes
-    ----------
-    length : float
-        The step that was found last; zero before.
+    A derivative takes six values of the function, and two if the step of an earlier one can be used; ``length`` is the
+    step that was found last, zero before.
     """
 
     def __init__(self) -> None:
@@ -85,26 +81,6 @@ class Differences:
     ) -> Floats | None:
         """Return the derivative (M,), or ``None`` where the function is not smooth.
 
-        Parameters
-        ----------
-        function : callable
-            The change (M,) of the function when its argument is shifted; it may raise an error of ``REFUSALS``.
-        size : float
-            The length over which the function is smooth, or longer.
-        noise : ndarray, (M,)
-            The rounding errors of the values.
-        groups : ndarray of int, (M,)
-            Values with the same number are components of one quantity, whose derivative is as precise as its largest.
-        longest : float
-            The longest step, if nothing changes over shorter ones.
-
-        Raises
-        ------
-        InvalidInput
-            If the function refuses all arguments next to zero.
-
-        Notes
-        -----
         The step is shortened until differences of fourth and of second order agree, and those over an eighth of it too,
         which later calls use. A function that is not smooth, since it rounds or takes values from a table, changes over
         a long step and not over a short one, or its derivative over a short step differs from that over a long one by
@@ -112,6 +88,18 @@ class Differences:
         the formulas agree, so that an argument that is zero up to rounding has the step of zero. What does not change
         at all has a derivative of zero, of which no step is kept. A step holds for arguments of the same size to a
         factor of two.
+
+        Parameters
+        ----------
+        function : callable
+            The change (M,) of the function when its argument is shifted; an error of ``REFUSALS`` means that there is
+            no value. If there is none next to zero, InvalidInput is raised.
+        size, longest : float
+            The length over which the function is smooth, or longer; and the longest step, if nothing changes over
+            shorter.
+        noise, groups : ndarray, (M,)
+            The rounding errors of the values; and numbers that are equal for components of one quantity, whose
+            derivative is as precise as its largest.
         """
         if 0.5 * self._size <= size <= 2.0 * self._size:
             step = _SHORTER * self.length

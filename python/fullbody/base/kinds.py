@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -115,19 +115,23 @@ class BodyIndex:
 Kind = Callable[[Any, str], Any]
 
 
-def kinds_of(owner: type) -> dict[str, Kind]:
-    """Return the kinds of all fields that a class and its bases declare, by their names, in the order of the fields."""
-    found = {name: kind for base in reversed(owner.__mro__) for name, kind in vars(base).get("_kinds", {}).items()}
-    return {entry.name: found[entry.name] for entry in fields(owner) if entry.name in found}
+def of_kind(kind: Kind) -> dict[str, Kind]:
+    """Return the metadata of a field of a dataclass that has values of a kind."""
+    return {"kind": kind}
+
+
+def kinds_of(owner: Any) -> dict[str, Kind]:
+    """Return the kinds of all fields of a dataclass that have one, by their names."""
+    return {entry.name: entry.metadata["kind"] for entry in fields(owner) if "kind" in entry.metadata}
 
 
 class Declared(ScalarFields):
-    """Base class of dataclasses that declare the kinds of their fields."""
+    """Base class of dataclasses that declare kinds of their fields, by which all that is given is checked."""
 
     __slots__ = ()
 
-    #: The kinds of the fields that the class itself adds, by their names.
-    _kinds: ClassVar[Mapping[str, Kind]] = {}
+    def __post_init__(self) -> None:
+        self._check_fields()
 
     def _what(self, name: str, of: str = "") -> str:
         """Return how errors call a field, of an object with a name that its owner knows."""
@@ -135,15 +139,14 @@ class Declared(ScalarFields):
 
     def _check_fields(self) -> None:
         """Check all fields that are given, and keep what their kinds make of them."""
-        defaults = {entry.name: entry.default for entry in fields(self)}  # type: ignore[arg-type]
-        for name, kind in kinds_of(type(self)).items():
-            value = getattr(self, name)
-            if value is not None or defaults[name] is not None or getattr(kind, "required", False):
-                object.__setattr__(self, name, kind(value, self._what(name)))
+        for entry in fields(self):  # type: ignore[arg-type]
+            kind, value = entry.metadata.get("kind"), getattr(self, entry.name)
+            if kind and (value is not None or entry.default is not None or getattr(kind, "required", False)):
+                object.__setattr__(self, entry.name, kind(value, self._what(entry.name)))
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         """Return all numbers that are given and have a dimension, by their names, with their dimensions."""
-        kinds = {name: kind for name, kind in kinds_of(type(self)).items() if isinstance(kind, Number)}
+        kinds = {name: kind for name, kind in kinds_of(self).items() if isinstance(kind, Number)}
         given = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
         return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
 
@@ -153,7 +156,7 @@ class Declared(ScalarFields):
         A field that is not given is ``None``.
         """
         found = {}
-        for name, kind in kinds_of(type(self)).items():
+        for name, kind in kinds_of(self).items():
             value = getattr(self, name)
             if isinstance(kind, Number):
                 found[name] = None if value is None else kind.unitless(value, self._what(name, of), units)

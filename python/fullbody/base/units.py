@@ -79,16 +79,13 @@ def numbers(value: object, what: str, expected: str = "numbers") -> Floats:
 
 def _floats(value: object, what: str, expected: str = "numbers") -> Floats:
     try:
-        kind = np.asarray(value).dtype.kind
-        if value is None or kind not in "iufO" or (kind == "O" and _has_text(value)):
+        array = np.asarray(value)
+        text = array.dtype.kind == "O" and any(part is None or isinstance(part, str | bytes) for part in array.flat)
+        if value is None or array.dtype.kind not in "iufO" or text:
             raise TypeError("numpy would make it nan or one, drop the imaginary part, or read the text")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} is {shown(value)}; expected {expected}") from error
-
-
-def _has_text(value: Any) -> bool:
-    return any(part is None or isinstance(part, str | bytes) for part in np.asarray(value).flat)
 
 
 def gathered(value: Any, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
@@ -258,8 +255,9 @@ class Units:
             )
         else:
             unit = self.unit(dimension)
-        if dimension in ("spin", "angular acceleration"):
-            refuse_cycles(value.unit, what)  # type: ignore[attr-defined]
+        if dimension in ("spin", "angular acceleration") and _counts_turns(value.unit):  # type: ignore[attr-defined]
+            expected = "expected an angle by a time, such as rad / h or cycle / h"
+            raise InvalidInput(f"{what} has the unit {value.unit}, which may count turns; {expected}")  # type: ignore[attr-defined]
         return strip_to(value, unit, what)
 
     def number(self, value: object, dimension: str, what: str, limits: Limits = FINITE) -> float:
@@ -283,7 +281,8 @@ class Units:
         array = self.strip(value, dimension, what, expected)
         if shape is not None and not fits(array, shape):
             if shape and not limits.text:
-                raise InvalidInput(f"{what} has shape {array.shape}; expected {shape_text(shape)}, {expected}")
+                wanted = str(shape).replace("'", "")
+                raise InvalidInput(f"{what} has shape {array.shape}; expected {wanted}, {expected}")
             raise InvalidInput(f"{what} is {value!r}, of shape {array.shape}; expected {expected}")
         if not np.all(good := limits.hold(array)):
             is_scalar_array = type(value) is np.ndarray and not array.ndim
@@ -364,19 +363,11 @@ def _unit(name: object, usual: tuple[str, ...], names: object) -> Any:
 
 @lru_cache(maxsize=1024)
 def _counts_turns(unit: Any) -> bool:
+    """Return whether a spin is in hertz, or by a time alone, so that turns would be taken as radians."""
     from astropy import units as u
 
     alone = unit.decompose().bases == [u.s]
     return alone or any(base.is_equivalent(u.Hz) for base in unit.bases)
-
-
-def refuse_cycles(unit: Any, what: str) -> None:
-    """Raise an error for a spin in hertz, or by a time alone, which may count turns and would be taken as radians."""
-    if _counts_turns(unit):
-        raise InvalidInput(
-            f"{what} has the unit {unit}, which may count turns; expected an angle by a time, such as rad / h or "
-            "cycle / h"
-        )
 
 
 def strip_to(value: Any, unit: Any, what: str) -> Floats:
@@ -402,11 +393,6 @@ def fits(array: Any, wanted: tuple[int | str, ...]) -> bool:
     last = wanted[1:] if wanted[:1] == ("...",) else wanted
     present = array.shape[len(array.shape) - len(last) :] if last is not wanted else array.shape
     return len(present) == len(last) and all(n in (length, str(n)) for length, n in zip(present, last, strict=True))
-
-
-def shape_text(shape: tuple[int | str, ...]) -> str:
-    """Return a shape with letters as text."""
-    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
 def scalar(value: Floats, what: str) -> float:

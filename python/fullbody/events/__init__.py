@@ -14,13 +14,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import directions
-from ..base.kinds import BodyIndex, Declared, Number, direction, flag, function, sense
+from ..base.kinds import BodyIndex, Declared, Number, direction, flag, function, of_kind, sense
 from ..base.limits import POSITIVE
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput
@@ -56,13 +56,8 @@ class Event(Declared):
         Whether the run stops there.
     """
 
-    direction: int = 0
-    terminal: bool = False
-
-    _kinds: ClassVar = {"direction": sense, "terminal": flag}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    direction: int = field(default=0, metadata=of_kind(sense))
+    terminal: bool = field(default=False, metadata=of_kind(flag))
 
     def _condition(self, context: Context) -> _core.Condition:
         """Return the condition that the core detects: by default that of the class's name, or of one of its bases."""
@@ -79,10 +74,8 @@ class Event(Declared):
 
 @dataclass(frozen=True, eq=False)
 class _TwoBodyEvent(Event):
-    body: int | str = 1
-    about: int | str = 0
-
-    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex()}
+    body: int | str = field(default=1, metadata=of_kind(BodyIndex()))
+    about: int | str = field(default=0, metadata=of_kind(BodyIndex()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +100,7 @@ class Separation(_TwoBodyEvent):
     ('event', True)
     """
 
-    value: Any = None
-
-    _kinds: ClassVar = {"value": Number("length", POSITIVE, required=True)}
+    value: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, required=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,11 +179,9 @@ class PlaneCrossing(Event):
     terminal : bool
     """
 
-    body: int | str = 1
-    about: int | str | None = 0
-    normal: Any = (0.0, 0.0, 1.0)
-
-    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex(), "normal": direction}
+    body: int | str = field(default=1, metadata=of_kind(BodyIndex()))
+    about: int | str | None = field(default=0, metadata=of_kind(BodyIndex()))
+    normal: Any = field(default=(0.0, 0.0, 1.0), metadata=of_kind(direction))
 
     def _condition(self, context: Context) -> _core.Condition:
         plain = self._unitless(context.units, context.index)
@@ -212,9 +201,7 @@ class Escape(_TwoBodyEvent):
     terminal : bool
     """
 
-    distance: Any = None
-
-    _kinds: ClassVar = {"distance": Number("length", POSITIVE, required=True)}
+    distance: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, required=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,9 +268,9 @@ class Function(Event):
     True
     """
 
-    f: Callable[[State], Any] = field(default=lambda state: 1.0)
-
-    _kinds: ClassVar = {"f": partial(function, expected="a function of a State")}
+    f: Callable[[State], Any] = field(
+        default=lambda state: 1.0, metadata=of_kind(partial(function, expected="a function of a State"))
+    )
 
     def _condition(self, context: Context) -> _core.Condition:
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
@@ -349,22 +336,13 @@ class Occultation(Event):
     'event'
     """
 
-    body: int | str
-    by: int | str
+    body: int | str = field(metadata=of_kind(BodyIndex()))
+    by: int | str = field(metadata=of_kind(BodyIndex()))
     toward: Any = None
-    times: Any = None
-    total: bool = False
-    distant: bool = True
-    slowness: float = 0.0
-
-    _kinds: ClassVar = {
-        "body": BodyIndex(),
-        "by": BodyIndex(),
-        "times": Number("time", shape=("T",)),
-        "total": flag,
-        "distant": flag,
-        "slowness": Number(),
-    }
+    times: Any = field(default=None, metadata=of_kind(Number("time", shape=("T",))))
+    total: bool = field(default=False, metadata=of_kind(flag))
+    distant: bool = field(default=True, metadata=of_kind(flag))
+    slowness: float = field(default=0.0, metadata=of_kind(Number()))
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from .. import _core
-from ..base.kinds import flag
+from ..base.kinds import flag, of_kind
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..model.calls import Call
@@ -82,11 +82,9 @@ class Function(Force):
     """
 
     function: Any
-    depends_on_velocity: bool = field(default=True, kw_only=True)  # type: ignore[misc]
+    depends_on_velocity: bool = field(default=True, kw_only=True, metadata=of_kind(flag))  # type: ignore[misc]
 
     conserves_energy: ClassVar[bool] = False
-
-    _kinds: ClassVar = {"depends_on_velocity": flag}
 
     def _check(self) -> None:
         if not callable(self.function) and _compiled(self.function, self.name) is None:

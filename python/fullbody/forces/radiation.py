@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..base.kinds import BodyIndex, Number, choice, direction
+from ..base.kinds import BodyIndex, Number, choice, direction, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
 from ..base.units import UNITLESS, gathered, need
@@ -128,22 +128,14 @@ class Yorp(Force):
     <Quantity 1.e-08 1 / d2>
     """
 
-    on: int | str
+    on: int | str = field(metadata=of_kind(BodyIndex()))
     along: Any
     across: Any = 0.0
-    obliquity: Any = None
-    pole: Any = (0.0, 0.0, 1.0)
+    obliquity: Any = field(default=None, metadata=of_kind(Number("angle", shape=("T",))))
+    pole: Any = field(default=(0.0, 0.0, 1.0), metadata=of_kind(direction))
     normalization: str | None = None
-    pressure: Any = None
-    radius: Any = None
-
-    _kinds: ClassVar = {
-        "on": BodyIndex(),
-        "obliquity": Number("angle", shape=("T",)),
-        "pole": direction,
-        "pressure": Number("pressure", POSITIVE),
-        "radius": Number("length", POSITIVE),
-    }
+    pressure: Any = field(default=None, metadata=of_kind(Number("pressure", POSITIVE)))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
 
     def _check(self) -> None:
         _check_normalization(
@@ -315,24 +307,14 @@ class Byorp(Force):
     <Quantity 7.2090883 cm / yr>
     """
 
-    on: int | str
-    about: int | str
-    force: Any = None
-    coefficient: Any = None
+    on: int | str = field(metadata=of_kind(BodyIndex()))
+    about: int | str = field(metadata=of_kind(BodyIndex()))
+    force: Any = field(default=None, metadata=of_kind(_Components("force")))
+    coefficient: Any = field(default=None, metadata=of_kind(_Components()))
     normalization: str | None = None
-    pressure: Any = None
-    radius: Any = None
-    torque: Any = None
-
-    _kinds: ClassVar = {
-        "on": BodyIndex(),
-        "about": BodyIndex(),
-        "force": _Components("force"),
-        "coefficient": _Components(),
-        "torque": Number("torque", shape=(3,)),
-        "pressure": Number("pressure", POSITIVE),
-        "radius": Number("length", POSITIVE),
-    }
+    pressure: Any = field(default=None, metadata=of_kind(Number("pressure", POSITIVE)))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
+    torque: Any = field(default=None, metadata=of_kind(Number("torque", shape=(3,))))
 
     def _check(self) -> None:
         if (self.force is None) == (self.coefficient is None):

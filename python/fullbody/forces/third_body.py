@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from ..base import epochs
-from ..base.kinds import Number, instance
+from ..base.kinds import Number, instance, of_kind
 from ..base.limits import POSITIVE
 from ..base.splines import relative_error
 from ..base.tables import number
@@ -89,28 +89,20 @@ class ThirdBody(Force):
     True
     """
 
-    mass: Any = None
-    mu: Any = None
-    orbit: KeplerElements[Any] | None = None
+    mass: Any = field(default=None, metadata=of_kind(Number("mass", POSITIVE)))
+    mu: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
+    orbit: KeplerElements[Any] | None = field(
+        default=None, metadata=of_kind(partial(instance, kind=KeplerElements, expected="KeplerElements"))
+    )
     of: str | None = None
-    time: Any = 0.0
-    times: Any = None
-    positions: Any = None
+    time: Any = field(default=0.0, metadata=of_kind(Number("time")))
+    times: Any = field(default=None, metadata=of_kind(Number("time", shape=("T",))))
+    positions: Any = field(default=None, metadata=of_kind(Number("length", shape=("T", 3))))
     frame: Any = None
     date: Any = None
-    GM: Any = None
+    GM: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
 
     depends_on_velocity: ClassVar[bool] = False
-
-    _kinds: ClassVar = {
-        "mass": Number("mass", POSITIVE),
-        "mu": Number("mu", POSITIVE),
-        "GM": Number("mu", POSITIVE),
-        "orbit": partial(instance, kind=KeplerElements, expected="KeplerElements"),
-        "time": Number("time"),
-        "times": Number("time", shape=("T",)),
-        "positions": Number("length", shape=("T", 3)),
-    }
 
     def _check(self) -> None:
         name = self.name

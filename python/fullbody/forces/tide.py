@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..base.arguments import refuse_mixture
-from ..base.kinds import BodyIndex, Number, choice
+from ..base.kinds import BodyIndex, Number, choice, of_kind
 from ..base.limits import POSITIVE
 from ..base.rotations import matrices
 from ..base.tables import number
@@ -64,19 +64,11 @@ class Tide(Force):
     True
     """
 
-    on: int | str
-    by: int | str
-    k2: float
-    lag: Any
-    radius: Any = None
-
-    _kinds: ClassVar = {
-        "on": BodyIndex(),
-        "by": BodyIndex(),
-        "k2": Number(),
-        "lag": Number("time"),
-        "radius": Number("length", POSITIVE),
-    }
+    on: int | str = field(metadata=of_kind(BodyIndex()))
+    by: int | str = field(metadata=of_kind(BodyIndex()))
+    k2: float = field(metadata=of_kind(Number()))
+    lag: Any = field(metadata=of_kind(Number("time")))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
 
     def _usual_name(self) -> str:
         return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import sequence
-from ..base.kinds import Declared, Number, instance, united
+from ..base.kinds import Declared, Number, instance, of_kind, united
 from ..base.limits import NONZERO, POSITIVE, Limits
 from ..base.units import UNITLESS, Units, is_quantity
 from ..base.values import ArrayFields
@@ -53,19 +53,11 @@ class Part(Declared):
 
     shape: Solid
     _: KW_ONLY
-    mass: Any = None
-    density: Any = None
-    position: Any = None
-    attitude: Any = _UNTURNED
-    GM: Any = None
-
-    _kinds: ClassVar = {
-        "mass": Number("mass", NONZERO),
-        "density": Number("density", NONZERO),
-        "GM": Number("mu", NONZERO),
-        "position": Number("length", shape=(3,)),
-        "attitude": Number(shape=(4,)),
-    }
+    mass: Any = field(default=None, metadata=of_kind(Number("mass", NONZERO)))
+    density: Any = field(default=None, metadata=of_kind(Number("density", NONZERO)))
+    position: Any = field(default=None, metadata=of_kind(Number("length", shape=(3,))))
+    attitude: Any = field(default=_UNTURNED, metadata=of_kind(Number(shape=(4,))))
+    GM: Any = field(default=None, metadata=of_kind(Number("mu", NONZERO)))
 
     def _what(self, name: str, of: str = "") -> str:
         return f"{name} of {of or 'a part'}"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from dataclasses import dataclass, field
+from typing import Any, cast
 
 from .. import _core
 from ..base.arguments import refuse_mixture
-from ..base.kinds import Declared, Number, united
+from ..base.kinds import Declared, Number, of_kind, united
 from ..base.limits import POSITIVE
 from ..base.units import Units, gathered
 from ..errors import InvalidInput
@@ -38,11 +38,9 @@ class Ellipsoid(Declared):
     Ellipsoid(a=0.766, b=0.7475, c=0.6735)
     """
 
-    a: Any
-    b: Any
-    c: Any
-
-    _kinds: ClassVar = {name: Number("length", POSITIVE) for name in "abc"}
+    a: Any = field(metadata=of_kind(Number("length", POSITIVE)))
+    b: Any = field(metadata=of_kind(Number("length", POSITIVE)))
+    c: Any = field(metadata=of_kind(Number("length", POSITIVE)))
 
     def _what(self, name: str, of: str = "") -> str:
         return f"semi-axis {name}"
@@ -83,15 +81,10 @@ class Sphere(Declared):
     (1.5, 1.5, 1.5)
     """
 
-    radius: Any
-
-    _kinds: ClassVar = {"radius": Number("length", POSITIVE)}
+    radius: Any = field(metadata=of_kind(Number("length", POSITIVE)))
 
     def _what(self, name: str, of: str = "") -> str:
         return name
-
-    def __post_init__(self) -> None:
-        self._check_fields()
 
     @property
     def _lengths(self) -> tuple[Any, Any, Any]:

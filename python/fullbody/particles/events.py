@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ..base.kinds import BodyIndex, Declared, Number, choice, function, sense
+from ..base.kinds import BodyIndex, Declared, Number, choice, function, of_kind, sense
 from ..base.limits import Limits
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
@@ -26,12 +26,7 @@ class ParticleEvent(Declared):
         1 detects zeros where the function rises along the flight, -1 zeros where it falls, and 0 both.
     """
 
-    direction: int = 0
-
-    _kinds: ClassVar = {"direction": sense}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    direction: int = field(default=0, metadata=of_kind(sense))
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
@@ -61,9 +56,7 @@ class Shadow(ParticleEvent):
         -1 detects only entries, 1 only exits, and 0 both.
     """
 
-    visible: float = 0.5
-
-    _kinds: ClassVar = {"visible": Number(limits=Limits(above=0.0, below=1.0))}
+    visible: float = field(default=0.5, metadata=of_kind(Number(limits=Limits(above=0.0, below=1.0))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +69,8 @@ class Periapsis(ParticleEvent):
         The body's index in the system, or its name.
     """
 
-    body: int | str = 0
-    direction: int = field(default=1, kw_only=True)
-
-    _kinds: ClassVar = {"body": BodyIndex()}
+    body: int | str = field(default=0, metadata=of_kind(BodyIndex()))
+    direction: int = field(default=1, kw_only=True, metadata=of_kind(sense))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +85,9 @@ class Function(ParticleEvent):
     direction : {-1, 0, 1}
     """
 
-    f: Callable[[float, list[float], list[float]], float]
-
-    _kinds: ClassVar = {"f": partial(function, expected="a function of time, position and velocity")}
+    f: Callable[[float, list[float], list[float]], float] = field(
+        metadata=of_kind(partial(function, expected="a function of time, position and velocity"))
+    )
 
     def _describe(self, context: Context) -> dict[str, Any]:
         return {**super()._describe(context), "name": getattr(self.f, "__name__", "function")}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any
 
 import numpy as np
 
 from .. import _core
-from ..base.kinds import Declared, Number, flag
+from ..base.kinds import Declared, Number, flag, of_kind
 from ..base.limits import FRACTION, POSITIVE
 from ..errors import InvalidInput
 from ..model.context import Context, SystemLike
@@ -37,18 +37,9 @@ class Bounce(Declared):
         The normal speed below which particles come to rest, above zero.
     """
 
-    normal: float
-    tangential: float = 1.0
-    rest: Any
-
-    _kinds: ClassVar = {
-        "normal": Number(limits=FRACTION),
-        "tangential": Number(limits=FRACTION),
-        "rest": Number("velocity", POSITIVE),
-    }
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    normal: float = field(metadata=of_kind(Number(limits=FRACTION)))
+    tangential: float = field(default=1.0, metadata=of_kind(Number(limits=FRACTION)))
+    rest: Any = field(metadata=of_kind(Number("velocity", POSITIVE)))
 
     def _describe(self, context: Context) -> tuple[float, float, float]:
         normal, tangential, rest = self._unitless(context.units).values()
@@ -67,14 +58,9 @@ class Escape(Declared):
         Whether the particle's energy relative to a point with the system's mass has to be positive as well.
     """
 
-    distance: Any
+    distance: Any = field(metadata=of_kind(Number("length", POSITIVE)))
     _: KW_ONLY
-    unbound: bool = False
-
-    _kinds: ClassVar = {"distance": Number("length", POSITIVE), "unbound": flag}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    unbound: bool = field(default=False, metadata=of_kind(flag))
 
     def _describe(self, context: Context) -> tuple[float, bool]:
         return self._unitless(context.units)["distance"], self.unbound
@@ -103,13 +89,8 @@ class Radiation(Declared):
     """
 
     by: str = "Sun"
-    strength: Any = None
-    radius: Any = None
-
-    _kinds: ClassVar = {"strength": Number("force"), "radius": Number("length")}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    strength: Any = field(default=None, metadata=of_kind(Number("force")))
+    radius: Any = field(default=None, metadata=of_kind(Number("length")))
 
     def _describe(self, context: Context) -> tuple[str, float, float]:
         context.third_body(self.by, "by of Radiation")

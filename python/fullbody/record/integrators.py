@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
-from ..base.kinds import Declared, Number, choice
+from ..base.kinds import Declared, Number, choice, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
 from ..errors import InvalidInput, PrecisionWarning, caution
@@ -32,9 +32,6 @@ class Integrator(Declared):
     """Base class of all integrators."""
 
     __slots__ = ()
-
-    def __post_init__(self) -> None:
-        self._check_fields()
 
     def _what(self, name: str, of: str = "") -> str:
         return name
@@ -68,10 +65,8 @@ class _Adaptive(Integrator):
     #: Whether tolerances of zero mean the tightest useful steps.
     _to_roundoff: ClassVar[bool] = False
 
-    rtol: float = 1e-13
-    atol: float = 1e-13
-
-    _kinds: ClassVar = {name: Number(limits=Limits(least=0.0, below=1.0)) for name in ("rtol", "atol")}
+    rtol: float = field(default=1e-13, metadata=of_kind(Number(limits=Limits(least=0.0, below=1.0))))
+    atol: float = field(default=1e-13, metadata=of_kind(Number(limits=Limits(least=0.0, below=1.0))))
 
     def __post_init__(self) -> None:
         self._check_fields()
@@ -227,9 +222,7 @@ class LieGroupVariational(Integrator):
     T. Lee, M. Leok & N. H. McClamroch (2007), Comput. Methods Appl. Mech. Engrg. 196, 2907.
     """
 
-    step: Any
-
-    _kinds: ClassVar = {"step": Number("time", POSITIVE)}
+    step: Any = field(metadata=of_kind(Number("time", POSITIVE)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,10 +254,8 @@ class SymplecticSplitting(Integrator):
     100
     """
 
-    step: Any
-    scheme: _Scheme = "ABA864"
-
-    _kinds: ClassVar = {"step": Number("time", POSITIVE), "scheme": partial(choice, words=get_args(_Scheme))}
+    step: Any = field(metadata=of_kind(Number("time", POSITIVE)))
+    scheme: _Scheme = field(default="ABA864", metadata=of_kind(partial(choice, words=get_args(_Scheme))))
 
     @classmethod
     def suggest(
