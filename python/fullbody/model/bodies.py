@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import name_of, refuse_mixture
+from ..base.attributes import Attribute
 from ..base.kinds import Number, instance, united
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
@@ -42,19 +43,18 @@ class Body(Tabled):
     Parameters
     ----------
     shape : Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients or Composite
-    mass, density : float or Quantity
-        Give one of the two, or ``GM``; give none for a composite, whose parts have their own.
+    mass, density, GM : float or Quantity
+        Give one of the three; none for a composite, whose parts have their own. A system divides GM, which is G times
+        the mass, by its own G, and a body with units by itself by that of astropy.
     name : str, optional
         The name in errors, tables and plots. A body without a name is named after its index in the system.
-    GM : float or Quantity, optional
-        G times the mass. A system divides it by its own G, and a body with units by itself by that of astropy.
 
     Raises
     ------
     InvalidInput
         If none or several of mass, density and GM are given, if a value is not a finite number above zero, and for the
-        density of a point or of Stokes coefficients. For a composite if a mass or density is given beside those of its
-        parts, if the sum of the parts' masses is not above zero, and if no body can have its moments of inertia.
+        density of a point or of Stokes coefficients. For a composite if one is given beside those of its parts, if the
+        sum of the parts' masses is not above zero, and if no body can have its moments of inertia.
 
     Examples
     --------
@@ -96,10 +96,8 @@ class Body(Tabled):
             # have units, only a system can compute them.
             self._core(self._own_units(), 0)
 
-    @property
-    def shape(self) -> Solid | Composite:
-        """The shape."""
-        return self._shape
+    shape = Attribute[Solid | Composite]("_shape", "The shape.")
+    name = Attribute[str | None]("_name", "The name.")
 
     @property
     def mass(self) -> Scalar:
@@ -116,9 +114,8 @@ class Body(Tabled):
 
     @property
     def inertia(self) -> Any:
-        """Principal moments of inertia (3,) about the body axes, mass times length squared; zeros for a point.
-
-        The paper's I_11, I_22, I_33.
+        """Principal moments of inertia (3,) about the body axes, the paper's I_11, I_22, I_33: mass times length
+        squared.
 
         Examples
         --------
@@ -130,9 +127,8 @@ class Body(Tabled):
 
     @property
     def working_frame(self) -> WorkingFrame | None:
-        """Where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body frame.
-
-        ``None`` for other bodies.
+        """Where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body frame, or
+        ``None``.
 
         Examples
         --------
@@ -142,19 +138,12 @@ class Body(Tabled):
         array([-2.5,  0. , -5. ])
         """
         units = self._own_units()
-        found = self._core(units, 0).working_frame
-        if found is None:
+        if (found := self._core(units, 0).working_frame) is None:
             return None
-        position, attitude = map(np.array, found)
-        return WorkingFrame(units.attach(position, "length"), attitude)
+        return WorkingFrame(units.attach(np.array(found[0]), "length"), np.array(found[1]))
 
     def fitted_ellipsoid(self) -> Ellipsoid:
-        """The ellipsoid that, homogeneous and of the same mass, has the body's moments of inertia.
-
-        Returns
-        -------
-        Ellipsoid
-            An ellipsoid with semi-axes along the body frame: the body's own if it is an ellipsoid or a sphere.
+        """Return the ellipsoid along the body frame that, homogeneous and of the same mass, has the moments of inertia.
 
         Raises
         ------
@@ -169,14 +158,13 @@ class Body(Tabled):
         2.449489742783178
         """
         units = self._own_units()
-        axes = np.array(self._core(units, 0).semi_axes)
-        if not axes.all():
-            expected = "expected one with extent in three directions"
-            raise InvalidInput(f"{self._called} has no fitted ellipsoid; {expected}")
+        axes = self._core(units, 0).semi_axes
+        if not all(axes):
+            raise InvalidInput(f"{self._called} has no fitted ellipsoid; expected one with extent in three directions")
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
 
     def harmonics(self, degree: int) -> StokesCoefficients:
-        """Stokes coefficients of the body in its own frame, of any shape.
+        """Return Stokes coefficients of the body in its own frame, of any shape.
 
         Parameters
         ----------
@@ -225,11 +213,6 @@ class Body(Tabled):
         """Return a number of the core's body in the body's own units."""
         units = self._own_units()
         return units.attach(getattr(self._core(units, 0), name), dimension)
-
-    @property
-    def name(self) -> str | None:
-        """The name."""
-        return self._name
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the shape, size, mass and density of the body."""
@@ -285,9 +268,8 @@ class Body(Tabled):
         """The body in a system's units."""
         if self._GM is not None:
             if not units.defined:
-                raise InvalidInput(
-                    f"mass of {self._called} follows from its GM and the G of a system; expected its system's"
-                )
+                follows = "follows from its GM and the G of a system"
+                raise InvalidInput(f"mass of {self._called} {follows}; expected its system's")
             return self._with(units, units.gravitational_constant)._core(units, index)
         name = self._name if self._name is not None else f"body {index}"
         if isinstance(self._shape, Composite):
@@ -316,25 +298,19 @@ class Body(Tabled):
         if "parts" not in described:
             return cls(rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name)
         kinds = notes.get("parts", [None] * len(described["parts"]))
-        parts = [
-            Part(
-                rebuilt(part["semi_axes"], kind, f"part {k} of {called}"),
-                mass=part["mass"],
-                position=part["position"],
-                attitude=part["attitude"],
-            )
-            for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True))
-        ]
+        parts = []
+        for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True)):
+            shape = rebuilt(part["semi_axes"], kind, f"part {k} of {called}")
+            parts.append(Part(shape, **{key: part[key] for key in ("mass", "position", "attitude")}))
         return cls(Composite(parts), name=name)
 
     def gravity(self, points: Any, G: Any = None) -> Gravity:
-        """Potential, field and gravity gradient at points of the body frame, outside and inside.
+        """Return potential, field and gravity gradient at points of the body frame, outside and inside.
 
         Parameters
         ----------
         points : array_like or Quantity, (..., 3)
-            Quantities if the body's sizes and mass are Quantities, and otherwise plain numbers in the unit of the
-            semi-axes.
+            Quantities if the body's sizes and mass are Quantities, and otherwise numbers in the unit of the semi-axes.
         G : float or Quantity, optional
             Gravitational constant; with units it is that of astropy by default.
 
@@ -352,10 +328,9 @@ class Body(Tabled):
 
         Notes
         -----
-        Outside, the potential of an ellipsoid equals the paper's ``eq:Potential_elliptic`` (MacMillan 1930) and is
-        computed by Carlson's integrals; inside it is a quadratic form. The potential of a polyhedron is the sum of
-        Werner and Scheeres (1996), that of a composite the sum over its parts. On the surface of an ellipsoid the
-        gradient is the limit from outside.
+        The potential of an ellipsoid is the paper's ``eq:Potential_elliptic`` (MacMillan 1930) by Carlson's integrals,
+        and inside a quadratic form; that of a polyhedron is the sum of Werner and Scheeres (1996), that of a composite
+        the sum over its parts. On the surface of an ellipsoid the gradient is the limit from outside.
 
         Examples
         --------
@@ -364,10 +339,6 @@ class Body(Tabled):
         >>> gravity = ball.gravity([0.0, 0.0, 2.0], G=1.0)
         >>> float(gravity.potential), gravity.field.tolist(), gravity.gradient.diagonal().tolist()
         (1.5, [0.0, 0.0, -0.75], [-0.375, -0.375, 0.75])
-        >>> import astropy.units as u
-        >>> earth = fullbody.Body(fullbody.Sphere(6371 * u.km), mass=5.972e24 * u.kg)
-        >>> earth.gravity([0.0, 0.0, 6371.0] * u.km).field[2].to(u.m / u.s**2).round(2)
-        <Quantity -9.82 m / s2>
         """
         points, G = gathered(points, "points", "length"), gathered(G, "G", "G")
         if G is None:

@@ -36,8 +36,5 @@ class Call:
         return (self.address, self.data, self.success, self.keep)
 
     def is_lost(self, answer: int | None) -> bool:
-        """Return whether a number without an error is one that a Python function does not return.
-
-        This happens if Ctrl-C interrupts the function before its first line or after its last one.
-        """
+        """Return whether a number without an error is one that no Python function returns, as after Ctrl-C in it."""
         return self.success != 0 and answer is not None

@@ -32,15 +32,9 @@ def functions(system: SystemLike) -> dict[str, Force]:
 
 
 def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] | None = None) -> dict[str, Any]:
-    """Return the arguments of a system from its description, which may come from a file.
+    """Return the arguments of a system from its description, which may come from a file; functions are given by name.
 
     Notes may be missing, since Rust programs write none.
-
-    Parameters
-    ----------
-    described : dict
-    forces_by_name : dict of Force, optional
-        The forces that are functions.
     """
     notes = described.get("notes", {})
     refuse_unknown(notes, _NOTES, "the notes of a system")
@@ -60,11 +54,6 @@ def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] 
 
 def changed(system: _System, parameter: str, by: float) -> _System:
     """Return the system with one of its :attr:`parameters` changed by a number in the system's units.
-
-    Parameters
-    ----------
-    parameter : str
-    by : float
 
     Raises
     ------

@@ -35,19 +35,9 @@ class Loads(ArrayFields):
 
 
 def loads(system: SystemLike, state: State) -> dict[str, Loads]:
-    """Return the loads of each external force in a state, by its name.
+    """Return the :class:`~fullbody.model.Loads` of each external force in a state, by its name.
 
-    The nominal barycentre is that of the state: a third body is where its path places it relative to this
-    barycentre.
-
-    Parameters
-    ----------
-    state : State
-
-    Returns
-    -------
-    dict of Loads
-        The forces (N, 3) in the inertial frame and the torques (N, 3) in body frames, by name.
+    The nominal barycentre, about which a third body's path places it, is that of the state.
 
     Examples
     --------

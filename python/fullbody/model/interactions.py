@@ -28,9 +28,9 @@ class Interactions(ArrayFields, Tabled):
     potential_energy : float or Quantity
         The potential energy, negative: minus the paper's U.
     truncation_error : float
-        For ``gravity="multipole:N"`` the contribution of the next two degrees to the force, or to the torques divided
-        by the bodies' radii, relative to the force between two bodies, for the pair for which it is largest. It
-        estimates the error of a series that converges. It is zero for the other methods, which have no series.
+        The estimated error of the series of ``gravity="multipole:N"``, zero for other methods: the contribution of the
+        next two degrees to the force, or to the torques divided by the bodies' radii, relative to the force between two
+        bodies, for the pair for which it is largest.
     """
 
     force: Array
@@ -53,12 +53,7 @@ class Interactions(ArrayFields, Tabled):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Energy(ScalarFields, Tabled):
-    """The energy of a state in its parts.
-
-    Attributes
-    ----------
-    total, translational, rotational, potential : float or Quantity
-    """
+    """The energy of a state in its parts: total, translational, rotational, potential, each a float or Quantity."""
 
     total: Scalar
     translational: Scalar
@@ -91,13 +86,7 @@ class Invariants(ArrayFields):
 def interactions(system: SystemLike, state: State) -> Interactions:
     """Return the forces and torques on the bodies and the potential energy in a state.
 
-    Parameters
-    ----------
-    state : State
-
-    Returns
-    -------
-    Interactions
+    They are those of the paper's Eqs. (2) and (3), and minus Eq. (4).
 
     Raises
     ------
@@ -105,19 +94,13 @@ def interactions(system: SystemLike, state: State) -> Interactions:
     NotConverged
         If the quadrature reaches its limit of nodes, as for bodies in contact with sharp rims.
 
-    Notes
-    -----
-    The results are those of the paper's Eqs. (2) and (3), and for the potential energy minus Eq. (4).
-
     Examples
     --------
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> f = system.interactions(state)
-    >>> f.force.shape, f.torque.shape
-    ((2, 3), (2, 3))
-    >>> bool(abs(f.force.sum()) < 1e-15)
-    True
+    >>> f.force.shape, f.torque.shape, bool(abs(f.force.sum()) < 1e-15)
+    ((2, 3), (2, 3), True)
     """
     context = system.context
     core, attach = strip(state, context), context.units.attach
@@ -127,16 +110,7 @@ def interactions(system: SystemLike, state: State) -> Interactions:
 
 
 def energy(system: SystemLike, state: State) -> Energy:
-    """Return the energy of a state in its parts.
-
-    Parameters
-    ----------
-    state : State
-
-    Returns
-    -------
-    Energy
-    """
+    """Return the :class:`~fullbody.model.Energy` of a state in its parts."""
     context = system.context
     core = strip(state, context)
     with explaining(context, core):

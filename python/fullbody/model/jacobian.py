@@ -60,19 +60,13 @@ def jacobian(system: SystemLike, state: State, parameters: Iterable[str] = ()) -
     parameters : iterable of str
         Names from :attr:`parameters`.
 
-    Returns
-    -------
-    Jacobian
-
     Examples
     --------
     >>> import fullbody, numpy as np
     >>> system, state = fullbody.systems.kw4()
     >>> jacobian = system.jacobian(state)
-    >>> jacobian.rates.shape
-    (24, 24)
-    >>> bool(np.allclose(jacobian.force_by_position.sum(axis=2), 0.0))
-    True
+    >>> jacobian.rates.shape, bool(np.allclose(jacobian.force_by_position.sum(axis=2), 0.0))
+    ((24, 24), True)
     """
     context, names = system.context, names_of(parameters, "parameters")
     core, attach, n = strip(state, context), context.units.attach, len(context)

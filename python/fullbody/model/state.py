@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,13 +17,23 @@ from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
 from .context import Context
 
+_T = TypeVar("_T")
 _PARTS = ("position", "velocity", "attitude", "spin")
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
-def _part(name: str, text: str) -> Attribute[Any]:
-    """Return a property of states: a part of the core's state, with its unit."""
-    return Attribute(lambda state: state._get(name), text)
+class _Part(Attribute[_T]):
+    """A property of states: a part of the core's state, with its unit."""
+
+    def __init__(self, name: str, text: str) -> None:
+        def get(state: State) -> Any:
+            value = getattr(state.core, name)
+            if isinstance(value, np.ndarray):
+                # The array is a copy of the core's numbers, so that writing to it would not change the state.
+                value.flags.writeable = False
+            return value << state.units[name] if name in state.units else value
+
+        super().__init__(get, text)
 
 
 class State(Tabled):
@@ -34,14 +44,11 @@ class State(Tabled):
 
     Parameters
     ----------
-    position : array_like or Quantity, (N, 3)
-        Positions of the centres in the inertial frame.
-    velocity : array_like or Quantity, (N, 3)
-        Velocities of the centres in the inertial frame, with a unit if the positions have one; zeros need none.
+    position, velocity : array_like or Quantity, (N, 3)
+        Positions and velocities of the centres in the inertial frame, both with a unit or none; zeros need none.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame. They are scaled to unit
-        length, with a warning if this changes them by more than a thousandth. By default the body frames are parallel
-        to the inertial one.
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; by default none turns. They
+        are scaled to unit length.
     spin : array_like or Quantity, (N, 3), optional
         Angular velocities in the body frames in radians per unit time; zero by default.
     time : float or Quantity
@@ -51,12 +58,12 @@ class State(Tabled):
     ------
     InvalidInput
         For values that are not finite, for wrong shapes, for a quaternion of length zero, and if only some of position,
-        velocity, spin and time have units; zeros need none.
+        velocity, spin and time have units.
 
     Warns
     -----
     InconsistentInput
-        For a quaternion whose length is not 1.
+        For a quaternion whose length differs from 1 by more than a thousandth.
 
     Examples
     --------
@@ -91,15 +98,11 @@ class State(Tabled):
 
         Parameters
         ----------
-        position, velocity, spin, time
-            Arguments of :class:`State`.
         angles : array_like or Quantity, (N, 3)
             The angles (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; floats are
             radians.
-
-        Returns
-        -------
-        State
+        position, velocity, spin, time
+            As for the class.
 
         Warns
         -----
@@ -129,19 +132,15 @@ class State(Tabled):
 
     @classmethod
     def from_scipy(cls, position: Any, velocity: Any, rotation: Any, spin: Any = None, time: Any = 0.0) -> State:
-        """Make a state from rotations of scipy, whose quaternions have the scalar last.
+        """Make a state from rotations of scipy; the way back is ``Rotation.from_matrix(state.rotation_matrix)``.
 
         Parameters
         ----------
-        position, velocity, spin, time
-            Arguments of :class:`State`.
         rotation : scipy.spatial.transform.Rotation
             A Rotation that holds N rotations, or a sequence of N of them. They turn body-frame vectors into the
             inertial frame, as :attr:`rotation_matrix` does.
-
-        Returns
-        -------
-        State
+        position, velocity, spin, time
+            As for the class.
 
         Examples
         --------
@@ -152,8 +151,6 @@ class State(Tabled):
         ...     rotation=Rotation.from_euler("z", [[0], [90]], degrees=True))
         >>> (state.rotation_matrix[1] @ [1, 0, 0]).round(12)
         array([0., 1., 0.])
-
-        The way back is ``Rotation.from_matrix(state.rotation_matrix)``.
         """
         rotations = [rotation] if hasattr(rotation, "as_quat") else rotation
         try:
@@ -179,37 +176,18 @@ class State(Tabled):
             float(values["time"]), values["position"], values["velocity"], self.core.attitude, values["spin"]
         )
 
-    def _get(self, name: str) -> Any:
-        value = getattr(self.core, name)
-        if isinstance(value, np.ndarray):
-            # The array is a copy of the core's numbers, so that writing to it would not change the state.
-            value.flags.writeable = False
-        return value << self.units[name] if name in self.units else value
-
-    time: Attribute[Scalar] = _part("time", "Time of the state.")
-    position: Attribute[Array] = _part("position", "Positions of the centres (N, 3), inertial frame.")
-    velocity: Attribute[Array] = _part("velocity", "Velocities of the centres (N, 3), inertial frame.")
-    attitude: Attribute[Floats] = _part(
-        "attitude", "Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."
-    )
-    spin: Attribute[Array] = _part("spin", "Angular velocities (N, 3), body frames.")
-    rotation_matrix: Attribute[Floats] = _part(
-        "rotation_matrix", "Rotation matrices (N, 3, 3), body frame to inertial."
-    )
-    tait_bryan: Attribute[Floats] = _part(
+    time = _Part[Scalar]("time", "Time of the state.")
+    position = _Part[Array]("position", "Positions of the centres (N, 3), inertial frame.")
+    velocity = _Part[Array]("velocity", "Velocities of the centres (N, 3), inertial frame.")
+    attitude = _Part[Floats]("attitude", "Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial.")
+    spin = _Part[Array]("spin", "Angular velocities (N, 3), body frames.")
+    rotation_matrix = _Part[Floats]("rotation_matrix", "Rotation matrices (N, 3, 3), body frame to inertial.")
+    tait_bryan = _Part[Floats](
         "tait_bryan", "The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."
     )
 
     def replace(self, **changes: Any) -> State:
-        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]])
-        >>> state.replace(time=3.0).time
-        3.0
-        """
+        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed."""
         names = (*_PARTS, "time")
         refuse_unknown(changes, names, "State.replace")
         return _named(self.names, *(changes.get(name, getattr(self, name)) for name in names))
@@ -292,7 +270,11 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         stripped[name] = ANY.strip(value, _FIELDS[name], name)
         if is_quantity(value):
             units[name] = value.unit
-    _refuse_mixture(stripped, units)
+    united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
+    for name, value in stripped.items():
+        if united is not None and name not in units and value.any():
+            expected = "expected both or neither, or zeros"
+            raise InvalidInput(f"{united} has the unit {units[united]}, but {name} has none; {expected}")
     if "spin" not in stripped:
         stripped["spin"] = np.zeros_like(stripped["position"])
         if "position" in units:
@@ -300,13 +282,3 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
             units["spin"] = u.rad / u.s
     return stripped, units
-
-
-def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:
-    """Raise an error if some parts have a unit and others do not; zeros need none."""
-    united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
-    for name, value in stripped.items():
-        if united is not None and name not in units and value.any():
-            raise InvalidInput(
-                f"{united} has the unit {units[united]}, but {name} has none; expected both or neither, or zeros"
-            )
