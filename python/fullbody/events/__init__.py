@@ -1,6 +1,6 @@
 """Events of a run, located on its continuous solution to the last few bits.
 
-Bodies are given by their indices in the system or by their names.
+Bodies, such as ``body`` and ``about``, are given by their indices in the system or by their names.
 
 Every event has a ``direction``: 1 if the condition's function must rise as time grows, -1 if it must fall, 0 for both.
 The direction refers to growing time also in runs backwards. A ``terminal`` event stops the run. Functions are sampled
@@ -85,7 +85,6 @@ class Separation(_TwoBodyEvent):
     Parameters
     ----------
     body, about : int or str
-        Indices in the system, or names.
     value : float or Quantity
     direction : {-1, 0, 1}
         -1 if the bodies approach each other, 1 if they recede, 0 for both.
@@ -113,11 +112,9 @@ class Contact(_TwoBodyEvent):
     Parameters
     ----------
     body, about : int or str
-        Indices in the system, or names.
     direction : {-1, 0, 1}
         -1 if the bodies come together, 1 if they separate, 0 for both.
     terminal : bool
-        Whether the run stops there.
 
     Examples
     --------
@@ -135,12 +132,7 @@ class Contact(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(_TwoBodyEvent):
-    """The centres of two bodies are nearest.
-
-    Parameters
-    ----------
-    body, about : int or str
-    terminal : bool
+    """The centres of two bodies, ``body`` and ``about``, are nearest.
 
     Examples
     --------
@@ -154,13 +146,7 @@ class Periapsis(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_TwoBodyEvent):
-    """The centres of two bodies are furthest apart.
-
-    Parameters
-    ----------
-    body, about : int or str
-    terminal : bool
-    """
+    """The centres of two bodies, ``body`` and ``about``, are furthest apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,13 +192,7 @@ class Escape(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Alignment(_TwoBodyEvent):
-    """The angle between a body's long axis and the line to another body is smallest.
-
-    Parameters
-    ----------
-    body, about : int or str
-    terminal : bool
-    """
+    """The angle between the long axis of ``body`` and the line to another body, ``about``, is smallest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +235,6 @@ class Function(Event):
         A function that takes a :class:`fullbody.State` and returns a finite number or Quantity; any other result ends
         the run in :class:`fullbody.errors.InvalidInput`.
     direction : {-1, 0, 1}
-        1 if the function must rise through zero as time grows, -1 if it must fall, 0 for both.
     terminal : bool
 
     Examples
@@ -299,7 +278,7 @@ class Occultation(Event):
     Parameters
     ----------
     body, by : int or str
-        The body behind and the body in front: indices in the system, or names.
+        The body behind and the body in front.
     toward : array_like, (3,) or (T, 3)
         The direction to the point, of any length, or its directions at ``times``, which are interpolated by a cubic
         spline. With ``distant=False`` vectors from the barycentre to the point.
@@ -310,9 +289,9 @@ class Occultation(Event):
         bodies are seen within cones; a run in which one of the two bodies reaches as far toward the point as it is from
         the barycentre is refused.
     slowness : float
-        The time that light takes for a unit of length, in the system's units, which is one over the speed of light.
-        Each body is then taken when the light left it that left the barycentre at the time of the event. A negative
-        number stands for light from the point, which passes the bodies. Zero for all bodies at one time.
+        One over the speed of light, in the system's units. Each body is then taken when the light left it that left the
+        barycentre at the time of the event. A negative number stands for light from the point, which passes the bodies.
+        Zero for all bodies at one time.
     total : bool
         Whether all of the body behind must be hidden. What only several parts of the body in front hide together counts
         as visible.
@@ -363,9 +342,8 @@ class Occultation(Event):
 
     def _condition(self, context: Context) -> _core.Condition:
         toward, times = self.toward, self.times
-        places = np.atleast_2d(
-            toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
-        )
+        toward = toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
+        places = np.atleast_2d(toward)
         if times is None:
             places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
         else:

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core, events
+from .. import events
 from ..base.units import is_quantity
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..events import Event, Occurrence
 from ..model.context import Context
-from ..model.state import strip, wrap
+from ..model.state import sample, strip, wrap
 from ..record.record import Record
 from .reading import Content, check_order, check_unit
 
@@ -103,9 +103,7 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
             raise InvalidInput(
                 f"event_index has {index}; expected 0 to {len(watched) - 1}, an index in fullbody_events"
             )
-        arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
-        core = _core.State(float(record["time"][k]), *arrays)
-        state = wrap(core, context)
+        state = wrap(sample(record, k), context)
         happened.append(Occurrence(watched[int(index)], state.time, state, derivatives[k]))
     return happened
 

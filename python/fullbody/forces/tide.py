@@ -33,10 +33,8 @@ class Tide(Force):
 
     Parameters
     ----------
-    on : int or str
-        The deformed body, by index or name.
-    by : int or str
-        The body that raises the tide, by index or name.
+    on, by : int or str
+        The deformed body, and the body that raises the tide.
     k2 : float
         Love's number of degree two of the deformed body, from 0 to 1.5.
     lag : float or Quantity
@@ -64,14 +62,13 @@ class Tide(Force):
     True
     """
 
+    _called = "tide on"
+
     on: int | str = field(metadata=of_kind(BodyIndex()))
     by: int | str = field(metadata=of_kind(BodyIndex()))
     k2: float = field(metadata=of_kind(Number()))
     lag: Any = field(metadata=of_kind(Number("time")))
     radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
-
-    def _usual_name(self) -> str:
-        return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"
 
     def _describe(self, context: Context) -> dict[str, Any]:
         return super()._describe(context) | {"radius": self._radius(context, self._index(context, "on"))}
@@ -96,9 +93,9 @@ class Tide(Force):
             phrase = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
             yield (
                 f"{described['name']} has a lag of {number(context.units.attach(np.float64(lag), 'time'), 4)}, within "
-                f"which {phrase} by "
-                f"{np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of first order in that "
-                "angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
+                f"which {phrase} by {np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of "
+                "first order in that angle; expected an angle much smaller than a radian (57.3 degrees): check the "
+                "unit of the lag"
             )
 
 
@@ -114,17 +111,11 @@ def lag_from_quality_factor(
     ----------
     Q : float
         The quality factor.
-    mean_motion : float or Quantity
-        Mean motion n of the orbit, angle per time.
+    mean_motion, spin : float or Quantity
+        Mean motion n of the orbit, an angle per time; and for ``"semidiurnal"`` the spin omega of the deformed body.
     tide : {"eccentricity", "libration", "semidiurnal"}
         The tide to which the factor refers. On a synchronous body eccentricity and libration raise a tide of frequency
         n: 1/Q = n lag. A body that turns at another rate omega has the semidiurnal tide: 1/Q = 2 abs(omega - n) lag.
-    spin : float or Quantity, optional
-        Spin omega of the deformed body, for ``"semidiurnal"``.
-
-    Returns
-    -------
-    float or Quantity
 
     Examples
     --------

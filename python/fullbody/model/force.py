@@ -64,6 +64,8 @@ class Force(Declared):
 
     #: The core's name of the kind; a class derived from another kind keeps that kind's name.
     _kind: ClassVar[str] = "Force"
+    #: What a force without a name is called, which the name of the body that it acts on follows.
+    _called: ClassVar[str] = "Force"
 
     def __init_subclass__(cls) -> None:
         KINDS[cls.__name__] = cls
@@ -95,7 +97,8 @@ class Force(Declared):
 
     def _usual_name(self) -> str:
         """Return the name of a force to which no name is given."""
-        return type(self).__name__
+        on = getattr(self, "on", None)
+        return self._called if on is None else f"{self._called} {on if isinstance(on, str) else f'body {on}'}"
 
     def _index(self, context: Context, role: str) -> int:
         return context.index(getattr(self, role), self._what(role))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,8 +19,10 @@ from .changes import impact, kick, rotated
 from .context import Context
 
 _T = TypeVar("_T")
-_PARTS = ("position", "velocity", "attitude", "spin")
-_FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
+#: The parts of a state beside the time, in the order of the core.
+PARTS = ("position", "velocity", "attitude", "spin")
+#: The dimensions of the parts of a state that have one.
+DIMENSIONS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
 class _Part(Attribute[_T]):
@@ -167,10 +170,10 @@ class State(Tabled):
         """Return the core's state in a system's units."""
         if not self.units:
             return self.core
-        if units.defined and all(self.units.get(name) is units.unit(d) for name, d in _FIELDS.items()):
+        if units.defined and all(self.units.get(name) is units.unit(d) for name, d in DIMENSIONS.items()):
             return self.core
-        values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
-        if all(np.array_equal(values[name], getattr(self.core, name)) for name in _FIELDS):
+        values = {name: units.strip(getattr(self, name), d, name) for name, d in DIMENSIONS.items()}
+        if all(np.array_equal(values[name], getattr(self.core, name)) for name in DIMENSIONS):
             return self.core
         return _core.State(
             float(values["time"]), values["position"], values["velocity"], self.core.attitude, values["spin"]
@@ -188,7 +191,7 @@ class State(Tabled):
 
     def replace(self, **changes: Any) -> State:
         """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed."""
-        names = (*_PARTS, "time")
+        names = (*PARTS, "time")
         refuse_unknown(changes, names, "State.replace")
         return _named(self.names, *(changes.get(name, getattr(self, name)) for name in names))
 
@@ -198,7 +201,7 @@ class State(Tabled):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
-        names = ("time", *_PARTS)
+        names = ("time", *PARTS)
         same = all(np.array_equal(getattr(self.core, n), getattr(other.core, n)) for n in names)
         return same and self.units == other.units
 
@@ -206,26 +209,32 @@ class State(Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
-        columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in _PARTS]
-        header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in _PARTS)]
+        columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in PARTS]
+        header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in PARTS)]
         bodies = self.names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
         return (Table(f"State at time {number(self.time)}", header, list(rows)),)
 
     def __repr__(self) -> str:
-        parts = {name: getattr(self, name) for name in _PARTS}
+        parts = {name: getattr(self, name) for name in PARTS}
         return block(f"State(time={self.time},", **parts)
 
     def __reduce__(self) -> Any:
-        return _named, (self.names, *(getattr(self, name) for name in _PARTS), self.time)
+        return _named, (self.names, *(getattr(self, name) for name in PARTS), self.time)
 
 
 def wrap(core: _core.State, context: Context) -> State:
     """Return the core's state with the units and the names of a system."""
     state = State.__new__(State)
     state.core, state.names, units = core, context.names, context.units
-    state.units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.defined else {}
+    state.units = {name: units.unit(d) for name, d in DIMENSIONS.items()} if units.defined else {}
     return state
+
+
+def sample(arrays: Mapping[str, Floats], k: int) -> _core.State:
+    """Return the state of a sample, by its index in arrays of times, positions and so on, as the core takes it."""
+    parts = (np.ascontiguousarray(arrays[name][k]) for name in PARTS)
+    return _core.State(float(arrays["time"][k]), *parts)
 
 
 def from_numbers(
@@ -266,8 +275,8 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     for name, value in values.items():
         if name == "spin" and value is None:
             continue
-        value = gathered(value, name, _FIELDS[name])
-        stripped[name] = ANY.strip(value, _FIELDS[name], name)
+        value = gathered(value, name, DIMENSIONS[name])
+        stripped[name] = ANY.strip(value, DIMENSIONS[name], name)
         if is_quantity(value):
             units[name] = value.unit
     united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)

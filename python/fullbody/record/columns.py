@@ -24,17 +24,7 @@ def array(record: Any, name: str, part: int | None = None) -> Floats:
 
 
 class Numbers(Attribute[Floats]):
-    """A property of a record: pure numbers, an array of the record or a column of it.
-
-    Parameters
-    ----------
-    text : str
-        The documentation.
-    name : str
-        The array.
-    part : int, optional
-        The column.
-    """
+    """A property of a record: pure numbers, an array of the record or one of its columns, the ``part``."""
 
     def __init__(self, text: str, name: str, part: int | None = None) -> None:
         super().__init__(lambda record: array(record, name, part), text)

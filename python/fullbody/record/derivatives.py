@@ -17,18 +17,18 @@ from .record import Record
 class EventDerivatives(ArrayFields):
     """Derivatives of the time and the state of an event with respect to the start of a run and to parameters.
 
+    Those of the state include the change of the event's time. Parameters are those of the run and of the event itself.
+
     Attributes
     ----------
     time : ndarray, (12 N,)
         Derivatives of the event's time with respect to the start of the run.
     transition : ndarray, (12 N, 12 N)
-        Derivatives of the state at the event with respect to the start of the run, including the change of the event's
-        time.
+        Derivatives of the state at the event with respect to the start of the run.
     time_sensitivity : dict of float
-        Derivatives of the event's time with respect to the parameters of the run and of the event itself.
+        Derivatives of the event's time with respect to the parameters.
     sensitivity : dict of ndarray, (12 N,)
-        Derivatives of the state at the event with respect to the same parameters, including the change of the event's
-        time.
+        Derivatives of the state at the event with respect to the parameters.
     """
 
     time: Floats
@@ -44,10 +44,10 @@ class EventDerivatives(ArrayFields):
 def at_event(run: Record, k: int = -1) -> EventDerivatives:
     """Return the derivatives of the time and the state of an event.
 
-    At a zero of the event's function g the time changes by dt = -(grad g . dx + dg/dp dp) / (dg/dt), and the state
-    by dx + f dt, with dx the tangent vector at a fixed time and f the rates of change there. The derivatives of g
-    itself are differences of eighth order. A :class:`fullbody.events.Function` depends only on the state and has no
-    dg/dp; for a closest approach, the third body keeps its position relative to the barycentre at the event.
+    At a zero of the event's function g the time changes by dt = -(grad g . dx + dg/dp dp) / (dg/dt), and the state by
+    dx + f dt, with dx the tangent vector at a fixed time and f the rates of change there. The derivatives of g itself
+    are differences of eighth order. A :class:`fullbody.events.Function` depends only on the state and has no dg/dp; for
+    a closest approach, the third body keeps its position relative to the barycentre at the event.
 
     Parameters
     ----------
@@ -57,8 +57,7 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     Returns
     -------
     EventDerivatives
-        Derivatives whose dictionaries have the parameters of the run and those of the event itself, such as
-        ``"value of Separation"``.
+        Its dictionaries have the parameters of the run and those of the event, such as ``"value of Separation"``.
 
     Raises
     ------
@@ -81,11 +80,9 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     if happened.derivatives is None:
         raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
     transition, sensitivity, flow = happened.derivatives
-    condition = happened.event._condition(run.context)
-    names = list(run.parameters)
-    gradient, by_time, direct, by_condition = condition.derivatives(
-        run.context.core, strip(happened.state, run.context), names
-    )
+    condition, names = happened.event._condition(run.context), list(run.parameters)
+    core = strip(happened.state, run.context)
+    gradient, by_time, direct, by_condition = condition.derivatives(run.context.core, core, names)
     rate = gradient @ flow + by_time
     if rate == 0.0:
         raise InvalidInput(f"the function of {happened.event!r} does not change along the run; expected one that does")
@@ -93,9 +90,5 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     fixed = dict(zip(names, sensitivity, strict=True)) | {name: np.zeros_like(flow) for name, _ in by_condition}
     by_parameter = dict(zip(names, direct, strict=True)) | dict(by_condition)
     times = {name: float(-(gradient @ values + by_parameter[name]) / rate) for name, values in fixed.items()}
-    return EventDerivatives(
-        time,
-        transition + np.outer(flow, time),
-        times,
-        {name: values + flow * times[name] for name, values in fixed.items()},
-    )
+    states = {name: values + flow * times[name] for name, values in fixed.items()}
+    return EventDerivatives(time, transition + np.outer(flow, time), times, states)

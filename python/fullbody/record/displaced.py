@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, overload
 
 import numpy as np
 
-from .. import _core
 from ..base import rotations
 from ..base.differences import difference
 from ..base.units import is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..events import Occurrence
-from ..model.state import strip, wrap
+from ..model.state import PARTS, sample, strip, wrap
 from ..typing import Floats
+from .derivatives import EventDerivatives
 
 #: The largest displacement in natural sizes; the error of the differences, relative to their scale, is its square.
 _STEP = 1e-5
@@ -50,9 +51,9 @@ class FunctionDerivatives(ArrayFields):
 def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = True) -> FunctionDerivatives:
     """Compute the derivatives of a function of the run with respect to its start and its parameters.
 
-    The function is evaluated on the run displaced along its own tangent vectors, twice for each of the 12 N
-    components of the start and for each parameter; nothing is integrated. The function may use samples, events,
-    elements, energies and angular momenta; a displaced run has no continuous solution, and no work of forces.
+    The function is evaluated on the run displaced along its own tangent vectors, twice for each of the 12 N components
+    of the start and for each parameter; nothing is integrated. The function may use samples, events, elements, energies
+    and angular momenta; a displaced run has no continuous solution, and no work of forces.
 
     Parameters
     ----------
@@ -73,9 +74,9 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
 
     Notes
     -----
-    The derivatives are differences of second order over a hundred-thousandth of the natural sizes of the
-    components; they are one-sided for a parameter at the end of its range, such as an eccentricity of zero. Their
-    error is about 1e-9 of the scale of the derivative.
+    The derivatives are differences of second order over a hundred-thousandth of the natural sizes of the components;
+    they are one-sided for a parameter at the end of its range, such as an eccentricity of zero. Their error is about
+    1e-9 of the scale of the derivative.
 
     Examples
     --------
@@ -90,7 +91,7 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
         raise InvalidInput(f"function is {function!r}; expected a function of a Run")
     value = function(run)
     unit = value.unit if is_quantity(value) else None
-    events = _EventsByColumn(run)
+    events = cache(run.at_event)
     size = run.transition.shape[-1]
 
     values = np.asarray(value if unit is None else value.value, dtype=np.float64)
@@ -115,11 +116,8 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
 
     by_start = np.stack([by(column) for column in range(size)], axis=-1) if start else None
     derivatives = {name: by(name) for name in run.parameters}
-    return FunctionDerivatives(value, by_start, {name: _scalar(numbers) for name, numbers in derivatives.items()})
-
-
-def _scalar(numbers: Floats) -> Any:
-    return float(numbers) if numbers.ndim == 0 else numbers
+    plain = {name: numbers if numbers.ndim else float(numbers) for name, numbers in derivatives.items()}
+    return FunctionDerivatives(value, by_start, plain)
 
 
 def _sizes(run: Any) -> Floats:
@@ -135,24 +133,17 @@ def _sizes(run: Any) -> Floats:
     return np.tile(np.repeat([length, speed, 1.0, spin], 3), record["position"].shape[1])
 
 
-def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: _EventsByColumn) -> Any:
+def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: Callable[[int], EventDerivatives]) -> Any:
     """Return a run whose samples and events are displaced."""
     system = run.system.changed(name, by) if isinstance(name, str) else run.system
     record = _Record(system, _moved(run.arrays, columns, by))
     start = run.invariants
     if len(run):
-        first = record.state(0)
+        first = sample(record, 0)
         core = system.context.core
         start = np.concatenate([[first.time], core.energy(first), core.angular_momentum(first)])
-    displaced = type(run)(
-        system,
-        run.integrator,
-        record,
-        start,
-        run.statistics,
-        stop_reason=run.stop_reason,
-        switched_off=run.switched_off,
-    )
+    rest = {"stop_reason": run.stop_reason, "switched_off": run.switched_off}
+    displaced = type(run)(system, run.integrator, record, start, run.statistics, **rest)
     displaced.events = _Events(run, name, by, events)
     return displaced
 
@@ -184,33 +175,15 @@ class _Record(dict[str, Floats]):
                 "events, energies and angular momenta"
             )
         quantity = getattr(self._system.context.core, name)
-        self[name] = np.array([quantity(self.state(k)) for k in range(len(self["time"]))])
+        self[name] = np.array([quantity(sample(self, k)) for k in range(len(self["time"]))])
         return self[name]
-
-    def state(self, k: int) -> _core.State:
-        """Return the state of a sample in the form that the core takes."""
-        arrays = (np.ascontiguousarray(self[key][k]) for key in ("position", "velocity", "attitude", "spin"))
-        return _core.State(float(self["time"][k]), *arrays)
-
-
-class _EventsByColumn:
-    """The derivatives of the events of a run, computed once for all columns."""
-
-    def __init__(self, run: Any) -> None:
-        self._run = run
-        self._cache: dict[int, Any] = {}
-
-    def __getitem__(self, k: int) -> Any:
-        if k not in self._cache:
-            self._cache[k] = self._run.at_event(k)
-        return self._cache[k]
 
 
 class _Events(Sequence[Occurrence]):
     """The events of a displaced run, each displaced on demand."""
 
-    def __init__(self, run: Any, name: str | int, by: float, known_names: _EventsByColumn) -> None:
-        self._run, self._name, self._by, self._cache = run, name, by, known_names
+    def __init__(self, run: Any, name: str | int, by: float, at: Callable[[int], EventDerivatives]) -> None:
+        self._run, self._name, self._by, self._at = run, name, by, at
 
     def __len__(self) -> int:
         return len(self._run.events)
@@ -224,20 +197,17 @@ class _Events(Sequence[Occurrence]):
     def __getitem__(self, k: slice) -> list[Occurrence]: ...
     def __getitem__(self, k: int | slice) -> Occurrence | list[Occurrence]:
         indices = range(len(self))[k]
-        return (
-            [self._occurrence(index) for index in indices] if isinstance(indices, range) else self._occurrence(indices)
-        )
+        return [*map(self._occurrence, indices)] if isinstance(indices, range) else self._occurrence(indices)
 
     def _occurrence(self, k: int) -> Occurrence:
-        happened, derivatives, name = self._run.events[k], self._cache[k], self._name
+        happened, derivatives, name = self._run.events[k], self._at(k), self._name
         context = self._run.context
         if isinstance(name, int):
             time, columns = derivatives.time[name], derivatives.transition[:, name]
         else:
             time, columns = derivatives.time_sensitivity[name], derivatives.sensitivity[name]
         core = strip(happened.state, context)
-        record = {key: getattr(core, key)[np.newaxis] for key in ("position", "velocity", "attitude", "spin")}
+        record = {key: getattr(core, key)[np.newaxis] for key in PARTS}
         moved = _moved(record | {"time": np.array([core.time + self._by * time])}, columns[np.newaxis], self._by)
-        arrays = (np.ascontiguousarray(moved[key][0]) for key in ("position", "velocity", "attitude", "spin"))
-        state = wrap(_core.State(float(moved["time"][0]), *arrays), context)
+        state = wrap(sample(moved, 0), context)
         return Occurrence(happened.event, state.time, state)
