@@ -16,15 +16,7 @@ from .record.integrators import rebuild
 def load(path: Any) -> Run | Any:
     """Read a run that :meth:`fullbody.Run.save` wrote, or a fit that :meth:`fullbody.fitting.Fit.save` wrote.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Run or Fit
-        The object that was saved, equal bit for bit; see :meth:`fullbody.Run.save` and
-        :meth:`fullbody.fitting.Fit.save` for what a file cannot hold.
+    It is equal bit for bit to what was saved; these methods say what a file cannot hold.
 
     Raises
     ------
@@ -60,26 +52,8 @@ def run_in(content: Content) -> Run[System]:
 def load_flight(path: Any) -> Flight[System]:
     """Read a flight that :meth:`fullbody.Flight.save` wrote.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Flight
-        The flight that was saved, equal bit for bit; functions of events are represented by their names.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is not a flight of this package, or is damaged; the message says what is wrong.
-    FileNotFoundError
-        If there is no such file.
-
-    Warns
-    -----
-    UncheckedFile
-        For a file without a checksum.
+    It is equal bit for bit to what was saved, with functions of events represented by their names; errors and warnings
+    are those of :func:`load`.
     """
     return read(path, "flight", _flight)
 

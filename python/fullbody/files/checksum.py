@@ -30,17 +30,8 @@ def line(file: IO[bytes], length: int) -> bytes:
 
 
 def check(file: IO[bytes]) -> bool:
-    """Check a file's checksum and raise an error if the file is damaged.
-
-    Returns
-    -------
-    bool
-        Whether the file has a checksum. Without one, only its length is checked.
-
-    Raises
-    ------
-    InvalidInput
-        For a file that is not NetCDF-4, or damaged.
+    """Return whether a file has a checksum, or raise an error if it is not NetCDF-4, or damaged; without one, only its
+    length is checked.
     """
     end, length = _end(file), file.seek(0, 2)
     if length < end:
@@ -50,9 +41,8 @@ def check(file: IO[bytes]) -> bool:
     expected = line(file, end)
     # One byte more than the line is read, to detect further bytes.
     if file.read(len(expected) + 1) != expected:
-        raise InvalidInput(
-            "the file is truncated or damaged: the checksum at its end does not fit what stands before it"
-        )
+        damaged = "the checksum at its end does not fit what stands before it"
+        raise InvalidInput(f"the file is truncated or damaged: {damaged}")
     return True
 
 

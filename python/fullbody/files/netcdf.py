@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from ..base.arguments import integer
 from ..base.atomic import check_suffix, replacing
-from ..base.units import need
+from ..base.units import Units, need
 from ..base.version import version
 from ..errors import InvalidInput
 from ..model.context import Context
@@ -69,6 +70,11 @@ _FORMAT = 2
 SUFFIXES = (".nc", ".nc4")
 
 
+def described(units: Units, dimension: str | None, text: str) -> dict[str, str]:
+    """Return the attributes of a variable by the dimension of its unit, if it has one, and its meaning."""
+    return {"long_name": text} | ({"units": str(units.unit(dimension))} if dimension and units.defined else {})
+
+
 def to_xarray(run: Record) -> xarray.Dataset:
     """Convert the run to an ``xarray.Dataset``, with units, the system and the integrator in its attributes.
 
@@ -77,10 +83,10 @@ def to_xarray(run: Record) -> xarray.Dataset:
     xarray.Dataset
         A dataset with the samples along the dimension ``time``. Events that happened have the dimension ``event``,
         labelled with their kinds, and variables ``event_time``, ``event_position`` and so on;
-        ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_index`` is the index in that
-        list. ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External
-        forces have the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and
-        ``angular_impulse``; ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
+        ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_index`` is the index in that list.
+        ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External forces have
+        the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
+        ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
 
     Examples
     --------
@@ -93,12 +99,7 @@ def to_xarray(run: Record) -> xarray.Dataset:
     with need("data", "a run as a dataset"):
         import xarray as xr
 
-    units = run.context.units
-
-    def attributes(dimension: str | None, text: str) -> dict[str, str]:
-        unit = {"units": str(units.unit(dimension))} if dimension and units.defined else {}
-        return {"long_name": text, **unit}
-
+    units, attributes = run.context.units, partial(described, run.context.units)
     variables = {
         name: (("time", *dims), run.arrays[name], attributes(dimension, text))
         for name, (dims, dimension, text) in _VARIABLES.items()
@@ -147,11 +148,8 @@ def to_xarray(run: Record) -> xarray.Dataset:
 def to_pandas(run: Record) -> pandas.DataFrame:
     """Convert the run to a ``pandas.DataFrame`` with a row per sample and a column per number.
 
-    Returns
-    -------
-    pandas.DataFrame
-        A table whose columns are (quantity, body, component) and whose index is the time; ``.attrs["units"]`` names
-        the units if the system has them.
+    The columns are (quantity, body, component) and the index is the time; ``.attrs["units"]`` names the units if the
+    system has them.
 
     Examples
     --------
@@ -189,32 +187,28 @@ def to_pandas(run: Record) -> pandas.DataFrame:
 def save(run: Record, path: Any) -> None:
     """Write the run to a NetCDF file, exactly and atomically; :func:`fullbody.load` reads it.
 
-    A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason.
-    It keeps neither the continuous solution of ``dense=True`` nor the functions of
-    :class:`fullbody.events.Function`, of which it keeps the names with the times and states of the events. It does
-    not keep the functions of :class:`fullbody.forces.Function` either: the system of a run from a file has the
-    force, but its integration raises an error that names the force.
+    A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason. It
+    keeps neither the continuous solution of ``dense=True`` nor the functions of :class:`fullbody.events.Function` and
+    :class:`fullbody.forces.Function`, but their names: events stay with times and states, and the integration of a
+    system with such a force raises an error that names it.
 
-    The file ends with a checksum of its content, after the part that NetCDF reads. :func:`fullbody.load` checks it
-    first. Other programs ignore the checksum and remove it when they write to the file; :func:`fullbody.load` then
-    warns.
+    The file ends with a checksum of its content, after the part that NetCDF reads, which :func:`fullbody.load` checks.
+    Other programs ignore it and remove it when they write to the file; :func:`fullbody.load` then warns.
 
-    The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points
-    to is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are
-    kept; a new file has the permissions that the umask leaves.
+    The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points to
+    is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are kept; a
+    new file has the permissions that the umask leaves.
 
     Parameters
     ----------
     path : str or Path
-        A name that ends in ``.nc`` or ``.nc4``.
+        A name that ends in ``.nc`` or ``.nc4``; others are refused.
 
     Raises
     ------
-    InvalidInput
-        For another ending.
     OSError
-        If the file cannot be written, for lack of space or permission, or because the path is a write-protected
-        file, a folder or a device; the error has the path.
+        If the file cannot be written, for lack of space or permission, or because the path is a write-protected file, a
+        folder or a device; the error has the path.
     """
     check_suffix(path, SUFFIXES)
     netcdf()

@@ -37,33 +37,19 @@ def fly(
 ) -> Flight[S]:
     """Fly massless particles among the bodies, from a state to a time.
 
-    The bodies are integrated first, as by :meth:`integrate`, and the particles are integrated along their
-    continuous solution, which takes 2.3 kB per step for two bodies. For several flights along the same motion, keep
-    a run with ``dense=True`` and use :meth:`fullbody.Run.fly`, where the other parameters are described.
+    The bodies are integrated first, as by :meth:`integrate`, and the particles are integrated along their continuous
+    solution, which takes 2.3 kB per step for two bodies. For several flights along the same motion, keep a run with
+    ``dense=True`` and use :meth:`fullbody.Run.fly`, where the other parameters are described.
 
     Parameters
     ----------
     state : State
         State of the bodies at the particles' time.
     particles : Particles
-    until : float, Quantity or text with a unit
-        End of the flight; a time before ``state.time`` makes a flight backwards.
-    duration : float, Quantity or text with a unit
-        Length of the flight, in place of ``until``.
-    output : None, "ends", float, Quantity or array_like
-    integrator : Integrator, optional
-    contact : {"stop", "remove"} or Bounce
-    escape : Escape, optional
-    radiation : Radiation, optional
-    events : iterable of ParticleEvent
+    until, duration : float, Quantity or text with a unit
+        End of the flight, before ``state.time`` for a flight backwards, or its length.
     bodies_integrator : Integrator, optional
         Integrator of the bodies, as in :meth:`integrate`.
-    threads : int, optional
-    progress : bool, str or callable
-
-    Returns
-    -------
-    Flight
 
     Raises
     ------

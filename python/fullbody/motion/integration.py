@@ -47,10 +47,9 @@ def integrate(
     Parameters
     ----------
     state : State
-    until : float, Quantity or text with a unit
-        End of the run; a time before ``state.time`` makes a run backwards.
-    duration : float, Quantity or text with a unit
-        Length of the run, such as ``"30 day"``, in place of ``until``; below zero for a run backwards.
+    until, duration : float, Quantity or text with a unit
+        End of the run, a time; or its length, such as ``"30 day"``. A time before ``state.time`` and a length below
+        zero make a run backwards.
     output : None, "ends", float, Quantity or array_like
         The times that are recorded. ``None`` means every accepted step, ``"ends"`` the start and the end, a number the
         spacing of times from the start to the end, and an array exactly these times; with an empty array only events
@@ -63,8 +62,7 @@ def integrate(
         Whether the run is kept as a function of time, ``run(t)``, which takes 2.3 kB per step for two bodies.
     progress : bool, str or callable
         ``True`` or a title for a progress bar, or a function of (done, total, description) that is called at most every
-        50 ms, with the time that has passed and the length of the run. The result of the function is ignored; an error
-        that it raises ends the run.
+        50 ms, with the time that has passed and the length of the run. An error that it raises ends the run.
     autosave : (path, seconds), optional
         The path of a file and an interval. The simulation is written to the file when the run begins, at this interval
         and when the run ends for whatever reason; :meth:`fullbody.Simulation.load` continues from it. A file that
@@ -102,19 +100,9 @@ def integrate(
     (11, 2, 3)
     """
     core, chosen = begin(system.context, state, integrator)
-    task = Task(
-        system,
-        chosen,
-        core.time,
-        until,
-        duration=duration,
-        output=output,
-        events=events,
-        dense=dense,
-        derivatives=derivatives,
-        chaos=chaos,
-    )
-    return advance(core, task, progress, autosave)
+    options: dict[str, Any] = {"duration": duration, "output": output, "events": events}
+    options |= {"dense": dense, "derivatives": derivatives, "chaos": chaos}
+    return advance(core, Task(system, chosen, core.time, until, **options), progress, autosave)
 
 
 def integrator_of(integrator: Integrator | None) -> Integrator:
@@ -208,10 +196,9 @@ class Task:
             numbers += 12 * bodies * (12 * bodies + len(self.derivatives))
         most = 2.0**34 / (8.0 * numbers)
         if abs(count) > most:
-            raise InvalidInput(
-                f"until is {until!r} and output is {output!r}, which ask for {abs(count):.3g} samples; expected a time "
-                f"and a spacing with at most {most:.3g}, which take 17 GB"
-            )
+            asked = f"which ask for {abs(count):.3g} samples"
+            expected = f"expected a time and a spacing with at most {most:.3g}, which take 17 GB"
+            raise InvalidInput(f"until is {until!r} and output is {output!r}, {asked}; {expected}")
 
     def run(self, arrays: dict[str, Any], counts: Iterable[int]) -> Run[Any]:
         """Return the run of the core's arrays."""
@@ -219,21 +206,14 @@ class Task:
         parts = ("start", "events", "dense", "stop_reason", "switched_off")
         start, happened, solution, (reason, _), switched_off = (arrays.pop(name) for name in parts)
         off = zip(context.forces, switched_off, strict=True)
-        return Run(
-            self._system,
-            self._integrator,
-            arrays,
-            np.array(start),
-            Statistics(*counts),
-            events=[
-                Occurrence(self.events[index], context.units.attach(time, "time"), wrap(state, context), derivatives)
-                for index, time, state, derivatives in happened
-            ],
-            stop_reason=reason,
-            dense=None if solution is None else Dense(context, solution),
-            switched_off={force: times for force, times in off if times is not None},
-            parameters=tuple(self.derivatives or ()),
-        )
+        options: dict[str, Any] = {"stop_reason": reason, "parameters": tuple(self.derivatives or ())}
+        options["switched_off"] = {force: times for force, times in off if times is not None}
+        options["events"] = [
+            Occurrence(self.events[index], context.units.attach(time, "time"), wrap(state, context), derivatives)
+            for index, time, state, derivatives in happened
+        ]
+        dense = None if solution is None else Dense(context, solution)
+        return Run(self._system, self._integrator, arrays, np.array(start), Statistics(*counts), dense=dense, **options)
 
     def failed(self, error: BaseException, run: Run[Any], time: float) -> BaseException:
         """Return the error that ended a run at a time, with the run so far in its attribute ``run``."""

@@ -46,8 +46,8 @@ class Run(Record[S]):
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`fullbody.record.Track` of one body. ``run[::k]``,
     ``run[[0, 5, 9]]`` and ``run[mask]`` are runs with some of the samples, which keep the start, statistics and events
-    of the whole run.
-    Arrays are read-only views; they are Quantities if the system has units. Pickles and files do not contain ``dense``.
+    of the whole run. Arrays are read-only views; they are Quantities if the system has units. Pickles and files do not
+    contain ``dense``.
 
     Attributes
     ----------
@@ -114,10 +114,6 @@ class Run(Record[S]):
         points : array_like or Quantity, (..., 3)
         body : int or str, optional
 
-        Returns
-        -------
-        Gravity
-
         Examples
         --------
         >>> import fullbody
@@ -147,12 +143,9 @@ class Run(Record[S]):
             rows.append(("time", f"{number(self.time[0])} to {number(self.time[-1])}"))
         if not (len(self) and self.start.time == self.time[0]):
             rows.append(("start", number(self.start.time)))
-        rows += [
-            ("integrator", repr(self.integrator)),
-            ("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"),
-        ]
-        kinds = Counter(type(happened.event).__name__ for happened in self.events)
-        if kinds:
+        rows.append(("integrator", repr(self.integrator)))
+        rows.append(("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"))
+        if kinds := Counter(type(happened.event).__name__ for happened in self.events):
             rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
         rows += [(f"{name} switched off", f"{times} times") for name, times in self.switched_off.items()]
         if early := STOP_REASONS[self.stop_reason]:

@@ -30,10 +30,8 @@ class ParticleEvent(Declared):
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
-        return {
-            **{"kind": type(self).__name__, "direction": self.direction},
-            **self._unitless(context.units, context.index),
-        }
+        numbers = self._unitless(context.units, context.index)
+        return {"kind": type(self).__name__, "direction": self.direction, **numbers}
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
@@ -61,13 +59,7 @@ class Shadow(ParticleEvent):
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(ParticleEvent):
-    """The least distance of a particle from the centre of a body.
-
-    Parameters
-    ----------
-    body : int or str
-        The body's index in the system, or its name.
-    """
+    """The least distance of a particle from the centre of a body, given by its index or its name."""
 
     body: int | str = field(default=0, metadata=of_kind(BodyIndex()))
     direction: int = field(default=1, kw_only=True, metadata=of_kind(sense))

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import warn_if_degrees
+from ..base.attributes import Attribute
 from ..base.kinds import whole
 from ..base.limits import Limits
 from ..base.units import AnyUnits, Units, fits, gathered
@@ -17,6 +18,8 @@ from ..model.context import SystemLike
 from ..model.state import State
 from ..typing import Floats
 from .launch import LaunchSite, cone, launched
+
+_DIMENSIONS = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass", "time": "time"}
 
 
 class Particles:
@@ -51,29 +54,24 @@ class Particles:
     """
 
     def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
-        self._values = {
-            "position": gathered(position, "position", "length"),
-            "velocity": gathered(velocity, "velocity", "velocity"),
-            "area_to_mass": gathered(area_to_mass, "area_to_mass", "area to mass"),
-        }
-        if time is not None:
-            self._values["time"] = gathered(time, "time", "time")
+        given = {"position": position, "velocity": velocity, "area_to_mass": area_to_mass}
+        given |= {} if time is None else {"time": time}
+        self._values = {name: gathered(value, name, _DIMENSIONS[name]) for name, value in given.items()}
         # Numbers that are invalid in every system are refused when the particles are made.
         self._numbers(AnyUnits())
         self._time(AnyUnits())
 
     def _numbers(self, units: Units) -> tuple[Floats, Floats, Floats]:
         """Return positions, velocities and area-to-mass ratios as numbers in the units of a system."""
-        dimensions = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass"}
-        numbers = {name: units.strip(self._values[name], of, name) for name, of in dimensions.items()}
+        names = ("position", "velocity", "area_to_mass")
+        numbers = {name: units.strip(self._values[name], _DIMENSIONS[name], name) for name in names}
         position, velocity = numbers["position"], numbers["velocity"]
         for name in ("position", "velocity"):
             if not fits(numbers[name], ("P", 3)):
                 raise InvalidInput(f"{name} of particles has shape {numbers[name].shape}; expected (P, 3)")
         if position.shape != velocity.shape:
-            raise InvalidInput(
-                f"velocity of particles has shape {velocity.shape}; expected {position.shape}, as position has"
-            )
+            expected = f"expected {position.shape}, as position has"
+            raise InvalidInput(f"velocity of particles has shape {velocity.shape}; {expected}")
         if not len(position):
             raise InvalidInput("position of particles has no rows; expected at least one particle")
         ratio = numbers["area_to_mass"]
@@ -90,8 +88,7 @@ class Particles:
                 raise InvalidInput(f"{name} of particle {index} is {values[index]}; {expected}")
         negative = numbers["area_to_mass"] < 0.0
         if negative.any():
-            index = int(np.argmax(negative))
-            value = numbers["area_to_mass"][index]
+            index, value = int(np.argmax(negative)), numbers["area_to_mass"][negative][0]
             raise InvalidInput(f"area_to_mass of particle {index} is {value}; expected zero or more")
         return position, velocity, numbers["area_to_mass"]
 
@@ -99,25 +96,10 @@ class Particles:
         """Return the time as a number in the units of a system."""
         return units.number(self._values["time"], "time", "time of particles") if "time" in self._values else None
 
-    @property
-    def position(self) -> Any:
-        """Inertial positions (P, 3), as given."""
-        return self._values["position"]
-
-    @property
-    def velocity(self) -> Any:
-        """Inertial velocities (P, 3), as given."""
-        return self._values["velocity"]
-
-    @property
-    def area_to_mass(self) -> Any:
-        """Area-to-mass ratios, as given."""
-        return self._values["area_to_mass"]
-
-    @property
-    def time(self) -> Any:
-        """The time of the positions and velocities, as given; ``None`` if none was given."""
-        return self._values.get("time")
+    position = Attribute[Any](lambda self: self._values["position"], "Inertial positions (P, 3), as given.")
+    velocity = Attribute[Any](lambda self: self._values["velocity"], "Inertial velocities (P, 3), as given.")
+    area_to_mass = Attribute[Any](lambda self: self._values["area_to_mass"], "Area-to-mass ratios, as given.")
+    time = Attribute[Any](lambda self: self._values.get("time"), "The time of both, as given; ``None`` if none was.")
 
     def __len__(self) -> int:
         return len(self._values["position"])
@@ -147,7 +129,7 @@ class Particles:
         elevation: Any = np.pi / 2,
         area_to_mass: Any = 0.0,
     ) -> Particles:
-        """Make particles that leave the surface of a body.
+        """Make particles that leave the surface of a body, as many as the arguments broadcast to.
 
         Parameters
         ----------
@@ -160,16 +142,9 @@ class Particles:
             outermost point is taken. The notes say which side of a body leads.
         speed : float, Quantity or array_like
             Speed relative to the rotating surface.
-        azimuth : float, Quantity or array_like
-            Direction in the plane across the outward normal, from north towards east.
-        elevation : float, Quantity or array_like
-            Angle above the plane across the outward normal.
+        azimuth, elevation : float, Quantity or array_like
+            Direction in the plane across the outward normal, from north towards east, and the angle above this plane.
         area_to_mass : float, Quantity or array_like
-
-        Returns
-        -------
-        Particles
-            The number of particles follows from broadcasting the arguments to one shape.
 
         Warns
         -----
@@ -220,9 +195,8 @@ class Particles:
 
         Parameters
         ----------
-        system : System
-        state : State
-        body : int or str
+        system, state, body, area_to_mass
+            As for :meth:`from_surface`.
         longitude, latitude : float or Quantity
             Direction of the crater, as in :meth:`from_surface`, whose notes say which side leads.
         speed : float, Quantity or array_like, () or (n,)
@@ -235,16 +209,6 @@ class Particles:
             Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
-        area_to_mass : float, Quantity or array_like
-
-        Returns
-        -------
-        Particles
-
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
         count = whole(n, "n")
         site, units = LaunchSite(system, state, body), system.context.units

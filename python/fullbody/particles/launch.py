@@ -9,6 +9,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import generator
 from ..base.limits import FINITE, LATITUDE, NOT_NEGATIVE
+from ..base.rotations import towards
 from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..model.context import SystemLike
@@ -23,27 +24,22 @@ class LaunchSite:
         self.system, self.index = system, system.context.index(body, "body")
         core = strip(state, system.context)
         if len(core.position) != len(system.context):
-            raise InvalidInput(
-                f"state has {len(core.position)} bodies; expected {len(system.context)}, as the system has"
-            )
+            count = len(system.context)
+            raise InvalidInput(f"state has {len(core.position)} bodies; expected {count}, as the system has")
         self.position, self.velocity = core.position[self.index], core.velocity[self.index]
         self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
 
     def surface(self, directions: Floats) -> tuple[Floats, Floats]:
-        """Return points (P, 3) of the surface in directions from the centre, and the outward normals, in the body
+        """Return points (P, 3) of the surface in directions from the centre and their outward normals, in the body
         frame.
         """
         return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
 
     def moved(self, point: Floats, velocity: Floats) -> tuple[Any, Any]:
         """Return inertial positions and velocities of points that move relative to the body, with units."""
-        units = self.system.context.units
-        moving = velocity + np.cross(self.spin, point)
-        position = self.position + point @ self.rotation.T
-        return (
-            units.attach(position, "length"),
-            units.attach(self.velocity + moving @ self.rotation.T, "velocity"),
-        )
+        attach, moving = self.system.context.units.attach, velocity + np.cross(self.spin, point)
+        position, velocity = self.position + point @ self.rotation.T, self.velocity + moving @ self.rotation.T
+        return attach(position, "length"), attach(velocity, "velocity")
 
 
 def launched(
@@ -63,8 +59,7 @@ def launched(
         shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in angles.items())
         raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
     lon, lat, rate, az, el = (np.ravel(values).astype(np.float64) for values in both)
-    directions = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1)
-    point, normal = site.surface(directions)
+    point, normal = site.surface(towards(lon, lat))
     east = np.cross([0.0, 0.0, 1.0], normal)
     length = np.linalg.norm(east, axis=1, keepdims=True)
     # At a pole, the longitude defines the direction of east.

@@ -82,10 +82,9 @@ class Radiation(Declared):
     ----------
     by : str
         Name of the :class:`fullbody.forces.ThirdBody` that radiates.
-    strength : float or Quantity, optional
-        Luminosity divided by 4 pi c, a force. The default is the Sun's value, which needs a system with units.
-    radius : float or Quantity, optional
-        Radius of the third body. The default is the Sun's radius, which needs a system with units.
+    strength, radius : float or Quantity, optional
+        Its luminosity divided by 4 pi c, a force, and its radius. The defaults are the Sun's, which need a system with
+        units.
     """
 
     by: str = "Sun"
@@ -97,15 +96,14 @@ class Radiation(Declared):
         numbers = self._unitless(context.units)
         for name, value in numbers.items():
             if value is None and not context.units.defined:
-                raise InvalidInput(
-                    f"{name} of Radiation is not given; expected a number, since the system has no units"
-                )
+                expected = "expected a number, since the system has no units"
+                raise InvalidInput(f"{name} of Radiation is not given; {expected}")
             if value is None:
                 numbers[name] = context.units.number(*_SUN[name], name)
         return self.by, numbers["strength"], numbers["radius"]
 
     def visible(self, system: SystemLike, state: State, points: Any) -> Floats:
-        """Compute the visible part of the third body's disc at points.
+        """Return the visible part (...) of the third body's disc at points, from 0, in the umbra, to 1, in full light.
 
         Parameters
         ----------
@@ -114,15 +112,9 @@ class Radiation(Declared):
             State of the bodies, whose barycentre is taken as the nominal one.
         points : array_like or Quantity, (..., 3)
             Positions in the inertial frame, in the coordinates of the state.
-
-        Returns
-        -------
-        ndarray, (...)
-            Visible fraction from 0, in the umbra, to 1, in full light.
         """
         context = system.context
         coordinates = context.units.numbers(points, "length", "points", ("...", 3))
         rows = np.ascontiguousarray(coordinates.reshape(-1, 3))
-        return _core.visible(context.core, strip(state, context), self._describe(context), rows).reshape(
-            coordinates.shape[:-1]
-        )
+        visible = _core.visible(context.core, strip(state, context), self._describe(context), rows)
+        return visible.reshape(coordinates.shape[:-1])

@@ -37,7 +37,7 @@ class Dense:
     @overload
     def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
-        """Return the state at a time of the run, or the :class:`~fullbody.record.Samples` at times (K,) in any order."""
+        """Return the state at a time of the run, or :class:`~fullbody.record.Samples` at times (K,) in any order."""
         units = self.context.units
         values = units.strip(time, "time", "time")
         if values.ndim > 1:

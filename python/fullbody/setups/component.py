@@ -43,22 +43,20 @@ class Component(ArrayFields, Tabled):
 
     Parameters
     ----------
-    semi_axes : (a, b, c), optional
-        The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters``, ``diameter`` and
-        ``composite``.
-    diameters : (2a, 2b, 2c), optional
-        Full axes instead of semi-axes.
+    semi_axes, diameters : (a, b, c) or (2a, 2b, 2c), optional
+        The semi-axes along the body's x, y and z, or the full axes. Give one of ``semi_axes``, ``diameters``,
+        ``diameter`` and ``composite``.
     diameter : float or Quantity, optional
         The diameter of the sphere of equal volume; ``axis_ratios`` shapes it.
     axis_ratios : (a/b, b/c)
         The ratios a/b and b/c of neighbouring axes, as in models of light curves, to be given with ``diameter``; both
-        are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former:
-        ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
+        are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3,
+        1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
     composite : Composite, Polyhedron or StokesCoefficients, optional
         A body of several parts, whose masses are scaled in proportion to the body's mass, and which is not compatible
         with a density; or another shape.
-    mass, density : float or Quantity, optional
-        At most one of the two. Without either, the mass follows from the other values of the binary.
+    mass, density, GM : float or Quantity, optional
+        At most one of the three. Without any, the mass follows from the other values of the binary.
     rotation_period : float or Quantity, optional
         The period of the spin about the body's z-axis: negative for a spin against it, infinite for none. Without it a
         body that is not synchronous starts without rotation, with a warning.
@@ -98,15 +96,16 @@ class Component(ArrayFields, Tabled):
         shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
         count = sum(shape is not None for shape in shapes)
         if count != 1:
-            expected = "semi_axes, diameters, diameter, composite; expected one of them"
-            raise InvalidInput(f"{called} has {count} of {expected}")
+            raise InvalidInput(
+                f"{called} has {count} of semi_axes, diameters, diameter, composite; expected one of them"
+            )
         if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
             expected = "a Composite, a Polyhedron or StokesCoefficients"
             raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
+            kind = type(self.composite).__name__
             raise InvalidInput(
-                f"{called} is given a density, and has a {type(self.composite).__name__}; "
-                "expected a mass, or what it follows from"
+                f"{called} is given a density, and has a {kind}; expected a mass, or what it follows from"
             )
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():

@@ -117,7 +117,7 @@ from .toml_table import TomlTable
 
 _RUN = ("until", "output", "start", "origin", "file")
 _TOP = ("system", "body", "binary", "forces", "integrator", "run")
-#: The choices of ``origin``, the default first.
+#: The default is the first one.
 _INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verner98"))
 
 
@@ -148,23 +148,17 @@ class Configuration(ArrayFields):
     file: Path
 
     def run(self, until: Any = None, progress: Any = False) -> Run:
-        """Integrate the system without writing a file.
+        """Integrate the system, to the time of the file unless another one is given, without writing a file.
 
         Parameters
         ----------
         until : float or Quantity, optional
-            Another end time than that of the file.
         progress : bool or callable
-
-        Returns
-        -------
-        Run
         """
         end = self.until if until is None else until
         try:
-            return self.system.integrate(
-                self.state, end, output=self.output, integrator=self.integrator, progress=progress
-            )
+            options = {"output": self.output, "integrator": self.integrator, "progress": progress}
+            return self.system.integrate(self.state, end, **options)
         except InvalidInput as error:
             # Whether the times fit is known only when the end is.
             if "output" not in str(error):
@@ -174,10 +168,6 @@ class Configuration(ArrayFields):
 
 def read_toml(path: Any) -> Configuration:
     """Read a ``system.toml``.
-
-    Parameters
-    ----------
-    path : str or Path
 
     Returns
     -------
@@ -194,37 +184,23 @@ def read_toml(path: Any) -> Configuration:
     path = as_path(path)
     top = TomlTable(path, "", {}, Units())
     with top.naming(""):
-        top.content = {
-            key: replaced(item, with_unit) for key, item in toml_content(path).items() if key not in METADATA
-        }
+        content = toml_content(path).items()
+        top.content = {key: replaced(item, with_unit) for key, item in content if key not in METADATA}
     top.only(*_TOP)
     top.units = _units(top.table("system"))
     run, integrator = top.table("run").only(*_RUN), _integrator(top.table("integrator", required=False))
     with top.naming("binary" if "binary" in top else "system"):
         system, state = build(top, {"units": top.units.names})
-    attach = top.units.attach
-    return Configuration(
-        path,
-        system,
-        state,
-        integrator,
-        attach(run.number("until", "time"), "time"),
-        attach(_output(run), "time") if "output" in run else None,
-        path.parent / _file(run),
-    )
+    until = top.units.attach(run.number("until", "time"), "time")
+    output = top.units.attach(_output(run), "time") if "output" in run else None
+    return Configuration(path, system, state, integrator, until, output, path.parent / _file(run))
 
 
 def build(top: TomlTable, options: dict[str, Any], planar: bool = False) -> tuple[System, State]:
-    """Make the system and the state of a file.
+    """Make the system and the state of a file, with the units of its plain numbers.
 
-    Parameters
-    ----------
-    top
-        The whole file, with the units of its plain numbers.
-    options
-        Options of :class:`fullbody.System`, which have priority over those of the file; ``G`` or ``units`` is one.
-    planar
-        Whether the orbit of a binary is to be in the xy-plane with its node on the x-axis, whatever its pole is.
+    The options are those of :class:`fullbody.System`, which have priority over those of the file; ``G`` or ``units`` is
+    one. With ``planar`` the orbit of a binary is in the xy-plane with its node on the x-axis, whatever its pole is.
     """
     table, rows = top.table("system"), top.tables("body")
     known_names = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
@@ -258,13 +234,11 @@ def toml_content(path: Path) -> dict[str, Any]:
     try:
         # The byte order mark that some editors write is accepted.
         return tomllib.loads(normal(written.decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        other = other_reader(path, "fullbody.read_toml")
-        raise InvalidInput(f"{path}: is not text; expected a file of TOML{other}") from error
+    # Python's limits on the digits of a number and on nested brackets raise these errors too.
     except (ValueError, RecursionError) as error:
-        # Python's limits on the digits of a number and on nested brackets raise these errors.
-        other = other_reader(path, "fullbody.read_toml")
-        raise InvalidInput(f"{path}: not valid TOML: {error}{other}") from error
+        no_text = isinstance(error, UnicodeDecodeError)
+        found = "is not text; expected a file of TOML" if no_text else f"not valid TOML: {error}"
+        raise InvalidInput(f"{path}: {found}{other_reader(path, 'fullbody.read_toml')}") from error
 
 
 def _units(system: TomlTable) -> Units:

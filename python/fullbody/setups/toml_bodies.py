@@ -44,8 +44,8 @@ def body(table: TomlTable, G: float) -> Body:
 def pair(table: TomlTable, rows: list[TomlTable], G: float) -> dict[str, Any]:
     """Return the arguments of :func:`fullbody.binary` from its table and those of the two bodies.
 
-    Beside these arguments there may be ``inclination`` and ``ascending_node`` for the pole, and ``mean_longitude`` for
-    the mean anomaly.
+    Beside them there may be ``inclination`` and ``ascending_node`` for the pole, and ``mean_longitude`` for the mean
+    anomaly.
     """
     table.only(*OF_BINARIES, *_CHOICES, "pole", "inclination", "ascending_node", "mean_longitude")
     if len(rows) != 2:
@@ -195,20 +195,14 @@ def _polyhedron(table: TomlTable) -> Polyhedron:
 
 def _stokes(table: TomlTable) -> StokesCoefficients:
     """Make a shape from Stokes coefficients, in the system's units, of a file beside this one or of the table."""
-    coefficients = table.table("stokes").only(
-        "file", "C", "S", "reference_radius", "inertia", "radius", "normalization"
-    )
-    arguments: dict[str, Any] = {
-        key: coefficients.number(key, "length") for key in ("reference_radius", "radius") if key in coefficients
-    }
+    lengths = dict.fromkeys(("reference_radius", "radius"), Number("length"))
+    coefficients = table.table("stokes").only("file", "C", "S", *lengths, "inertia", "normalization")
+    arguments: dict[str, Any] = coefficients.given(lengths)
     arguments["inertia"] = coefficients.number("inertia", "area")
     if "normalization" in coefficients:
         arguments["normalization"] = coefficients.text("normalization")
     with coefficients.naming(""):
         if coefficients.one_of("file", "C") == "file":
             return StokesCoefficients.read(table.path.parent / coefficients.text("file"), **arguments)
-        return StokesCoefficients(
-            coefficients.content["C"],
-            coefficients.content.get("S", np.zeros_like(coefficients.content["C"])),
-            **arguments,
-        )
+        C = coefficients.content["C"]
+        return StokesCoefficients(C, coefficients.content.get("S", np.zeros_like(C)), **arguments)

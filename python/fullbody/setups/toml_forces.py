@@ -8,18 +8,17 @@ from typing import Any
 from ..base.kinds import Kind, Number, direction, kinds_of
 from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
 from ..forces.radiation import torque_dimension
-from ..orbit.elements import KeplerElements
+from ..orbit.elements import DIMENSIONS, KeplerElements
 from .toml_table import TomlTable
 
-#: The elements of an orbit with their dimensions, and the words for angles in place of the last two.
-_ELEMENTS = {"a": "length", "e": "number", "i": "angle", "Omega": "angle"}
-ELEMENTS = {**_ELEMENTS, **dict.fromkeys(("omega", "M", "f", "l", "pomega", "theta"), "angle")}
+#: The elements of an orbit, also by other words for angles, with their dimensions.
+ELEMENTS = DIMENSIONS | dict.fromkeys(("f", "l", "pomega", "theta"), "angle")
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
 
 
 def elements(table: TomlTable) -> KeplerElements[Any]:
     """Make the orbit of a table, in its units."""
-    given = [name for name in ELEMENTS if name in table or name in _ELEMENTS]
+    given = [name for name in ELEMENTS if name in table or name in ("a", "e", "i", "Omega")]
     numbers = {name: table.number(name, ELEMENTS[name]) for name in given}
     with table.naming(""):
         return KeplerElements(**numbers)
