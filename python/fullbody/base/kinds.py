@@ -103,13 +103,9 @@ class Number:
         return units.attach(np.array(value) if self.shape else value, self.dimension)
 
 
-@dataclass(frozen=True, slots=True)
-class BodyIndex:
-    """The kind of a body of a system, given by its index or name."""
-
-    def __call__(self, value: Any, what: str) -> Any:
-        """Return the body as it is given; whether there is one, only a system knows."""
-        return value
+def body_index(value: Any, what: str) -> Any:
+    """Return a body of a system as it is given, by its index or name; whether there is one, only a system knows."""
+    return value
 
 
 Kind = Callable[[Any, str], Any]
@@ -160,6 +156,6 @@ class Declared(ScalarFields):
             value = getattr(self, name)
             if isinstance(kind, Number):
                 found[name] = None if value is None else kind.unitless(value, self._what(name, of), units)
-            elif isinstance(kind, BodyIndex) and index is not None:
+            elif kind is body_index and index is not None:
                 found[name] = None if value is None else index(value, self._what(name))
         return found

@@ -20,7 +20,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import directions
-from ..base.kinds import BodyIndex, Declared, Number, direction, flag, function, of_kind, sense
+from ..base.kinds import Declared, Number, body_index, direction, flag, function, of_kind, sense
 from ..base.limits import POSITIVE
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput
@@ -74,8 +74,8 @@ class Event(Declared):
 
 @dataclass(frozen=True, eq=False)
 class _TwoBodyEvent(Event):
-    body: int | str = field(default=1, metadata=of_kind(BodyIndex()))
-    about: int | str = field(default=0, metadata=of_kind(BodyIndex()))
+    body: int | str = field(default=1, metadata=of_kind(body_index))
+    about: int | str = field(default=0, metadata=of_kind(body_index))
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +165,8 @@ class PlaneCrossing(Event):
     terminal : bool
     """
 
-    body: int | str = field(default=1, metadata=of_kind(BodyIndex()))
-    about: int | str | None = field(default=0, metadata=of_kind(BodyIndex()))
+    body: int | str = field(default=1, metadata=of_kind(body_index))
+    about: int | str | None = field(default=0, metadata=of_kind(body_index))
     normal: Any = field(default=(0.0, 0.0, 1.0), metadata=of_kind(direction))
 
     def _condition(self, context: Context) -> _core.Condition:
@@ -315,8 +315,8 @@ class Occultation(Event):
     'event'
     """
 
-    body: int | str = field(metadata=of_kind(BodyIndex()))
-    by: int | str = field(metadata=of_kind(BodyIndex()))
+    body: int | str = field(metadata=of_kind(body_index))
+    by: int | str = field(metadata=of_kind(body_index))
     toward: Any = None
     times: Any = field(default=None, metadata=of_kind(Number("time", shape=("T",))))
     total: bool = field(default=False, metadata=of_kind(flag))

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from .. import _core
 from ..base.kinds import flag, of_kind
+from ..base.units import Units
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
-from ..model.calls import Call
-from ..model.context import Context
+from ..model.context import Call, Context
 from ..model.force import Force
 from ..model.state import wrap
-
-if TYPE_CHECKING:
-    from ..base.units import Units
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
 #: The status of success of a Python function's wrapper: one that ctypes does not make up after an early Ctrl-C.

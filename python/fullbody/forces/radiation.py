@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
-from ..base.kinds import BodyIndex, Number, choice, direction, of_kind
+from .. import _core
+from ..base.kinds import Number, body_index, choice, direction, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
-from ..base.units import UNITLESS, gathered, need
+from ..base.units import UNITLESS, Units, gathered, need
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
-
-if TYPE_CHECKING:
-    from .. import _core
-    from ..base.units import Units
 
 #: Force divided by pressure and squared radius, for a coefficient of one.
 _BYORP = {
@@ -103,12 +100,9 @@ class Yorp(Force):
     Notes
     -----
     See Rubincam (2000). With C the largest moment of inertia the spin changes by torque ``along`` / C, and the
-    obliquity by torque ``across`` / (C spin). A coefficient f means, with P the pressure, R the radius and m the mass,
-
-    - ``"quillen_2022"``: a torque f P R^3 (Quillen, LaBarca & Chen);
-    - ``"steinberg_sari_2011"``: a torque (2 pi / 3) f P R^3;
-    - ``"rossi_2009"``: a rate of the spin (2/3) f P R / m = f P / (2 pi density R^2) (Rossi, Marzari & Scheeres; Y of
-      Jacobson & Scheeres), for ``along`` alone.
+    obliquity by torque ``across`` / (C spin). With a coefficient f, P the pressure, R the radius and m the mass, the
+    torque is f P R^3 for ``"quillen_2022"`` and (2 pi / 3) f P R^3 for ``"steinberg_sari_2011"``, and the rate of the
+    spin (2/3) f P R / m for ``"rossi_2009"``, which defines ``along`` alone.
 
     Examples
     --------
@@ -122,7 +116,7 @@ class Yorp(Force):
 
     _called = "YORP on"
 
-    on: int | str = field(metadata=of_kind(BodyIndex()))
+    on: int | str = field(metadata=of_kind(body_index))
     along: Any
     across: Any = 0.0
     obliquity: Any = field(default=None, metadata=of_kind(Number("angle", shape=("T",))))
@@ -257,16 +251,10 @@ class Byorp(Force):
     Notes
     -----
     According to Cuk & Burns (2005) and McMahon & Scheeres (2010), a circular orbit drifts by da/dt = 2 F / (m n), where
-    F is the force along the motion, m the secondary's mass and n the mean motion. The eccentricity of a secondary that
-    rotates uniformly changes by de/e = -1/4 da/a, and librations change that ratio. With P the pressure and R the
-    secondary's radius, a coefficient f means
-
-    - ``"jacobson_scheeres_2011"``, ``"quillen_2022"``: F = f P R^2;
-    - ``"steinberg_sari_2011"``, ``"wang_hou_2021"``: F = (2 pi / 3) f P R^2.
-
-    If an author defines a torque, it is taken about the centre of the other body: F times the distance of the two
-    centres. The drift printed by Jacobson & Scheeres (2011) is larger than 2 F / (m n) by sqrt(1 + q), with q the ratio
-    of the masses, since they take the mean motion of a massless secondary.
+    F is the force along the motion, m the secondary's mass and n the mean motion. With P the pressure and R the
+    secondary's radius, a coefficient f means F = f P R^2 for ``"jacobson_scheeres_2011"`` and ``"quillen_2022"``, and
+    F = (2 pi / 3) f P R^2 for ``"steinberg_sari_2011"`` and ``"wang_hou_2021"``. The theory of forces in the
+    documentation compares the papers' definitions.
 
     Examples
     --------
@@ -275,10 +263,8 @@ class Byorp(Force):
     >>> import fullbody, numpy as np
     >>> from astropy import units as u
     >>> system, state = fullbody.systems.kw4(units=True)
-    >>> pressure = fullbody.forces.solar_pressure("0.642 au", 0.688)
-    >>> byorp = fullbody.forces.Byorp(
-    ...     on="Beta", about="Alpha", coefficient=0.02, normalization="jacobson_scheeres_2011", pressure=pressure
-    ... )
+    >>> light = {"pressure": fullbody.forces.solar_pressure("0.642 au", 0.688), "normalization": "quillen_2022"}
+    >>> byorp = fullbody.forces.Byorp(on="Beta", about="Alpha", coefficient=0.02, **light)
     >>> force = system.with_forces([byorp]).loads(state)["BYORP on Beta"].force[1, 1]
     >>> (2.0 * force / system["Beta"].mass * (17.42 * u.hour / (2.0 * np.pi))).to("cm / yr")
     <Quantity 7.2090883 cm / yr>
@@ -286,8 +272,8 @@ class Byorp(Force):
 
     _called = "BYORP on"
 
-    on: int | str = field(metadata=of_kind(BodyIndex()))
-    about: int | str = field(metadata=of_kind(BodyIndex()))
+    on: int | str = field(metadata=of_kind(body_index))
+    about: int | str = field(metadata=of_kind(body_index))
     force: Any = field(default=None, metadata=of_kind(_Components("force")))
     coefficient: Any = field(default=None, metadata=of_kind(_Components()))
     normalization: str | None = None

@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from .. import _core
 from ..base import epochs
 from ..base.kinds import Number, instance, of_kind
 from ..base.limits import POSITIVE
 from ..base.splines import relative_error
 from ..base.tables import number
-from ..base.units import AnyUnits
+from ..base.units import AnyUnits, Units
 from ..errors import InvalidInput
 from ..frames import rotation
 from ..model.context import Context
 from ..model.force import Force
 from ..orbit.elements import DIMENSIONS, KeplerElements
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .. import _core
-    from ..base.units import Units
 
 #: What errors call elements.
 _NOUNS = {"a": "semi-major axis", "e": "eccentricity"}
@@ -73,9 +69,8 @@ class ThirdBody(Force):
 
     Notes
     -----
-    The acceleration of a point at r relative to the barycentre, by a third body at p, is Battin's (1999, section 8.4),
-    which loses no digits: -(mu/d^3) (r + f(q) p) with d = r - p, q = r.(r - 2p)/p^2. The effect of a body's extent, and
-    the torque, follow by the third law from its own exact exterior field at the third body.
+    The acceleration of a point relative to the barycentre is Battin's (1999, section 8.4), which loses no digits. The
+    effect of a body's extent, and the torque, follow by the third law from its own exact field at the third body.
 
     Examples
     --------

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from .. import _core
 from ..base.arguments import refuse_mixture
-from ..base.kinds import BodyIndex, Number, choice, of_kind
+from ..base.kinds import Number, body_index, choice, of_kind
 from ..base.limits import POSITIVE
 from ..base.rotations import matrices
 from ..base.tables import number
-from ..base.units import UNITLESS, strip_to
+from ..base.units import UNITLESS, Units, strip_to
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .. import _core
-    from ..base.units import Units
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,9 +44,8 @@ class Tide(Force):
 
     Notes
     -----
-    The law is that of Mignard (1979) and Hut (1981): with r from the deformed body to the raiser of mass m, v its rate
-    and omega the deformed body's spin, the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x
-    omega + v)], its opposite acts on the deformed body, and the torque on that is -r x F.
+    The law is that of Mignard (1979) and Hut (1981), to first order in the lag; the theory of forces in the
+    documentation has its formulas.
 
     Examples
     --------
@@ -64,8 +59,8 @@ class Tide(Force):
 
     _called = "tide on"
 
-    on: int | str = field(metadata=of_kind(BodyIndex()))
-    by: int | str = field(metadata=of_kind(BodyIndex()))
+    on: int | str = field(metadata=of_kind(body_index))
+    by: int | str = field(metadata=of_kind(body_index))
     k2: float = field(metadata=of_kind(Number()))
     lag: Any = field(metadata=of_kind(Number("time")))
     radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))

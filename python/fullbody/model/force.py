@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields, replace
 from math import cbrt, pi
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from .. import _core
 from ..base.arguments import integer, name_of, sequence
@@ -13,11 +14,7 @@ from ..base.limits import POSITIVE
 from ..base.units import ANY, Units
 from ..base.values import brief, same
 from ..errors import InvalidInput
-from .calls import Call
-from .context import Context
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from .context import Call, Context
 
 #: The classes of forces by the names of their kinds.
 KINDS: dict[str, type[Force]] = {}

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import _core
 from ..base import tables
 from ..base.unit_names import unit_named
+from ..base.units import Units
+from ..model.context import Context
 from ..model.force import KINDS
-
-if TYPE_CHECKING:
-    from .. import _core
-    from ..base.units import Units
-    from ..model.context import Context
 
 #: The least and the greatest density of a body, in kg/m3, that cause no warning.
 _DENSITIES = (100.0, 30000.0)

@@ -17,8 +17,7 @@ from ..model.context import S
 from ..model.gravity import Gravity, gravity_at, points_in
 from ..particles.task import fly
 from ..record import conserved
-from ..record.derivatives import at_event
-from ..record.displaced import derivative_of
+from ..record.derivatives import at_event, derivative_of
 from ..record.record import Record
 from ..record.statistics import STOP_REASONS
 

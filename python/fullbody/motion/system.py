@@ -8,27 +8,26 @@ from typing import Any, Literal, Self
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import normal, refuse_unknown, sequence
+from ..base.arguments import integer, normal, refuse_unknown, sequence
 from ..base.attributes import Attribute
-from ..base.tables import Table, Tabled
-from ..base.units import Units
+from ..base.kinds import instance
+from ..base.limits import Limits
+from ..base.tables import Table, Tabled, head, number
+from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.context import Context
 from ..model.description import arguments, changed, functions, notes_of
-from ..model.external import loads, third_body
 from ..model.force import Force, acted_on, forces_of
 from ..model.gravity import gravity
-from ..model.interactions import angular_momentum, energy, interactions, momentum
-from ..model.jacobian import jacobian
+from ..model.interactions import angular_momentum, energy, interactions, jacobian, loads, momentum, third_body
+from ..model.polyhedron import Polyhedron
 from ..model.shapes import Solid
+from ..model.stokes import StokesCoefficients
 from ..typing import Array, Scalar
-from .flights import fly
 from .input_warnings import body_warnings
-from .integration import integrate
-from .settings import core_settings
-from .tables import system_tables
+from .integration import fly, integrate
 
 
 class System(Tabled):
@@ -316,3 +315,72 @@ class System(Tabled):
 def system_of(described: dict[str, Any], given: dict[str, Force] | None = None) -> System:
     """Rebuild a system from its description, which may come from a file; forces that are functions are given."""
     return System(**arguments(described, given))
+
+
+def core_settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
+    """Return the settings of a system as the core takes them; ``texts`` are those that are text."""
+    for name, value in (("gravity", gravity), *texts.items()):
+        instance(value, name, str, "text")
+    settings = {"gravity": gravity, "order": None if order is None else _quadrature_order(order, gravity), **texts}
+    if gravity_tolerance is not None:
+        limits = Limits(infinite=True, text="a number such as 1e-14")
+        settings["gravity_tolerance"] = UNITLESS.number(gravity_tolerance, "number", "gravity_tolerance", limits)
+    return settings
+
+
+def _quadrature_order(value: Any, gravity: str) -> tuple[int, int]:
+    """Return the order as two integers, which are equal for the harmonic series; the core checks their limits."""
+    if gravity == "harmonic" and (degree := integer(value)) is not None:
+        value = (degree, degree)
+    numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
+    match numbers:
+        case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:
+            return gauss, angles
+    raise InvalidInput(
+        f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles; or one degree for "
+        "gravity='harmonic'"
+    )
+
+
+def system_tables(
+    context: Context, bodies: Sequence[Body], forces: Sequence[Force], options: dict[str, Any]
+) -> tuple[Table, ...]:
+    """Return tables of the constant, the method and the settings, the bodies and the forces of a system."""
+    rows: list[Sequence[str]] = [("units", ", ".join(context.units.names) if context.units.names else "none")]
+    rows.append(("G", number(context.units.attach(context.G, "G"), 12)))
+    rows += [
+        (name.replace("_", " "), f"{value}")
+        for name, value in options.items()
+        if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
+    ]
+    return (Table("System", (), rows), _table_of_bodies(context, bodies), *_tables_of_forces(context, forces))
+
+
+def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
+    """Return a table of the bodies of a system, one per row, in its units."""
+    units = context.units
+    length, mass = (units.unit(d) if units.defined else "" for d in ("length", "mass"))
+    header = ("body", "shape", head("semi-axes", length), head("mass", mass))
+    rows: list[Sequence[str]] = []
+    for name, body, described in zip(context.names, bodies, context.core.bodies, strict=True):
+        shape, mass = body.shape, described.get("mass")
+        if isinstance(shape, Composite):
+            size, mass = f"{len(shape.parts)} parts", sum(part["mass"] for part in described["parts"])
+        elif isinstance(shape, Polyhedron):
+            size = f"{len(shape.faces)} faces"
+        elif isinstance(shape, StokesCoefficients):
+            size = f"degree {shape.degree}"
+        else:
+            axes = (described["semi_axes"] or ())[: len(shape.__slots__)]
+            size = ", ".join(f"{value:.8g}" for value in axes)
+        rows.append((name, type(shape).__name__, size or "-", f"{mass:.8g}"))
+    return Table("Bodies", header, rows)
+
+
+def _tables_of_forces(context: Context, forces: Sequence[Force]) -> tuple[Table, ...]:
+    """Return a table of the external forces, one per row, if there are any."""
+    both = zip(forces, context.core.forces, strict=True)
+    rows: list[Sequence[str]] = [
+        (force.name, type(force).__name__, force._summary(described, context.units)) for force, described in both
+    ]
+    return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.kinds import BodyIndex, Declared, Number, choice, function, of_kind, sense
+from ..base.kinds import Declared, Number, body_index, choice, function, of_kind, sense
 from ..base.limits import Limits
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
@@ -61,7 +61,7 @@ class Shadow(ParticleEvent):
 class Periapsis(ParticleEvent):
     """The least distance of a particle from the centre of a body, given by its index or its name."""
 
-    body: int | str = field(default=0, metadata=of_kind(BodyIndex()))
+    body: int | str = field(default=0, metadata=of_kind(body_index))
     direction: int = field(default=1, kw_only=True, metadata=of_kind(sense))
 
 

@@ -1,8 +1,7 @@
 """Integrators, and the record of a run: samples, the start, the continuous solution."""
 
 from .dense import Dense, Samples
-from .derivatives import EventDerivatives
-from .displaced import FunctionDerivatives
+from .derivatives import EventDerivatives, FunctionDerivatives
 from .statistics import Statistics
 from .track import Track
 

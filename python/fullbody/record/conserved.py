@@ -7,15 +7,13 @@ energy, and the angular momentum.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..base.units import Units
 from ..model.interactions import Energy, Invariants
 from ..typing import Floats
-
-if TYPE_CHECKING:
-    from ..base.units import Units
 
 
 def named(numbers: Any, units: Units) -> Invariants:

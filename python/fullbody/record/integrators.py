@@ -126,11 +126,10 @@ class Verner98(_Adaptive):
         """Make an integrator with steps so short that only round-off remains, whatever the eccentricity.
 
         Both its tolerances are zero. The error of the energy is a random walk that grows as the root of the number of
-        steps (Brouwer 1937, Astron. J. 46, 149; Rein & Spiegel 2015, Mon. Not. R. Astron. Soc. 446, 1424). Round-off
-        has a small drift as well: for two points of masses 7 to 3 about 2e-20 of the energy per step, which exceeds the
-        random walk after 1e5 steps and reaches 2e-13 after 1e7; in 1999 KW4 none is seen. The cost is three times the
-        evaluations of the default. The steps are controlled by a formula of order 6 instead of 8, since with such short
-        steps the estimate of order 8 is itself round-off.
+        steps (Brouwer 1937, Astron. J. 46, 149; Rein & Spiegel 2015, Mon. Not. R. Astron. Soc. 446, 1424), with a small
+        drift of round-off, for two points of masses 7 to 3 about 2e-20 of the energy per step. The cost is three times
+        the evaluations of the default. The steps are controlled by a formula of order 6 instead of 8, whose estimate
+        is itself round-off with such short steps.
 
         Examples
         --------

@@ -21,7 +21,7 @@ from ..model.interactions import Invariants
 from ..model.state import PARTS, State, sample, wrap
 from ..orbit.elements import KeplerElements, computed
 from ..typing import Array, Floats
-from . import conserved, tangent
+from . import columns, conserved
 from .columns import Column, Numbers
 from .dense import Dense, Samples
 from .integrators import Integrator
@@ -300,12 +300,12 @@ class Record(Tabled, Generic[S]):
     is_differentiated = Attribute[bool](
         lambda run: "transition" in run.arrays, "Whether the run was integrated with ``derivatives=``."
     )
-    tangent_units = tangent.tangent_units
-    transition = tangent.transition
-    sensitivity = tangent.sensitivity
-    megno = tangent.megno
-    lyapunov = tangent.lyapunov
-    fast_lyapunov = tangent.fast_lyapunov
+    tangent_units = columns.tangent_units
+    transition = columns.transition
+    sensitivity = columns.sensitivity
+    megno = columns.megno
+    lyapunov = columns.lyapunov
+    fast_lyapunov = columns.fast_lyapunov
 
     def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
         """Return the osculating elements of one body about another, with arrays (K,), in the frame of the system.

@@ -19,10 +19,9 @@ from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
-from .attraction import circular_orbit
 from .component import Component, body_of, has_units
 from .masses import BinaryInput, BinarySolution, input_from, plain, solve
-from .mean_period import start_with_period
+from .mean_period import circular_orbit, start_with_period
 from .start import Orbit, Start
 
 #: Fields of a component that may have units of length, time and mass.
@@ -217,24 +216,21 @@ def binary(
     -----
     With ``elements="osculating"`` the start has the separation and the speed of a Kepler orbit. Over an oblate primary
     it falls inwards: the mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent
-    for Didymos. The figures also force an eccentricity. On a circle of radius r the speed is v^2 = mu'/r with mu' = r^2
-    times the relative acceleration, and the osculating eccentricity mu'/mu - 1: in the equator of an oblate primary 3/2
-    J2 (R/r)^2, 0.019 for Didymos. A smaller one does not make a rounder orbit. As a vector that points at periapsis,
-    the osculating eccentricity is the sum of a free part, which the distance follows, and of the forced part, which
-    always points at the secondary. If the osculating eccentricity is zero at the start, the distance varies as on an
+    for Didymos. The figures also force an osculating eccentricity of mu'/mu - 1 on a circle of radius r, with mu' = r^2
+    times the relative acceleration: in the equator of an oblate primary 3/2 J2 (R/r)^2, 0.019 for Didymos. As a vector
+    that points at periapsis, the osculating eccentricity is the sum of a free part, which the distance follows, and of
+    the forced part, which always points at the secondary: if it is zero at the start, the distance varies as on an
     ellipse of the forced eccentricity.
 
     With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
     acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
-    primary that is not synchronous). If the period is given, the remaining difference (by eccentricity, tilted
-    equators, a secondary that librates) is measured in integrations over 16 revolutions, up to 64 for a locked body
-    that librates slowly, and removed: the start is made for a period that differs a little, ``start_period``. The mean
-    sidereal period (see :func:`fullbody.observables.mutual_period`) of the run's first 16 (to 64) revolutions is then
-    ``period`` to 1e-6, and the distance may differ a little from a published semi-major axis. The means over two and
-    four times as many revolutions are compared with it. If one differs by more than 1e-4 there is a warning that the
-    mean does not last, as for a body that tumbles or librates irregularly, which elongated bodies do on orbits of some
-    eccentricity. Later revolutions are not measured; neither are spheres and points, whose orbits are Kepler orbits.
-    All this takes some tenths of a second with the exact methods and with short series.
+    primary that is not synchronous). If the period is given, the remaining difference is measured in integrations over
+    16 revolutions, up to 64 for a locked body that librates slowly, and removed: the start is made for a period that
+    differs a little, ``start_period``. The mean sidereal period (see :func:`fullbody.observables.mutual_period`) of
+    these revolutions is then ``period`` to 1e-6, and the distance may differ a little from a published semi-major axis.
+    If the means over two and four times as many differ by more than 1e-4 there is a warning that the mean does not
+    last, as for a body that tumbles or librates irregularly. All this takes some tenths of a second with the exact
+    methods and with short series; spheres and points, whose orbits are Kepler orbits, need none of it.
 
     Examples
     --------

@@ -96,17 +96,14 @@ class Component(ArrayFields, Tabled):
         shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
         count = sum(shape is not None for shape in shapes)
         if count != 1:
-            raise InvalidInput(
-                f"{called} has {count} of semi_axes, diameters, diameter, composite; expected one of them"
-            )
+            names = "semi_axes, diameters, diameter, composite"
+            raise InvalidInput(f"{called} has {count} of {names}; expected one of them")
         if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
             expected = "a Composite, a Polyhedron or StokesCoefficients"
             raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
-            kind = type(self.composite).__name__
-            raise InvalidInput(
-                f"{called} is given a density, and has a {kind}; expected a mass, or what it follows from"
-            )
+            given = f"is given a density, and has a {type(self.composite).__name__}"
+            raise InvalidInput(f"{called} {given}; expected a mass, or what it follows from")
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
