@@ -108,7 +108,6 @@ class Differences:
                 if _signal(apart, noise) > 0.01 * _PRECISE:
                     return np.asarray(apart / (2.0 * step))
         self.length = self._size = 0.0
-        trial_in_use: _Trial | None = None
         longer: _Trial | None = None
         refused: Exception | None = None
         for share in _SHARES:
@@ -120,25 +119,24 @@ class Differences:
             if longer is not None and (longer.changed > trial.changed or not trial.follows(longer)):
                 return None
             if trial.smooth:
-                trial_in_use = trial
                 break
             longer = trial
-        if trial_in_use is None:
+        else:
             if refused is not None and longer is None:
                 raise InvalidInput(f"no value near it is accepted: {refused}") from refused
             return None
-        while trial_in_use.signal < _PRECISE and trial_in_use.length < longest:
-            length = min(longest, trial_in_use.length * 10.0 * _PRECISE / max(trial_in_use.signal, 1.0))
+        while trial.signal < _PRECISE and trial.length < longest:
+            length = min(longest, trial.length * 10.0 * _PRECISE / max(trial.signal, 1.0))
             with suppress(*REFUSALS):
-                trial = _Trial(function, length, noise, groups)
-                if trial.smooth:
-                    trial_in_use = trial
+                further = _Trial(function, length, noise, groups)
+                if further.smooth:
+                    trial = further
                     continue
             break
-        if trial_in_use.signal < _CHANGED:
+        if trial.signal < _CHANGED:
             return np.zeros(len(noise))
-        self.length, self._size = trial_in_use.length, size
-        return trial_in_use.derivative
+        self.length, self._size = trial.length, size
+        return trial.derivative
 
 
 class _Trial:

@@ -34,21 +34,22 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "energy": (("part",), "energy", "energies"),
     "angular_momentum": (("axis",), "angular momentum", "total angular momentum about the origin, inertial"),
 }
-#: Variables of runs with external forces: further dimensions after time and force, dimension of the unit, meaning.
-_OF_FORCES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "work": ((), "energy", "work of each external force since the start of the run"),
-    "impulse": (("axis",), "momentum", "impulse of each external force since the start of the run, inertial"),
+#: Variables of runs with external forces, derivatives, whose components have various units, and indicators of chaos.
+_OPTIONAL: dict[str, tuple[tuple[str, ...], str | None, str]] = {
+    "work": (("force",), "energy", "work of each external force since the start of the run"),
+    "impulse": (("force", "axis"), "momentum", "impulse of each external force since the start of the run, inertial"),
     "angular_impulse": (
-        ("axis",),
+        ("force", "axis"),
         "angular momentum",
         "angular impulse of each external force since the start of the run, about the origin, inertial",
     ),
-}
-#: Variables of runs with derivatives: further dimensions after time, meaning. Components have various units.
-_DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
-    "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run"),
-    "sensitivity": (("parameter", "tangent"), "derivatives by parameters of the system"),
-    "chaos": (("indicator",), "mean of MEGNO, Lyapunov exponent, fast Lyapunov indicator, since the start of the run"),
+    "transition": (("tangent", "start_tangent"), None, "transition matrices from the start of the run"),
+    "sensitivity": (("parameter", "tangent"), None, "derivatives by parameters of the system"),
+    "chaos": (
+        ("indicator",),
+        None,
+        "mean of MEGNO, Lyapunov exponent, fast Lyapunov indicator, since the start of the run",
+    ),
 }
 _COORDINATES = {
     "axis": ["x", "y", "z"],
@@ -100,9 +101,12 @@ def to_xarray(run: Record) -> xarray.Dataset:
         import xarray as xr
 
     units, attributes = run.context.units, partial(described, run.context.units)
+    forces = list(run.context.forces)
+    optional = {name: entry for name, entry in _OPTIONAL.items() if forces or "force" not in entry[0]}
     variables = {
         name: (("time", *dims), run.arrays[name], attributes(dimension, text))
-        for name, (dims, dimension, text) in _VARIABLES.items()
+        for name, (dims, dimension, text) in (_VARIABLES | optional).items()
+        if name in run.arrays
     }
     for name, (numbers, dims, dimension) in _START.items():
         text = f"{dimension} at the start of the run"
@@ -110,10 +114,8 @@ def to_xarray(run: Record) -> xarray.Dataset:
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.context.names))
     coordinates["time"] = ("time", run.arrays["time"], attributes("time", "time"))
-    if forces := list(run.context.forces):
+    if forces:
         coordinates["force"] = ("force", forces, {"long_name": "external forces"})
-        for name, (dims, dimension, text) in _OF_FORCES.items():
-            variables[name] = (("time", "force", *dims), run.arrays[name], attributes(dimension, text))
     if "transition" in run.arrays:
         numbers = tangent_labels(run.context.names)
         coordinates |= {name: (name, numbers) for name in ("tangent", "start_tangent")}
@@ -121,9 +123,6 @@ def to_xarray(run: Record) -> xarray.Dataset:
             coordinates["parameter"] = ("parameter", list(run.parameters))
     if "chaos" in run.arrays:
         coordinates["indicator"] = ("indicator", _INDICATORS)
-    for name, (dims, text) in _DERIVATIVES.items():
-        if name in run.arrays:
-            variables[name] = (("time", *dims), run.arrays[name], attributes(None, text))
     of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
@@ -246,23 +245,22 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
     start = [content.numbers(name, {dim: lengths[dim] for dim in dims}) for name, (_, dims, _) in _START.items()]
     time = content.numbers("time", {"time": None})
     sizes: dict[str, int | None] = {**lengths, "body": len(context), "time": len(time)}
-    kept: dict[str, tuple[str, ...]] = {name: dims for name, (dims, _, _) in _VARIABLES.items()}
+    kept = list(_VARIABLES)
     switched_off: dict[str, int] = {}
     parameters: tuple[str, ...] = ()
     if context.forces:
         sizes["force"] = len(context.forces)
-        kept |= {name: ("force", *dims) for name, (dims, _, _) in _OF_FORCES.items()}
+        kept += ["work", "impulse", "angular_impulse"]
         switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, context))
     if content.has_attribute("fullbody_parameters"):
         parameters = content.parsed("fullbody_parameters", _names)
         sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": len(parameters)}
-        kept["transition"] = _DERIVATIVES["transition"][0]
-        if parameters:
-            kept["sensitivity"] = _DERIVATIVES["sensitivity"][0]
+        kept += ["transition", "sensitivity"] if parameters else ["transition"]
     if "chaos" in content:
         sizes["indicator"] = len(_INDICATORS)
-        kept["chaos"] = _DERIVATIVES["chaos"][0]
-    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)}) for name, dims in kept.items()}
+        kept.append("chaos")
+    dims_of = {name: ("time", *(_VARIABLES | _OPTIONAL)[name][0]) for name in kept}
+    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in dims}) for name, dims in dims_of.items()}
     check_order(time, "time", repeated=False)
     check_unit(arrays["attitude"], "attitude")
     reason = content.text("stop_reason")

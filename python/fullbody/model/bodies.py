@@ -16,28 +16,18 @@ from ..base.kinds import Number, instance, united
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
-from ..base.values import hashed, same
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Scalar
+from . import shapes
 from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import (
-    Ellipsoid,
-    PointMass,
-    Solid,
-    amounts,
-    attached,
-    core_shape,
-    inferred_units,
-    lengths_of,
-    rebuilt,
-    refuse_amount,
-)
+from .shapes import Ellipsoid, PointMass, Solid
 from .stokes import StokesCoefficients, harmonics_of
 
 
-class Body(Tabled):
+class Body(ScalarFields, Tabled):
     """A shape with a mass.
 
     Parameters
@@ -79,11 +69,11 @@ class Body(Tabled):
         called = "the body" if name is None else name
         expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
-            if given := amounts(mass=mass, density=density, GM=GM):
+            if given := shapes.amounts(mass=mass, density=density, GM=GM):
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
                 raise InvalidInput(f"{called} is given {given[0]}, and is a composite; {expected}")
         else:
-            refuse_amount(called, shape, mass=mass, density=density, GM=GM)
+            shapes.refuse_amount(called, shape, mass=mass, density=density, GM=GM)
         self._attraction: tuple[Any, _core.Attraction] | None = None
         self._shape = shape
         self._mass = None if mass is None else Number("mass", POSITIVE)(mass, f"mass of {called}")
@@ -198,7 +188,7 @@ class Body(Tabled):
             return self._shape._numbers()
         given = {"mass": (self._mass, "mass"), "density": (self._density, "density"), "GM": (self._GM, "mu")}
         called = self._called
-        lengths = {label: (value, "length") for label, value in lengths_of(self._shape).items()}
+        lengths = {label: (value, "length") for label, value in shapes.lengths_of(self._shape).items()}
         return lengths | {f"{name} of {called}": one for name, one in given.items() if one[0] is not None}
 
     @property
@@ -207,7 +197,7 @@ class Body(Tabled):
         return "the body" if self._name is None else self._name
 
     def _own_units(self) -> Units:
-        return inferred_units(self._numbers())
+        return shapes.inferred_units(self._numbers())
 
     def _own(self, name: str, dimension: str) -> Any:
         """Return a number of the core's body in the body's own units."""
@@ -237,14 +227,8 @@ class Body(Tabled):
         given = [f"{name}={value!r}" for name, value in values if value is not None]
         return f"Body({', '.join([repr(self._shape), *given])})"
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Body) and same(self._parts(), other._parts())
-
     def __reduce__(self) -> Any:
         return partial(Body, self._shape, mass=self._mass, density=self._density, name=self._name, GM=self._GM), ()
-
-    def __hash__(self) -> int:
-        return hash(tuple(map(hashed, self._parts())))
 
     def _parts(self) -> tuple[object, ...]:
         return (self._shape, self._mass, self._density, self._GM, self._name)
@@ -254,7 +238,7 @@ class Body(Tabled):
         if self._GM is not None:
             mu = units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE)
             shape: Any = self._shape
-            return Body(attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
+            return Body(shapes.attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
         if isinstance(self._shape, Composite) and self._shape.has_GM:
             return Body(self._shape._with(units, G), name=self._name)
         if not units.defined or all(is_quantity(value) for value, _ in self._numbers().values()):
@@ -262,7 +246,7 @@ class Body(Tabled):
         if isinstance(self._shape, Composite):
             return Body(self._shape._with(units, G), name=self._name)
         mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
-        return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
+        return Body(shapes.attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
@@ -274,7 +258,7 @@ class Body(Tabled):
         name = self._name if self._name is not None else f"body {index}"
         if isinstance(self._shape, Composite):
             return self._shape._core(units, name)
-        shape = core_shape(self._shape, units, name)
+        shape = shapes.core_shape(self._shape, units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
@@ -296,11 +280,13 @@ class Body(Tabled):
             raise InvalidInput(f"the notes of {called} have {named!r} for named; expected true or false")
         name = called if named else None
         if "parts" not in described:
-            return cls(rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name)
+            return cls(
+                shapes.rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name
+            )
         kinds = notes.get("parts", [None] * len(described["parts"]))
         parts = []
         for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True)):
-            shape = rebuilt(part["semi_axes"], kind, f"part {k} of {called}")
+            shape = shapes.rebuilt(part["semi_axes"], kind, f"part {k} of {called}")
             parts.append(Part(shape, **{key: part[key] for key in ("mass", "position", "attitude")}))
         return cls(Composite(parts), name=name)
 

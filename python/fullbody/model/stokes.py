@@ -14,7 +14,7 @@ from ..base.attributes import Attribute
 from ..base.kinds import Number, choice, united, whole
 from ..base.limits import POSITIVE
 from ..base.units import Units, gathered, is_quantity, need, numbers
-from ..base.values import same
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
 
@@ -22,7 +22,7 @@ from ..typing import Floats
 _ROUNDED = 1e-6
 
 
-class StokesCoefficients:
+class StokesCoefficients(ScalarFields):
     """A shape that is known by its gravity: spherical-harmonic coefficients, inertia and the radius of a sphere.
 
     The potential outside the sphere is GM/r times the sum of (R/r)^l (C_lm cos m lambda + S_lm sin m lambda) P_lm(sin
@@ -256,9 +256,6 @@ class StokesCoefficients:
 
     def _parts(self) -> tuple[Any, ...]:
         return (self._C, self._S, self._reference_radius, self._inertia, self._radius)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, StokesCoefficients) and same(self._parts(), other._parts())
 
     def __hash__(self) -> int:
         return hash((StokesCoefficients, self._C.tobytes(), self._S.tobytes()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from .. import frames
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.kinds import Number
+from ..base.kinds import Number, kinds_of, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
 from ..base.units import UNITLESS, Units, is_quantity
@@ -23,18 +23,8 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, amounts, lengths_of
 from ..model.stokes import StokesCoefficients
 
-#: The kinds of the numbers of a component; an infinite period is that of a body that does not turn.
-KINDS = {
-    "semi_axes": Number("length", POSITIVE, (3,)),
-    "diameters": Number("length", POSITIVE, (3,)),
-    "diameter": Number("length", POSITIVE),
-    "mass": Number("mass", POSITIVE),
-    "density": Number("density", POSITIVE),
-    "GM": Number("mu", POSITIVE),
-    "rotation_period": Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero")),
-    "rotation_angle": Number("angle"),
-    "tilt": Number("angle"),
-}
+#: The kind of a period, which is infinite for a body that does not turn.
+_PERIOD = Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,19 +67,19 @@ class Component(ArrayFields, Tabled):
     Ellipsoid(a=1.16569..., b=0.97141..., c=0.88310...)
     """
 
-    semi_axes: Any = None
-    diameters: Any = None
-    diameter: Any = None
+    semi_axes: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, (3,))))
+    diameters: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, (3,))))
+    diameter: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
     axis_ratios: tuple[float, float] = (1.0, 1.0)
-    mass: Any = None
-    density: Any = None
-    rotation_period: Any = None
+    mass: Any = field(default=None, metadata=of_kind(Number("mass", POSITIVE)))
+    density: Any = field(default=None, metadata=of_kind(Number("density", POSITIVE)))
+    rotation_period: Any = field(default=None, metadata=of_kind(_PERIOD))
     pole: tuple[Any, Any] | None = None
-    rotation_angle: Any = 0.0
+    rotation_angle: Any = field(default=0.0, metadata=of_kind(Number("angle")))
     name: str | None = None
-    tilt: Any = 0.0
+    tilt: Any = field(default=0.0, metadata=of_kind(Number("angle")))
     composite: Composite | Polyhedron | StokesCoefficients | None = None
-    GM: Any = None
+    GM: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
@@ -107,7 +97,7 @@ class Component(ArrayFields, Tabled):
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        for name, kind in KINDS.items():
+        for name, kind in kinds_of(self).items():
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, kind(value, f"{name} of {called}"))
         if UNITLESS.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
@@ -144,6 +134,10 @@ class Component(ArrayFields, Tabled):
             return Ellipsoid(b * first, b, b / second)
         a, b, c = self.semi_axes if self.semi_axes is not None else (d / 2 for d in self.diameters)
         return Ellipsoid(a, b, c)
+
+
+#: The kinds of the numbers of a component.
+KINDS: dict[str, Any] = kinds_of(Component)
 
 
 def has_units(component: Component) -> bool:
@@ -188,5 +182,5 @@ def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
     if component.rotation_period is None:
         return 0.0
-    period = KINDS["rotation_period"].unitless(component.rotation_period, f"rotation_period of {called}", units)
+    period = _PERIOD.unitless(component.rotation_period, f"rotation_period of {called}", units)
     return float(2 * np.pi / period)

@@ -94,7 +94,7 @@ describe a ready-made system (``title``, ``text``, ``example``, ``assumed``, ``s
 from __future__ import annotations
 
 import inspect
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -267,12 +267,7 @@ def _file(run: TomlTable) -> str:
 
 def _integrator(table: TomlTable) -> Any:
     kind = getattr(integrators, table.choice("name", _INTEGRATORS))
-    known_names = fields(kind)
-    table.only("name", *(setting.name for setting in known_names))
-    for setting in known_names:
-        if setting.default is MISSING and setting.name not in table:
-            raise table.fault(setting.name, f"is missing; {kind.__name__} needs it")
-    settings = {key: value for key, value in table.content.items() if key != "name"}
+    settings = {key: table.content[key] for key in table.fields_of(kind, "name")}
     if "step" in settings:
         settings["step"] = table.units.attach(table.number("step", "time"), "time")
     with table.naming(""):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, fields
 from typing import Any
 
 from ..base.kinds import Kind, Number, direction, kinds_of
@@ -30,14 +29,8 @@ def force(table: TomlTable) -> Force:
         raise table.fault("kind", "is 'Function', which no file can hold; give it in Python: system.with_forces([...])")
     table.take("kind", f"one of {', '.join(map(repr, _KINDS))}")
     kind = _KINDS[table.choice("kind", tuple(_KINDS))]
-    entries = fields(kind)
-    table.only("kind", *(entry.name for entry in entries))
-    arguments: dict[str, Any] = {}
-    for entry in entries:
-        if entry.name in table:
-            arguments[entry.name] = _argument(table, entry.name, kinds_of(kind).get(entry.name))
-        elif entry.default is MISSING:
-            raise table.fault(entry.name, f"is missing; {kind.__name__} needs it")
+    kinds = kinds_of(kind)
+    arguments = {name: _argument(table, name, kinds.get(name)) for name in table.fields_of(kind, "kind")}
     with table.naming(""):
         return kind(**arguments)
 

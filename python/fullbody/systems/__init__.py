@@ -64,7 +64,8 @@ if TYPE_CHECKING:
     sn263_2001: Ready
     vh_1991: Ready
 
-__all__ = ["Published", "Value", "published", *names()]
+__all__ = ["Published", "Value", "published"]
+__all__ += names()
 
 
 def __getattr__(name: str) -> Ready:
