@@ -146,10 +146,7 @@ _warned: ContextVar[set[tuple[type[Warning], str]] | None] = ContextVar("warned"
 
 @contextmanager
 def once() -> Iterator[None]:
-    """Context manager in which each kind of warning is issued once: texts that differ in numbers alone are of one kind.
-
-    A fit or a map calls a setup many times, which would warn each time.
-    """
+    """Context manager in which warnings that differ in numbers alone, as of many calls of a setup, are issued once."""
     token = _warned.set(set()) if _warned.get() is None else None
     try:
         yield

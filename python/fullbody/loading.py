@@ -38,23 +38,14 @@ def _content(content: Content) -> Any:
         from .fitting.result import fit_in
 
         return fit_in(content)
-    return run_in(content)
-
-
-def run_in(content: Content) -> Run[System]:
-    """Return the run in a file."""
-    netcdf.check_format(content)
+    content.check_format(*netcdf.FORMAT)
     system = content.parsed("fullbody_system", system_of)
     integrator = content.parsed("fullbody_integrator", rebuild)
     return Run(system, integrator, **netcdf.contents(content, system.context))
 
 
 def load_flight(path: Any) -> Flight[System]:
-    """Read a flight that :meth:`fullbody.Flight.save` wrote.
-
-    It is equal bit for bit to what was saved, with functions of events represented by their names; errors and warnings
-    are those of :func:`load`.
-    """
+    """Read a flight that :meth:`fullbody.Flight.save` wrote, with names for functions of events; see :func:`load`."""
     return read(path, "flight", _flight)
 
 

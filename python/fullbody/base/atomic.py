@@ -162,10 +162,7 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
 
 
 def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None = None) -> str:
-    """Return a phrase about what a file is and which function reads it, or nothing if that is the reader called.
-
-    The attributes are those of a file of NetCDF that could be read; HDF5 trusts what it reads, so that none is opened.
-    """
+    """Return a phrase about what a file is, by its attributes if HDF5 read it, and which other function reads it."""
     kind = None
     if attributes is not None:
         kind = next((entry for name, entry in _CONTENTS.items() if name in attributes), None)

@@ -11,10 +11,7 @@ _T = TypeVar("_T")
 
 
 class Attribute(property, Generic[_T]):
-    """A property that a function computes, or an attribute by its name such as ``"frame.rate"``, with its text.
-
-    By default the text is the function's own.
-    """
+    """A property, with its text, that a function computes, or an attribute by its name such as ``"frame.rate"``."""
 
     def __init__(self, source: str | Callable[[Any], _T], text: str | None = None) -> None:
         super().__init__(attrgetter(source) if isinstance(source, str) else source)

@@ -50,10 +50,7 @@ _SIDES = [
 
 
 def difference(function: Callable[[float], Floats], step: float) -> Floats:
-    """Return the derivative of a function that is zero at zero, by a difference of second order.
-
-    The difference is one-sided if the function refuses the argument ``-step``, as at the end of a range.
-    """
+    """Return the derivative of a function that is zero at zero: second order, one-sided if it refuses ``-step``."""
     try:
         below = function(-step)
     except REFUSALS:

@@ -147,9 +147,8 @@ class Declared(ScalarFields):
         return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
 
     def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
-        """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, by their names.
-
-        A field that is not given is ``None``.
+        """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, ``None`` for
+        missing.
         """
         found = {}
         for name, kind in kinds_of(self).items():

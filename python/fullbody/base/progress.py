@@ -18,8 +18,7 @@ _LAYOUT_WITHOUT_TOTAL = "{desc}: {elapsed}, {rate_noinv_fmt}{postfix}"
 class Progress:
     """Context manager that returns the function by which a computation reports its progress, or ``None``.
 
-    It is given ``True`` or a title for a progress bar, or a function of (done, total, description), where ``total`` is
-    ``None`` if it is unknown.
+    It is given ``True`` or a title for a progress bar, or a function of (done, total or ``None``, description).
     """
 
     def __init__(self, progress: Any) -> None:

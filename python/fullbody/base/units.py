@@ -191,25 +191,24 @@ class Units:
     """
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
-        if isinstance(names, np.bool_):
-            names = bool(names)
-        if names is None or names is False:
-            self._base: tuple[Any, Any, Any] | None = None
+        if isinstance(names, bool | np.bool_):
+            names = USUAL if names else None
+        self._base: tuple[Any, Any, Any] | None = None
+        if names is None:
             return
         with need("units", "a system with units"):
             from astropy import units as u
 
         try:
-            length, time, mass = USUAL if names is True else names
+            length, time, mass = names
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
         parts = zip((length, time, mass), _KNOWN, strict=True)
-        base = tuple(_unit(name, known_names, names) for name, known_names in parts)
+        base = tuple(_unit(name, known_names) for name, known_names in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
-                raise InvalidInput(
-                    f"units has {str(unit)!r}; expected a unit of {expected.physical_type} there, such as {expected}"
-                )
+                kind = f"a unit of {expected.physical_type} there, such as {expected}"
+                raise InvalidInput(f"units has {str(unit)!r}; expected {kind}")
         self._base = base
 
     @property
@@ -220,10 +219,8 @@ class Units:
     @property
     def names(self) -> tuple[str, str, str] | None:
         """Return the units as strings."""
-        if self._base is None:
-            return None
-        length, time, mass = self._base
-        return (str(length), str(time), str(mass))
+        base = self._base
+        return None if base is None else (str(base[0]), str(base[1]), str(base[2]))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Units) and self.names == other.names
@@ -272,9 +269,8 @@ class Units:
         shape: tuple[int | str, ...] | None = None,
         limits: Limits = FINITE,
     ) -> Floats:
-        """Return a value as numbers in this system's units, after checking their shape and that all are within limits.
-
-        A shape has letters where any length will do, and ``"..."`` in front where any axes may be.
+        """Return a value as numbers in this system's units, all within limits, of a shape with letters or ``"..."`` in
+        front.
         """
         expected = limits.expected(shape != ())
         refuse_booleans(value, what, expected)
@@ -313,10 +309,7 @@ class Units:
 
 
 class AnyUnits(Units):
-    """The units of a system that is not yet known, for early checks of values that it will receive.
-
-    Quantities must have the right dimension; they count in their own units, and angles in radians.
-    """
+    """Units of a system not yet known: Quantities of the right dimension count in their own units, angles in rad."""
 
     def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> Floats:
         """Return a value as numbers in its own units."""
@@ -349,7 +342,7 @@ def close_to(name: str, known_names: Sequence[str]) -> list[str]:
     return difflib.get_close_matches(name, known_names, 1)
 
 
-def _unit(name: object, usual: tuple[str, ...], names: object) -> Any:
+def _unit(name: object, usual: tuple[str, ...]) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
         return usable_unit(name)

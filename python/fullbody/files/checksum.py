@@ -30,9 +30,7 @@ def line(file: IO[bytes], length: int) -> bytes:
 
 
 def check(file: IO[bytes]) -> bool:
-    """Return whether a file has a checksum, or raise an error if it is not NetCDF-4, or damaged; without one, only its
-    length is checked.
-    """
+    """Return whether a file has a checksum, or raise an error if it is not NetCDF-4, or damaged."""
     end, length = _end(file), file.seek(0, 2)
     if length < end:
         raise InvalidInput(f"the file is truncated or damaged: it has {length} bytes; expected {end}")

@@ -65,8 +65,8 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_energy": (slice(1, 5), ("part",), "energy"),
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
-#: The number of the file format, the only one that is read.
-_FORMAT = 2
+#: The attribute that marks a file as a run, and the number of the format, the only one that is read.
+FORMAT = ("fullbody_format", 2)
 #: Suffixes of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 
@@ -131,7 +131,7 @@ def to_xarray(run: Record) -> xarray.Dataset:
         {
             "title": "fullbody run",
             "fullbody_version": version(),
-            "fullbody_format": _FORMAT,
+            FORMAT[0]: FORMAT[1],
             "fullbody_system": json.dumps(run.context.describe()),
             "fullbody_integrator": json.dumps(run.integrator._describe(units)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
@@ -215,10 +215,7 @@ def save(run: Record, path: Any) -> None:
 
 
 def write(dataset: xarray.Dataset, path: Any) -> None:
-    """Write a NetCDF-4 file with its checksum.
-
-    The file is made in memory, since on a full disk HDF5 itself would end the whole process.
-    """
+    """Write a NetCDF-4 file with its checksum, made in memory: on a full disk HDF5 would end the whole process."""
     from xarray.backends import H5NetCDFStore
     from xarray.backends.locks import HDF5_LOCK
 
@@ -232,11 +229,6 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
             store.close()
         whole.write(checksum.line(whole, whole.seek(0, 2)))
         temporary.write_bytes(whole.getbuffer())
-
-
-def check_format(content: Content) -> None:
-    """Raise an error for a file that is not a run, or one of another format."""
-    content.check_format("fullbody_format", _FORMAT)
 
 
 def contents(content: Content, context: Context) -> dict[str, Any]:

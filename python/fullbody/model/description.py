@@ -32,10 +32,7 @@ def functions(system: SystemLike) -> dict[str, Force]:
 
 
 def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] | None = None) -> dict[str, Any]:
-    """Return the arguments of a system from its description, which may come from a file; functions are given by name.
-
-    Notes may be missing, since Rust programs write none.
-    """
+    """Return the arguments of a system from its description, which may have no notes, and functions by name."""
     notes = described.get("notes", {})
     refuse_unknown(notes, _NOTES, "the notes of a system")
     bodies, forces = (_noted(described[name], notes, name) for name in ("bodies", "forces"))

@@ -74,8 +74,8 @@ def gravity_at(
     body: int | None = None,
     states: npt.NDArray[np.int64] | None = None,
 ) -> Gravity:
-    """Return the gravity at points (..., 3), each in the state (...) whose index is given, or all in the first state.
-    Positions and attitudes are (K, N, 3) and (K, N, 4).
+    """Return the gravity at points (..., 3), each in the state (...) of the (K, N, 3) whose index is given, or the
+    first.
     """
     shape = points.shape[:-1]
     flat = np.ascontiguousarray(points.reshape(-1, 3))

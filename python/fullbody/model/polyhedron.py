@@ -88,9 +88,8 @@ class Polyhedron:
         return volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
 
     def harmonics(self, degree: int) -> StokesCoefficients:
-        """Return Stokes coefficients in the body frame, to a degree from 2 to 60; see :meth:`fullbody.Body.harmonics`.
-
-        They refer to the circumscribed radius about the centre of mass.
+        """Return Stokes coefficients in the body frame, as :meth:`fullbody.Body.harmonics`, for the circumscribed
+        radius.
         """
         units = Units((self._vertices.unit, "s", "kg")) if is_quantity(self._vertices) else Units()
         return harmonics_of(_core.Body("the polyhedron", self._made, mass=1.0), degree, units)

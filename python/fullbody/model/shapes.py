@@ -178,9 +178,7 @@ def refuse_amount(called: str, shape: Any, **given: Any) -> None:
 
 
 def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
-    """Rebuild a shape of the class ``kind`` from the core's description: semi-axes, a dictionary, or ``None`` for a
-    point.
-    """
+    """Rebuild a shape of the class ``kind`` from the core's description of it: ``None`` for a point."""
     if isinstance(axes, dict) and "coefficients" in axes:
         numbers = (axes[name] for name in ("reference_radius", "mean_inertia", "radius"))
         return from_packed(axes["coefficients"], *numbers)

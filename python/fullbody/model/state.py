@@ -107,11 +107,6 @@ class State(Tabled):
         position, velocity, spin, time
             As for the class.
 
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
-
         Examples
         --------
         >>> import fullbody, numpy as np

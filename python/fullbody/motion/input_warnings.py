@@ -47,9 +47,7 @@ def _of_cancelling(name: str, body: _core.Body, tolerance: float) -> Iterator[st
 
 
 def start_warnings(context: Context, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """Return warnings about a start; the tolerance is the sum of the integrator's, relative to the distance of the
-    nearest body, and ``None`` for fixed steps.
-    """
+    """Return warnings about a start; the tolerance is the sum of the integrator's, ``None`` for fixed steps."""
     fast, far = context.core.start_warnings(start, tolerance)
     if fast is not None:
         yield _unbound(context, *fast)

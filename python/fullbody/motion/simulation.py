@@ -182,11 +182,12 @@ class Simulation:
             return advance(core, task, progress, autosave)
 
     def save(self, path: Any) -> None:
-        """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
+        """Write the simulation to a file, exactly and atomically; :meth:`load` of the same version of fullbody reads
+        it.
 
-        A run that continues from the file equals the uninterrupted run bit for bit in states, events and values between
-        the steps, on a machine with the same vector instructions (or with ``vector_path="portable"``). The file can be
-        read by the version of fullbody that wrote it. Links and permissions are kept as by :meth:`fullbody.Run.save`.
+        A run that continues from the file equals the uninterrupted run bit for bit, on a machine with the same vector
+        instructions (or with ``vector_path="portable"``). Links and permissions are kept as by
+        :meth:`fullbody.Run.save`.
         """
         write(as_path(path), self._core.to_bytes())
 

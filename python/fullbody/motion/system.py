@@ -116,7 +116,7 @@ class System(Tabled):
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         texts = {"attitude_chart": attitude_chart, "vector_path": vector_path}
-        settings = core_settings(gravity, gravity_tolerance, order, **texts)
+        settings = _settings(gravity, gravity_tolerance, order, **texts)
         core = tuple(body._core(own, index) for index, body in enumerate(self._bodies))
         self._forces = forces_of(forces)
         date = None if epoch is None else epochs.to_text(epoch)
@@ -273,7 +273,19 @@ class System(Tabled):
         return hash(repr(self))
 
     def _tables(self) -> tuple[Table, ...]:
-        return system_tables(self.context, self._bodies, self._forces, self._options)
+        """Return tables of the constant, the method and the settings, the bodies and the forces, if there are any."""
+        context, units = self.context, self.context.units
+        rows: list[Sequence[str]] = [("units", ", ".join(units.names) if units.names else "none")]
+        rows.append(("G", number(units.attach(context.G, "G"), 12)))
+        rows += [
+            (name.replace("_", " "), f"{value}")
+            for name, value in self._options.items()
+            if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
+        ]
+        both = zip(self._forces, context.core.forces, strict=True)
+        forces = [(force.name, type(force).__name__, force._summary(described, units)) for force, described in both]
+        acting = (Table("Forces", ("force", "kind", "what"), list(forces)),) if forces else ()
+        return (Table("System", (), rows), _table_of_bodies(context, self._bodies), *acting)
 
     def __repr__(self) -> str:
         units = "" if self.units is None else f", units={self.units}"
@@ -317,43 +329,22 @@ def system_of(described: dict[str, Any], given: dict[str, Force] | None = None) 
     return System(**arguments(described, given))
 
 
-def core_settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
-    """Return the settings of a system as the core takes them; ``texts`` are those that are text."""
+def _settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
+    """Return the settings of a system as the core takes them, which checks their limits; ``texts`` are text."""
     for name, value in (("gravity", gravity), *texts.items()):
         instance(value, name, str, "text")
-    settings = {"gravity": gravity, "order": None if order is None else _quadrature_order(order, gravity), **texts}
+    settings: dict[str, Any] = {"gravity": gravity, "order": None, **texts}
+    if order is not None:
+        pair = order if gravity != "harmonic" or integer(order) is None else (order, order)
+        numbers = [integer(part) for part in pair] if isinstance(pair, tuple | list) else []
+        if len(numbers) != 2 or not all(part is not None and 0 <= part < 2**31 for part in numbers):
+            expected = "expected (n, m), whole numbers: n Gauss points, m angles; or one degree for gravity='harmonic'"
+            raise InvalidInput(f"order is {order!r}; {expected}")
+        settings["order"] = tuple(numbers)
     if gravity_tolerance is not None:
         limits = Limits(infinite=True, text="a number such as 1e-14")
         settings["gravity_tolerance"] = UNITLESS.number(gravity_tolerance, "number", "gravity_tolerance", limits)
     return settings
-
-
-def _quadrature_order(value: Any, gravity: str) -> tuple[int, int]:
-    """Return the order as two integers, which are equal for the harmonic series; the core checks their limits."""
-    if gravity == "harmonic" and (degree := integer(value)) is not None:
-        value = (degree, degree)
-    numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
-    match numbers:
-        case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:
-            return gauss, angles
-    raise InvalidInput(
-        f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles; or one degree for "
-        "gravity='harmonic'"
-    )
-
-
-def system_tables(
-    context: Context, bodies: Sequence[Body], forces: Sequence[Force], options: dict[str, Any]
-) -> tuple[Table, ...]:
-    """Return tables of the constant, the method and the settings, the bodies and the forces of a system."""
-    rows: list[Sequence[str]] = [("units", ", ".join(context.units.names) if context.units.names else "none")]
-    rows.append(("G", number(context.units.attach(context.G, "G"), 12)))
-    rows += [
-        (name.replace("_", " "), f"{value}")
-        for name, value in options.items()
-        if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
-    ]
-    return (Table("System", (), rows), _table_of_bodies(context, bodies), *_tables_of_forces(context, forces))
 
 
 def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
@@ -375,12 +366,3 @@ def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
             size = ", ".join(f"{value:.8g}" for value in axes)
         rows.append((name, type(shape).__name__, size or "-", f"{mass:.8g}"))
     return Table("Bodies", header, rows)
-
-
-def _tables_of_forces(context: Context, forces: Sequence[Force]) -> tuple[Table, ...]:
-    """Return a table of the external forces, one per row, if there are any."""
-    both = zip(forces, context.core.forces, strict=True)
-    rows: list[Sequence[str]] = [
-        (force.name, type(force).__name__, force._summary(described, context.units)) for force, described in both
-    ]
-    return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()

@@ -91,10 +91,7 @@ def to_xarray(flight: Any) -> xarray.Dataset:
 
 
 def save(flight: Any, path: Any) -> None:
-    """Write a NetCDF file (``.nc`` or ``.nc4``) exactly and atomically; :func:`fullbody.load_flight` reads it.
-
-    The file has a checksum of its whole content, as a run's file has. Functions of events are kept by name only.
-    """
+    """Write a NetCDF file as :meth:`fullbody.Run.save` does; :func:`fullbody.load_flight` reads it."""
     check_suffix(path, SUFFIXES)
     netcdf()
     write(to_xarray(flight), path)

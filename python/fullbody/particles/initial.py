@@ -146,11 +146,6 @@ class Particles:
             Direction in the plane across the outward normal, from north towards east, and the angle above this plane.
         area_to_mass : float, Quantity or array_like
 
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
-
         Notes
         -----
         Longitude zero is at the body's x-axis, its long axis, and the z-axis is along the spin. If +x points away from
@@ -238,9 +233,7 @@ class LaunchSite:
         self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
 
     def surface(self, directions: Floats) -> tuple[Floats, Floats]:
-        """Return points (P, 3) of the surface in directions from the centre and their outward normals, in the body
-        frame.
-        """
+        """Return points (P, 3) of the surface in directions from the centre and their outward normals (body frame)."""
         return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
 
     def moved(self, point: Floats, velocity: Floats) -> tuple[Any, Any]:
@@ -253,10 +246,7 @@ class LaunchSite:
 def launched(
     site: LaunchSite, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any
 ) -> tuple[Any, Any]:
-    """Return inertial positions and velocities of particles that leave a surface, with the system's units.
-
-    Angles are in radians, speeds are relative to the surface and in the system's units; their shapes broadcast.
-    """
+    """Return inertial positions and velocities, with units, of particles that leave a surface, from plain numbers."""
     angles = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
     limits = {"latitude": LATITUDE, "speed": NOT_NEGATIVE}
     for name, values in angles.items():

@@ -32,10 +32,8 @@ def size(name: str, start: Floats) -> float:
 
 
 def drift(name: str, start: Floats, record: Mapping[str, Floats]) -> Floats:
-    """Return the drift (K,) since the start of the energies (K, 4) or angular momenta (K, 3) of a record; it is
-    absolute if its size is zero.
-
-    The work or the angular impulse of external forces is subtracted if the record has them.
+    """Return the drift (K,) since the start of energies (K, 4) or angular momenta (K, 3), less the work or the angular
+    impulse of external forces if the record has them; it is absolute if its size is zero.
     """
     if name == "angular_momentum_drift":
         change = record["angular_momentum"] - start[5:]

@@ -167,9 +167,7 @@ class Verner65(_Adaptive):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DormandPrince54(_Adaptive):
-    """The pair of Dormand and Prince of orders 5 and 4 (1980, J. Comput. Appl. Math. 6, 19); ``rtol`` and ``atol`` as
-    in :class:`Verner98`.
-    """
+    """The pair of Dormand & Prince (1980, J. Comput. Appl. Math. 6, 19), orders 5 and 4; see :class:`Verner98`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

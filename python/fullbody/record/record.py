@@ -117,9 +117,7 @@ class Record(Tabled, Generic[S]):
         return wrap(sample(self.arrays, index), self.context)
 
     def _selected(self, index: Any) -> npt.NDArray[np.intp]:
-        """Return the indices of samples from a list of indices or a mask; one without order is refused, others by
-        numpy.
-        """
+        """Return the indices of samples from a list of indices or a mask; one without order is refused."""
         selected: npt.NDArray[np.intp] = np.arange(len(self))[np.asarray(index, dtype=None if len(index) else np.intp)]
         steps = np.diff(selected) if selected.ndim == 1 else np.zeros(1)
         if not ((steps > 0).all() or (steps < 0).all()):
@@ -258,10 +256,7 @@ class Record(Tabled, Generic[S]):
 
     @property
     def start(self) -> Invariants:
-        """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
-
-        A selection of samples keeps the start of the whole run.
-        """
+        """Time, energy and angular momentum at the start of the whole run, whether it was recorded or not."""
         return conserved.named(self.invariants, self.context.units)
 
     @property
@@ -277,8 +272,8 @@ class Record(Tabled, Generic[S]):
     def energy_drift_orbital(self) -> Floats:
         """Change of the total energy since the start of the run (K,), relative to abs(potential + translational) there.
 
-        The energy of a fast spin can be so large that the error of the orbit does not show in :attr:`energy_drift`. The
-        drift is absolute if there is no orbit.
+        The energy of a fast spin can hide the error of the orbit in :attr:`energy_drift`. It is absolute without an
+        orbit.
         """
         return self._drift("energy_drift_orbital")
 
@@ -334,10 +329,7 @@ class Record(Tabled, Generic[S]):
 
 
 def joined(later: _R, earlier: _R) -> _R:
-    """Return the record with the samples of one forward and of one backward from the same start, in the order of time.
-
-    It has the statistics of both, no events and no continuous solution.
-    """
+    """Return the record with the samples of one forward and one backward from the same start, without events."""
     # A record without samples keeps no derivatives.
     whole, first, last = later if len(later) else earlier, earlier.arrays, later.arrays
     arrays = {name: np.concatenate([part[::-1], last.get(name, part[:0])]) for name, part in first.items()}

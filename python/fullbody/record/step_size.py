@@ -32,8 +32,8 @@ _CLEAR, _ORDERS = 0.03, 3
 def longest_step(
     describe: Callable[[float], dict[str, Any]], context: Context, start: _core.State, energy_error: float, trial: Any
 ) -> float:
-    """Find the longest step, in the system's units, that keeps the energy's error below a bound in short runs;
-    ``describe`` returns the description of the integrator with a step.
+    """Find the longest step that keeps the energy's error below a bound; ``describe`` describes the integrator with a
+    step.
     """
     UNITLESS.number(energy_error, "number", "energy_error", Limits(above=0.0, below=1.0))
     if len(context) < 2:

@@ -24,9 +24,7 @@ def end_arguments(until: Any, duration: Any) -> dict[str, Any]:
 
 
 def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
-    """Return the end of a run, of which either a time or the length is given, with warnings of a text that is a time
-    before the start, and of a time since the epoch that looks like a date.
-    """
+    """Return the end of a run, from a time or the length, and warn of a text before the start and of a date."""
     if "duration" in end_arguments(until, duration):
         return start + units.number(duration, "time", "duration")
     end = units.number(until, "time", "until")

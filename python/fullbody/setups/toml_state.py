@@ -40,7 +40,10 @@ def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
     attitudes = np.zeros((len(rows), 4))
     for k in _order(rows, orbits, names):
         if (orbit := orbits[k]) is None:
-            position[k], velocity[k] = _pose(rows[k], k)
+            if k > 0 and "position" not in rows[k]:
+                raise rows[k].fault("", "has no position and no orbit; expected one of them")
+            for key, values, dimension in (("position", position, "length"), ("velocity", velocity, "velocity")):
+                values[k] = rows[k].vector(key, dimension, 3) if key in rows[k] else 0.0
         else:
             shares = masses[orbit.about] / masses[orbit.about].sum()
             position[k] = shares @ position[orbit.about] + orbit.position
@@ -87,14 +90,6 @@ def _orbit(table: TomlTable, names: list[str], masses: Floats, G: float, k: int)
     with orbit.naming(""):
         mu = G * float(masses[[*indices, k]].sum())
         return _Orbit(indices, shape, mu, *shape.to_cartesian(mu))
-
-
-def _pose(table: TomlTable, k: int) -> tuple[Floats, Floats]:
-    """Return the position and the velocity of a body without an orbit."""
-    if k > 0 and "position" not in table:
-        raise table.fault("", "has no position and no orbit; expected one of them")
-    position = table.vector("position", "length", 3) if "position" in table else np.zeros(3)
-    return position, table.vector("velocity", "velocity", 3) if "velocity" in table else np.zeros(3)
 
 
 def _rotation(table: TomlTable, orbit: _Orbit | None, frame: str | None) -> tuple[Floats, Floats]:

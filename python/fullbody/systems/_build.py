@@ -44,9 +44,7 @@ def ready(
     units: Any = False,
     **options: Any,
 ) -> tuple[System, State]:
-    """Make a ready-made system from the file of a name, with a variant of it, and with other values by the names of
-    bodies and the keys of their tables.
-    """
+    """Make a ready-made system from its file, a variant of it, and other values by names of bodies and keys."""
     content = _files.changed(_files.contents(name), variant, changes)
     table = content["system"]
     frame, published = _frame(content, frame), table.get("frame")
