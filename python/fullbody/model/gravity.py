@@ -98,7 +98,7 @@ def gravity(system: SystemLike, state: State, points: Any, body: int | str | Non
     """Return potential, field and gravity gradient of the bodies at points of the inertial frame, outside or inside.
 
     The sum is over the bodies only and does not include external forces such as the pull of a third body;
-    :meth:`Body.gravity` is that of one body in its own frame.
+    :meth:`fullbody.Body.gravity` is that of one body in its own frame.
 
     Parameters
     ----------

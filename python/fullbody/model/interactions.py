@@ -153,9 +153,10 @@ class Loads(ArrayFields):
 
 
 def loads(system: SystemLike, state: State) -> dict[str, Loads]:
-    """Return the :class:`~fullbody.model.Loads` of each external force in a state, by its name.
+    """Return the loads of each external force in a state, by its name.
 
-    The nominal barycentre, about which a third body's path places it, is that of the state.
+    They are ``.force`` (N, 3), inertial, and ``.torque`` (N, 3), in body frames. The nominal barycentre, about which a
+    third body's path places it, is that of the state.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -85,15 +85,18 @@ class State(Tabled):
     rotated = rotated
 
     def __init__(self, position: Any, velocity: Any, attitude: Any = None, spin: Any = None, time: Any = 0.0) -> None:
+        turn = None if attitude is None else numbers(attitude, "attitude")
+        self._fill(_core.State, turn, time=time, position=position, velocity=velocity, spin=spin)
+        if turn is not None:
+            _warn_of_lengths(turn)
+
+    def _fill(self, make: Callable[..., _core.State], turn: Any, **given: Any) -> None:
+        """Make the core's state from attitudes, none of which turns by default, or angles, and the other parts."""
         self.names: tuple[str, ...] = ()
-        values, self.units = _strip(time=time, position=position, velocity=velocity, spin=spin)
-        if attitude is None:
-            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(values["position"])), 1))
-        attitude = numbers(attitude, "attitude")
-        self.core = _core.State(
-            scalar(values["time"], "time"), values["position"], values["velocity"], attitude, values["spin"]
-        )
-        _warn_of_lengths(attitude)
+        parts, self.units = _strip(**given)
+        if turn is None:
+            turn = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(parts["position"])), 1))
+        self.core = make(scalar(parts["time"], "time"), parts["position"], parts["velocity"], turn, parts["spin"])
 
     @classmethod
     def from_tait_bryan(cls, position: Any, velocity: Any, angles: Any, spin: Any = None, time: Any = 0.0) -> State:
@@ -115,16 +118,8 @@ class State(Tabled):
         >>> (state.rotation_matrix[0] @ [1, 0, 0]).round(12)
         array([0., 1., 0.])
         """
-        state = cls.__new__(cls)
-        state.names = ()
-        values, state.units = _strip(time=time, position=position, velocity=velocity, spin=spin)
-        state.core = _core.State.from_tait_bryan(
-            scalar(values["time"], "time"),
-            values["position"],
-            values["velocity"],
-            Units().strip(angles, "angle", "angles"),
-            values["spin"],
-        )
+        state, turn = cls.__new__(cls), Units().strip(angles, "angle", "angles")
+        state._fill(_core.State.from_tait_bryan, turn, time=time, position=position, velocity=velocity, spin=spin)
         warn_if_degrees(angles, "angles")
         return state
 

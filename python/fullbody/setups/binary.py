@@ -205,12 +205,11 @@ def binary(
     Warns
     -----
     InconsistentInput
-        For a contradiction between the two limits, with both values; for an osculating eccentricity that is more than
-        ``mismatch_warning`` below the one that the bodies' figures force; for a period that no start reaches to 1e-6,
-        that changes by more than 1e-4 over more revolutions, or that cannot be measured because the bodies collide (see
-        the notes); for an implied density outside 100 to 20000 kg/m^3, if there are units; for a semi-major axis above
-        200 times the longest semi-axis of the primary; for a body whose rotation is not given, which starts without
-        rotation (``rotation_period=float("inf")`` says that this is meant).
+        For a contradiction between the two limits; for an osculating eccentricity that is more than
+        ``mismatch_warning`` below the forced one, and for a mean period that no start reaches or keeps (see the notes);
+        for an implied density outside 100 to 20000 kg/m^3, if there are units; for a semi-major axis above 200 times
+        the longest semi-axis of the primary; for a body whose rotation is not given
+        (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
     -----

@@ -110,9 +110,8 @@ from ..motion.system import System
 from ..record import integrators
 from .binary import binary
 from .toml_bodies import body, pair
-from .toml_forces import force
 from .toml_published import METADATA, replaced, with_unit
-from .toml_state import state_of
+from .toml_state import force, state_of
 from .toml_table import TomlTable
 
 _RUN = ("until", "output", "start", "origin", "file")
