@@ -137,9 +137,8 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
     united = [name for name, value in values.items() if is_quantity(value)]
     plain = [name for name in values if name not in united]
     if united and plain:
-        raise InvalidInput(
-            f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
-        )
+        expected = "expected both or neither"
+        raise InvalidInput(f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; {expected}")
     return bool(united)
 
 

@@ -25,10 +25,8 @@ def to_text(epoch: Any, what: str = "epoch") -> str:
     if isinstance(epoch, str):
         match = _TEXT.fullmatch(epoch.strip())
         if match is None or (match[3] or "utc").lower() not in _SCALES:
-            raise InvalidInput(
-                f"{what} is {epoch!r}; expected a date with its time scale, such as '2022-09-26T00:00:00 TDB', "
-                "or a Time"
-            )
+            expected = "expected a date with its time scale, such as '2022-09-26T00:00:00 TDB', or a Time"
+            raise InvalidInput(f"{what} is {epoch!r}; {expected}")
         return f"{match[1]}{f'T{match[2]}' if match[2] else ''} {(match[3] or 'utc').upper()}"
     epoch = dates(epoch, what)
     if not (are_dates(epoch) and getattr(epoch, "isscalar", False)):

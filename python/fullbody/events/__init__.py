@@ -331,10 +331,8 @@ class Occultation(Event):
         times = self.times
         count = () if times is None else np.shape(times)
         if toward.ndim != (1 if times is None else 2) or toward.shape[:-1] != count:
-            raise InvalidInput(
-                f"toward of Occultation has shape {toward.shape} and times {count}; expected (3,) without times, or "
-                "(T, 3) and (T,)"
-            )
+            expected = "expected (3,) without times, or (T, 3) and (T,)"
+            raise InvalidInput(f"toward of Occultation has shape {toward.shape} and times {count}; {expected}")
         # The directions are stored as tuples, which can be compared and hashed.
         has_unit = is_quantity(self.toward) and not self.distant
         object.__setattr__(self, "toward", self.toward if has_unit else _tuples(toward))

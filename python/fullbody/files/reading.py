@@ -156,9 +156,8 @@ class Content:
             raise InvalidInput(f"the file has no attribute {name}")
         found = self._dataset.attrs[name]
         if integer(found) != expected:
-            raise InvalidInput(
-                f"the file's format is {found}, by its attribute {name}; expected {expected}, which this version reads"
-            )
+            wanted = f"expected {expected}, which this version reads"
+            raise InvalidInput(f"the file's format is {found}, by its attribute {name}; {wanted}")
 
     def text(self, name: str) -> str:
         """Return a text attribute of the file."""

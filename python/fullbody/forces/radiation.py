@@ -140,9 +140,8 @@ class Yorp(Force):
             what = self._what(role)
             array = units.numbers(getattr(self, role), dimension, what)
             if array.shape not in ((), (rows,)):
-                raise InvalidInput(
-                    f"{what} has shape {array.shape}; expected a finite number, or one at each obliquity"
-                )
+                expected = "expected a finite number, or one at each obliquity"
+                raise InvalidInput(f"{what} has shape {array.shape}; {expected}")
             return [float(value) for value in factor * np.broadcast_to(array, rows)]
 
         described = {"kind": "Yorp", "name": self.name, "on": context.names[on], "pole": list(self.pole)}

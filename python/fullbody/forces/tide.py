@@ -14,6 +14,7 @@ from ..base.kinds import Number, body_index, choice, of_kind
 from ..base.limits import POSITIVE
 from ..base.rotations import matrices
 from ..base.tables import number
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, Units, strip_to
 from ..errors import InvalidInput
 from ..model.context import Context
@@ -128,11 +129,9 @@ def lag_from_quality_factor(
         raise InvalidInput(f"spin is {spin!r}; expected none for the tide of {tide}, which has the orbit's frequency")
     time: Any = 1.0
     if refuse_mixture(rates):
-        from astropy import units as u
-
         bases = rates["mean_motion"].unit.bases
-        time = next((base for base in bases if base.physical_type == "time"), u.s)
-        rates = {name: strip_to(rate, u.rad / time, name) for name, rate in rates.items()}
+        time = next((base for base in bases if base.physical_type == "time"), unit_named("s"))
+        rates = {name: strip_to(rate, unit_named("rad") / time, name) for name, rate in rates.items()}
     frequency = float(rates["mean_motion"])
     if tide == "semidiurnal":
         frequency = 2.0 * abs(float(rates["spin"]) - frequency)

@@ -18,6 +18,7 @@ import numpy as np
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.kinds import instance
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, Units, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
@@ -161,12 +162,9 @@ def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tupl
     >>> ra.to(u.deg).round(4), dec.to(u.deg).round(4)
     (<Quantity 270. deg>, <Quantity 66.5607 deg>)
     """
-    result = pole_angles(rotate(pole_vector(longitude, latitude), origin, target))
-    if not is_quantity(longitude):
-        return result
-    from astropy import units as u
-
-    return result[0] * u.rad, result[1] * u.rad
+    lon, lat = pole_angles(rotate(pole_vector(longitude, latitude), origin, target))
+    unit = unit_named("rad") if is_quantity(longitude) else 1.0
+    return lon * unit, lat * unit
 
 
 def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:

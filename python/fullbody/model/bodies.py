@@ -15,6 +15,7 @@ from ..base.attributes import Attribute
 from ..base.kinds import Number, instance, united
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
+from ..base.unit_names import unit_named
 from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
@@ -348,11 +349,9 @@ class Body(ScalarFields, Tabled):
 
 def _units_of(points: Any, G: Any) -> Units:
     """Return the units of points and G: the length of the points and the time of G."""
-    from astropy import units as u
-
-    strip_to(points, u.m, "points")
-    strip_to(G, u.m**3 / u.kg / u.s**2, "G")
-    return Units((points.unit, next((base for base in G.unit.bases if base.is_equivalent(u.s)), u.s), u.kg))
+    strip_to(points, unit_named("m"), "points")
+    strip_to(G, unit_named("m3 / (kg s2)"), "G")
+    return Units((points.unit, next((base for base in G.unit.bases if base.is_equivalent("s")), "s"), "kg"))
 
 
 def _table_of_parts(parts: Sequence[Part]) -> Table:

@@ -92,9 +92,8 @@ class Context:
         """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""
         first, second = self.index(body, f"body{of}"), self.index(about, f"about{of}")
         if first == second:
-            raise InvalidInput(
-                f"body and about{of} are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
-            )
+            expected = "expected two bodies"
+            raise InvalidInput(f"body and about{of} are {body!r} and {about!r}, both {self.names[first]}; {expected}")
         return first, second
 
     def mu(self, body: int, about: int) -> float:

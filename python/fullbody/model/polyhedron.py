@@ -149,9 +149,7 @@ class Polyhedron:
         if not is_quantity(first) or not units.defined:
             units.strip(first, "length", f"vertices of {name}")
             return self._made
-        from astropy import units as u
-
-        factor = units.strip(u.Quantity(1.0, first.unit), "length", f"vertices of {name}")
+        factor = units.strip(1.0 * first.unit, "length", f"vertices of {name}")
         return self._made if factor == 1.0 else self._made.scaled(float(factor))
 
     def _layer(self, fraction: float) -> Polyhedron:

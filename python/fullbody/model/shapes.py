@@ -9,6 +9,7 @@ from .. import _core
 from ..base.arguments import refuse_mixture
 from ..base.kinds import Declared, Number, of_kind, united
 from ..base.limits import POSITIVE
+from ..base.unit_names import unit_named
 from ..base.units import Units, gathered
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
@@ -128,14 +129,12 @@ def inferred_units(known: dict[str, tuple[Any, str]]) -> Units:
     """Return the units of the first length and of the first mass or density among numbers, if they have units."""
     if not refuse_mixture({label: value for label, (value, _) in known.items()}):
         return Units()
-    from astropy import units as u
-
     first: dict[str, Any] = {}
     for value, dimension in known.values():
         first.setdefault(dimension, value.unit)
-    length = first.get("length", u.m)
-    mass = first["density"] * length**3 if "density" in first else u.kg
-    return Units((length, u.s, first.get("mass", mass)))
+    length = first.get("length", unit_named("m"))
+    mass = first["density"] * length**3 if "density" in first else "kg"
+    return Units((length, "s", first.get("mass", mass)))
 
 
 def core_shape(

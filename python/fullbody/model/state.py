@@ -11,6 +11,7 @@ from .. import _core
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.attributes import Attribute
 from ..base.tables import Table, Tabled, head, number, vector
+from ..base.unit_names import unit_named
 from ..base.units import ANY, Units, gathered, is_quantity, numbers, scalar
 from ..base.values import block
 from ..errors import InvalidInput, caution
@@ -150,10 +151,8 @@ class State(Tabled):
             # The scalar is last by default in all versions of scipy.
             last = np.concatenate([np.atleast_2d(rotation.as_quat()) for rotation in rotations])
         except (TypeError, AttributeError, ValueError) as error:
-            raise InvalidInput(
-                f"rotation is {rotation!r}; expected a scipy.spatial.transform.Rotation of one rotation a body, or a "
-                "list of them"
-            ) from error
+            expected = "expected a scipy.spatial.transform.Rotation of one rotation a body, or a list of them"
+            raise InvalidInput(f"rotation is {rotation!r}; {expected}") from error
         return cls(position, velocity, np.roll(last, 1, axis=-1), spin, time)
 
     def in_units(self, units: Units) -> _core.State:
@@ -277,7 +276,5 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     if "spin" not in stripped:
         stripped["spin"] = np.zeros_like(stripped["position"])
         if "position" in units:
-            from astropy import units as u
-
-            units["spin"] = u.rad / u.s
+            units["spin"] = unit_named("rad / s")
     return stripped, units

@@ -95,7 +95,7 @@ class StokesCoefficients(ScalarFields):
         self._radius = self._reference_radius if radius is None else Number("length", POSITIVE)(radius, "radius")
         lengths = {"reference_radius": self._reference_radius, "radius": self._radius}
         has_units = refuse_mixture(lengths | {"inertia": gathered(inertia, "inertia", "area")})
-        units = _units_of(self._reference_radius) if has_units else Units()
+        units = Units((self._reference_radius.unit, "s", "kg")) if has_units else Units()
         tensor = units.strip(inertia, "area", "inertia")
         if tensor.shape not in ((), (3,), (3, 3)):
             raise InvalidInput(f"inertia is of shape {tensor.shape}; expected (), (3,) or (3, 3)")
@@ -222,7 +222,7 @@ class StokesCoefficients(ScalarFields):
             raise InvalidInput(f"integrals is of shape {table.shape}; expected {expected}")
         if not table[0, 0, 0] > 0.0:
             raise InvalidInput(f"integrals[0, 0, 0] is {table[0, 0, 0]}; expected the mass, a number above zero")
-        units = _units_of(radius) if is_quantity(radius) else Units()
+        units = Units((radius.unit, "s", "kg")) if is_quantity(radius) else Units()
         length = Number("length", POSITIVE).unitless(radius, "radius", units)
         degree = len(table) - 1
         powers = np.indices(table.shape).sum(axis=0)
@@ -277,12 +277,6 @@ def harmonics_of(body: _core.Body, degree: int, units: Units) -> StokesCoefficie
     packed, *values = body.harmonics(whole(degree, "degree", 2, 60)).given
     lengths = map(units.attach, values, ("length", "area", "length"))
     return from_packed(packed, *lengths)
-
-
-def _units_of(length: Any) -> Units:
-    from astropy import units as u
-
-    return Units((length.unit, u.s, u.kg))
 
 
 def _coefficients(values: Any, what: str) -> Floats:

@@ -11,6 +11,7 @@ import numpy as np
 from ..base import epochs
 from ..base.attributes import Deferred
 from ..base.tables import Table, number, tables_of
+from ..base.unit_names import unit_named
 from ..errors import InvalidInput
 from ..files.netcdf import save, to_pandas, to_xarray
 from ..model.context import S
@@ -95,10 +96,8 @@ class Run(Record[S]):
         """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
         if self.context.epoch is None:
             raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
-        from astropy import units as u
-
-        seconds = self.context.units.unit("time").to(u.s)
-        return epochs.to_time(self.context.epoch) + self.arrays["time"] * seconds * u.s
+        seconds = self.context.units.unit("time").to("s")
+        return epochs.to_time(self.context.epoch) + self.arrays["time"] * seconds * unit_named("s")
 
     def gravity(self, time: Any, points: Any, body: int | str | None = None) -> Gravity:
         """Return the gravity of the bodies at points of the inertial frame and times of the run; see

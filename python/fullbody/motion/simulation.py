@@ -224,9 +224,8 @@ class Simulation:
         stored = {force["name"]: force["depends_on_velocity"] for force in unkept}
         replacements = {force.name: force for force in forces}
         if stored.keys() != replacements.keys():
-            raise InvalidInput(
-                f"forces is {sorted(replacements)}; expected the functions {sorted(stored)}, which the file cannot keep"
-            )
+            expected = f"expected the functions {sorted(stored)}, which the file cannot keep"
+            raise InvalidInput(f"forces is {sorted(replacements)}; {expected}")
         for name, force in replacements.items():
             if (kind := type(force).__name__) != "Function":
                 raise InvalidInput(f"{name} is a {kind}; expected the Function that the file cannot keep")

@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
 from ..errors import InvalidInput
@@ -126,9 +127,8 @@ class KeplerElements(Generic[_T], Tabled):
             if one_of({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
                 M = _since_periapsis(a, T, mu, time)
             elif mu is not None:
-                raise InvalidInput(
-                    f"mu is {mu!r} without T; expected it beside a time of the passage through periapsis"
-                )
+                expected = "expected it beside a time of the passage through periapsis"
+                raise InvalidInput(f"mu is {mu!r} without T; {expected}")
             anomaly = {"M": M, "f": f, "l": l, "theta": theta}
             omega, M = usual_angles(e, i, Omega, {"omega": omega, "pomega": pomega}, anomaly)
         for name, value in zip(DIMENSIONS, (a, e, i, Omega, omega, M), strict=True):
@@ -210,9 +210,7 @@ class KeplerElements(Generic[_T], Tabled):
         rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), mu)
         columns = [c.reshape(r.shape[:-1]) if r.ndim > 1 else float(c[0]) for c in rows.T]
         if length is not None:
-            from astropy import units as u
-
-            columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
+            columns = [columns[0] * length, columns[1], *(c * unit_named("rad") for c in columns[2:])]
         return computed(columns, frame)
 
     def to_frame(self, origin: Any = None, target: Any = None) -> KeplerElements[_T]:
@@ -246,10 +244,8 @@ class KeplerElements(Generic[_T], Tabled):
         origin = self.frame if origin is None else origin
         if origin is None:
             # A wrong guess would rotate the elements and give a result that looks plausible.
-            raise InvalidInput(
-                "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
-                "elements of a run whose system has a frame"
-            )
+            expected = "expected origin='ecliptic', or another, or the elements of a run whose system has a frame"
+            raise InvalidInput(f"the frame that these elements are in is not known; {expected}")
         plain = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
         r, v = plain.to_cartesian(1.0)
         turned = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
@@ -257,9 +253,7 @@ class KeplerElements(Generic[_T], Tabled):
         for name in _ANGLES:
             value, given = getattr(turned, name), getattr(self, name)
             if is_quantity(given):
-                from astropy import units as u
-
-                value = (value * u.rad).to(given.unit)
+                value = (value * unit_named("rad")).to(given.unit)
             columns.append(value)
         return computed(columns, target)
 
@@ -340,9 +334,7 @@ def computed(columns: list[Any], frame: Any = None) -> KeplerElements[Any]:
 
 def _length_number(a: Any) -> Any:
     if is_quantity(a):
-        from astropy import units as u
-
-        strip_to(a, u.m, "a")
+        strip_to(a, unit_named("m"), "a")
         return a.value
     return a
 
@@ -359,15 +351,11 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
         raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
     if not is_quantity(length):
         return scalar(numbers(mu, "mu"), "mu"), None, None
-    from astropy import units as u
-
-    strip_to(length, u.m, what)
-    strip_to(mu, u.m**3 / u.s**2, "mu")
+    strip_to(length, unit_named("m"), what)
+    strip_to(mu, unit_named("m3 / s2"), "mu")
     # Results are in the unit of time in which mu is given.
-    times = [
-        base for base, power in zip(mu.unit.bases, mu.unit.powers, strict=True) if base.is_equivalent(u.s) and power
-    ]
-    rate = 1 / (times[0] if times else u.s)
+    powers = zip(mu.unit.bases, mu.unit.powers, strict=True)
+    rate = 1 / next((base for base, power in powers if base.is_equivalent("s") and power), unit_named("s"))
     return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate
 
 

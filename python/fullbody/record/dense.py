@@ -68,10 +68,8 @@ class Dense:
         if outside.size:
             attach = self.context.units.attach
             first, last = (attach(end, "time") for end in sorted(self.core.range))
-            raise InvalidInput(
-                f"{what} is {attach(outside[0], 'time')}; expected one from {first} to {last}, since the run does not "
-                "cover others"
-            )
+            expected = f"expected one from {first} to {last}, since the run does not cover others"
+            raise InvalidInput(f"{what} is {attach(outside[0], 'time')}; {expected}")
 
     def __copy__(self) -> Dense:
         return self

@@ -252,10 +252,8 @@ class _Record(dict[str, Floats]):
 
     def __missing__(self, name: str) -> Floats:
         if name not in ("energy", "angular_momentum"):
-            raise InvalidInput(
-                f"a function of a displaced run asks for its {name.replace('_', ' ')}; expected one of samples and "
-                "events, energies and angular momenta"
-            )
+            expected = "expected one of samples and events, energies and angular momenta"
+            raise InvalidInput(f"a function of a displaced run asks for its {name.replace('_', ' ')}; {expected}")
         quantity = getattr(self._system.context.core, name)
         self[name] = np.array([quantity(sample(self, k)) for k in range(len(self["time"]))])
         return self[name]

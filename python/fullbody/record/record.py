@@ -121,10 +121,8 @@ class Record(Tabled, Generic[S]):
         selected: npt.NDArray[np.intp] = np.arange(len(self))[np.asarray(index, dtype=None if len(index) else np.intp)]
         steps = np.diff(selected) if selected.ndim == 1 else np.zeros(1)
         if not ((steps > 0).all() or (steps < 0).all()):
-            raise InvalidInput(
-                f"the index of samples is {index!r}; expected a list of distinct indices in the order of time or "
-                "against it, or a mask (K,)"
-            )
+            expected = "expected a list of distinct indices in the order of time or against it, or a mask (K,)"
+            raise InvalidInput(f"the index of samples is {index!r}; {expected}")
         return selected
 
     def __iter__(self) -> Iterator[State]:
@@ -204,10 +202,8 @@ class Record(Tabled, Generic[S]):
         index = order[nearest] if len(samples) else np.full(len(times), -1)
         missing = times[samples[index] != times] if len(samples) else times
         if missing.size:
-            raise InvalidInput(
-                f"{what} is {self.context.units.attach(missing[0], 'time')}, of no sample; expected the time of a "
-                "sample, or integrate with dense=True"
-            )
+            expected = "expected the time of a sample, or integrate with dense=True"
+            raise InvalidInput(f"{what} is {self.context.units.attach(missing[0], 'time')}, of no sample; {expected}")
         return index
 
     time = Column("Times (K,).", "time", "time")

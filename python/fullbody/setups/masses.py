@@ -184,8 +184,6 @@ def _split(known: BinaryInput, total: float | None, mismatches: list[Mismatch]) 
             raise InvalidInput(f"a component's mass is {one:.6g} of {total:.6g} in all; expected less")
         return (one, other) if second is None else (other, one)
     if known.ratio is None:
-        raise InvalidInput(
-            "how the total mass is shared is not given; expected mass_ratio, equal_density=True, or a component's mass "
-            "or density"
-        )
+        expected = "expected mass_ratio, equal_density=True, or a component's mass or density"
+        raise InvalidInput(f"how the total mass is shared is not given; {expected}")
     return total / (1 + known.ratio), total * known.ratio / (1 + known.ratio)
