@@ -18,8 +18,8 @@ from ..model.context import Context
 from ..record.columns import tangent_labels
 from ..record.record import Record
 from ..record.statistics import STOP_REASONS, Statistics
-from . import occurrences
-from .reading import Content, check_order, check_unit, checksum_line, netcdf
+from . import checksum, occurrences
+from .reading import Content, check_order, check_unit, netcdf
 
 if TYPE_CHECKING:
     import pandas
@@ -227,7 +227,7 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
             dataset.dump_to_store(store)
         finally:
             store.close()
-        whole.write(checksum_line(whole, whole.seek(0, 2)))
+        whole.write(checksum.line(whole, whole.seek(0, 2)))
         temporary.write_bytes(whole.getbuffer())
 
 

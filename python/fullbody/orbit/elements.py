@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, overload
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
 from ..errors import InvalidInput
-from ..typing import Array
+from ..typing import Array, Scalar
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -102,6 +102,44 @@ class KeplerElements(Generic[_T], Tabled):
     M: _T
     frame: Any
 
+    @overload
+    def __init__(
+        self: KeplerElements[Scalar],
+        a: float,
+        e: float,
+        i: float,
+        Omega: float,
+        omega: float | None = None,
+        M: float | None = None,
+        *,
+        frame: Any = None,
+        f: float | None = None,
+        T: float | None = None,
+        l: float | None = None,
+        pomega: float | None = None,
+        theta: float | None = None,
+        mu: Any = None,
+        time: Any = 0.0,
+    ) -> None: ...
+    @overload
+    def __init__(
+        self: KeplerElements[Any],
+        a: Any,
+        e: Any,
+        i: Any,
+        Omega: Any,
+        omega: Any = None,
+        M: Any = None,
+        *,
+        frame: Any = None,
+        f: Any = None,
+        T: Any = None,
+        l: Any = None,
+        pomega: Any = None,
+        theta: Any = None,
+        mu: Any = None,
+        time: Any = 0.0,
+    ) -> None: ...
     def __init__(
         self,
         a: Any,
