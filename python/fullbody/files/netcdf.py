@@ -16,8 +16,7 @@ from ..base.version import version
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..record.columns import tangent_labels
-from ..record.record import Record
-from ..record.statistics import STOP_REASONS, Statistics
+from ..record.record import STOP_REASONS, Record, Statistics
 from . import checksum, occurrences
 from .reading import Content, check_order, check_unit, netcdf
 

@@ -26,7 +26,7 @@ from ..particles.rules import Bounce, Escape, Radiation
 from ..particles.task import FlightTask
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
-from ..record.statistics import Statistics
+from ..record.record import Statistics
 from ..record.times import end_of_run, sampling, spacing_warning
 from .input_warnings import start_warnings
 from .run import Run

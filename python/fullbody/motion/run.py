@@ -19,8 +19,7 @@ from ..model.gravity import Gravity, gravity_at, points_in
 from ..particles.task import fly
 from ..record import conserved
 from ..record.derivatives import at_event, derivative_of
-from ..record.record import Record
-from ..record.statistics import STOP_REASONS
+from ..record.record import STOP_REASONS, Record
 
 if TYPE_CHECKING:
     from ..plots import Plots

@@ -22,7 +22,7 @@ from ..model.interactions import Invariants
 from ..model.state import State, strip, wrap
 from ..record import conserved
 from ..record.integrators import Integrator, rebuild
-from ..record.statistics import Statistics
+from ..record.record import Statistics
 from ..typing import Scalar
 from .integration import Task, advance, begin, write
 from .run import Run

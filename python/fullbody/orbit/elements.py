@@ -52,14 +52,13 @@ class KeplerElements(Generic[_T], Tabled):
         With ``T`` the gravitational parameter, and the time at which the elements hold.
     frame : str or astropy frame, optional
         Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Third bodies, geometries and
-        :meth:`to_frame` use it; :meth:`to_cartesian` gives components along its axes.
+        :meth:`to_frame` use it; :meth:`to_cartesian` gives components along its axes. Elements of a run have that of
+        its system; it is ``None`` if it is not known.
 
     Attributes
     ----------
     a, e, i, Omega, omega, M : float, ndarray or Quantity
         The elements as given, or in the unit of the run or the position from which they follow.
-    frame : str, astropy frame or None
-        Reference frame of the angles: the given one, or the frame of the run's system; ``None`` if neither is known.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 from .dense import Dense, Samples
 from .derivatives import EventDerivatives, FunctionDerivatives
-from .statistics import Statistics
+from .record import Statistics
 from .track import Track
 
 __all__ = ["Dense", "EventDerivatives", "FunctionDerivatives", "Samples", "Statistics", "Track"]

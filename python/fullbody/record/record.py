@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 from typing import Any, Generic, Self, TypeVar, overload
 
 import numpy as np
@@ -25,8 +25,31 @@ from . import columns, conserved
 from .columns import Column, Numbers
 from .dense import Dense, Samples
 from .integrators import Integrator
-from .statistics import Statistics
 from .track import Track
+
+#: The reasons for which a run may end, with texts that describe an early end.
+STOP_REASONS = {
+    "end": None,
+    "event": "by the last event",
+    "interrupted": "by an interrupt",
+    "unfinished": "by an error",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Counts of an integration.
+
+    Attributes
+    ----------
+    steps, rejected, evaluations : int
+        Accepted steps, rejected attempts, evaluations of the rates of change.
+    """
+
+    steps: int
+    rejected: int
+    evaluations: int
+
 
 _R = TypeVar("_R", bound="Record[Any]")
 

@@ -162,12 +162,10 @@ def binary(
         Period and semi-major axis of the mutual orbit. Give one of them, or both.
     eccentricity : float
     elements : {"mean", "osculating"}, optional
-        Whether the orbit has the given mean period in the bodies' actual attraction (``"mean"``), or the start is that
-        of the Kepler orbit (``"osculating"``); see the notes. The default is ``"mean"`` if a period is given, since
-        observed periods are means, and ``"osculating"`` for a semi-major axis alone.
+        Whether the orbit has the given mean period in the bodies' actual attraction (``"mean"``, the default for a
+        period, since observed periods are means), or the start is that of the Kepler orbit (``"osculating"``).
     start_period : float or Quantity, optional
-        The period for which a start of mean elements is made, as an earlier search found it (see the notes): the search
-        is left out.
+        The period for which a start of mean elements is made, in place of a search (see the notes).
     argument_of_periapsis, mean_anomaly : float or Quantity
         The angles at the start; the former is measured from the ascending node.
     pole : (longitude, latitude), optional
@@ -216,10 +214,9 @@ def binary(
     With ``elements="osculating"`` the start has the separation and the speed of a Kepler orbit. Over an oblate primary
     it falls inwards: the mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent
     for Didymos. The figures also force an osculating eccentricity of mu'/mu - 1 on a circle of radius r, with mu' = r^2
-    times the relative acceleration: in the equator of an oblate primary 3/2 J2 (R/r)^2, 0.019 for Didymos. As a vector
-    that points at periapsis, the osculating eccentricity is the sum of a free part, which the distance follows, and of
-    the forced part, which always points at the secondary: if it is zero at the start, the distance varies as on an
-    ellipse of the forced eccentricity.
+    times the relative acceleration: in the equator of an oblate primary 3/2 J2 (R/r)^2, 0.019 for Didymos. Started with
+    an osculating eccentricity of zero, the distance varies as on an ellipse of the forced one, which is a part of it
+    that always points at the secondary.
 
     With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
     acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
