@@ -38,6 +38,11 @@ def _content(content: Content) -> Any:
         from .fitting.result import fit_in
 
         return fit_in(content)
+    return run_in(content)
+
+
+def run_in(content: Content) -> Run[System]:
+    """Return the run in a file."""
     content.check_format(*netcdf.FORMAT)
     system = content.parsed("fullbody_system", system_of)
     integrator = content.parsed("fullbody_integrator", rebuild)
