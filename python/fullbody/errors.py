@@ -60,10 +60,8 @@ class BodiesOverlap(FullbodyError, RuntimeError):
     """Two bodies share interior points.
 
     Bodies count as touching, and not as overlapping, where their gap or depth is below 4e-15 times the sum of their
-    longest semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Relative to
-    the bodies' thickness this is 1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. If it is more
-    than a thousandth (c/a below about 1e-12), bodies that nearly touch are refused with :class:`InvalidInput`, since it
-    cannot be decided whether they overlap.
+    longest semi-axes, about as far as rounding moves their surfaces. Where that is more than a thousandth of their
+    thickness (c/a below about 1e-12), bodies that nearly touch are refused with :class:`InvalidInput`.
 
     Attributes
     ----------
@@ -146,10 +144,7 @@ _warned: ContextVar[set[tuple[type[Warning], str]] | None] = ContextVar("warned"
 
 @contextmanager
 def once() -> Iterator[None]:
-    """Context manager in which each kind of warning is issued once: texts that differ in numbers alone are of one kind.
-
-    A fit or a map calls a setup many times, which would warn each time.
-    """
+    """Context manager in which warnings that differ in numbers alone, as of many calls of a setup, are issued once."""
     token = _warned.set(set()) if _warned.get() is None else None
     try:
         yield

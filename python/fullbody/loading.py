@@ -12,21 +12,11 @@ from .particles import files as flights
 from .particles.flight import Flight
 from .record.integrators import rebuild
 
-__all__ = ["load", "load_flight", "run_in"]
-
 
 def load(path: Any) -> Run | Any:
     """Read a run that :meth:`fullbody.Run.save` wrote, or a fit that :meth:`fullbody.fitting.Fit.save` wrote.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Run or Fit
-        The object that was saved, equal bit for bit; see :meth:`fullbody.Run.save` and
-        :meth:`fullbody.fitting.Fit.save` for what a file cannot hold.
+    It is equal bit for bit to what was saved; these methods say what a file cannot hold.
 
     Raises
     ------
@@ -53,36 +43,14 @@ def _content(content: Content) -> Any:
 
 def run_in(content: Content) -> Run[System]:
     """Return the run in a file."""
-    netcdf.check_format(content)
+    content.check_format(*netcdf.FORMAT)
     system = content.parsed("fullbody_system", system_of)
     integrator = content.parsed("fullbody_integrator", rebuild)
     return Run(system, integrator, **netcdf.contents(content, system.context))
 
 
 def load_flight(path: Any) -> Flight[System]:
-    """Read a flight that :meth:`fullbody.Flight.save` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Flight
-        The flight that was saved, equal bit for bit; functions of events are represented by their names.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is not a flight of this package, or is damaged; the message says what is wrong.
-    FileNotFoundError
-        If there is no such file.
-
-    Warns
-    -----
-    UncheckedFile
-        For a file without a checksum.
-    """
+    """Read a flight that :meth:`fullbody.Flight.save` wrote, with names for functions of events; see :func:`load`."""
     return read(path, "flight", _flight)
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from fullbody import Body, Ellipsoid, PointMass, Run, State, System, Verner98
 from fullbody.base import rotations
 from fullbody.observing import Geometry, RadarAstrometry
-from fullbody.record.displaced import FunctionDerivatives
+from fullbody.record.derivatives import FunctionDerivatives
 
 from . import model
 

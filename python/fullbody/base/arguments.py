@@ -56,10 +56,7 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {
 
 
 def normal(text: Any) -> Any:
-    """Return a text in the normal form NFC, and others unchanged.
-
-    Keyboards and files write an accent as one character or as two.
-    """
+    """Return a text in the normal form NFC, since an accent may be one character or two, and others unchanged."""
     return unicodedata.normalize("NFC", text) if isinstance(text, str) else text
 
 
@@ -130,13 +127,14 @@ def names_of(given: Any, what: str) -> list[str]:
 
 def name_of(value: object) -> str | None:
     """Check a body's name, which is ``None`` or text that files and pictures can hold."""
-    if value is not None and not isinstance(value, str):
+    if value is None:
+        return None
+    if not isinstance(value, str):
         raise InvalidInput(f"name is {value!r}; expected text")
     # Files and pictures cannot hold control characters (Cc) and unpaired surrogates (Cs).
-    if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
+    if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
         raise InvalidInput(f"name is {value!r}; expected text without control characters")
-    name: str | None = normal(value)
-    return name
+    return normal(value)
 
 
 def refuse_mixture(values: dict[str, Any]) -> bool:
@@ -144,9 +142,8 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
     united = [name for name, value in values.items() if is_quantity(value)]
     plain = [name for name in values if name not in united]
     if united and plain:
-        raise InvalidInput(
-            f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
-        )
+        expected = "expected both or neither"
+        raise InvalidInput(f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; {expected}")
     return bool(united)
 
 
@@ -196,13 +193,9 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
     """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
     known = list(known)
-    close = _synonyms(name, known) or close_to(name, known)
+    synonyms = [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
+    close = synonyms or close_to(name, known)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
-
-
-def _synonyms(name: str, known: Iterable[str]) -> list[str]:
-    """Return the known names that a name of another program or of an earlier version may mean."""
-    return [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:

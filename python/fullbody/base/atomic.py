@@ -13,8 +13,6 @@ from typing import Any
 
 from ..errors import InvalidInput
 
-__all__ = ["as_path", "check_suffix", "check_target", "content", "other_reader", "replacing"]
-
 #: The errors by which a system says that it cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
 
@@ -66,36 +64,21 @@ class _Untouched(Exception):
 
 @contextmanager
 def replacing(path: Any) -> Iterator[Path]:
-    """Context manager for a temporary file that replaces ``path`` when the block ends without an error.
+    """Context manager for an empty file, beside ``path`` and with its ending, that replaces it if the block has no
+    error.
 
     The file is on the disk before it replaces the old one. A symbolic link stays, and the file that it points to is
     replaced. A replaced file's permissions are kept, and its owner where the system allows it; a new file has the
-    permissions that the umask leaves. Other hard links to a replaced file keep the old content.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Yields
-    ------
-    Path
-        An empty file to write to, in the folder of the file to be replaced; it has the ending of ``path``.
-
-    Raises
-    ------
-    InvalidInput
-        If ``path`` is not the name of a file.
-    OSError
-        If the file cannot be written; it is raised before the block if the reason is known by then, and names ``path``
-        only. Devices, pipes and write-protected files are refused.
+    permissions that the umask leaves. Other hard links to a replaced file keep the old content. An :class:`OSError`
+    names ``path`` only, and is raised before the block if its reason is known by then: devices, pipes and
+    write-protected files are refused.
     """
     path = as_path(path)
     old = _present(path)
     target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder {target.parent} to write {target.name} in")
-    # The module tempfile makes files that nobody else may read. Names are limited to 255 bytes, so that this one is
-    # short.
+    # The module tempfile makes files that nobody else may read. A name has at most 255 bytes.
     mark = uuid.uuid4().hex
     temporary = target.with_name(f".{target.stem[:12]}.{mark}.part{target.suffix[:12]}")
     try:
@@ -179,16 +162,7 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
 
 
 def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None = None) -> str:
-    """Return a phrase about what a file is and which function reads it, or nothing if that is the one called.
-
-    Parameters
-    ----------
-    path : Path
-    called : str
-        The reader that was called.
-    attributes : mapping, optional
-        Those of a file of NetCDF that could be read. Here it is not opened, since HDF5 trusts what it reads.
-    """
+    """Return a phrase about what a file is, by its attributes if HDF5 read it, and which other function reads it."""
     kind = None
     if attributes is not None:
         kind = next((entry for name, entry in _CONTENTS.items() if name in attributes), None)

@@ -7,18 +7,16 @@ from importlib import import_module
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-__all__ = ["Attribute", "Deferred", "WithUnit"]
-
 _T = TypeVar("_T")
 
 
 class Attribute(property, Generic[_T]):
-    """A property that is computed by a function, with the text that documents it; by default the function's own."""
+    """A property, with its text, that a function computes, or an attribute by its name such as ``"frame.rate"``."""
 
-    def __init__(self, function: Callable[[Any], _T], text: str | None = None) -> None:
-        super().__init__(function)
+    def __init__(self, source: str | Callable[[Any], _T], text: str | None = None) -> None:
+        super().__init__(attrgetter(source) if isinstance(source, str) else source)
         # Python 3.11 would show the text of the class.
-        self.__doc__ = text or function.__doc__
+        self.__doc__ = text or source.__doc__
 
     if TYPE_CHECKING:
 
@@ -26,10 +24,7 @@ class Attribute(property, Generic[_T]):
 
 
 class WithUnit(Attribute[_T]):
-    """A property of an object with a system: numbers in the system's units, with the unit of a dimension.
-
-    The numbers are given by a function of the object, or by the name of an attribute of it such as ``"frame.rate"``.
-    """
+    """A property of an object with a system: numbers in the system's units, with the unit of a dimension."""
 
     def __init__(self, text: str, numbers: str | Callable[[Any], Any], dimension: str) -> None:
         get = attrgetter(numbers) if isinstance(numbers, str) else numbers
@@ -37,10 +32,7 @@ class WithUnit(Attribute[_T]):
 
 
 class Deferred:
-    """A function of another module as a method, which replaces this descriptor at its first use.
-
-    The module is given relative to the package, and the function by its name in it.
-    """
+    """A function of another module of the package as a method, which replaces this descriptor at its first use."""
 
     def __init__(self, module: str, name: str) -> None:
         self._module, self._name = module, name

@@ -11,9 +11,6 @@ import numpy.typing as npt
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["REFUSALS", "Differences", "difference"]
-
-
 #: The errors of a function at an argument for which it has no value.
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
 #: Steps relative to the size of the argument, in the order in which they are tried. They are no decimal numbers, to
@@ -53,10 +50,7 @@ _SIDES = [
 
 
 def difference(function: Callable[[float], Floats], step: float) -> Floats:
-    """Return the derivative of a function that is zero at zero, by a difference of second order.
-
-    The difference is one-sided if the function refuses the argument ``-step``, as at the end of a range.
-    """
+    """Return the derivative of a function that is zero at zero: second order, one-sided if it refuses ``-step``."""
     try:
         below = function(-step)
     except REFUSALS:
@@ -67,12 +61,8 @@ def difference(function: Callable[[float], Floats], step: float) -> Floats:
 class Differences:
     """Derivatives of a function of one argument at its values, which share what was found out about the step.
 
-    A derivative takes six values of the function, and two if the step of an earlier one can be used.
-
-    Attributes
-    ----------
-    length : float
-        The step that was found last; zero before.
+    A derivative takes six values of the function, and two if the step of an earlier one can be used; ``length`` is the
+    step that was found last, zero before.
     """
 
     def __init__(self) -> None:
@@ -88,26 +78,6 @@ class Differences:
     ) -> Floats | None:
         """Return the derivative (M,), or ``None`` where the function is not smooth.
 
-        Parameters
-        ----------
-        function : callable
-            The change (M,) of the function when its argument is shifted; it may raise an error of ``REFUSALS``.
-        size : float
-            The length over which the function is smooth, or longer.
-        noise : ndarray, (M,)
-            The rounding errors of the values.
-        groups : ndarray of int, (M,)
-            Values with the same number are components of one quantity, whose derivative is as precise as its largest.
-        longest : float
-            The longest step, if nothing changes over shorter ones.
-
-        Raises
-        ------
-        InvalidInput
-            If the function refuses all arguments next to zero.
-
-        Notes
-        -----
         The step is shortened until differences of fourth and of second order agree, and those over an eighth of it too,
         which later calls use. A function that is not smooth, since it rounds or takes values from a table, changes over
         a long step and not over a short one, or its derivative over a short step differs from that over a long one by
@@ -115,6 +85,18 @@ class Differences:
         the formulas agree, so that an argument that is zero up to rounding has the step of zero. What does not change
         at all has a derivative of zero, of which no step is kept. A step holds for arguments of the same size to a
         factor of two.
+
+        Parameters
+        ----------
+        function : callable
+            The change (M,) of the function when its argument is shifted; an error of ``REFUSALS`` means that there is
+            no value. If there is none next to zero, InvalidInput is raised.
+        size, longest : float
+            The length over which the function is smooth, or longer; and the longest step, if nothing changes over
+            shorter.
+        noise, groups : ndarray, (M,)
+            The rounding errors of the values; and numbers that are equal for components of one quantity, whose
+            derivative is as precise as its largest.
         """
         if 0.5 * self._size <= size <= 2.0 * self._size:
             step = _SHORTER * self.length
@@ -123,7 +105,6 @@ class Differences:
                 if _signal(apart, noise) > 0.01 * _PRECISE:
                     return np.asarray(apart / (2.0 * step))
         self.length = self._size = 0.0
-        trial_in_use: _Trial | None = None
         longer: _Trial | None = None
         refused: Exception | None = None
         for share in _SHARES:
@@ -135,25 +116,24 @@ class Differences:
             if longer is not None and (longer.changed > trial.changed or not trial.follows(longer)):
                 return None
             if trial.smooth:
-                trial_in_use = trial
                 break
             longer = trial
-        if trial_in_use is None:
+        else:
             if refused is not None and longer is None:
                 raise InvalidInput(f"no value near it is accepted: {refused}") from refused
             return None
-        while trial_in_use.signal < _PRECISE and trial_in_use.length < longest:
-            length = min(longest, trial_in_use.length * 10.0 * _PRECISE / max(trial_in_use.signal, 1.0))
+        while trial.signal < _PRECISE and trial.length < longest:
+            length = min(longest, trial.length * 10.0 * _PRECISE / max(trial.signal, 1.0))
             with suppress(*REFUSALS):
-                trial = _Trial(function, length, noise, groups)
-                if trial.smooth:
-                    trial_in_use = trial
+                further = _Trial(function, length, noise, groups)
+                if further.smooth:
+                    trial = further
                     continue
             break
-        if trial_in_use.signal < _CHANGED:
+        if trial.signal < _CHANGED:
             return np.zeros(len(noise))
-        self.length, self._size = trial_in_use.length, size
-        return trial_in_use.derivative
+        self.length, self._size = trial.length, size
+        return trial.derivative
 
 
 class _Trial:

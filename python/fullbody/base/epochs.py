@@ -13,8 +13,6 @@ from ..errors import InvalidInput
 from .foreign import are_dates, shown
 from .units import need
 
-__all__ = ["date", "dates", "refuse_coarse", "to_text", "to_time"]
-
 _SCALES = ("tai", "tcb", "tcg", "tdb", "tt", "ut1", "utc")
 _DAY = re.compile(r"\d{4}-\d\d-\d\d")
 _TEXT = re.compile(r"(\d{4}-\d\d-\d\d)(?:[T ](\d\d:\d\d(?::\d\d(?:\.\d+)?)?))?(?: ([A-Za-z0-9]{2,3})|(Z))")
@@ -27,10 +25,8 @@ def to_text(epoch: Any, what: str = "epoch") -> str:
     if isinstance(epoch, str):
         match = _TEXT.fullmatch(epoch.strip())
         if match is None or (match[3] or "utc").lower() not in _SCALES:
-            raise InvalidInput(
-                f"{what} is {epoch!r}; expected a date with its time scale, such as '2022-09-26T00:00:00 TDB', "
-                "or a Time"
-            )
+            expected = "expected a date with its time scale, such as '2022-09-26T00:00:00 TDB', or a Time"
+            raise InvalidInput(f"{what} is {epoch!r}; {expected}")
         return f"{match[1]}{f'T{match[2]}' if match[2] else ''} {(match[3] or 'utc').upper()}"
     epoch = dates(epoch, what)
     if not (are_dates(epoch) and getattr(epoch, "isscalar", False)):

@@ -10,8 +10,6 @@ import numpy as np
 
 from ..errors import InvalidInput
 
-__all__ = ["are_dates", "array_or_quantity", "shown"]
-
 #: The number of values of a column that a message shows.
 _SHOWN = 3
 

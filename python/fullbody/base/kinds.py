@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -103,31 +103,31 @@ class Number:
         return units.attach(np.array(value) if self.shape else value, self.dimension)
 
 
-@dataclass(frozen=True, slots=True)
-class BodyIndex:
-    """The kind of a body of a system, given by its index or name."""
-
-    def __call__(self, value: Any, what: str) -> Any:
-        """Return the body as it is given; whether there is one, only a system knows."""
-        return value
+def body_index(value: Any, what: str) -> Any:
+    """Return a body of a system as it is given, by its index or name; whether there is one, only a system knows."""
+    return value
 
 
 Kind = Callable[[Any, str], Any]
 
 
-def kinds_of(owner: type) -> dict[str, Kind]:
-    """Return the kinds of all fields that a class and its bases declare, by their names, in the order of the fields."""
-    found = {name: kind for base in reversed(owner.__mro__) for name, kind in vars(base).get("_kinds", {}).items()}
-    return {entry.name: found[entry.name] for entry in fields(owner) if entry.name in found}
+def of_kind(kind: Kind) -> dict[str, Kind]:
+    """Return the metadata of a field of a dataclass that has values of a kind."""
+    return {"kind": kind}
+
+
+def kinds_of(owner: Any) -> dict[str, Kind]:
+    """Return the kinds of all fields of a dataclass that have one, by their names."""
+    return {entry.name: entry.metadata["kind"] for entry in fields(owner) if "kind" in entry.metadata}
 
 
 class Declared(ScalarFields):
-    """Base class of dataclasses that declare the kinds of their fields."""
+    """Base class of dataclasses that declare kinds of their fields, by which all that is given is checked."""
 
     __slots__ = ()
 
-    #: The kinds of the fields that the class itself adds, by their names.
-    _kinds: ClassVar[Mapping[str, Kind]] = {}
+    def __post_init__(self) -> None:
+        self._check_fields()
 
     def _what(self, name: str, of: str = "") -> str:
         """Return how errors call a field, of an object with a name that its owner knows."""
@@ -135,28 +135,26 @@ class Declared(ScalarFields):
 
     def _check_fields(self) -> None:
         """Check all fields that are given, and keep what their kinds make of them."""
-        defaults = {entry.name: entry.default for entry in fields(self)}  # type: ignore[arg-type]
-        for name, kind in kinds_of(type(self)).items():
-            value = getattr(self, name)
-            if value is not None or defaults[name] is not None or getattr(kind, "required", False):
-                object.__setattr__(self, name, kind(value, self._what(name)))
+        for entry in fields(self):  # type: ignore[arg-type]
+            kind, value = entry.metadata.get("kind"), getattr(self, entry.name)
+            if kind and (value is not None or entry.default is not None or getattr(kind, "required", False)):
+                object.__setattr__(self, entry.name, kind(value, self._what(entry.name)))
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         """Return all numbers that are given and have a dimension, by their names, with their dimensions."""
-        kinds = {name: kind for name, kind in kinds_of(type(self)).items() if isinstance(kind, Number)}
+        kinds = {name: kind for name, kind in kinds_of(self).items() if isinstance(kind, Number)}
         given = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
         return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
 
     def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
-        """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, by their names.
-
-        A field that is not given is ``None``.
+        """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, ``None`` for
+        missing.
         """
         found = {}
-        for name, kind in kinds_of(type(self)).items():
+        for name, kind in kinds_of(self).items():
             value = getattr(self, name)
             if isinstance(kind, Number):
                 found[name] = None if value is None else kind.unitless(value, self._what(name, of), units)
-            elif isinstance(kind, BodyIndex) and index is not None:
+            elif kind is body_index and index is not None:
                 found[name] = None if value is None else index(value, self._what(name))
         return found

@@ -12,8 +12,6 @@ from typing import Any
 from ..errors import InvalidInput
 from .unit_names import error_of, read, with_error
 
-__all__ = ["printed"]
-
 _DIGITS, _POWER = r"(?:\d+\.?\d*|\.\d+)", r"(?:[eE][+-]?\d+)"
 _BESIDE = rf"\s*(?:±|\+/?-)\s*(?P<error>{_DIGITS}{_POWER}?)\s*"
 #: A number with its error: ``(5.4 ± 0.4)e11``, ``5.4(4)e11`` (the error of the last digits) or ``5.4e11 ± 0.4e11``.

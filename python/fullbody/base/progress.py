@@ -8,8 +8,6 @@ from typing import Any, TypeAlias
 
 from ..errors import InvalidInput
 
-__all__ = ["Progress", "Report", "over_time"]
-
 #: A function of how much is done, how much there is (``None`` if that is unknown), and a description.
 Report: TypeAlias = Callable[[float, float | None, str], Any]
 
@@ -20,8 +18,7 @@ _LAYOUT_WITHOUT_TOTAL = "{desc}: {elapsed}, {rate_noinv_fmt}{postfix}"
 class Progress:
     """Context manager that returns the function by which a computation reports its progress, or ``None``.
 
-    It is given ``True`` or a title for a progress bar, or a function of (done, total, description), where ``total`` is
-    ``None`` if it is unknown.
+    It is given ``True`` or a title for a progress bar, or a function of (done, total or ``None``, description).
     """
 
     def __init__(self, progress: Any) -> None:

@@ -21,8 +21,7 @@ def about_axis(axis: int, angle: float) -> Floats:
 def about(axis: Any, angle: float) -> Floats:
     """Return the quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
     way = np.asarray(axis, dtype=np.float64)
-    # The axis is scaled by its largest component first: squares of numbers near the limits of floats overflow or
-    # vanish.
+    # The axis is scaled first, since squares of numbers near the limits of floats overflow or vanish.
     way = way / np.abs(way).max()
     return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
 
@@ -42,6 +41,12 @@ def products(first: Floats, second: Floats) -> Floats:
 def inverse(quaternions: Floats) -> Floats:
     """Return the quaternions (..., 4) of the turns back."""
     return quaternions * [1.0, -1.0, -1.0, -1.0]
+
+
+def towards(longitude: Any, latitude: Any) -> Floats:
+    """Return the unit vectors (..., 3) of longitudes and latitudes (...) in radians."""
+    lon, lat = np.asarray(longitude, dtype=np.float64), np.asarray(latitude, dtype=np.float64)
+    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def rates(attitudes: Floats, spins: Floats) -> Floats:

@@ -6,8 +6,6 @@ import numpy as np
 
 from ..typing import Floats
 
-__all__ = ["relative_error"]
-
 #: The ratio of the errors of the outer pieces to those of the inner ones, and the number of rows below which it counts.
 _ENDS, _SHORT = 10.0, 9
 #: The largest error of the polynomial through two, three or four rows of a rotation, by the angle between rows to the

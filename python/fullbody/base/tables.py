@@ -5,11 +5,9 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-
-__all__ = ["Table", "Tabled", "head", "number", "tables_of", "to_html", "to_text", "vector"]
 
 
 @dataclass(slots=True)
@@ -37,18 +35,12 @@ def to_html(*tables: Table) -> str:
     return "".join(parts)
 
 
-class Shown(Protocol):
-    """An object that Jupyter shows as tables."""
-
-    def _tables(self) -> tuple[Table, ...]: ...
-
-
-def tables_of(*shown: Table | Shown) -> list[Table]:
+def tables_of(*shown: Any) -> list[Table]:
     """Return tables, and those of objects that Jupyter shows as tables."""
     return [table for item in shown for table in ((item,) if isinstance(item, Table) else item._tables())]
 
 
-def to_text(*shown: Table | Shown) -> str:
+def to_text(*shown: Any) -> str:
     """Return tables as aligned text."""
     lines: list[str] = []
     for table in tables_of(*shown):

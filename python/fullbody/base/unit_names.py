@@ -6,8 +6,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache, lru_cache
 from typing import Any
 
@@ -68,22 +66,15 @@ _WORDS = {
 _MEANT = {"cc": "cm3", "ccm": "cm3", "gm": "g", "gms": "g", "gr": "g", "mtr": "m", "mtrs": "m", "kmh": "km/h"}
 
 
-@contextmanager
-def _english_words() -> Iterator[None]:
-    """Context manager in which astropy also reads units that are spelt as in plain English."""
-    from astropy import units as u
-
-    # Enabling the aliases takes half a millisecond.
-    with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
-        yield
-
-
 def read(kind: Any, text: str) -> Any:
     """Return the Quantity or the unit of a text, the unit of which may be spelt as in plain English."""
     try:
         return kind(text)
     except (TypeError, ValueError):
-        with _english_words():
+        from astropy import units as u
+
+        # Enabling the aliases takes half a millisecond.
+        with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
             return kind(text)
 
 
@@ -122,10 +113,7 @@ def factor(unit: Any, target: Any) -> float:
 
 
 def usable_unit(value: Any) -> Any:
-    """Return a unit from anything that astropy takes for one.
-
-    It is an error if it is not a unit, or one so small or so large that numbers in it overflow when they are converted.
-    """
+    """Return a unit from anything that astropy takes for one, unless numbers in it overflow when they are converted."""
     from astropy import units as u
 
     unit = read(u.Unit, value) if isinstance(value, str) else u.Unit(value)

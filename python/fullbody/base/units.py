@@ -84,16 +84,13 @@ def numbers(value: object, what: str, expected: str = "numbers") -> Floats:
 
 def _floats(value: object, what: str, expected: str = "numbers") -> Floats:
     try:
-        kind = np.asarray(value).dtype.kind
-        if value is None or kind not in "iufO" or (kind == "O" and _has_text(value)):
+        array = np.asarray(value)
+        text = array.dtype.kind == "O" and any(part is None or isinstance(part, str | bytes) for part in array.flat)
+        if value is None or array.dtype.kind not in "iufO" or text:
             raise TypeError("numpy would make it nan or one, drop the imaginary part, or read the text")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} is {shown(value)}; expected {expected}") from error
-
-
-def _has_text(value: Any) -> bool:
-    return any(part is None or isinstance(part, str | bytes) for part in np.asarray(value).flat)
 
 
 def gathered(value: Any, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
@@ -199,25 +196,24 @@ class Units:
     """
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
-        if isinstance(names, np.bool_):
-            names = bool(names)
-        if names is None or names is False:
-            self._base: tuple[Any, Any, Any] | None = None
+        if isinstance(names, bool | np.bool_):
+            names = USUAL if names else None
+        self._base: tuple[Any, Any, Any] | None = None
+        if names is None:
             return
         with need("units", "a system with units"):
             from astropy import units as u
 
         try:
-            length, time, mass = USUAL if names is True else names
+            length, time, mass = names
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
         parts = zip((length, time, mass), _KNOWN, strict=True)
-        base = tuple(_unit(name, known_names, names) for name, known_names in parts)
+        base = tuple(_unit(name, known_names) for name, known_names in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
-                raise InvalidInput(
-                    f"units has {str(unit)!r}; expected a unit of {expected.physical_type} there, such as {expected}"
-                )
+                kind = f"a unit of {expected.physical_type} there, such as {expected}"
+                raise InvalidInput(f"units has {str(unit)!r}; expected {kind}")
         self._base = base
 
     @property
@@ -228,10 +224,8 @@ class Units:
     @property
     def names(self) -> tuple[str, str, str] | None:
         """Return the units as strings."""
-        if self._base is None:
-            return None
-        length, time, mass = self._base
-        return (str(length), str(time), str(mass))
+        base = self._base
+        return None if base is None else (str(base[0]), str(base[1]), str(base[2]))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Units) and self.names == other.names
@@ -263,8 +257,9 @@ class Units:
             )
         else:
             unit = self.unit(dimension)
-        if dimension in ("spin", "angular acceleration"):
-            refuse_cycles(value.unit, what)  # type: ignore[attr-defined]
+        if dimension in ("spin", "angular acceleration") and _counts_turns(value.unit):  # type: ignore[attr-defined]
+            expected = "expected an angle by a time, such as rad / h or cycle / h"
+            raise InvalidInput(f"{what} has the unit {value.unit}, which may count turns; {expected}")  # type: ignore[attr-defined]
         return strip_to(value, unit, what)
 
     def number(self, value: object, dimension: str, what: str, limits: Limits = FINITE) -> float:
@@ -279,16 +274,16 @@ class Units:
         shape: tuple[int | str, ...] | None = None,
         limits: Limits = FINITE,
     ) -> Floats:
-        """Return a value as numbers in this system's units, after checking their shape and that all are within limits.
-
-        A shape has letters where any length will do, and ``"..."`` in front where any axes may be.
+        """Return a value as numbers in this system's units, all within limits, of a shape with letters or ``"..."`` in
+        front.
         """
         expected = limits.expected(shape != ())
         refuse_booleans(value, what, expected)
         array = self.strip(value, dimension, what, expected)
         if shape is not None and not fits(array, shape):
             if shape and not limits.text:
-                raise InvalidInput(f"{what} has shape {array.shape}; expected {shape_text(shape)}, {expected}")
+                wanted = str(shape).replace("'", "")
+                raise InvalidInput(f"{what} has shape {array.shape}; expected {wanted}, {expected}")
             raise InvalidInput(f"{what} is {value!r}, of shape {array.shape}; expected {expected}")
         if not np.all(good := limits.hold(array)):
             is_scalar_array = type(value) is np.ndarray and not array.ndim
@@ -319,10 +314,7 @@ class Units:
 
 
 class AnyUnits(Units):
-    """The units of a system that is not yet known, for early checks of values that it will receive.
-
-    Quantities must have the right dimension; they count in their own units, and angles in radians.
-    """
+    """Units of a system not yet known: Quantities of the right dimension count in their own units, angles in rad."""
 
     def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> Floats:
         """Return a value as numbers in its own units."""
@@ -355,7 +347,7 @@ def close_to(name: str, known_names: Sequence[str]) -> list[str]:
     return difflib.get_close_matches(name, known_names, 1)
 
 
-def _unit(name: object, usual: tuple[str, ...], names: object) -> Any:
+def _unit(name: object, usual: tuple[str, ...]) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
         return usable_unit(name)
@@ -369,19 +361,11 @@ def _unit(name: object, usual: tuple[str, ...], names: object) -> Any:
 
 @lru_cache(maxsize=1024)
 def _counts_turns(unit: Any) -> bool:
+    """Return whether a spin is in hertz, or by a time alone, so that turns would be taken as radians."""
     from astropy import units as u
 
     alone = unit.decompose().bases == [u.s]
     return alone or any(base.is_equivalent(u.Hz) for base in unit.bases)
-
-
-def refuse_cycles(unit: Any, what: str) -> None:
-    """Raise an error for a spin in hertz, or by a time alone, which may count turns and would be taken as radians."""
-    if _counts_turns(unit):
-        raise InvalidInput(
-            f"{what} has the unit {unit}, which may count turns; expected an angle by a time, such as rad / h or "
-            "cycle / h"
-        )
 
 
 def strip_to(value: Any, unit: Any, what: str) -> Floats:
@@ -407,11 +391,6 @@ def fits(array: Any, wanted: tuple[int | str, ...]) -> bool:
     last = wanted[1:] if wanted[:1] == ("...",) else wanted
     present = array.shape[len(array.shape) - len(last) :] if last is not wanted else array.shape
     return len(present) == len(last) and all(n in (length, str(n)) for length, n in zip(present, last, strict=True))
-
-
-def shape_text(shape: tuple[int | str, ...]) -> str:
-    """Return a shape with letters as text."""
-    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
 def scalar(value: Floats, what: str) -> float:

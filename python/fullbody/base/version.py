@@ -1,7 +1,5 @@
 """The version of the installed package."""
 
-__all__ = ["version"]
-
 
 def version() -> str:
     """Return the version as text."""

@@ -1,6 +1,6 @@
 """Events of a run, located on its continuous solution to the last few bits.
 
-Bodies are given by their indices in the system or by their names.
+Bodies, such as ``body`` and ``about``, are given by their indices in the system or by their names.
 
 Every event has a ``direction``: 1 if the condition's function must rise as time grows, -1 if it must fall, 0 for both.
 The direction refers to growing time also in runs backwards. A ``terminal`` event stops the run. Functions are sampled
@@ -14,13 +14,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import directions
-from ..base.kinds import BodyIndex, Declared, Number, direction, flag, function, sense
+from ..base.kinds import Declared, Number, body_index, direction, flag, function, of_kind, sense
 from ..base.limits import POSITIVE
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput
@@ -56,13 +56,8 @@ class Event(Declared):
         Whether the run stops there.
     """
 
-    direction: int = 0
-    terminal: bool = False
-
-    _kinds: ClassVar = {"direction": sense, "terminal": flag}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    direction: int = field(default=0, metadata=of_kind(sense))
+    terminal: bool = field(default=False, metadata=of_kind(flag))
 
     def _condition(self, context: Context) -> _core.Condition:
         """Return the condition that the core detects: by default that of the class's name, or of one of its bases."""
@@ -79,10 +74,8 @@ class Event(Declared):
 
 @dataclass(frozen=True, eq=False)
 class _TwoBodyEvent(Event):
-    body: int | str = 1
-    about: int | str = 0
-
-    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex()}
+    body: int | str = field(default=1, metadata=of_kind(body_index))
+    about: int | str = field(default=0, metadata=of_kind(body_index))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +85,6 @@ class Separation(_TwoBodyEvent):
     Parameters
     ----------
     body, about : int or str
-        Indices in the system, or names.
     value : float or Quantity
     direction : {-1, 0, 1}
         -1 if the bodies approach each other, 1 if they recede, 0 for both.
@@ -107,9 +99,7 @@ class Separation(_TwoBodyEvent):
     ('event', True)
     """
 
-    value: Any = None
-
-    _kinds: ClassVar = {"value": Number("length", POSITIVE, required=True)}
+    value: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, required=True)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +112,9 @@ class Contact(_TwoBodyEvent):
     Parameters
     ----------
     body, about : int or str
-        Indices in the system, or names.
     direction : {-1, 0, 1}
         -1 if the bodies come together, 1 if they separate, 0 for both.
     terminal : bool
-        Whether the run stops there.
 
     Examples
     --------
@@ -144,12 +132,7 @@ class Contact(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(_TwoBodyEvent):
-    """The centres of two bodies are nearest.
-
-    Parameters
-    ----------
-    body, about : int or str
-    terminal : bool
+    """The centres of two bodies, ``body`` and ``about``, are nearest.
 
     Examples
     --------
@@ -163,13 +146,7 @@ class Periapsis(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_TwoBodyEvent):
-    """The centres of two bodies are furthest apart.
-
-    Parameters
-    ----------
-    body, about : int or str
-    terminal : bool
-    """
+    """The centres of two bodies, ``body`` and ``about``, are furthest apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,11 +165,9 @@ class PlaneCrossing(Event):
     terminal : bool
     """
 
-    body: int | str = 1
-    about: int | str | None = 0
-    normal: Any = (0.0, 0.0, 1.0)
-
-    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex(), "normal": direction}
+    body: int | str = field(default=1, metadata=of_kind(body_index))
+    about: int | str | None = field(default=0, metadata=of_kind(body_index))
+    normal: Any = field(default=(0.0, 0.0, 1.0), metadata=of_kind(direction))
 
     def _condition(self, context: Context) -> _core.Condition:
         plain = self._unitless(context.units, context.index)
@@ -212,20 +187,12 @@ class Escape(_TwoBodyEvent):
     terminal : bool
     """
 
-    distance: Any = None
-
-    _kinds: ClassVar = {"distance": Number("length", POSITIVE, required=True)}
+    distance: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, required=True)))
 
 
 @dataclass(frozen=True, eq=False)
 class Alignment(_TwoBodyEvent):
-    """The angle between a body's long axis and the line to another body is smallest.
-
-    Parameters
-    ----------
-    body, about : int or str
-    terminal : bool
-    """
+    """The angle between the long axis of ``body`` and the line to another body, ``about``, is smallest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +235,6 @@ class Function(Event):
         A function that takes a :class:`fullbody.State` and returns a finite number or Quantity; any other result ends
         the run in :class:`fullbody.errors.InvalidInput`.
     direction : {-1, 0, 1}
-        1 if the function must rise through zero as time grows, -1 if it must fall, 0 for both.
     terminal : bool
 
     Examples
@@ -281,9 +247,9 @@ class Function(Event):
     True
     """
 
-    f: Callable[[State], Any] = field(default=lambda state: 1.0)
-
-    _kinds: ClassVar = {"f": partial(function, expected="a function of a State")}
+    f: Callable[[State], Any] = field(
+        default=lambda state: 1.0, metadata=of_kind(partial(function, expected="a function of a State"))
+    )
 
     def _condition(self, context: Context) -> _core.Condition:
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
@@ -312,7 +278,7 @@ class Occultation(Event):
     Parameters
     ----------
     body, by : int or str
-        The body behind and the body in front: indices in the system, or names.
+        The body behind and the body in front.
     toward : array_like, (3,) or (T, 3)
         The direction to the point, of any length, or its directions at ``times``, which are interpolated by a cubic
         spline. With ``distant=False`` vectors from the barycentre to the point.
@@ -323,9 +289,9 @@ class Occultation(Event):
         bodies are seen within cones; a run in which one of the two bodies reaches as far toward the point as it is from
         the barycentre is refused.
     slowness : float
-        The time that light takes for a unit of length, in the system's units, which is one over the speed of light.
-        Each body is then taken when the light left it that left the barycentre at the time of the event. A negative
-        number stands for light from the point, which passes the bodies. Zero for all bodies at one time.
+        One over the speed of light, in the system's units. Each body is then taken when the light left it that left the
+        barycentre at the time of the event. A negative number stands for light from the point, which passes the bodies.
+        Zero for all bodies at one time.
     total : bool
         Whether all of the body behind must be hidden. What only several parts of the body in front hide together counts
         as visible.
@@ -349,22 +315,13 @@ class Occultation(Event):
     'event'
     """
 
-    body: int | str
-    by: int | str
+    body: int | str = field(metadata=of_kind(body_index))
+    by: int | str = field(metadata=of_kind(body_index))
     toward: Any = None
-    times: Any = None
-    total: bool = False
-    distant: bool = True
-    slowness: float = 0.0
-
-    _kinds: ClassVar = {
-        "body": BodyIndex(),
-        "by": BodyIndex(),
-        "times": Number("time", shape=("T",)),
-        "total": flag,
-        "distant": flag,
-        "slowness": Number(),
-    }
+    times: Any = field(default=None, metadata=of_kind(Number("time", shape=("T",))))
+    total: bool = field(default=False, metadata=of_kind(flag))
+    distant: bool = field(default=True, metadata=of_kind(flag))
+    slowness: float = field(default=0.0, metadata=of_kind(Number()))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -374,10 +331,8 @@ class Occultation(Event):
         times = self.times
         count = () if times is None else np.shape(times)
         if toward.ndim != (1 if times is None else 2) or toward.shape[:-1] != count:
-            raise InvalidInput(
-                f"toward of Occultation has shape {toward.shape} and times {count}; expected (3,) without times, or "
-                "(T, 3) and (T,)"
-            )
+            expected = "expected (3,) without times, or (T, 3) and (T,)"
+            raise InvalidInput(f"toward of Occultation has shape {toward.shape} and times {count}; {expected}")
         # The directions are stored as tuples, which can be compared and hashed.
         has_unit = is_quantity(self.toward) and not self.distant
         object.__setattr__(self, "toward", self.toward if has_unit else _tuples(toward))
@@ -385,9 +340,8 @@ class Occultation(Event):
 
     def _condition(self, context: Context) -> _core.Condition:
         toward, times = self.toward, self.times
-        places = np.atleast_2d(
-            toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
-        )
+        toward = toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
+        places = np.atleast_2d(toward)
         if times is None:
             places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
         else:

@@ -12,8 +12,6 @@ from typing import IO
 
 from ..errors import InvalidInput
 
-__all__ = ["check", "line"]
-
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 #: The offsets of the size of addresses and of the end-of-file address in the superblock, by its version (HDF5 File
 #: Format Specification, section II.A).
@@ -32,18 +30,7 @@ def line(file: IO[bytes], length: int) -> bytes:
 
 
 def check(file: IO[bytes]) -> bool:
-    """Check a file's checksum and raise an error if the file is damaged.
-
-    Returns
-    -------
-    bool
-        Whether the file has a checksum. Without one, only its length is checked.
-
-    Raises
-    ------
-    InvalidInput
-        For a file that is not NetCDF-4, or damaged.
-    """
+    """Return whether a file has a checksum, or raise an error if it is not NetCDF-4, or damaged."""
     end, length = _end(file), file.seek(0, 2)
     if length < end:
         raise InvalidInput(f"the file is truncated or damaged: it has {length} bytes; expected {end}")
@@ -52,9 +39,8 @@ def check(file: IO[bytes]) -> bool:
     expected = line(file, end)
     # One byte more than the line is read, to detect further bytes.
     if file.read(len(expected) + 1) != expected:
-        raise InvalidInput(
-            "the file is truncated or damaged: the checksum at its end does not fit what stands before it"
-        )
+        damaged = "the checksum at its end does not fit what stands before it"
+        raise InvalidInput(f"the file is truncated or damaged: {damaged}")
     return True
 
 

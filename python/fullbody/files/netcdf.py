@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -10,21 +11,18 @@ import numpy as np
 
 from ..base.arguments import integer
 from ..base.atomic import check_suffix, replacing
-from ..base.units import need
+from ..base.units import Units, need
 from ..base.version import version
 from ..errors import InvalidInput
 from ..model.context import Context
-from ..record.record import Record
-from ..record.statistics import STOP_REASONS, Statistics
-from ..record.tangent import tangent_labels
+from ..record.columns import tangent_labels
+from ..record.record import STOP_REASONS, Record, Statistics
 from . import checksum, occurrences
 from .reading import Content, check_order, check_unit, netcdf
 
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-__all__ = ["SUFFIXES", "check_format", "contents", "save", "to_pandas", "to_xarray", "write"]
 
 #: Variables: further dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -35,21 +33,22 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "energy": (("part",), "energy", "energies"),
     "angular_momentum": (("axis",), "angular momentum", "total angular momentum about the origin, inertial"),
 }
-#: Variables of runs with external forces: further dimensions after time and force, dimension of the unit, meaning.
-_OF_FORCES: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "work": ((), "energy", "work of each external force since the start of the run"),
-    "impulse": (("axis",), "momentum", "impulse of each external force since the start of the run, inertial"),
+#: Variables of runs with external forces, derivatives, whose components have various units, and indicators of chaos.
+_OPTIONAL: dict[str, tuple[tuple[str, ...], str | None, str]] = {
+    "work": (("force",), "energy", "work of each external force since the start of the run"),
+    "impulse": (("force", "axis"), "momentum", "impulse of each external force since the start of the run, inertial"),
     "angular_impulse": (
-        ("axis",),
+        ("force", "axis"),
         "angular momentum",
         "angular impulse of each external force since the start of the run, about the origin, inertial",
     ),
-}
-#: Variables of runs with derivatives: further dimensions after time, meaning. Components have various units.
-_DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
-    "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run"),
-    "sensitivity": (("parameter", "tangent"), "derivatives by parameters of the system"),
-    "chaos": (("indicator",), "mean of MEGNO, Lyapunov exponent, fast Lyapunov indicator, since the start of the run"),
+    "transition": (("tangent", "start_tangent"), None, "transition matrices from the start of the run"),
+    "sensitivity": (("parameter", "tangent"), None, "derivatives by parameters of the system"),
+    "chaos": (
+        ("indicator",),
+        None,
+        "mean of MEGNO, Lyapunov exponent, fast Lyapunov indicator, since the start of the run",
+    ),
 }
 _COORDINATES = {
     "axis": ["x", "y", "z"],
@@ -65,10 +64,15 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_energy": (slice(1, 5), ("part",), "energy"),
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
-#: The number of the file format, the only one that is read.
-_FORMAT = 2
+#: The attribute that marks a file as a run, and the number of the format, the only one that is read.
+FORMAT = ("fullbody_format", 2)
 #: Suffixes of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
+
+
+def described(units: Units, dimension: str | None, text: str) -> dict[str, str]:
+    """Return the attributes of a variable by the dimension of its unit, if it has one, and its meaning."""
+    return {"long_name": text} | ({"units": str(units.unit(dimension))} if dimension and units.defined else {})
 
 
 def to_xarray(run: Record) -> xarray.Dataset:
@@ -79,10 +83,10 @@ def to_xarray(run: Record) -> xarray.Dataset:
     xarray.Dataset
         A dataset with the samples along the dimension ``time``. Events that happened have the dimension ``event``,
         labelled with their kinds, and variables ``event_time``, ``event_position`` and so on;
-        ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_index`` is the index in that
-        list. ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External
-        forces have the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and
-        ``angular_impulse``; ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
+        ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_index`` is the index in that list.
+        ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External forces have
+        the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
+        ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
 
     Examples
     --------
@@ -95,15 +99,13 @@ def to_xarray(run: Record) -> xarray.Dataset:
     with need("data", "a run as a dataset"):
         import xarray as xr
 
-    units = run.context.units
-
-    def attributes(dimension: str | None, text: str) -> dict[str, str]:
-        unit = {"units": str(units.unit(dimension))} if dimension and units.defined else {}
-        return {"long_name": text, **unit}
-
+    units, attributes = run.context.units, partial(described, run.context.units)
+    forces = list(run.context.forces)
+    optional = {name: entry for name, entry in _OPTIONAL.items() if forces or "force" not in entry[0]}
     variables = {
         name: (("time", *dims), run.arrays[name], attributes(dimension, text))
-        for name, (dims, dimension, text) in _VARIABLES.items()
+        for name, (dims, dimension, text) in (_VARIABLES | optional).items()
+        if name in run.arrays
     }
     for name, (numbers, dims, dimension) in _START.items():
         text = f"{dimension} at the start of the run"
@@ -111,10 +113,8 @@ def to_xarray(run: Record) -> xarray.Dataset:
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
     coordinates["body"] = ("body", list(run.context.names))
     coordinates["time"] = ("time", run.arrays["time"], attributes("time", "time"))
-    if forces := list(run.context.forces):
+    if forces:
         coordinates["force"] = ("force", forces, {"long_name": "external forces"})
-        for name, (dims, dimension, text) in _OF_FORCES.items():
-            variables[name] = (("time", "force", *dims), run.arrays[name], attributes(dimension, text))
     if "transition" in run.arrays:
         numbers = tangent_labels(run.context.names)
         coordinates |= {name: (name, numbers) for name in ("tangent", "start_tangent")}
@@ -122,9 +122,6 @@ def to_xarray(run: Record) -> xarray.Dataset:
             coordinates["parameter"] = ("parameter", list(run.parameters))
     if "chaos" in run.arrays:
         coordinates["indicator"] = ("indicator", _INDICATORS)
-    for name, (dims, text) in _DERIVATIVES.items():
-        if name in run.arrays:
-            variables[name] = (("time", *dims), run.arrays[name], attributes(None, text))
     of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
@@ -133,7 +130,7 @@ def to_xarray(run: Record) -> xarray.Dataset:
         {
             "title": "fullbody run",
             "fullbody_version": version(),
-            "fullbody_format": _FORMAT,
+            FORMAT[0]: FORMAT[1],
             "fullbody_system": json.dumps(run.context.describe()),
             "fullbody_integrator": json.dumps(run.integrator._describe(units)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
@@ -149,11 +146,8 @@ def to_xarray(run: Record) -> xarray.Dataset:
 def to_pandas(run: Record) -> pandas.DataFrame:
     """Convert the run to a ``pandas.DataFrame`` with a row per sample and a column per number.
 
-    Returns
-    -------
-    pandas.DataFrame
-        A table whose columns are (quantity, body, component) and whose index is the time; ``.attrs["units"]`` names
-        the units if the system has them.
+    The columns are (quantity, body, component) and the index is the time; ``.attrs["units"]`` names the units if the
+    system has them.
 
     Examples
     --------
@@ -191,32 +185,28 @@ def to_pandas(run: Record) -> pandas.DataFrame:
 def save(run: Record, path: Any) -> None:
     """Write the run to a NetCDF file, exactly and atomically; :func:`fullbody.load` reads it.
 
-    A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason.
-    It keeps neither the continuous solution of ``dense=True`` nor the functions of
-    :class:`fullbody.events.Function`, of which it keeps the names with the times and states of the events. It does
-    not keep the functions of :class:`fullbody.forces.Function` either: the system of a run from a file has the
-    force, but its integration raises an error that names the force.
+    A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason. It
+    keeps neither the continuous solution of ``dense=True`` nor the functions of :class:`fullbody.events.Function` and
+    :class:`fullbody.forces.Function`, but their names: events stay with times and states, and the integration of a
+    system with such a force raises an error that names it.
 
-    The file ends with a checksum of its content, after the part that NetCDF reads. :func:`fullbody.load` checks it
-    first. Other programs ignore the checksum and remove it when they write to the file; :func:`fullbody.load` then
-    warns.
+    The file ends with a checksum of its content, after the part that NetCDF reads, which :func:`fullbody.load` checks.
+    Other programs ignore it and remove it when they write to the file; :func:`fullbody.load` then warns.
 
-    The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points
-    to is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are
-    kept; a new file has the permissions that the umask leaves.
+    The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points to
+    is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are kept; a
+    new file has the permissions that the umask leaves.
 
     Parameters
     ----------
     path : str or Path
-        A name that ends in ``.nc`` or ``.nc4``.
+        A name that ends in ``.nc`` or ``.nc4``; others are refused.
 
     Raises
     ------
-    InvalidInput
-        For another ending.
     OSError
-        If the file cannot be written, for lack of space or permission, or because the path is a write-protected
-        file, a folder or a device; the error has the path.
+        If the file cannot be written, for lack of space or permission, or because the path is a write-protected file, a
+        folder or a device; the error has the path.
     """
     check_suffix(path, SUFFIXES)
     netcdf()
@@ -224,10 +214,7 @@ def save(run: Record, path: Any) -> None:
 
 
 def write(dataset: xarray.Dataset, path: Any) -> None:
-    """Write a NetCDF-4 file with its checksum.
-
-    The file is made in memory, since on a full disk HDF5 itself would end the whole process.
-    """
+    """Write a NetCDF-4 file with its checksum, made in memory: on a full disk HDF5 would end the whole process."""
     from xarray.backends import H5NetCDFStore
     from xarray.backends.locks import HDF5_LOCK
 
@@ -243,34 +230,28 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
         temporary.write_bytes(whole.getbuffer())
 
 
-def check_format(content: Content) -> None:
-    """Raise an error for a file that is not a run, or one of another format."""
-    content.check_format("fullbody_format", _FORMAT)
-
-
 def contents(content: Content, context: Context) -> dict[str, Any]:
     """Return the arguments of ``Run``, except its system and integrator, by name."""
     lengths = {name: len(labels) for name, labels in _COORDINATES.items()}
     start = [content.numbers(name, {dim: lengths[dim] for dim in dims}) for name, (_, dims, _) in _START.items()]
     time = content.numbers("time", {"time": None})
     sizes: dict[str, int | None] = {**lengths, "body": len(context), "time": len(time)}
-    kept: dict[str, tuple[str, ...]] = {name: dims for name, (dims, _, _) in _VARIABLES.items()}
+    kept = list(_VARIABLES)
     switched_off: dict[str, int] = {}
     parameters: tuple[str, ...] = ()
     if context.forces:
         sizes["force"] = len(context.forces)
-        kept |= {name: ("force", *dims) for name, (dims, _, _) in _OF_FORCES.items()}
+        kept += ["work", "impulse", "angular_impulse"]
         switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, context))
     if content.has_attribute("fullbody_parameters"):
         parameters = content.parsed("fullbody_parameters", _names)
         sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": len(parameters)}
-        kept["transition"] = _DERIVATIVES["transition"][0]
-        if parameters:
-            kept["sensitivity"] = _DERIVATIVES["sensitivity"][0]
+        kept += ["transition", "sensitivity"] if parameters else ["transition"]
     if "chaos" in content:
         sizes["indicator"] = len(_INDICATORS)
-        kept["chaos"] = _DERIVATIVES["chaos"][0]
-    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)}) for name, dims in kept.items()}
+        kept.append("chaos")
+    dims_of = {name: ("time", *(_VARIABLES | _OPTIONAL)[name][0]) for name in kept}
+    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in dims}) for name, dims in dims_of.items()}
     check_order(time, "time", repeated=False)
     check_unit(arrays["attitude"], "attitude")
     reason = content.text("stop_reason")

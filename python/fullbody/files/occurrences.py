@@ -9,17 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core, events
+from .. import events
 from ..base.units import is_quantity
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..events import Event, Occurrence
 from ..model.context import Context
-from ..model.state import strip, wrap
+from ..model.state import sample, strip, wrap
 from ..record.record import Record
 from .reading import Content, check_order, check_unit
-
-__all__ = ["from_file", "to_dataset"]
 
 #: Variables: further dimensions after the event's, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
@@ -41,7 +39,7 @@ _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")
 def to_dataset(
     run: Record, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """Return variables, coordinates, and the events as JSON. If no event happened, there are no variables.
+    """Return variables, coordinates, and the events as JSON; without any event that happened there are no variables.
 
     ``attributes`` returns a variable's attributes from the dimension of its unit and its meaning.
     """
@@ -66,48 +64,37 @@ def to_dataset(
             values = np.array([matches[k] for matches in derivatives_of_events if matches is not None])
             variables[f"event_{name}"] = (("event", *dims), values, attributes(None, meaning))
     labels = [type(happened.event).__name__ for happened in run.events]
-    coordinates = {
-        "event": ("event", labels, {"long_name": "what happened"}),
-        "event_time": variables.pop("event_time"),
-    }
-    return variables, coordinates, text
+    event = ("event", labels, {"long_name": "what happened"})
+    return variables, {"event": event, "event_time": variables.pop("event_time")}, text
 
 
 def from_file(content: Content, context: Context, parameters: int) -> list[Occurrence]:
-    """Read the events of a run's file; derivatives, if present, are with respect to the start and ``parameters``
-    parameters.
-    """
+    """Read the events of a run's file, with derivatives, if present, by the start and so many parameters."""
     watched = content.parsed("fullbody_events", lambda described: _event_spec(described, context))
     if not watched:
         return []
     indices = content.numbers("event_index", {"event": None}, whole=True)
     sizes = {"event": len(indices), "body": len(context), "axis": 3, "quaternion": 4}
-    record = {
-        name: content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
-        for name, (dims, _, _) in _VARIABLES.items()
-    }
     sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": parameters}
+
+    def numbers(name: str, dims: tuple[str, ...]) -> Any:
+        return content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
+
+    record = {name: numbers(name, dims) for name, (dims, _, _) in _VARIABLES.items()}
     derivatives: list[Any] = [None] * len(indices)
     if "event_transition" in content:
-        shape: dict[str, int | None] = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["transition"][0])}
-        transition = content.numbers("event_transition", shape)
-        sensitivity = np.zeros((len(indices), 0, sizes["tangent"]))
-        if parameters:
-            shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["sensitivity"][0])}
-            sensitivity = content.numbers("event_sensitivity", shape)
-        shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["flow"][0])}
-        derivatives = list(zip(transition, sensitivity, content.numbers("event_flow", shape), strict=True))
+        kept = [name for name in _DERIVATIVES if parameters or name != "sensitivity"]
+        found = {name: numbers(name, _DERIVATIVES[name][0]) for name in kept}
+        none = np.zeros((len(indices), 0, sizes["tangent"]))
+        derivatives = list(zip(found["transition"], found.get("sensitivity", none), found["flow"], strict=True))
     check_order(record["time"], "event_time", repeated=True)
     check_unit(record["attitude"], "event_attitude")
     happened = []
     for k, index in enumerate(indices):
         if not 0 <= index < len(watched):
-            raise InvalidInput(
-                f"event_index has {index}; expected 0 to {len(watched) - 1}, an index in fullbody_events"
-            )
-        arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
-        core = _core.State(float(record["time"][k]), *arrays)
-        state = wrap(core, context)
+            expected = f"expected 0 to {len(watched) - 1}, an index in fullbody_events"
+            raise InvalidInput(f"event_index has {index}; {expected}")
+        state = wrap(sample(record, k), context)
         happened.append(Occurrence(watched[int(index)], state.time, state, derivatives[k]))
     return happened
 

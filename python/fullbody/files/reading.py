@@ -16,8 +16,6 @@ from ..errors import InvalidInput, UncheckedFile, caution
 from ..typing import Floats
 from . import checksum
 
-__all__ = ["Content", "check_order", "check_unit", "netcdf", "read"]
-
 _Built = TypeVar("_Built")
 
 #: NetCDF's mark of numbers that were never written.
@@ -36,26 +34,10 @@ def netcdf() -> Any:
 
 
 def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
-    """Build an object from the content of a file; errors name the file.
+    """Build an object from the content of a file that should hold a ``kind``, such as ``"run"``; errors name the file.
 
-    Parameters
-    ----------
-    path : str or Path
-    kind : str
-        What the file should hold, such as ``"run"``.
-    build : callable
-
-    Raises
-    ------
-    InvalidInput
-        For a file that is not NetCDF-4, or damaged, and for content that ``build`` refuses.
-    FileNotFoundError
-        If there is no such file.
-
-    Warns
-    -----
-    UncheckedFile
-        For a file without a checksum.
+    A file that is not NetCDF-4, or damaged, is refused, and content that ``build`` refuses; a file without a checksum
+    is an :class:`UncheckedFile`, with a warning.
     """
     xr, path = netcdf(), as_path(path)
     if not path.exists():
@@ -118,9 +100,8 @@ class Content:
             raise InvalidInput(f"the file has no attribute {name}")
         found = self._dataset.attrs[name]
         if integer(found) != expected:
-            raise InvalidInput(
-                f"the file's format is {found}, by its attribute {name}; expected {expected}, which this version reads"
-            )
+            wanted = f"expected {expected}, which this version reads"
+            raise InvalidInput(f"the file's format is {found}, by its attribute {name}; {wanted}")
 
     def text(self, name: str) -> str:
         """Return a text attribute of the file."""

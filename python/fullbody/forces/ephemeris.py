@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base import epochs, rotations
+from ..base.unit_names import unit_named
 from ..base.units import Units, is_quantity, need, numbers, strip_to
 from ..errors import InvalidInput
 from ..frames import rotation
@@ -17,8 +18,6 @@ from ..typing import Floats
 
 if TYPE_CHECKING:
     from astropy.time import Time
-
-__all__ = ["about_sun", "barycentric", "dense_table", "path"]
 
 #: G times the mass in km^3/s^2, from DE440 (Park et al. 2021, table 2), for planets together with their satellites.
 _GM = {
@@ -114,8 +113,6 @@ def dense_table(
 
 def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tuple[Callable[[Floats], Floats], float]:
     """Return the system's path from the Sun, in km by seconds, ecliptic of J2000, and an eighth of its period."""
-    from astropy import units as u
-
     if not isinstance(orbit, KeplerElements):
         raise InvalidInput(f"orbit is {orbit!r}; expected the KeplerElements of the system about the Sun")
     if orbit.frame is not None and not (isinstance(orbit.frame, str) and orbit.frame == "ecliptic"):
@@ -123,17 +120,16 @@ def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tupl
     if np.ndim(orbit.e) > 0:
         raise InvalidInput(f"orbit is {orbit!r}; expected the elements of one orbit")
     if is_quantity(orbit.a):
-        a = float(strip_to(orbit.a, u.km, "semi-major axis of orbit"))
+        a = float(strip_to(orbit.a, unit_named("km"), "semi-major axis of orbit"))
     elif system_units.defined:
-        a = float((numbers(orbit.a, "semi-major axis of orbit") * system_units.unit("length")).to_value(u.km))
+        a = float((numbers(orbit.a, "semi-major axis of orbit") * system_units.unit("length")).to_value("km"))
     else:
-        raise InvalidInput(
-            f"semi-major axis of orbit is {orbit.a!r}; expected a Quantity, such as 1.6442 * u.au, or units=(...)"
-        )
+        expected = "expected a Quantity, such as 1.6442 * u.au, or units=(...)"
+        raise InvalidInput(f"semi-major axis of orbit is {orbit.a!r}; {expected}")
     angle = Units().number
     e, i, node, argument, mean = (angle(getattr(orbit, key), "angle", key) for key in ("e", "i", "Omega", "omega", "M"))
     rate = np.sqrt(_GM["sun"] / abs(a) ** 3)
-    late = (start - epoch).to_value(u.s)
+    late = (start - epoch).to_value("s")
 
     def position_at(times: Floats) -> Floats:
         anomaly = mean + rate * (times + late)
@@ -171,12 +167,10 @@ def _axes(frame: Any) -> Floats:
 
 
 def _seconds(duration: Any, system_units: Units) -> float:
-    from astropy import units as u
-
     units = system_units if system_units.defined else Units(("km", "s", "kg"))
     number = units.number(duration, "time", "duration")
     if not is_quantity(duration) and not isinstance(duration, str) and not system_units.defined:
         raise InvalidInput(f"duration is {duration!r}; expected a Quantity, text such as '30 day', or units=(...)")
     if number == 0.0:
         raise InvalidInput("duration is 0; expected a time, below zero for runs back in time")
-    return float((number * units.unit("time")).to_value(u.s))
+    return float((number * units.unit("time")).to_value("s"))

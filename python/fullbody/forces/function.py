@@ -4,27 +4,21 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from .. import _core
-from ..base.kinds import flag
+from ..base.kinds import flag, of_kind
+from ..base.units import Units
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
-from ..model.calls import Call
-from ..model.context import Context
+from ..model.context import Call, Context
 from ..model.force import Force
 from ..model.state import wrap
 
-if TYPE_CHECKING:
-    from ..base.units import Units
-
-__all__ = ["Function"]
-
 _POINTER = ctypes.POINTER(ctypes.c_double)
-#: The status that a Python function's wrapper returns on success. The value is unlikely to arise otherwise, even if
-#: ctypes makes up one when Ctrl-C comes before the function's first line.
+#: The status of success of a Python function's wrapper: one that ctypes does not make up after an early Ctrl-C.
 _SUCCESS = 0x5AFEC0DE
 #: The base class of all function pointers of ctypes.
 _FUNCTION_POINTER: Any = ctypes.CFUNCTYPE(None).__mro__[1]
@@ -52,6 +46,9 @@ class Function(Force):
     A result other than zero ends the run. The data are those of the LowLevelCallable, and may be used from another
     thread.
 
+    The function should be smooth: at a jump the step control takes many short steps. It must not depend on anything
+    that it stores from call to call, since steps are tried and taken back.
+
     Parameters
     ----------
     function : callable, numba cfunc, LowLevelCallable or ctypes function
@@ -64,13 +61,8 @@ class Function(Force):
     Raises
     ------
     ForceFailed
-        In a run, if the function raises an exception, returns nan or a status other than zero. The run so far is in
-        the error's attribute ``run``, and the function's exception is its cause.
-
-    Notes
-    -----
-    The function should be smooth: at a jump the step control takes many short steps. It must not depend on anything
-    that it stores from call to call, since steps are tried and taken back.
+        In a run, if the function raises an exception, returns nan or a status other than zero. The run so far is in the
+        error's attribute ``run``, and the function's exception is its cause.
 
     Examples
     --------
@@ -84,11 +76,9 @@ class Function(Force):
     """
 
     function: Any
-    depends_on_velocity: bool = field(default=True, kw_only=True)  # type: ignore[misc]
+    depends_on_velocity: bool = field(default=True, kw_only=True, metadata=of_kind(flag))  # type: ignore[misc]
 
     conserves_energy: ClassVar[bool] = False
-
-    _kinds: ClassVar = {"depends_on_velocity": flag}
 
     def _check(self) -> None:
         if not callable(self.function) and _compiled(self.function, self.name) is None:
@@ -122,38 +112,29 @@ class Function(Force):
 def _compiled(function: Any, name: str) -> Call | None:
     """Return the addresses of a compiled function, or ``None`` for a Python function."""
     if isinstance(function, _FUNCTION_POINTER):
-        return Call(ctypes.cast(function, ctypes.c_void_p).value or 0, 0, function)
+        return Call(_address(function, name), 0, function)
     if hasattr(function, "_wrapper_address") and isinstance(getattr(function, "address", None), int):
         return Call(function.address, 0, function)
-    if type(function).__name__ == "LowLevelCallable":
-        pointer, data = function.function, function.user_data
-        address = pointer.address if hasattr(pointer, "address") else None
-        if isinstance(pointer, _FUNCTION_POINTER):
-            address = ctypes.cast(pointer, ctypes.c_void_p).value
-        if address is None:
-            address = _capsule(function[0], name)
-        if data is None:
-            where = 0
-        elif isinstance(data, ctypes.c_void_p):
-            where = data.value or 0
-        elif isinstance(data, ctypes._Pointer):
-            where = ctypes.cast(data, ctypes.c_void_p).value or 0
-        else:
-            where = _capsule(data, name)
-        return Call(address or 0, where, function)
-    return None
+    if type(function).__name__ != "LowLevelCallable":
+        return None
+    pointer, data = function.function, function.user_data
+    if (address := getattr(pointer, "address", None)) is None:
+        address = _address(pointer if isinstance(pointer, _FUNCTION_POINTER) else function[0], name)
+    return Call(address, 0 if data is None else _address(data, name), function)
 
 
-def _capsule(capsule: Any, name: str) -> int:
-    """Return the pointer in a capsule."""
+def _address(pointer: Any, name: str) -> int:
+    """Return the address in a pointer of ctypes or a capsule."""
+    if isinstance(pointer, (ctypes.c_void_p, ctypes._Pointer, _FUNCTION_POINTER)):
+        return ctypes.cast(pointer, ctypes.c_void_p).value or 0
     api = ctypes.pythonapi
     api.PyCapsule_GetName.restype, api.PyCapsule_GetName.argtypes = ctypes.c_char_p, [ctypes.py_object]
     api.PyCapsule_GetPointer.restype = ctypes.c_void_p
     api.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
     try:
-        return int(api.PyCapsule_GetPointer(capsule, api.PyCapsule_GetName(capsule)))
+        return int(api.PyCapsule_GetPointer(pointer, api.PyCapsule_GetName(pointer)))
     except (ValueError, TypeError) as error:
-        raise InvalidInput(f"function of {name} has {capsule!r}; expected a capsule with a pointer") from error
+        raise InvalidInput(f"function of {name} has {pointer!r}; expected a capsule with a pointer") from error
 
 
 def _from_python(model: Function, context: Context) -> Call:
@@ -164,10 +145,9 @@ def _from_python(model: Function, context: Context) -> Call:
         return np.ctypeslib.as_array(pointer, (bodies, width))
 
     def loads(value: Any, dimension: str) -> Any:
-        what = f"{dimension} of {name}"
-        array = units.strip(value, dimension, what)
+        array = units.strip(value, dimension, f"{dimension} of {name}")
         if array.shape != (bodies, 3):
-            raise InvalidInput(f"{what} has shape {array.shape}; expected {(bodies, 3)}")
+            raise InvalidInput(f"{dimension} of {name} has shape {array.shape}; expected {(bodies, 3)}")
         return array
 
     def call(
@@ -191,5 +171,5 @@ def _from_python(model: Function, context: Context) -> Call:
         return _SUCCESS
 
     pointer = SIGNATURE(call)
-    made = Call(ctypes.cast(pointer, ctypes.c_void_p).value or 0, 0, pointer, _SUCCESS)
+    made = Call(_address(pointer, name), 0, pointer, _SUCCESS)
     return made

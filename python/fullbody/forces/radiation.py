@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 
-from ..base.kinds import BodyIndex, Number, choice, direction
+from .. import _core
+from ..base.kinds import Number, body_index, choice, direction, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
-from ..base.units import UNITLESS, gathered, need
+from ..base.units import UNITLESS, Units, gathered, need
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
-
-if TYPE_CHECKING:
-    from .. import _core
-    from ..base.units import Units
-
-__all__ = ["Byorp", "Yorp", "solar_pressure"]
 
 #: Force divided by pressure and squared radius, for a coefficient of one.
 _BYORP = {
@@ -45,7 +40,7 @@ def torque_dimension(normalization: str | None) -> str:
 
 
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
-    """Compute the mean pressure of sunlight along an orbit round the Sun.
+    """Compute the mean pressure of sunlight along an orbit round the Sun, as a Quantity.
 
     It is the mean over time of L / (4 pi c d^2), which is L / (4 pi c a^2 sqrt(1 - e^2)): the pressure on a black plate
     that faces the Sun. L is the nominal luminosity of the IAU, with which L / (4 pi c) is 1.0161e17 N; papers round
@@ -56,11 +51,6 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     semi_major_axis : Quantity or str
         Semi-major axis of the orbit round the Sun, such as ``"0.642 au"``.
     eccentricity : float
-        Eccentricity of the same orbit.
-
-    Returns
-    -------
-    Quantity
 
     Examples
     --------
@@ -88,13 +78,11 @@ class Yorp(Force):
     ----------
     on : int or str
         The body that the torque acts on.
-    along : float, Quantity or array_like
-        Component along the spin: a torque, unless ``normalization`` says otherwise; one value, or one at each
-        obliquity.
-    across : float, Quantity or array_like
-        Component across the spin, in the same form; a positive one raises the obliquity. The component vanishes for a
-        spin along ``pole``, which defines no such direction; a run in which a torque that does not vanish there drives
-        the spin to the pole raises :class:`fullbody.errors.ForceFailed`.
+    along, across : float, Quantity or array_like
+        Components along and across the spin: torques, unless ``normalization`` says otherwise; one value, or one at
+        each obliquity. A positive one across raises the obliquity. It vanishes for a spin along ``pole``, which defines
+        no such direction; a run in which a torque that does not vanish there drives the spin to the pole raises
+        :class:`fullbody.errors.ForceFailed`.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, interpolated by a cubic spline.
     pole : array_like, (3,)
@@ -103,22 +91,18 @@ class Yorp(Force):
         ``"acceleration"``: rates of the spin, such as ``"5e-8 rad / day2"`` from light-curves; ``across`` is then the
         rate of the obliquity times the spin. ``"quillen_2022"``, ``"steinberg_sari_2011"`` and ``"rossi_2009"``: the
         dimensionless coefficients of these papers, see Notes.
-    pressure : float, Quantity or str, optional
-        Pressure of sunlight, for a coefficient: :func:`solar_pressure` returns the mean along an orbit.
-    radius : float, Quantity or str, optional
-        Radius of the body, for a coefficient; by default that of the sphere of its volume.
+    pressure, radius : float, Quantity or str, optional
+        For a coefficient the pressure of sunlight, whose mean along an orbit is :func:`solar_pressure`, and the radius
+        of the body, by default that of the sphere of its volume.
     name : str, optional
         Name of the force; by default ``YORP on`` the body.
 
     Notes
     -----
     See Rubincam (2000). With C the largest moment of inertia the spin changes by torque ``along`` / C, and the
-    obliquity by torque ``across`` / (C spin). A coefficient f means, with P the pressure, R the radius and m the mass,
-
-    - ``"quillen_2022"``: a torque f P R^3 (Quillen, LaBarca & Chen);
-    - ``"steinberg_sari_2011"``: a torque (2 pi / 3) f P R^3;
-    - ``"rossi_2009"``: a rate of the spin (2/3) f P R / m = f P / (2 pi density R^2) (Rossi, Marzari & Scheeres; Y of
-      Jacobson & Scheeres), for ``along`` alone.
+    obliquity by torque ``across`` / (C spin). With a coefficient f, P the pressure, R the radius and m the mass, the
+    torque is f P R^3 for ``"quillen_2022"`` and (2 pi / 3) f P R^3 for ``"steinberg_sari_2011"``, and the rate of the
+    spin (2/3) f P R / m for ``"rossi_2009"``, which defines ``along`` alone.
 
     Examples
     --------
@@ -130,32 +114,21 @@ class Yorp(Force):
     <Quantity 1.e-08 1 / d2>
     """
 
-    on: int | str
+    _called = "YORP on"
+
+    on: int | str = field(metadata=of_kind(body_index))
     along: Any
     across: Any = 0.0
-    obliquity: Any = None
-    pole: Any = (0.0, 0.0, 1.0)
+    obliquity: Any = field(default=None, metadata=of_kind(Number("angle", shape=("T",))))
+    pole: Any = field(default=(0.0, 0.0, 1.0), metadata=of_kind(direction))
     normalization: str | None = None
-    pressure: Any = None
-    radius: Any = None
-
-    _kinds: ClassVar = {
-        "on": BodyIndex(),
-        "obliquity": Number("angle", shape=("T",)),
-        "pole": direction,
-        "pressure": Number("pressure", POSITIVE),
-        "radius": Number("length", POSITIVE),
-    }
+    pressure: Any = field(default=None, metadata=of_kind(Number("pressure", POSITIVE)))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
 
     def _check(self) -> None:
-        _check_normalization(
-            self, self.normalization, (*_RATES, *_YORP), self.normalization not in (None, "acceleration")
-        )
+        _check_normalization(self, (*_RATES, *_YORP), self.normalization not in (None, "acceleration"))
         if self.normalization == "rossi_2009" and np.any(gathered(self.across, f"across of {self.name}") != 0.0):
             raise InvalidInput(f"across of {self.name} is {self.across!r}; expected none, for rossi_2009 defines along")
-
-    def _usual_name(self) -> str:
-        return f"YORP on {self.on}" if isinstance(self.on, str) else f"YORP on body {self.on}"
 
     def _describe(self, context: Context) -> dict[str, Any]:
         units, on = context.units, self._index(context, "on")
@@ -167,20 +140,12 @@ class Yorp(Force):
             what = self._what(role)
             array = units.numbers(getattr(self, role), dimension, what)
             if array.shape not in ((), (rows,)):
-                raise InvalidInput(
-                    f"{what} has shape {array.shape}; expected a finite number, or one at each obliquity"
-                )
+                expected = "expected a finite number, or one at each obliquity"
+                raise InvalidInput(f"{what} has shape {array.shape}; {expected}")
             return [float(value) for value in factor * np.broadcast_to(array, rows)]
 
-        return {
-            "kind": "Yorp",
-            "name": self.name,
-            "on": context.names[on],
-            "pole": list(self.pole),
-            "obliquity": obliquity,
-            "along": torque("along"),
-            "across": torque("across"),
-        }
+        described = {"kind": "Yorp", "name": self.name, "on": context.names[on], "pole": list(self.pole)}
+        return described | {"obliquity": obliquity, "along": torque("along"), "across": torque("across")}
 
     def _factor(self, context: Context, on: int) -> float:
         """Return the torque for a value of one."""
@@ -256,32 +221,27 @@ class Byorp(Force):
     Both are fixed in the secondary's body frame. Their components refer to its principal axes: the long axis, away from
     the other body; the middle axis, along the motion; and the short axis, to the side of the orbit's normal.
 
-    They act while the secondary is locked: its short axis is within 45 degrees of the orbit's normal, and the
-    angle psi of its long axis to the line to the other body is that of a pendulum which does not turn over, psi'^2 +
-    w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. A step ends where the lock is lost or regained, and derivatives
-    of a run include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that it
-    breaks its own lock, which would return at once without it, raises :class:`fullbody.errors.ForceFailed`. Where a
-    lock is regained with the opposite side towards the other body, the components keep their sense along the motion.
+    They act while the secondary is locked: its short axis is within 45 degrees of the orbit's normal, and the angle psi
+    of its long axis to the line to the other body is that of a pendulum which does not turn over, psi'^2 + w^2 sin^2
+    psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. A step ends where the lock is lost or regained, and derivatives of a run
+    include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that it breaks
+    its own lock, which would return at once without it, raises :class:`fullbody.errors.ForceFailed`. Where a lock is
+    regained with the opposite side towards the other body, the components keep their sense along the motion.
 
     Parameters
     ----------
-    on : int or str
-        The secondary.
-    about : int or str
-        The body that the secondary orbits.
+    on, about : int or str
+        The secondary, and the body that it orbits.
     force : float, Quantity, str or array_like, (3,)
         The components of the force, or the one along the motion alone: a positive one enlarges the orbit. Either this
         or ``coefficient`` is given.
     coefficient : float or array_like, (3,)
-        Dimensionless components of the force, or the one along the motion alone, with the ``normalization`` and the
-        ``pressure`` that go with them.
+        The same, dimensionless, with the ``normalization`` and the ``pressure`` that go with it.
     normalization : str
         The definition of the coefficient: ``"jacobson_scheeres_2011"``, ``"quillen_2022"``, ``"steinberg_sari_2011"``
         or ``"wang_hou_2021"``. They differ by 2 pi / 3, see Notes.
-    pressure : float, Quantity or str
-        Pressure of sunlight: :func:`solar_pressure` returns the mean along an orbit.
-    radius : float, Quantity or str, optional
-        Radius of the secondary, for a coefficient; by default that of the sphere of its volume.
+    pressure, radius : float, Quantity or str, optional
+        For a coefficient the pressure of sunlight and the radius of the secondary, as for :class:`Yorp`.
     torque : Quantity or array_like, (3,), optional
         The components of the torque about the secondary's centre; zero by default.
     name : str, optional
@@ -290,16 +250,10 @@ class Byorp(Force):
     Notes
     -----
     According to Cuk & Burns (2005) and McMahon & Scheeres (2010), a circular orbit drifts by da/dt = 2 F / (m n), where
-    F is the force along the motion, m the secondary's mass and n the mean motion. The eccentricity of a secondary that
-    rotates uniformly changes by de/e = -1/4 da/a, and librations change that ratio. With P the pressure and R the
-    secondary's radius, a coefficient f means
-
-    - ``"jacobson_scheeres_2011"``, ``"quillen_2022"``: F = f P R^2;
-    - ``"steinberg_sari_2011"``, ``"wang_hou_2021"``: F = (2 pi / 3) f P R^2.
-
-    If an author defines a torque, it is taken about the centre of the other body: F times the distance of the two
-    centres. The drift printed by Jacobson & Scheeres (2011) is larger than 2 F / (m n) by sqrt(1 + q), with q the ratio
-    of the masses, since they take the mean motion of a massless secondary.
+    F is the force along the motion, m the secondary's mass and n the mean motion. With P the pressure and R the
+    secondary's radius, a coefficient f means F = f P R^2 for ``"jacobson_scheeres_2011"`` and ``"quillen_2022"``, and
+    F = (2 pi / 3) f P R^2 for ``"steinberg_sari_2011"`` and ``"wang_hou_2021"``. The theory of forces in the
+    documentation compares the papers' definitions.
 
     Examples
     --------
@@ -308,55 +262,37 @@ class Byorp(Force):
     >>> import fullbody, numpy as np
     >>> from astropy import units as u
     >>> system, state = fullbody.systems.kw4(units=True)
-    >>> pressure = fullbody.forces.solar_pressure("0.642 au", 0.688)
-    >>> byorp = fullbody.forces.Byorp(
-    ...     on="Beta", about="Alpha", coefficient=0.02, normalization="jacobson_scheeres_2011", pressure=pressure
-    ... )
+    >>> light = {"pressure": fullbody.forces.solar_pressure("0.642 au", 0.688), "normalization": "quillen_2022"}
+    >>> byorp = fullbody.forces.Byorp(on="Beta", about="Alpha", coefficient=0.02, **light)
     >>> force = system.with_forces([byorp]).loads(state)["BYORP on Beta"].force[1, 1]
     >>> (2.0 * force / system["Beta"].mass * (17.42 * u.hour / (2.0 * np.pi))).to("cm / yr")
     <Quantity 7.2090883 cm / yr>
     """
 
-    on: int | str
-    about: int | str
-    force: Any = None
-    coefficient: Any = None
-    normalization: str | None = None
-    pressure: Any = None
-    radius: Any = None
-    torque: Any = None
+    _called = "BYORP on"
 
-    _kinds: ClassVar = {
-        "on": BodyIndex(),
-        "about": BodyIndex(),
-        "force": _Components("force"),
-        "coefficient": _Components(),
-        "torque": Number("torque", shape=(3,)),
-        "pressure": Number("pressure", POSITIVE),
-        "radius": Number("length", POSITIVE),
-    }
+    on: int | str = field(metadata=of_kind(body_index))
+    about: int | str = field(metadata=of_kind(body_index))
+    force: Any = field(default=None, metadata=of_kind(_Components("force")))
+    coefficient: Any = field(default=None, metadata=of_kind(_Components()))
+    normalization: str | None = None
+    pressure: Any = field(default=None, metadata=of_kind(Number("pressure", POSITIVE)))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
+    torque: Any = field(default=None, metadata=of_kind(Number("torque", shape=(3,))))
 
     def _check(self) -> None:
         if (self.force is None) == (self.coefficient is None):
-            raise InvalidInput(
-                f"force and coefficient of {self.name} are {self.force!r} and {self.coefficient!r}; "
-                "expected one of the two"
-            )
+            both = f"{self.force!r} and {self.coefficient!r}"
+            raise InvalidInput(f"force and coefficient of {self.name} are {both}; expected one of the two")
         if self.coefficient is not None and self.normalization is None:
-            raise InvalidInput(
-                f"normalization of {self.name} is not given, and coefficients differ by it; "
-                f"expected one of {', '.join(_BYORP)}"
-            )
-        _check_normalization(self, self.normalization, _BYORP, self.coefficient is not None)
-
-    def _usual_name(self) -> str:
-        return f"BYORP on {self.on}" if isinstance(self.on, str) else f"BYORP on body {self.on}"
+            needed = f"is not given, and coefficients differ by it; expected one of {', '.join(_BYORP)}"
+            raise InvalidInput(f"normalization of {self.name} {needed}")
+        _check_normalization(self, _BYORP, self.coefficient is not None)
 
     def _describe(self, context: Context) -> dict[str, Any]:
         arguments = super()._describe(context)
-        coefficient, pressure, _, torque = (
-            arguments.pop(role) for role in ("coefficient", "pressure", "radius", "torque")
-        )
+        roles = ("coefficient", "pressure", "radius", "torque")
+        coefficient, pressure, _, torque = (arguments.pop(role) for role in roles)
         if self.normalization is not None:
             radius = self._radius(context, self._index(context, "on"))
             unit = _BYORP[self.normalization] * pressure * radius**2
@@ -373,20 +309,14 @@ class Byorp(Force):
         return super()._of_core({name: value for name, value in described.items() if name not in absent}, units)
 
 
-def _check_normalization(
-    force: Yorp | Byorp, normalization: str | None, known_names: Iterable[str], needs_light: bool
-) -> None:
+def _check_normalization(force: Yorp | Byorp, known_names: Iterable[str], needs_light: bool) -> None:
     """Refuse an unknown normalisation, and light that is missing or has no use."""
-    if normalization is not None:
-        choice(normalization, f"normalization of {force.name}", known_names)
-    if not needs_light:
-        for role in ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ())):
-            if getattr(force, role) is not None:
-                raise InvalidInput(
-                    f"{role} of {force.name} is {getattr(force, role)!r}; expected none without a coefficient"
-                )
-    elif force.pressure is None:
-        raise InvalidInput(
-            f"pressure of {force.name} is not given; expected that of sunlight, such as "
-            "fullbody.forces.solar_pressure('0.64 au', 0.69)"
-        )
+    if force.normalization is not None:
+        choice(force.normalization, f"normalization of {force.name}", known_names)
+    if needs_light and force.pressure is None:
+        expected = "expected that of sunlight, such as fullbody.forces.solar_pressure('0.64 au', 0.69)"
+        raise InvalidInput(f"pressure of {force.name} is not given; {expected}")
+    useless = ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ()))
+    for role in () if needs_light else useless:
+        if (value := getattr(force, role)) is not None:
+            raise InvalidInput(f"{role} of {force.name} is {value!r}; expected none without a coefficient")

@@ -2,33 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from .. import _core
 from ..base import epochs
-from ..base.kinds import Number, instance
+from ..base.kinds import Number, instance, of_kind
 from ..base.limits import POSITIVE
 from ..base.splines import relative_error
 from ..base.tables import number
-from ..base.units import AnyUnits
+from ..base.units import AnyUnits, Units
 from ..errors import InvalidInput
 from ..frames import rotation
 from ..model.context import Context
 from ..model.force import Force
-from ..orbit.elements import KeplerElements
+from ..orbit.elements import DIMENSIONS, KeplerElements
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .. import _core
-    from ..base.units import Units
-
-__all__ = ["ThirdBody"]
-
-_ANGLES = ("i", "Omega", "omega", "M")
+#: What errors call elements.
+_NOUNS = {"a": "semi-major axis", "e": "eccentricity"}
 #: The relative error of a table's spline above which there is a warning; the error of the gravity is three times it.
 _COARSE = 1e-3
 #: The size of a tide relative to the gravity of the bodies below which it has no effect.
@@ -41,16 +36,14 @@ _SAME_DATE = 1e-3
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.
 
-    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The system does not move
-    the third body. The path refers to the nominal barycentre, which moves as if there were no external forces; the
-    barycentre offset that forces cause, such as gravity on the quadrupoles, is computed.
+    The path is a Kepler orbit or a table of positions, relative to the system's nominal barycentre, which moves as if
+    there were no external forces. The system does not move the third body; the barycentre offset that forces cause,
+    such as gravity on the quadrupoles, is computed.
 
     Parameters
     ----------
-    mass : float or Quantity
-        Mass of the third body; either this or ``mu`` is given.
-    mu, GM : float or Quantity
-        G times the mass of the third body; the two are one.
+    mass, mu, GM : float or Quantity
+        Mass of the third body, or G times it as ``mu`` or ``GM``; one of them is given.
     orbit : KeplerElements
         The path as an orbit; its mu is that of the third body and the system together. Elements with a frame are turned
         into the frame of the system, and others are taken to be in it.
@@ -76,9 +69,8 @@ class ThirdBody(Force):
 
     Notes
     -----
-    The acceleration of a point at r relative to the barycentre, by a third body at p, is Battin's (1999, section 8.4),
-    which loses no digits: -(mu/d^3) (r + f(q) p) with d = r - p, q = r.(r - 2p)/p^2. The effect of a body's extent, and
-    the torque, follow by the third law from its own exact exterior field at the third body.
+    The acceleration of a point relative to the barycentre is Battin's (1999, section 8.4), which loses no digits. The
+    effect of a body's extent, and the torque, follow by the third law from its own exact field at the third body.
 
     Examples
     --------
@@ -91,28 +83,21 @@ class ThirdBody(Force):
     True
     """
 
-    mass: Any = None
-    mu: Any = None
-    orbit: KeplerElements[Any] | None = None
+    mass: Any = field(default=None, metadata=of_kind(Number("mass", POSITIVE)))
+    mu: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
+    orbit: KeplerElements[Any] | None = field(
+        default=None, metadata=of_kind(partial(instance, kind=KeplerElements, expected="KeplerElements"))
+    )
     of: str | None = None
-    time: Any = 0.0
-    times: Any = None
-    positions: Any = None
+    time: Any = field(default=0.0, metadata=of_kind(Number("time")))
+    times: Any = field(default=None, metadata=of_kind(Number("time", shape=("T",))))
+    positions: Any = field(default=None, metadata=of_kind(Number("length", shape=("T", 3))))
     frame: Any = None
     date: Any = None
-    GM: Any = None
+    GM: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
 
     depends_on_velocity: ClassVar[bool] = False
-
-    _kinds: ClassVar = {
-        "mass": Number("mass", POSITIVE),
-        "mu": Number("mu", POSITIVE),
-        "GM": Number("mu", POSITIVE),
-        "orbit": partial(instance, kind=KeplerElements, expected="KeplerElements"),
-        "time": Number("time"),
-        "times": Number("time", shape=("T",)),
-        "positions": Number("length", shape=("T", 3)),
-    }
+    _called = "third body"
 
     def _check(self) -> None:
         name = self.name
@@ -127,9 +112,8 @@ class ThirdBody(Force):
         if (self.orbit is None) != all(table) or table[0] != table[1]:
             raise InvalidInput(f"the path of {name} is not clear; expected orbit, or else times and positions")
         if self.orbit is not None and self.frame is not None:
-            raise InvalidInput(
-                f"frame of {name} is {self.frame!r} beside an orbit; expected KeplerElements(..., frame=)"
-            )
+            expected = "expected KeplerElements(..., frame=)"
+            raise InvalidInput(f"frame of {name} is {self.frame!r} beside an orbit; {expected}")
         if self.date is not None:
             object.__setattr__(self, "date", epochs.to_text(self.date, f"date of {name}"))
         if self.of not in ("system", "body"):
@@ -153,6 +137,8 @@ class ThirdBody(Force):
     ) -> Self:
         """Make the Sun or a planet, with positions of an ephemeris relative to a system on its orbit about the Sun.
 
+        The table of positions is so dense that its cubic spline has an error of at most 1e-9 of the distance.
+
         Parameters
         ----------
         name : str
@@ -175,15 +161,6 @@ class ThirdBody(Force):
         units : (length, time, mass) or bool, optional
             The units of plain numbers, for a system without units; otherwise all values are Quantities.
 
-        Returns
-        -------
-        ThirdBody
-            A third body with a table whose cubic spline has an error of at most 1e-9 of the distance.
-
-        Raises
-        ------
-        InvalidInput
-
         Notes
         -----
         The system moves on the Kepler orbit; perturbations by planets are neglected: for a close flyby give the orbit
@@ -203,9 +180,6 @@ class ThirdBody(Force):
 
         return cls(of="body", date=date, **path(name, date, orbit, duration, epoch, ephemeris, frame, units))
 
-    def _usual_name(self) -> str:
-        return "third body"
-
     def _describe(self, context: Context) -> dict[str, Any]:
         units, name = context.units, self.name
         if self.date is not None and context.epoch is not None:
@@ -223,18 +197,15 @@ class ThirdBody(Force):
         if self.orbit is not None:
             orbit = self.orbit if rotation is None else self.orbit.to_frame(target=context.frame)
             elements = {
-                "a": units.number(orbit.a, "length", f"semi-major axis of {name}"),
-                "e": units.number(orbit.e, "number", f"eccentricity of {name}"),
+                key: units.number(getattr(orbit, key), dimension, f"{_NOUNS.get(key, key)} of {name}")
+                for key, dimension in DIMENSIONS.items()
             }
-            elements |= {key: units.number(getattr(orbit, key), "angle", f"{key} of {name}") for key in _ANGLES}
             path = {"orbit": {"elements": elements, "time": numbers["time"]}}
         else:
             times, positions = np.array(numbers["times"]), np.array(numbers["positions"])
             if len(positions) != len(times):
-                raise InvalidInput(
-                    f"times and positions of {name} have shapes {times.shape} and {positions.shape}; "
-                    "expected (T,) and (T, 3)"
-                )
+                shapes = f"{times.shape} and {positions.shape}"
+                raise InvalidInput(f"times and positions of {name} have shapes {shapes}; expected (T,) and (T, 3)")
             positions = positions if rotation is None else positions @ rotation.T
             steps = np.abs(np.diff(times))
             if len(steps) and steps.min() <= 4.0 * np.spacing(np.abs(times).max()):
@@ -263,9 +234,8 @@ class ThirdBody(Force):
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
         """Yield warnings of a tide that is lost in rounding, and of a table whose spline does not follow the path."""
-        position, _ = context.core.third_body(
-            context.third_body(described["name"], "a third body"), np.array([start.time])
-        )
+        index = context.third_body(described["name"], "a third body")
+        position, _ = context.core.third_body(index, np.array([start.time]))
         apart = np.linalg.norm(start.position - start.position[0], axis=1).max()
         # The ratio of the tidal acceleration to that of the bodies on each other.
         ratio = described["mu"] / np.linalg.norm(position[0]) ** 3 * apart**3 / (context.G * context.masses.sum())
@@ -288,20 +258,15 @@ class ThirdBody(Force):
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        path = described["path"]
-        arguments: dict[str, Any] = {"of": described["of"]}
-        kind = "mass" if "mass" in described else "mu"
-        arguments[kind] = units.attach(described[kind], kind)
-        arguments["date"] = described.get("date")
+        path, kind = described["path"], "mass" if "mass" in described else "mu"
+        arguments = {"of": described["of"], "date": described.get("date"), kind: units.attach(described[kind], kind)}
         if "orbit" in path:
-            elements = dict(path["orbit"]["elements"])
-            elements["a"] = units.attach(elements["a"], "length")
-            elements |= {key: units.attach(elements[key], "angle") for key in _ANGLES}
+            numbers = path["orbit"]["elements"]
+            elements = {key: Number(of).attached(numbers[key], units) for key, of in DIMENSIONS.items()}
             arguments |= {"orbit": KeplerElements(**elements), "time": units.attach(path["orbit"]["time"], "time")}
         else:
-            table = path["table"]
-            arguments["times"] = units.attach(np.array(table["times"]), "time")
-            arguments["positions"] = units.attach(np.array(table["positions"]), "length")
+            kinds = {"times": "time", "positions": "length"}
+            arguments |= {key: units.attach(np.array(path["table"][key]), of) for key, of in kinds.items()}
         return cls(name=described["name"], **arguments)
 
 

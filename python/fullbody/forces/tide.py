@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
+from .. import _core
 from ..base.arguments import refuse_mixture
-from ..base.kinds import BodyIndex, Number, choice
+from ..base.kinds import Number, body_index, choice, of_kind
 from ..base.limits import POSITIVE
 from ..base.rotations import matrices
 from ..base.tables import number
-from ..base.units import UNITLESS, strip_to
+from ..base.unit_names import unit_named
+from ..base.units import UNITLESS, Units, strip_to
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .. import _core
-    from ..base.units import Units
-
-__all__ = ["Tide", "lag_from_quality_factor"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,10 +30,8 @@ class Tide(Force):
 
     Parameters
     ----------
-    on : int or str
-        The deformed body, by index or name.
-    by : int or str
-        The body that raises the tide, by index or name.
+    on, by : int or str
+        The deformed body, and the body that raises the tide.
     k2 : float
         Love's number of degree two of the deformed body, from 0 to 1.5.
     lag : float or Quantity
@@ -52,9 +45,8 @@ class Tide(Force):
 
     Notes
     -----
-    The law is that of Mignard (1979) and Hut (1981): with r from the deformed body to the raiser of mass m, v its rate
-    and omega the deformed body's spin, the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x
-    omega + v)], its opposite acts on the deformed body, and the torque on that is -r x F.
+    The law is that of Mignard (1979) and Hut (1981), to first order in the lag; the theory of forces in the
+    documentation has its formulas.
 
     Examples
     --------
@@ -66,22 +58,13 @@ class Tide(Force):
     True
     """
 
-    on: int | str
-    by: int | str
-    k2: float
-    lag: Any
-    radius: Any = None
+    _called = "tide on"
 
-    _kinds: ClassVar = {
-        "on": BodyIndex(),
-        "by": BodyIndex(),
-        "k2": Number(),
-        "lag": Number("time"),
-        "radius": Number("length", POSITIVE),
-    }
-
-    def _usual_name(self) -> str:
-        return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"
+    on: int | str = field(metadata=of_kind(body_index))
+    by: int | str = field(metadata=of_kind(body_index))
+    k2: float = field(metadata=of_kind(Number()))
+    lag: Any = field(metadata=of_kind(Number("time")))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
 
     def _describe(self, context: Context) -> dict[str, Any]:
         return super()._describe(context) | {"radius": self._radius(context, self._index(context, "on"))}
@@ -106,9 +89,9 @@ class Tide(Force):
             phrase = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
             yield (
                 f"{described['name']} has a lag of {number(context.units.attach(np.float64(lag), 'time'), 4)}, within "
-                f"which {phrase} by "
-                f"{np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of first order in that "
-                "angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
+                f"which {phrase} by {np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of "
+                "first order in that angle; expected an angle much smaller than a radian (57.3 degrees): check the "
+                "unit of the lag"
             )
 
 
@@ -124,17 +107,11 @@ def lag_from_quality_factor(
     ----------
     Q : float
         The quality factor.
-    mean_motion : float or Quantity
-        Mean motion n of the orbit, angle per time.
+    mean_motion, spin : float or Quantity
+        Mean motion n of the orbit, an angle per time; and for ``"semidiurnal"`` the spin omega of the deformed body.
     tide : {"eccentricity", "libration", "semidiurnal"}
         The tide to which the factor refers. On a synchronous body eccentricity and libration raise a tide of frequency
         n: 1/Q = n lag. A body that turns at another rate omega has the semidiurnal tide: 1/Q = 2 abs(omega - n) lag.
-    spin : float or Quantity, optional
-        Spin omega of the deformed body, for ``"semidiurnal"``.
-
-    Returns
-    -------
-    float or Quantity
 
     Examples
     --------
@@ -152,11 +129,9 @@ def lag_from_quality_factor(
         raise InvalidInput(f"spin is {spin!r}; expected none for the tide of {tide}, which has the orbit's frequency")
     time: Any = 1.0
     if refuse_mixture(rates):
-        from astropy import units as u
-
         bases = rates["mean_motion"].unit.bases
-        time = next((base for base in bases if base.physical_type == "time"), u.s)
-        rates = {name: strip_to(rate, u.rad / time, name) for name, rate in rates.items()}
+        time = next((base for base in bases if base.physical_type == "time"), unit_named("s"))
+        rates = {name: strip_to(rate, unit_named("rad") / time, name) for name, rate in rates.items()}
     frequency = float(rates["mean_motion"])
     if tide == "semidiurnal":
         frequency = 2.0 * abs(float(rates["spin"]) - frequency)

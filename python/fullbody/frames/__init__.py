@@ -18,6 +18,7 @@ import numpy as np
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.kinds import instance
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, Units, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
@@ -36,16 +37,12 @@ _EXPECTED = (
 
 
 def rotation(origin: Any, target: Any) -> Floats:
-    """Return the matrix that converts components in one frame to components in another.
+    """Return the matrix (3, 3) that converts components in one frame to components in another.
 
     Parameters
     ----------
     origin, target : str or astropy frame
         Names of frames or frames of astropy; see :mod:`fullbody.frames`.
-
-    Returns
-    -------
-    ndarray, (3, 3)
 
     Raises
     ------
@@ -85,16 +82,7 @@ def rotation(origin: Any, target: Any) -> Floats:
 
 
 def rotate(vectors: Any, origin: Any, target: Any) -> Array:
-    """Convert vectors from one frame to another.
-
-    Parameters
-    ----------
-    vectors : array_like or Quantity, (..., 3)
-    origin, target : str or astropy frame
-
-    Returns
-    -------
-    ndarray or Quantity, (..., 3)
+    """Convert vectors (..., 3), numbers or a Quantity, from one frame to another, as for :func:`rotation`.
 
     Examples
     --------
@@ -110,15 +98,6 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
 def rotate_state(state: State, origin: Any, target: Any) -> State:
     """Convert a state from one frame to another: positions, velocities and attitudes; spins are in body frames.
 
-    Parameters
-    ----------
-    state : State
-    origin, target : str or astropy frame
-
-    Returns
-    -------
-    State
-
     Examples
     --------
     >>> import fullbody
@@ -126,9 +105,12 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     >>> fullbody.frames.rotate_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
     array([-0.397777,  0.917482])
     """
-    instance(state, "state", State)
     matrix = rotation(origin, target)
-    quaternion = rotations.quaternion(matrix)
+    return turned(instance(state, "state", State), matrix, rotations.quaternion(matrix))
+
+
+def turned(state: State, matrix: Floats, quaternion: Floats) -> State:
+    """Return a state whose positions, velocities and attitudes are turned by a rotation, given in both forms."""
     return state.replace(
         position=state.position @ matrix.T,
         velocity=state.velocity @ matrix.T,
@@ -137,16 +119,12 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
 
 
 def pole_vector(longitude: Any, latitude: Any) -> Floats:
-    """Return the unit vector of a longitude and latitude (or right ascension and declination).
+    """Return the unit vector (3,) of a longitude and latitude (or right ascension and declination).
 
     Parameters
     ----------
     longitude, latitude : float or Quantity
         The angles; plain numbers are radians.
-
-    Returns
-    -------
-    ndarray, (3,)
 
     Examples
     --------
@@ -154,21 +132,11 @@ def pole_vector(longitude: Any, latitude: Any) -> Floats:
     >>> fullbody.frames.pole_vector(np.pi / 2, 0.0).round(12)
     array([0., 1., 0.])
     """
-    lon, lat = longitude_latitude((longitude, latitude), "the direction")
-    return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+    return rotations.towards(*longitude_latitude((longitude, latitude), "the direction"))
 
 
 def pole_angles(vector: Any) -> tuple[Any, Any]:
-    """Return the longitude, from 0 to 2 pi, and the latitude of a direction in radians.
-
-    Parameters
-    ----------
-    vector : array_like or Quantity, (..., 3)
-        The direction, of any length above zero and in any unit.
-
-    Returns
-    -------
-    longitude, latitude : float or ndarray
+    """Return the longitude, from 0 to 2 pi, and the latitude (...) of directions (..., 3) of any length, in radians.
 
     Examples
     --------
@@ -181,17 +149,9 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
 
 
 def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
-    """Convert a pole's longitude and latitude to another frame.
+    """Convert a pole's longitude and latitude, in radians or Quantities, to another frame, as for :func:`rotation`.
 
-    Parameters
-    ----------
-    longitude, latitude : float or Quantity
-    origin, target : str or astropy frame
-
-    Returns
-    -------
-    longitude, latitude : float or Quantity
-        The angles in radians, or Quantities if ``longitude`` is one.
+    The angles are in radians, or Quantities if ``longitude`` is one.
 
     Examples
     --------
@@ -202,16 +162,14 @@ def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tupl
     >>> ra.to(u.deg).round(4), dec.to(u.deg).round(4)
     (<Quantity 270. deg>, <Quantity 66.5607 deg>)
     """
-    result = pole_angles(rotate(pole_vector(longitude, latitude), origin, target))
-    if not is_quantity(longitude):
-        return result
-    from astropy import units as u
-
-    return result[0] * u.rad, result[1] * u.rad
+    lon, lat = pole_angles(rotate(pole_vector(longitude, latitude), origin, target))
+    unit = unit_named("rad") if is_quantity(longitude) else 1.0
+    return lon * unit, lat * unit
 
 
 def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
-    """Return the attitude of a body from the longitude and latitude of its pole (its z-axis).
+    """Return the attitude of a body, ``[w, x, y, z]`` into the frame of its pole, from the pole's longitude and
+    latitude.
 
     Parameters
     ----------
@@ -219,16 +177,7 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
         The direction of the body's z-axis in the frame of the state.
     angle : float or Quantity
         The angle from the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis,
-        which the IAU's rotational elements call W.
-
-    Returns
-    -------
-    ndarray, (4,)
-        Unit quaternion ``[w, x, y, z]``, body frame to the frame of the pole.
-
-    References
-    ----------
-    Archinal et al. (2018), Celest. Mech. Dyn. Astron. 130, 22, doi:10.1007/s10569-017-9805-5.
+        which the IAU's rotational elements call W (Archinal et al. 2018, Celest. Mech. Dyn. Astron. 130, 22).
 
     Examples
     --------

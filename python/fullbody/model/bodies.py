@@ -11,52 +11,41 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import name_of, refuse_mixture
+from ..base.attributes import Attribute
 from ..base.kinds import Number, instance, united
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
+from ..base.unit_names import unit_named
 from ..base.units import Units, gathered, is_quantity, strip_to
-from ..base.values import hashed, same
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Scalar
+from . import shapes
 from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import (
-    Ellipsoid,
-    PointMass,
-    Solid,
-    amounts,
-    attached,
-    core_shape,
-    inferred_units,
-    lengths_of,
-    rebuilt,
-    refuse_amount,
-)
+from .shapes import Ellipsoid, PointMass, Solid
 from .stokes import StokesCoefficients, harmonics_of
 
-__all__ = ["Body"]
 
-
-class Body(Tabled):
+class Body(ScalarFields, Tabled):
     """A shape with a mass.
 
     Parameters
     ----------
     shape : Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients or Composite
-    mass, density : float or Quantity
-        Give one of the two, or ``GM``; give none for a composite, whose parts have their own.
+    mass, density, GM : float or Quantity
+        Give one of the three; none for a composite, whose parts have their own. A system divides GM, which is G times
+        the mass, by its own G, and a body with units by itself by that of astropy.
     name : str, optional
         The name in errors, tables and plots. A body without a name is named after its index in the system.
-    GM : float or Quantity, optional
-        G times the mass. A system divides it by its own G, and a body with units by itself by that of astropy.
 
     Raises
     ------
     InvalidInput
         If none or several of mass, density and GM are given, if a value is not a finite number above zero, and for the
-        density of a point or of Stokes coefficients. For a composite if a mass or density is given beside those of its
-        parts, if the sum of the parts' masses is not above zero, and if no body can have its moments of inertia.
+        density of a point or of Stokes coefficients. For a composite if one is given beside those of its parts, if the
+        sum of the parts' masses is not above zero, and if no body can have its moments of inertia.
 
     Examples
     --------
@@ -81,11 +70,11 @@ class Body(Tabled):
         called = "the body" if name is None else name
         expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
-            if given := amounts(mass=mass, density=density, GM=GM):
+            if given := shapes.amounts(mass=mass, density=density, GM=GM):
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
                 raise InvalidInput(f"{called} is given {given[0]}, and is a composite; {expected}")
         else:
-            refuse_amount(called, shape, mass=mass, density=density, GM=GM)
+            shapes.refuse_amount(called, shape, mass=mass, density=density, GM=GM)
         self._attraction: tuple[Any, _core.Attraction] | None = None
         self._shape = shape
         self._mass = None if mass is None else Number("mass", POSITIVE)(mass, f"mass of {called}")
@@ -98,10 +87,8 @@ class Body(Tabled):
             # have units, only a system can compute them.
             self._core(self._own_units(), 0)
 
-    @property
-    def shape(self) -> Solid | Composite:
-        """The shape."""
-        return self._shape
+    shape = Attribute[Solid | Composite]("_shape", "The shape.")
+    name = Attribute[str | None]("_name", "The name.")
 
     @property
     def mass(self) -> Scalar:
@@ -118,9 +105,8 @@ class Body(Tabled):
 
     @property
     def inertia(self) -> Any:
-        """Principal moments of inertia (3,) about the body axes, mass times length squared; zeros for a point.
-
-        The paper's I_11, I_22, I_33.
+        """Principal moments of inertia (3,) about the body axes, the paper's I_11, I_22, I_33: mass times length
+        squared.
 
         Examples
         --------
@@ -132,9 +118,8 @@ class Body(Tabled):
 
     @property
     def working_frame(self) -> WorkingFrame | None:
-        """Where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body frame.
-
-        ``None`` for other bodies.
+        """Where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body frame, or
+        ``None``.
 
         Examples
         --------
@@ -144,19 +129,12 @@ class Body(Tabled):
         array([-2.5,  0. , -5. ])
         """
         units = self._own_units()
-        found = self._core(units, 0).working_frame
-        if found is None:
+        if (found := self._core(units, 0).working_frame) is None:
             return None
-        position, attitude = map(np.array, found)
-        return WorkingFrame(units.attach(position, "length"), attitude)
+        return WorkingFrame(units.attach(np.array(found[0]), "length"), np.array(found[1]))
 
     def fitted_ellipsoid(self) -> Ellipsoid:
-        """The ellipsoid that, homogeneous and of the same mass, has the body's moments of inertia.
-
-        Returns
-        -------
-        Ellipsoid
-            An ellipsoid with semi-axes along the body frame: the body's own if it is an ellipsoid or a sphere.
+        """Return the ellipsoid along the body frame that, homogeneous and of the same mass, has the moments of inertia.
 
         Raises
         ------
@@ -171,14 +149,13 @@ class Body(Tabled):
         2.449489742783178
         """
         units = self._own_units()
-        axes = np.array(self._core(units, 0).semi_axes)
-        if not axes.all():
-            expected = "expected one with extent in three directions"
-            raise InvalidInput(f"{self._called} has no fitted ellipsoid; {expected}")
+        axes = self._core(units, 0).semi_axes
+        if not all(axes):
+            raise InvalidInput(f"{self._called} has no fitted ellipsoid; expected one with extent in three directions")
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
 
     def harmonics(self, degree: int) -> StokesCoefficients:
-        """Stokes coefficients of the body in its own frame, of any shape.
+        """Return Stokes coefficients of the body in its own frame, of any shape.
 
         Parameters
         ----------
@@ -212,7 +189,7 @@ class Body(Tabled):
             return self._shape._numbers()
         given = {"mass": (self._mass, "mass"), "density": (self._density, "density"), "GM": (self._GM, "mu")}
         called = self._called
-        lengths = {label: (value, "length") for label, value in lengths_of(self._shape).items()}
+        lengths = {label: (value, "length") for label, value in shapes.lengths_of(self._shape).items()}
         return lengths | {f"{name} of {called}": one for name, one in given.items() if one[0] is not None}
 
     @property
@@ -221,17 +198,12 @@ class Body(Tabled):
         return "the body" if self._name is None else self._name
 
     def _own_units(self) -> Units:
-        return inferred_units(self._numbers())
+        return shapes.inferred_units(self._numbers())
 
     def _own(self, name: str, dimension: str) -> Any:
         """Return a number of the core's body in the body's own units."""
         units = self._own_units()
         return units.attach(getattr(self._core(units, 0), name), dimension)
-
-    @property
-    def name(self) -> str | None:
-        """The name."""
-        return self._name
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the shape, size, mass and density of the body."""
@@ -256,14 +228,8 @@ class Body(Tabled):
         given = [f"{name}={value!r}" for name, value in values if value is not None]
         return f"Body({', '.join([repr(self._shape), *given])})"
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Body) and same(self._parts(), other._parts())
-
     def __reduce__(self) -> Any:
         return partial(Body, self._shape, mass=self._mass, density=self._density, name=self._name, GM=self._GM), ()
-
-    def __hash__(self) -> int:
-        return hash(tuple(map(hashed, self._parts())))
 
     def _parts(self) -> tuple[object, ...]:
         return (self._shape, self._mass, self._density, self._GM, self._name)
@@ -273,7 +239,7 @@ class Body(Tabled):
         if self._GM is not None:
             mu = units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE)
             shape: Any = self._shape
-            return Body(attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
+            return Body(shapes.attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
         if isinstance(self._shape, Composite) and self._shape.has_GM:
             return Body(self._shape._with(units, G), name=self._name)
         if not units.defined or all(is_quantity(value) for value, _ in self._numbers().values()):
@@ -281,20 +247,19 @@ class Body(Tabled):
         if isinstance(self._shape, Composite):
             return Body(self._shape._with(units, G), name=self._name)
         mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
-        return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
+        return Body(shapes.attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         if self._GM is not None:
             if not units.defined:
-                raise InvalidInput(
-                    f"mass of {self._called} follows from its GM and the G of a system; expected its system's"
-                )
+                follows = "follows from its GM and the G of a system"
+                raise InvalidInput(f"mass of {self._called} {follows}; expected its system's")
             return self._with(units, units.gravitational_constant)._core(units, index)
         name = self._name if self._name is not None else f"body {index}"
         if isinstance(self._shape, Composite):
             return self._shape._core(units, name)
-        shape = core_shape(self._shape, units, name)
+        shape = shapes.core_shape(self._shape, units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
@@ -316,27 +281,23 @@ class Body(Tabled):
             raise InvalidInput(f"the notes of {called} have {named!r} for named; expected true or false")
         name = called if named else None
         if "parts" not in described:
-            return cls(rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name)
-        kinds = notes.get("parts", [None] * len(described["parts"]))
-        parts = [
-            Part(
-                rebuilt(part["semi_axes"], kind, f"part {k} of {called}"),
-                mass=part["mass"],
-                position=part["position"],
-                attitude=part["attitude"],
+            return cls(
+                shapes.rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name
             )
-            for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True))
-        ]
+        kinds = notes.get("parts", [None] * len(described["parts"]))
+        parts = []
+        for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True)):
+            shape = shapes.rebuilt(part["semi_axes"], kind, f"part {k} of {called}")
+            parts.append(Part(shape, **{key: part[key] for key in ("mass", "position", "attitude")}))
         return cls(Composite(parts), name=name)
 
     def gravity(self, points: Any, G: Any = None) -> Gravity:
-        """Potential, field and gravity gradient at points of the body frame, outside and inside.
+        """Return potential, field and gravity gradient at points of the body frame, outside and inside.
 
         Parameters
         ----------
         points : array_like or Quantity, (..., 3)
-            Quantities if the body's sizes and mass are Quantities, and otherwise plain numbers in the unit of the
-            semi-axes.
+            Quantities if the body's sizes and mass are Quantities, and otherwise numbers in the unit of the semi-axes.
         G : float or Quantity, optional
             Gravitational constant; with units it is that of astropy by default.
 
@@ -354,10 +315,9 @@ class Body(Tabled):
 
         Notes
         -----
-        Outside, the potential of an ellipsoid equals the paper's ``eq:Potential_elliptic`` (MacMillan 1930) and is
-        computed by Carlson's integrals; inside it is a quadratic form. The potential of a polyhedron is the sum of
-        Werner and Scheeres (1996), that of a composite the sum over its parts. On the surface of an ellipsoid the
-        gradient is the limit from outside.
+        The potential of an ellipsoid is the paper's ``eq:Potential_elliptic`` (MacMillan 1930) by Carlson's integrals,
+        and inside a quadratic form; that of a polyhedron is the sum of Werner and Scheeres (1996), that of a composite
+        the sum over its parts. On the surface of an ellipsoid the gradient is the limit from outside.
 
         Examples
         --------
@@ -366,10 +326,6 @@ class Body(Tabled):
         >>> gravity = ball.gravity([0.0, 0.0, 2.0], G=1.0)
         >>> float(gravity.potential), gravity.field.tolist(), gravity.gradient.diagonal().tolist()
         (1.5, [0.0, 0.0, -0.75], [-0.375, -0.375, 0.75])
-        >>> import astropy.units as u
-        >>> earth = fullbody.Body(fullbody.Sphere(6371 * u.km), mass=5.972e24 * u.kg)
-        >>> earth.gravity([0.0, 0.0, 6371.0] * u.km).field[2].to(u.m / u.s**2).round(2)
-        <Quantity -9.82 m / s2>
         """
         points, G = gathered(points, "points", "length"), gathered(G, "G", "G")
         if G is None:
@@ -393,11 +349,9 @@ class Body(Tabled):
 
 def _units_of(points: Any, G: Any) -> Units:
     """Return the units of points and G: the length of the points and the time of G."""
-    from astropy import units as u
-
-    strip_to(points, u.m, "points")
-    strip_to(G, u.m**3 / u.kg / u.s**2, "G")
-    return Units((points.unit, next((base for base in G.unit.bases if base.is_equivalent(u.s)), u.s), u.kg))
+    strip_to(points, unit_named("m"), "points")
+    strip_to(G, unit_named("m3 / (kg s2)"), "G")
+    return Units((points.unit, next((base for base in G.unit.bases if base.is_equivalent("s")), "s"), "kg"))
 
 
 def _table_of_parts(parts: Sequence[Part]) -> Table:

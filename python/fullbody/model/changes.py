@@ -17,8 +17,6 @@ from ..errors import InvalidInput
 from ..typing import Floats
 from .context import SystemLike
 
-__all__ = ["impact", "kick", "rotated"]
-
 
 class StateLike(Protocol):
     """The numbers, units and names of a state, which is a :class:`fullbody.State`: that class uses these functions."""
@@ -54,30 +52,22 @@ def kick(
     dv : array_like or Quantity, (3,)
         The change of its velocity, with a unit if the state has units.
     along : {"inertial", "body", "orbit"}
-        The axes of the components of ``dv``: the inertial ones, the body's own, or those of its orbit, which are
-        radial (from the other body to this one), transverse (in the orbit's plane, along the motion) and normal to
-        the plane.
+        The axes of the components of ``dv``: the inertial ones, the body's own, or those of its orbit, which are radial
+        (from the other body to this one), transverse (in the orbit's plane, along the motion) and normal to the plane.
     about : int or str, optional
         The other body of the orbit for ``along="orbit"``; needed only if there are more than two bodies.
-
-    Returns
-    -------
-    State
 
     Raises
     ------
     InvalidInput
-        If there is no such body; if there are several other bodies and ``about`` is not given; and if the body
-        moves along the line to the other one, which defines no plane.
+        If there is no such body; if there are several other bodies and ``about`` is not given; and if the body moves
+        along the line to the other one, which defines no plane.
 
     Notes
     -----
-    Only this body is pushed, through its centre: its spin and all positions stay the same. The total momentum grows
-    by its mass times ``dv``, so that the velocity of the barycentre changes by ``dv`` times the body's share of the
-    total mass, and the body's velocity relative to each other body changes by ``dv``. An impact that transfers the
-    momentum p gives dv = p / m; for a spacecraft of momentum p_0 the transferred momentum is beta p_0, where beta
-    is the factor by which ejecta enhance it. :meth:`impact` computes dv from the projectile, with the change of the
-    spin.
+    Spin and all positions stay the same. An impact that transfers the momentum p gives dv = p / m; for a spacecraft of
+    momentum p_0 that is beta p_0, where beta is the factor by which ejecta enhance it. :meth:`impact` computes dv from
+    the projectile, with the change of the spin.
 
     Examples
     --------
@@ -129,8 +119,6 @@ def impact(
     ----------
     system : System
         The system, which gives masses, moments of inertia and surfaces.
-    body : int or str
-        The place of the body that is struck, or its name.
     mass : float or Quantity
         Mass of the projectile. The body keeps its own mass, shape and centre of mass.
     velocity : array_like or Quantity, (3,)
@@ -140,28 +128,20 @@ def impact(
     beta : float
         The factor by which ejecta enhance the momentum along their direction: 1 without ejecta.
     ejecta : array_like, (3,), optional
-        The direction of the net momentum of the ejecta, of any length; by default the outward normal of the
-        surface.
-    along : {"inertial", "body", "orbit"}
-        The axes of the components of ``velocity`` and ``ejecta``, as for :meth:`kick`.
-    about : int or str, optional
-        The other body of the orbit for ``along="orbit"``; needed only if there are more than two bodies.
-
-    Returns
-    -------
-    State
+        The direction of the net momentum of the ejecta, of any length; by default the surface's outward normal.
+    body, along, about
+        The body that is struck, and the axes of ``velocity`` and ``ejecta``, as for :meth:`kick`.
 
     Raises
     ------
     InvalidInput
-        For a body without a surface, for a velocity that points away from the surface, and for the same reasons as
-        :meth:`kick`.
+        For a body without a surface, for a velocity that points away from the surface, and as for :meth:`kick`.
 
     Notes
     -----
-    Let U be the velocity of the projectile relative to the surface where it strikes, and E the direction of the
-    ejecta. The body receives the momentum p = m U + m (beta - 1) (E.U) E (Cheng et al. 2023, Nature 616, 457), and
-    the angular momentum r x p about its centre, where r is the point that is struck.
+    Let U be the velocity of the projectile relative to the surface where it strikes, and E the direction of the ejecta.
+    The body receives the momentum p = m U + m (beta - 1) (E.U) E (Cheng et al. 2023, Nature 616, 457), and the angular
+    momentum r x p about its centre, where r is the point that is struck.
 
     Examples
     --------
@@ -185,8 +165,7 @@ def impact(
     enhanced = units.number(beta, "angle", "beta")
     lon, lat = units.number(longitude, "angle", "longitude"), units.number(latitude, "angle", "latitude", LATITUDE)
     warn_if_degrees(longitude, "longitude")
-    way = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
-    (point,), (normal,) = _core.surface(context.core, index, way[None])
+    (point,), (normal,) = _core.surface(context.core, index, rotations.towards(lon, lat)[None])
     turn, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
     relative = turn.T @ (axes @ coming) - np.cross(spins[index], point)
@@ -224,36 +203,20 @@ def rotated(
 
     Parameters
     ----------
-    body : int or str
-        The place of the body, or its name; see :meth:`kick`.
     axis : array_like, (3,)
         The axis, of any length.
     angle : float or Quantity
         The angle of the turn, right-handed about the axis; floats are radians.
-    along : {"body", "inertial", "orbit"}
-        The axes of the components of ``axis``: the body's own, the inertial ones, or radial, transverse and normal;
-        see :meth:`kick`.
-    about : int or str, optional
-        The other body of the orbit for ``along="orbit"``; see :meth:`kick`.
-
-    Returns
-    -------
-    State
+    body, along, about
+        The body, and the axes of the components of ``axis``, as for :meth:`kick`.
 
     Raises
     ------
     InvalidInput
-        For the same reasons as :meth:`kick`, and for an axis of length zero.
-
-    Warns
-    -----
-    InconsistentInput
-        For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+        As for :meth:`kick`, and for an axis of length zero.
 
     Examples
     --------
-    Dimorphos is turned by ten degrees about its pole:
-
     >>> import fullbody, numpy as np
     >>> system, state = fullbody.systems.didymos()
     >>> turned = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
@@ -290,9 +253,8 @@ def _axes(state: StateLike, index: int, along: str, about: int | str | None, wha
     if about is None:
         others = [k for k in range(len(state.core.position)) if k != index]
         if len(others) != 1:
-            raise InvalidInput(
-                f"about of {what} is not given, and there are {len(others)} other bodies; expected one of them"
-            )
+            count = f"there are {len(others)} other bodies"
+            raise InvalidInput(f"about of {what} is not given, and {count}; expected one of them")
         about = others[0]
     other = _place(state, about, f"about of {what}")
     if other == index:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import sequence
-from ..base.kinds import Declared, Number, instance, united
+from ..base.kinds import Declared, Number, instance, of_kind, united
 from ..base.limits import NONZERO, POSITIVE, Limits
 from ..base.units import UNITLESS, Units, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, Sphere, attached, core_shape, inferred_units, lengths_of, refuse_amount
-
-__all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
 #: The largest number of parts that the printed form of a composite lists one by one.
 SHOWN = 20
@@ -55,19 +53,11 @@ class Part(Declared):
 
     shape: Solid
     _: KW_ONLY
-    mass: Any = None
-    density: Any = None
-    position: Any = None
-    attitude: Any = _UNTURNED
-    GM: Any = None
-
-    _kinds: ClassVar = {
-        "mass": Number("mass", NONZERO),
-        "density": Number("density", NONZERO),
-        "GM": Number("mu", NONZERO),
-        "position": Number("length", shape=(3,)),
-        "attitude": Number(shape=(4,)),
-    }
+    mass: Any = field(default=None, metadata=of_kind(Number("mass", NONZERO)))
+    density: Any = field(default=None, metadata=of_kind(Number("density", NONZERO)))
+    position: Any = field(default=None, metadata=of_kind(Number("length", shape=(3,))))
+    attitude: Any = field(default=_UNTURNED, metadata=of_kind(Number(shape=(4,))))
+    GM: Any = field(default=None, metadata=of_kind(Number("mu", NONZERO)))
 
     def _what(self, name: str, of: str = "") -> str:
         return f"{name} of {of or 'a part'}"
@@ -83,9 +73,8 @@ class Part(Declared):
                 object.__setattr__(self, name, tuple(map(float, value)))
         quaternion = UNITLESS.strip(self.attitude, "number", "attitude of a part")
         if not quaternion.any():
-            raise InvalidInput(
-                f"attitude of a part is {self.attitude!r}; expected a quaternion [w, x, y, z] that is not zero"
-            )
+            expected = "expected a quaternion [w, x, y, z] that is not zero"
+            raise InvalidInput(f"attitude of a part is {self.attitude!r}; {expected}")
         object.__setattr__(self, "attitude", tuple(quaternion.tolist()))
 
     def __repr__(self) -> str:
@@ -107,9 +96,8 @@ class Part(Declared):
         return core_shape(self.shape, units, what), numbers["mass"], numbers["density"], position, self.attitude
 
     def _with(self, units: Units, G: float) -> Part:
-        arguments = {
-            name: united(value, dimension, units) for name, (value, dimension) in Declared._numbers(self).items()
-        }
+        numbers = Declared._numbers(self)
+        arguments = {name: united(value, dimension, units) for name, (value, dimension) in numbers.items()}
         if self.GM is not None:
             mass = units.number(self.GM, "mu", "GM of a part") / G
             arguments |= {"mass": units.attach(mass, "mass"), "GM": None}
@@ -121,32 +109,15 @@ class Composite:
     """A shape of several parts that form one rigid body: contact binaries, boulders, voids, cores, layers, mascons.
 
     Gravity is the sum over the parts, each exact by its own rule; densities add where parts overlap. The body frame has
-    its origin in the centre of mass and its axes along the principal axes of inertia, turned as little as possible from
-    the working frame in which the parts are given; :attr:`fullbody.Body.working_frame` is the position and attitude of
-    the working frame in the body frame.
+    its origin in the centre of mass and its axes along the principal axes of inertia, ordered and directed as near as
+    possible to the working frame in which the parts are given, also where moments are equal.
+    :attr:`fullbody.Body.working_frame` is the position and attitude of the working frame in the body frame. Other
+    bodies touch a composite where they touch a part, and also a void: one that opens to the surface counts as closed.
 
     Parameters
     ----------
     parts : sequence of Part
-        Parts in any working frame.
-
-    Raises
-    ------
-    InvalidInput
-        If an element is not a Part, and if there are no parts.
-
-    See Also
-    --------
-    fullbody.Composite.layers
-
-    Notes
-    -----
-    The principal axes are ordered and directed so that they are as near as possible to the axes of the working frame.
-    If moments of inertia are equal, the axes of the working frame are kept as far as possible: a composite that is
-    given in a principal frame keeps it.
-
-    Other bodies touch a composite where they touch one of its parts. This includes voids, so that a void that opens to
-    the surface counts as closed.
+        Parts in any working frame, one at least.
 
     Examples
     --------
@@ -181,7 +152,8 @@ class Composite:
     ) -> Composite:
         """Make a composite of homothetic layers: shells about one centre whose surfaces are scaled copies of one shape.
 
-        The centre of a polyhedron is its centre of mass, from which the whole surface has to be visible.
+        The parts are whole solids with the differences of the densities. The centre of a polyhedron is its centre of
+        mass, from which the whole surface has to be visible.
 
         Parameters
         ----------
@@ -191,15 +163,6 @@ class Composite:
             Sizes of the layers' outer surfaces relative to the outermost one, decreasing from 1.
         densities : sequence of float or Quantity
             Densities of the layers, from the outermost inwards; zero for a cavity.
-
-        Returns
-        -------
-        Composite
-            A composite whose parts are whole solids, with the differences of the densities.
-
-        Raises
-        ------
-        InvalidInput
 
         Examples
         --------
@@ -217,27 +180,22 @@ class Composite:
             density_list = list(densities)
         except TypeError as error:
             raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
-        checked = [
-            value if _is_zero(value) else Number("density", POSITIVE)(value, "a density") for value in density_list
-        ]
+        kind = Number("density", POSITIVE)
+        checked = [value if _is_zero(value) else kind(value, "a density") for value in density_list]
         if len({is_quantity(value) for value in checked if not _is_zero(value)}) == 2:
             raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
         if len(checked) != len(sizes):
             raise InvalidInput(f"densities has {len(checked)} numbers; expected {len(sizes)}, as fractions has")
         parts, outer = [], None
-        for fraction, density in zip(sizes, checked, strict=True):
+        for size, density in zip(sizes.tolist(), checked, strict=True):
             step = density if outer is None else density - outer
             outer = density
             if not _is_zero(step):
-                parts.append(Part(_scaled(shape, float(fraction)), density=step))
+                parts.append(Part(shape._layer(size), density=step))
         return cls(parts)
 
     def with_mass(self, mass: Any) -> Composite:
         """Return a composite whose masses and densities are all scaled so that the total mass is this one.
-
-        Parameters
-        ----------
-        mass : float or Quantity
 
         Examples
         --------
@@ -297,10 +255,3 @@ class WorkingFrame(ArrayFields):
 
     position: Any
     attitude: Any
-
-
-def _scaled(shape: Ellipsoid | Sphere | Polyhedron, factor: float) -> Solid:
-    """Scale all lengths of a shape about its centre by a factor."""
-    if isinstance(shape, Polyhedron):
-        return shape._layer(factor)
-    return type(shape)(*(getattr(shape, name) * factor for name in shape.__slots__))

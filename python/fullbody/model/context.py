@@ -1,10 +1,11 @@
-"""The context of a system: what its forces, its events and the readers of its runs need to know of it."""
+"""The context of a system, and the functions that the core calls: what forces, events and readers of runs know."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from .. import _core
@@ -13,9 +14,40 @@ from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
 from ..typing import Floats
-from .calls import Call
 
-__all__ = ["Context", "S", "SystemLike"]
+#: The number of errors that a call can keep; their answers stay below this number.
+_ANSWERS = 2**30
+
+
+class Call:
+    """A C function: its address, the address of its data, the object that keeps both alive, and errors raised in it.
+
+    The function may run in many threads at once. If a Python function raises an error, the C function returns a number
+    that belongs to this error alone, by which the error is found again wherever the number arrives.
+    """
+
+    def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
+        self.address, self.data, self.keep, self.success = address, data, keep, success
+        self._raised: dict[int, BaseException] = {}
+        self._count = count()
+
+    def kept(self, error: BaseException) -> int:
+        """Keep an error and return the number that stands for it."""
+        answer = next(self._count) % _ANSWERS + 1
+        self._raised[answer] = error
+        return answer
+
+    def raised(self, answer: int | None) -> BaseException | None:
+        """Return the error for which a number stands, if there is one, and forget it."""
+        return None if answer is None else self._raised.pop(answer, None)
+
+    def core_arguments(self) -> tuple[int, int, int, Any]:
+        """Return the function in the form that the core takes."""
+        return (self.address, self.data, self.success, self.keep)
+
+    def is_lost(self, answer: int | None) -> bool:
+        """Return whether a number without an error is one that no Python function returns, as after Ctrl-C in it."""
+        return self.success != 0 and answer is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +92,8 @@ class Context:
         """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""
         first, second = self.index(body, f"body{of}"), self.index(about, f"about{of}")
         if first == second:
-            raise InvalidInput(
-                f"body and about{of} are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
-            )
+            expected = "expected two bodies"
+            raise InvalidInput(f"body and about{of} are {body!r} and {about!r}, both {self.names[first]}; {expected}")
         return first, second
 
     def mu(self, body: int, about: int) -> float:

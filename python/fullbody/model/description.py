@@ -12,8 +12,6 @@ from .bodies import Body
 from .context import SystemLike
 from .force import Force, rebuilt
 
-__all__ = ["arguments", "changed", "functions", "notes_of"]
-
 _System = TypeVar("_System", bound=SystemLike)
 #: The names of the notes that a description keeps of a system, its bodies and its forces.
 _NOTES = ("units", "epoch", "frame", "bodies", "forces")
@@ -34,16 +32,7 @@ def functions(system: SystemLike) -> dict[str, Force]:
 
 
 def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] | None = None) -> dict[str, Any]:
-    """Return the arguments of a system from its description, which may come from a file.
-
-    Notes may be missing, since Rust programs write none.
-
-    Parameters
-    ----------
-    described : dict
-    forces_by_name : dict of Force, optional
-        The forces that are functions.
-    """
+    """Return the arguments of a system from its description, which may have no notes, and functions by name."""
     notes = described.get("notes", {})
     refuse_unknown(notes, _NOTES, "the notes of a system")
     bodies, forces = (_noted(described[name], notes, name) for name in ("bodies", "forces"))
@@ -62,11 +51,6 @@ def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] 
 
 def changed(system: _System, parameter: str, by: float) -> _System:
     """Return the system with one of its :attr:`parameters` changed by a number in the system's units.
-
-    Parameters
-    ----------
-    parameter : str
-    by : float
 
     Raises
     ------

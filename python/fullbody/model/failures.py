@@ -12,15 +12,11 @@ from ..base.tables import number
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted
 from .context import Context
 
-__all__ = ["explained", "explaining"]
-
 
 def explained(
     error: BaseException, context: Context, state: _core.State | None = None, when: str = ""
 ) -> BaseException:
-    """Return the error about an overlap with the distance of the centres in a state, or without a state with the time
-    in the run; about a failed force with its function's exception as the cause; and others unchanged.
-    """
+    """Return an error about an overlap with distance or time, one about a force with its cause, others unchanged."""
     if isinstance(error, BodiesOverlap):
         return _overlap(error, context, state, when)
     return _caused(error, context) if isinstance(error, ForceFailed) else error

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import MISSING, dataclass, fields, replace
 from math import cbrt, pi
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from .. import _core
 from ..base.arguments import integer, name_of, sequence
@@ -13,13 +14,7 @@ from ..base.limits import POSITIVE
 from ..base.units import ANY, Units
 from ..base.values import brief, same
 from ..errors import InvalidInput
-from .calls import Call
-from .context import Context
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-__all__ = ["Force", "acted_on", "forces_of", "rebuilt"]
+from .context import Call, Context
 
 #: The classes of forces by the names of their kinds.
 KINDS: dict[str, type[Force]] = {}
@@ -66,6 +61,8 @@ class Force(Declared):
 
     #: The core's name of the kind; a class derived from another kind keeps that kind's name.
     _kind: ClassVar[str] = "Force"
+    #: What a force without a name is called, which the name of the body that it acts on follows.
+    _called: ClassVar[str] = "Force"
 
     def __init_subclass__(cls) -> None:
         KINDS[cls.__name__] = cls
@@ -90,31 +87,27 @@ class Force(Declared):
 
     def __repr__(self) -> str:
         entries = sorted(fields(self), key=lambda entry: entry.name == "name")
-        arguments = ((entry, getattr(self, entry.name)) for entry in entries)
-        parts = (
-            f"{entry.name}={brief(value)}"
-            for entry, value in arguments
-            if entry.default is MISSING or not same(value, entry.default)
-        )
+        given = ((entry, getattr(self, entry.name)) for entry in entries)
+        given = (one for one in given if one[0].default is MISSING or not same(one[1], one[0].default))
+        parts = (f"{entry.name}={brief(value)}" for entry, value in given)
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _usual_name(self) -> str:
         """Return the name of a force to which no name is given."""
-        return type(self).__name__
+        on = getattr(self, "on", None)
+        return self._called if on is None else f"{self._called} {on if isinstance(on, str) else f'body {on}'}"
 
     def _index(self, context: Context, role: str) -> int:
         return context.index(getattr(self, role), self._what(role))
 
     def _radius(self, context: Context, index: int) -> float:
         """Return the radius that the force was given, or that of the sphere with the body's volume."""
-        arguments = getattr(self, "radius", None)
-        if arguments is not None:
-            return context.units.number(arguments, "length", self._what("radius"), POSITIVE)
+        if (given := getattr(self, "radius", None)) is not None:
+            return context.units.number(given, "length", self._what("radius"), POSITIVE)
         volume = float(context.bodies[index].volume)
         if volume == 0.0:
-            raise InvalidInput(
-                f"radius of {self.name} is not given, and {context.names[index]} is a point; expected a radius"
-            )
+            point = f"{context.names[index]} is a point"
+            raise InvalidInput(f"radius of {self.name} is not given, and {point}; expected a radius")
         return float(cbrt(0.75 * volume / pi))
 
     def _describe(self, context: Context) -> dict[str, Any]:
@@ -136,11 +129,10 @@ class Force(Declared):
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         """Rebuild the force from such a description with such notes."""
         kinds = kinds_of(cls)
-        arguments = {
-            name: kind.attached(value, units) if isinstance(kind := kinds.get(name), Number) else value
-            for name, value in described.items()
-            if name != "kind"
-        }
+        arguments = {name: value for name, value in described.items() if name != "kind"}
+        for name in arguments:
+            if isinstance(kind := kinds.get(name), Number):
+                arguments[name] = kind.attached(arguments[name], units)
         return cls(**arguments)
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
@@ -178,8 +170,5 @@ def acted_on(alone: Context, forces: tuple[Force, ...]) -> Context:
 
 def forces_of(value: Any) -> tuple[Force, ...]:
     """Return external forces as a tuple, or raise an error that shows what is not a force."""
-    whole, expected_items = (
-        "a sequence of forces, such as [ThirdBody(...)]",
-        "forces of fullbody.forces, such as ThirdBody(...)",
-    )
-    return sequence(value, Force, "forces", whole, expected_items)
+    each = "forces of fullbody.forces, such as ThirdBody(...)"
+    return sequence(value, Force, "forces", "a sequence of forces, such as [ThirdBody(...)]", each)

@@ -16,14 +16,9 @@ from ..typing import Array, Floats
 from .context import SystemLike
 from .state import State, strip
 
-__all__ = ["Gravity", "gravity", "gravity_at", "points_in"]
-
 
 class Gravity:
     """Potential, field and gravity gradient at points of any shape (...).
-
-    The gradient is computed at its first use, since its nine numbers per point take more memory and time than the
-    rest.
 
     Attributes
     ----------
@@ -32,15 +27,14 @@ class Gravity:
     field : ndarray or Quantity, (..., 3)
         The field g = grad Phi, the acceleration of a particle.
     gradient : ndarray or Quantity, (..., 3, 3)
-        The gravity gradient dg/dx, symmetric. Its trace is zero outside and -4 pi G rho inside matter.
+        The gravity gradient dg/dx, symmetric, computed at its first use. Its trace is zero outside and -4 pi G rho
+        inside matter.
     """
 
     __slots__ = ("_gradient", "field", "potential")
 
     def __init__(self, potential: Array, field: Array, gradient: Array | Callable[[], Array]) -> None:
-        self.potential = potential
-        self.field = field
-        self._gradient = gradient
+        self.potential, self.field, self._gradient = potential, field, gradient
 
     @property
     def gradient(self) -> Array:
@@ -80,8 +74,8 @@ def gravity_at(
     body: int | None = None,
     states: npt.NDArray[np.int64] | None = None,
 ) -> Gravity:
-    """Return the gravity at points (..., 3), each in the state (...) whose index is given, or all in the first state.
-    Positions and attitudes are (K, N, 3) and (K, N, 4).
+    """Return the gravity at points (..., 3), each in the state (...) of the (K, N, 3) whose index is given, or the
+    first.
     """
     shape = points.shape[:-1]
     flat = np.ascontiguousarray(points.reshape(-1, 3))
@@ -101,10 +95,10 @@ def gravity_at(
 
 
 def gravity(system: SystemLike, state: State, points: Any, body: int | str | None = None) -> Gravity:
-    """Return potential, field and gravity gradient of the bodies at points of the inertial frame, outside or
-    inside.
+    """Return potential, field and gravity gradient of the bodies at points of the inertial frame, outside or inside.
 
-    The sum is over the bodies only and does not include external forces such as the pull of a third body.
+    The sum is over the bodies only and does not include external forces such as the pull of a third body;
+    :meth:`fullbody.Body.gravity` is that of one body in its own frame.
 
     Parameters
     ----------
@@ -122,12 +116,8 @@ def gravity(system: SystemLike, state: State, points: Any, body: int | str | Non
     Raises
     ------
     InvalidInput
-        For a point at a point mass or with coordinates that are not finite, which the message gives by its index;
-        for the gradient on a polyhedron's surface.
-
-    See Also
-    --------
-    Body.gravity : The gravity of one body in its own frame.
+        For a point at a point mass or with coordinates that are not finite, which the message gives by its index; for
+        the gradient on a polyhedron's surface.
 
     Examples
     --------

@@ -11,14 +11,13 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.atomic import other_reader
+from ..base.attributes import Attribute
 from ..base.kinds import Number
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
 from ..typing import Floats, Scalar
 from .stokes import StokesCoefficients, harmonics_of
-
-__all__ = ["Polyhedron"]
 
 _Indices = npt.NDArray[np.signedinteger[Any]]
 
@@ -30,6 +29,8 @@ class Polyhedron:
     Scheeres 1996). The body frame has its origin in the centre of mass and its axes along the principal axes of
     inertia, turned as little as possible from the working frame in which the vertices are given;
     :attr:`fullbody.Body.working_frame` is the position and attitude of the working frame in the body frame.
+
+    There may be several closed surfaces: pieces side by side, or a hollow, whose faces are turned away from the solid.
 
     Parameters
     ----------
@@ -44,24 +45,13 @@ class Polyhedron:
         For a surface that is not closed, and for faces that are turned inward or against each other, doubled, without
         an area, or that cross or touch others, where the message names the face; for a volume of zero.
 
-    See Also
-    --------
-    fullbody.Polyhedron.load
-
-    Notes
-    -----
-    A polyhedron may have several closed surfaces: pieces side by side, or a hollow, whose faces are turned away from
-    the solid.
-
     Examples
     --------
     >>> import fullbody
     >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> wedge = fullbody.Polyhedron(corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    >>> wedge
-    Polyhedron(4 vertices, 4 faces)
-    >>> round(wedge.volume, 6)
-    0.166667
+    >>> wedge, round(wedge.volume, 6), wedge.harmonics(8).degree
+    (Polyhedron(4 vertices, 4 faces), 0.166667, 8)
     >>> body = fullbody.Body(wedge, density=6.0)
     >>> body.gravity([0.0, 0.0, 100.0], G=1.0).potential.round(6)
     np.float64(0.01)
@@ -88,15 +78,8 @@ class Polyhedron:
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 
-    @property
-    def vertices(self) -> Any:
-        """Vertices (V, 3) as given, in the working frame."""
-        return self._vertices
-
-    @property
-    def faces(self) -> npt.NDArray[np.int64]:
-        """Indices of the vertices of each face (F, 3)."""
-        return self._faces
+    vertices = Attribute[Any]("_vertices", "Vertices (V, 3) as given, in the working frame.")
+    faces = Attribute[npt.NDArray[np.int64]]("_faces", "Indices of the vertices of each face (F, 3).")
 
     @property
     def volume(self) -> Scalar:
@@ -105,25 +88,8 @@ class Polyhedron:
         return volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
 
     def harmonics(self, degree: int) -> StokesCoefficients:
-        """Stokes coefficients of the polyhedron in its body frame.
-
-        Parameters
-        ----------
-        degree : int
-            The highest degree, from 2 to 60.
-
-        Returns
-        -------
-        StokesCoefficients
-            For the circumscribed radius about the centre of mass; see :meth:`fullbody.Body.harmonics`.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
-        >>> wedge = fullbody.Polyhedron(corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-        >>> wedge.harmonics(8).degree
-        8
+        """Return Stokes coefficients in the body frame, as :meth:`fullbody.Body.harmonics`, for the circumscribed
+        radius.
         """
         units = Units((self._vertices.unit, "s", "kg")) if is_quantity(self._vertices) else Units()
         return harmonics_of(_core.Body("the polyhedron", self._made, mass=1.0), degree, units)
@@ -183,9 +149,7 @@ class Polyhedron:
         if not is_quantity(first) or not units.defined:
             units.strip(first, "length", f"vertices of {name}")
             return self._made
-        from astropy import units as u
-
-        factor = units.strip(u.Quantity(1.0, first.unit), "length", f"vertices of {name}")
+        factor = units.strip(1.0 * first.unit, "length", f"vertices of {name}")
         return self._made if factor == 1.0 else self._made.scaled(float(factor))
 
     def _layer(self, fraction: float) -> Polyhedron:
@@ -248,9 +212,8 @@ def _read(path: Path) -> tuple[Floats, _Indices]:
 def _table(rows: list[list[str]]) -> tuple[Floats, _Indices]:
     """Return vertices and faces from rows that follow their numbers; the number of faces may precede the faces."""
     if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
-        raise ValueError(
-            "the first row is not a count; expected the number of vertices, or the numbers of vertices and faces"
-        )
+        expected = "expected the number of vertices, or the numbers of vertices and faces"
+        raise ValueError(f"the first row is not a count; {expected}")
     count = int(rows[0][0])
     points, rest = rows[1 : count + 1], rows[count + 1 :]
     faces = int(rows[0][1]) if len(rows[0]) == 2 else int(rest[0][0])

@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from dataclasses import dataclass, field
+from typing import Any, Self, cast, get_args
 
 from .. import _core
 from ..base.arguments import refuse_mixture
-from ..base.kinds import Declared, Number, united
+from ..base.kinds import Declared, Number, of_kind, united
 from ..base.limits import POSITIVE
+from ..base.unit_names import unit_named
 from ..base.units import Units, gathered
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .stokes import StokesCoefficients, from_packed
 
-__all__ = ["Ellipsoid", "PointMass", "Sphere"]
-
 _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
+class _Ellipsoidal(Declared):
+    """Base class of shapes with semi-axes."""
+
+    __slots__ = ()
+
+    @property
+    def _lengths(self) -> tuple[Any, ...]:
+        given = self._parts()
+        return given if len(given) == 3 else given * 3
+
+    @property
+    def semi_axes(self) -> Any:
+        """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity."""
+        return gathered(self._lengths, "semi_axes")
+
+    def _layer(self, fraction: float) -> Self:
+        """Return the shape scaled about its centre."""
+        return type(self)(*(length * fraction for length in self._parts()))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Ellipsoid(Declared):
+class Ellipsoid(_Ellipsoidal):
     """A homogeneous ellipsoid.
 
     Parameters
@@ -36,15 +55,13 @@ class Ellipsoid(Declared):
     Examples
     --------
     >>> import fullbody
-    >>> fullbody.Ellipsoid(0.766, 0.7475, 0.6735)
-    Ellipsoid(a=0.766, b=0.7475, c=0.6735)
+    >>> fullbody.Ellipsoid("2 km", "1.5 km", "800 m").semi_axes
+    <Quantity [2. , 1.5, 0.8] km>
     """
 
-    a: Any
-    b: Any
-    c: Any
-
-    _kinds: ClassVar = {name: Number("length", POSITIVE) for name in "abc"}
+    a: Any = field(metadata=of_kind(Number("length", POSITIVE)))
+    b: Any = field(metadata=of_kind(Number("length", POSITIVE)))
+    c: Any = field(metadata=of_kind(Number("length", POSITIVE)))
 
     def _what(self, name: str, of: str = "") -> str:
         return f"semi-axis {name}"
@@ -53,25 +70,9 @@ class Ellipsoid(Declared):
         self._check_fields()
         refuse_mixture(dict(zip(_AXES, self._lengths, strict=True)))
 
-    @property
-    def _lengths(self) -> tuple[Any, Any, Any]:
-        return (self.a, self.b, self.c)
-
-    @property
-    def semi_axes(self) -> Any:
-        """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> fullbody.Ellipsoid("2 km", "1.5 km", "800 m").semi_axes
-        <Quantity [2. , 1.5, 0.8] km>
-        """
-        return gathered(self._lengths, "semi_axes")
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sphere(Declared):
+class Sphere(_Ellipsoidal):
     """A homogeneous sphere.
 
     Parameters
@@ -85,24 +86,10 @@ class Sphere(Declared):
     (1.5, 1.5, 1.5)
     """
 
-    radius: Any
-
-    _kinds: ClassVar = {"radius": Number("length", POSITIVE)}
+    radius: Any = field(metadata=of_kind(Number("length", POSITIVE)))
 
     def _what(self, name: str, of: str = "") -> str:
         return name
-
-    def __post_init__(self) -> None:
-        self._check_fields()
-
-    @property
-    def _lengths(self) -> tuple[Any, Any, Any]:
-        return (self.radius, self.radius, self.radius)
-
-    @property
-    def semi_axes(self) -> Any:
-        """The radius three times (3,): a tuple of numbers, or a Quantity."""
-        return gathered(self._lengths, "semi_axes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +113,7 @@ class PointMass:
 
 #: The type of the shapes that consist of one piece.
 Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients
-#: These shapes by name.
-SOLIDS: dict[str, type[Solid]] = {
-    shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients)
-}
+SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in get_args(Solid)}
 
 
 def lengths_of(shape: Solid) -> dict[str, Any]:
@@ -142,20 +126,15 @@ def lengths_of(shape: Solid) -> dict[str, Any]:
 
 
 def inferred_units(known: dict[str, tuple[Any, str]]) -> Units:
-    """Return the units of the first length and of the first mass or density among numbers, if they have units.
-
-    The numbers are given by name, with their dimensions.
-    """
+    """Return the units of the first length and of the first mass or density among numbers, if they have units."""
     if not refuse_mixture({label: value for label, (value, _) in known.items()}):
         return Units()
-    from astropy import units as u
-
     first: dict[str, Any] = {}
     for value, dimension in known.values():
         first.setdefault(dimension, value.unit)
-    length = first.get("length", u.m)
-    mass = first["density"] * length**3 if "density" in first else u.kg
-    return Units((length, u.s, first.get("mass", mass)))
+    length = first.get("length", unit_named("m"))
+    mass = first["density"] * length**3 if "density" in first else "kg"
+    return Units((length, "s", first.get("mass", mass)))
 
 
 def core_shape(
@@ -177,9 +156,8 @@ def attached(shape: Solid, units: Units) -> Solid:
         return shape._with(units)
     if isinstance(shape, PointMass):
         return shape
-    return type(shape)(
-        **{name: united(value, dimension, units) for name, (value, dimension) in shape._numbers().items()}
-    )
+    numbers = shape._numbers().items()
+    return type(shape)(**{name: united(value, dimension, units) for name, (value, dimension) in numbers})
 
 
 def amounts(**given: Any) -> list[str]:
@@ -199,11 +177,7 @@ def refuse_amount(called: str, shape: Any, **given: Any) -> None:
 
 
 def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
-    """Rebuild a shape from the core's description: semi-axes, a dictionary of numbers, or ``None`` for a point.
-
-    The kind is the name of its class, by default that of the general one; ``what`` is the owner of the shape, for
-    errors.
-    """
+    """Rebuild a shape of the class ``kind`` from the core's description of it: ``None`` for a point."""
     if isinstance(axes, dict) and "coefficients" in axes:
         numbers = (axes[name] for name in ("reference_radius", "mean_inertia", "radius"))
         return from_packed(axes["coefficients"], *numbers)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from .. import _core
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.attributes import Attribute
 from ..base.tables import Table, Tabled, head, number, vector
+from ..base.unit_names import unit_named
 from ..base.units import ANY, Units, gathered, is_quantity, numbers, scalar
 from ..base.values import block
 from ..errors import InvalidInput, caution
@@ -17,15 +19,25 @@ from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
 from .context import Context
 
-__all__ = ["State", "from_numbers", "strip", "wrap"]
+_T = TypeVar("_T")
+#: The parts of a state beside the time, in the order of the core.
+PARTS = ("position", "velocity", "attitude", "spin")
+#: The dimensions of the parts of a state that have one.
+DIMENSIONS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
-_PARTS = ("position", "velocity", "attitude", "spin")
-_FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
+class _Part(Attribute[_T]):
+    """A property of states: a part of the core's state, with its unit."""
 
-def _part(name: str, text: str) -> Attribute[Any]:
-    """Return a property of states: a part of the core's state, with its unit."""
-    return Attribute(lambda state: state._get(name), text)
+    def __init__(self, name: str, text: str) -> None:
+        def get(state: State) -> Any:
+            value = getattr(state.core, name)
+            if isinstance(value, np.ndarray):
+                # The array is a copy of the core's numbers, so that writing to it would not change the state.
+                value.flags.writeable = False
+            return value << state.units[name] if name in state.units else value
+
+        super().__init__(get, text)
 
 
 class State(Tabled):
@@ -36,14 +48,11 @@ class State(Tabled):
 
     Parameters
     ----------
-    position : array_like or Quantity, (N, 3)
-        Positions of the centres in the inertial frame.
-    velocity : array_like or Quantity, (N, 3)
-        Velocities of the centres in the inertial frame, with a unit if the positions have one; zeros need none.
+    position, velocity : array_like or Quantity, (N, 3)
+        Positions and velocities of the centres in the inertial frame, both with a unit or none; zeros need none.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame. They are scaled to unit
-        length, with a warning if this changes them by more than a thousandth. By default the body frames are parallel
-        to the inertial one.
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; by default none turns. They
+        are scaled to unit length.
     spin : array_like or Quantity, (N, 3), optional
         Angular velocities in the body frames in radians per unit time; zero by default.
     time : float or Quantity
@@ -53,12 +62,12 @@ class State(Tabled):
     ------
     InvalidInput
         For values that are not finite, for wrong shapes, for a quaternion of length zero, and if only some of position,
-        velocity, spin and time have units; zeros need none.
+        velocity, spin and time have units.
 
     Warns
     -----
     InconsistentInput
-        For a quaternion whose length is not 1.
+        For a quaternion whose length differs from 1 by more than a thousandth.
 
     Examples
     --------
@@ -77,15 +86,18 @@ class State(Tabled):
     rotated = rotated
 
     def __init__(self, position: Any, velocity: Any, attitude: Any = None, spin: Any = None, time: Any = 0.0) -> None:
+        turn = None if attitude is None else numbers(attitude, "attitude")
+        self._fill(_core.State, turn, time=time, position=position, velocity=velocity, spin=spin)
+        if turn is not None:
+            _warn_of_lengths(turn)
+
+    def _fill(self, make: Callable[..., _core.State], turn: Any, **given: Any) -> None:
+        """Make the core's state from attitudes, none of which turns by default, or angles, and the other parts."""
         self.names: tuple[str, ...] = ()
-        values, self.units = _strip(time=time, position=position, velocity=velocity, spin=spin)
-        if attitude is None:
-            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(values["position"])), 1))
-        attitude = numbers(attitude, "attitude")
-        self.core = _core.State(
-            scalar(values["time"], "time"), values["position"], values["velocity"], attitude, values["spin"]
-        )
-        _warn_of_lengths(attitude)
+        parts, self.units = _strip(**given)
+        if turn is None:
+            turn = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(parts["position"])), 1))
+        self.core = make(scalar(parts["time"], "time"), parts["position"], parts["velocity"], turn, parts["spin"])
 
     @classmethod
     def from_tait_bryan(cls, position: Any, velocity: Any, angles: Any, spin: Any = None, time: Any = 0.0) -> State:
@@ -93,20 +105,11 @@ class State(Tabled):
 
         Parameters
         ----------
-        position, velocity, spin, time
-            Arguments of :class:`State`.
         angles : array_like or Quantity, (N, 3)
             The angles (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; floats are
             radians.
-
-        Returns
-        -------
-        State
-
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+        position, velocity, spin, time
+            As for the class.
 
         Examples
         --------
@@ -116,34 +119,22 @@ class State(Tabled):
         >>> (state.rotation_matrix[0] @ [1, 0, 0]).round(12)
         array([0., 1., 0.])
         """
-        state = cls.__new__(cls)
-        state.names = ()
-        values, state.units = _strip(time=time, position=position, velocity=velocity, spin=spin)
-        state.core = _core.State.from_tait_bryan(
-            scalar(values["time"], "time"),
-            values["position"],
-            values["velocity"],
-            Units().strip(angles, "angle", "angles"),
-            values["spin"],
-        )
+        state, turn = cls.__new__(cls), Units().strip(angles, "angle", "angles")
+        state._fill(_core.State.from_tait_bryan, turn, time=time, position=position, velocity=velocity, spin=spin)
         warn_if_degrees(angles, "angles")
         return state
 
     @classmethod
     def from_scipy(cls, position: Any, velocity: Any, rotation: Any, spin: Any = None, time: Any = 0.0) -> State:
-        """Make a state from rotations of scipy, whose quaternions have the scalar last.
+        """Make a state from rotations of scipy; the way back is ``Rotation.from_matrix(state.rotation_matrix)``.
 
         Parameters
         ----------
-        position, velocity, spin, time
-            Arguments of :class:`State`.
         rotation : scipy.spatial.transform.Rotation
             A Rotation that holds N rotations, or a sequence of N of them. They turn body-frame vectors into the
             inertial frame, as :attr:`rotation_matrix` does.
-
-        Returns
-        -------
-        State
+        position, velocity, spin, time
+            As for the class.
 
         Examples
         --------
@@ -154,65 +145,42 @@ class State(Tabled):
         ...     rotation=Rotation.from_euler("z", [[0], [90]], degrees=True))
         >>> (state.rotation_matrix[1] @ [1, 0, 0]).round(12)
         array([0., 1., 0.])
-
-        The way back is ``Rotation.from_matrix(state.rotation_matrix)``.
         """
         rotations = [rotation] if hasattr(rotation, "as_quat") else rotation
         try:
             # The scalar is last by default in all versions of scipy.
             last = np.concatenate([np.atleast_2d(rotation.as_quat()) for rotation in rotations])
         except (TypeError, AttributeError, ValueError) as error:
-            raise InvalidInput(
-                f"rotation is {rotation!r}; expected a scipy.spatial.transform.Rotation of one rotation a body, or a "
-                "list of them"
-            ) from error
+            expected = "expected a scipy.spatial.transform.Rotation of one rotation a body, or a list of them"
+            raise InvalidInput(f"rotation is {rotation!r}; {expected}") from error
         return cls(position, velocity, np.roll(last, 1, axis=-1), spin, time)
 
     def in_units(self, units: Units) -> _core.State:
         """Return the core's state in a system's units."""
         if not self.units:
             return self.core
-        if units.defined and all(self.units.get(name) is units.unit(d) for name, d in _FIELDS.items()):
+        if units.defined and all(self.units.get(name) is units.unit(d) for name, d in DIMENSIONS.items()):
             return self.core
-        values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
-        if all(np.array_equal(values[name], getattr(self.core, name)) for name in _FIELDS):
+        values = {name: units.strip(getattr(self, name), d, name) for name, d in DIMENSIONS.items()}
+        if all(np.array_equal(values[name], getattr(self.core, name)) for name in DIMENSIONS):
             return self.core
         return _core.State(
             float(values["time"]), values["position"], values["velocity"], self.core.attitude, values["spin"]
         )
 
-    def _get(self, name: str) -> Any:
-        value = getattr(self.core, name)
-        if isinstance(value, np.ndarray):
-            # The array is a copy of the core's numbers, so that writing to it would not change the state.
-            value.flags.writeable = False
-        return value << self.units[name] if name in self.units else value
-
-    time: Attribute[Scalar] = _part("time", "Time of the state.")
-    position: Attribute[Array] = _part("position", "Positions of the centres (N, 3), inertial frame.")
-    velocity: Attribute[Array] = _part("velocity", "Velocities of the centres (N, 3), inertial frame.")
-    attitude: Attribute[Floats] = _part(
-        "attitude", "Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."
-    )
-    spin: Attribute[Array] = _part("spin", "Angular velocities (N, 3), body frames.")
-    rotation_matrix: Attribute[Floats] = _part(
-        "rotation_matrix", "Rotation matrices (N, 3, 3), body frame to inertial."
-    )
-    tait_bryan: Attribute[Floats] = _part(
+    time = _Part[Scalar]("time", "Time of the state.")
+    position = _Part[Array]("position", "Positions of the centres (N, 3), inertial frame.")
+    velocity = _Part[Array]("velocity", "Velocities of the centres (N, 3), inertial frame.")
+    attitude = _Part[Floats]("attitude", "Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial.")
+    spin = _Part[Array]("spin", "Angular velocities (N, 3), body frames.")
+    rotation_matrix = _Part[Floats]("rotation_matrix", "Rotation matrices (N, 3, 3), body frame to inertial.")
+    tait_bryan = _Part[Floats](
         "tait_bryan", "The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."
     )
 
     def replace(self, **changes: Any) -> State:
-        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]])
-        >>> state.replace(time=3.0).time
-        3.0
-        """
-        names = (*_PARTS, "time")
+        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed."""
+        names = (*PARTS, "time")
         refuse_unknown(changes, names, "State.replace")
         return _named(self.names, *(changes.get(name, getattr(self, name)) for name in names))
 
@@ -222,7 +190,7 @@ class State(Tabled):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
-        names = ("time", *_PARTS)
+        names = ("time", *PARTS)
         same = all(np.array_equal(getattr(self.core, n), getattr(other.core, n)) for n in names)
         return same and self.units == other.units
 
@@ -230,26 +198,32 @@ class State(Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
-        columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in _PARTS]
-        header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in _PARTS)]
+        columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in PARTS]
+        header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in PARTS)]
         bodies = self.names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
         return (Table(f"State at time {number(self.time)}", header, list(rows)),)
 
     def __repr__(self) -> str:
-        parts = {name: getattr(self, name) for name in _PARTS}
+        parts = {name: getattr(self, name) for name in PARTS}
         return block(f"State(time={self.time},", **parts)
 
     def __reduce__(self) -> Any:
-        return _named, (self.names, *(getattr(self, name) for name in _PARTS), self.time)
+        return _named, (self.names, *(getattr(self, name) for name in PARTS), self.time)
 
 
 def wrap(core: _core.State, context: Context) -> State:
     """Return the core's state with the units and the names of a system."""
     state = State.__new__(State)
     state.core, state.names, units = core, context.names, context.units
-    state.units = {name: units.unit(d) for name, d in _FIELDS.items()} if units.defined else {}
+    state.units = {name: units.unit(d) for name, d in DIMENSIONS.items()} if units.defined else {}
     return state
+
+
+def sample(arrays: Mapping[str, Floats], k: int) -> _core.State:
+    """Return the state of a sample, by its index in arrays of times, positions and so on, as the core takes it."""
+    parts = (np.ascontiguousarray(arrays[name][k]) for name in PARTS)
+    return _core.State(float(arrays["time"][k]), *parts)
 
 
 def from_numbers(
@@ -290,25 +264,17 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     for name, value in values.items():
         if name == "spin" and value is None:
             continue
-        value = gathered(value, name, _FIELDS[name])
-        stripped[name] = ANY.strip(value, _FIELDS[name], name)
+        value = gathered(value, name, DIMENSIONS[name])
+        stripped[name] = ANY.strip(value, DIMENSIONS[name], name)
         if is_quantity(value):
             units[name] = value.unit
-    _refuse_mixture(stripped, units)
-    if "spin" not in stripped:
-        stripped["spin"] = np.zeros_like(stripped["position"])
-        if "position" in units:
-            from astropy import units as u
-
-            units["spin"] = u.rad / u.s
-    return stripped, units
-
-
-def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:
-    """Raise an error if some parts have a unit and others do not; zeros need none."""
     united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
     for name, value in stripped.items():
         if united is not None and name not in units and value.any():
-            raise InvalidInput(
-                f"{united} has the unit {units[united]}, but {name} has none; expected both or neither, or zeros"
-            )
+            expected = "expected both or neither, or zeros"
+            raise InvalidInput(f"{united} has the unit {units[united]}, but {name} has none; {expected}")
+    if "spin" not in stripped:
+        stripped["spin"] = np.zeros_like(stripped["position"])
+        if "position" in units:
+            units["spin"] = unit_named("rad / s")
+    return stripped, units

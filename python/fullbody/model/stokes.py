@@ -10,20 +10,19 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import refuse_mixture
+from ..base.attributes import Attribute
 from ..base.kinds import Number, choice, united, whole
 from ..base.limits import POSITIVE
 from ..base.units import Units, gathered, is_quantity, need, numbers
-from ..base.values import same
+from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
-
-__all__ = ["StokesCoefficients"]
 
 #: The relative deviation of a tensor of inertia from the second degree that counts as rounding of published numbers.
 _ROUNDED = 1e-6
 
 
-class StokesCoefficients:
+class StokesCoefficients(ScalarFields):
     """A shape that is known by its gravity: spherical-harmonic coefficients, inertia and the radius of a sphere.
 
     The potential outside the sphere is GM/r times the sum of (R/r)^l (C_lm cos m lambda + S_lm sin m lambda) P_lm(sin
@@ -37,8 +36,8 @@ class StokesCoefficients:
     Parameters
     ----------
     C, S : array_like, (L + 1, L + 1)
-        Coefficients by degree l and order m, for degrees up to an L from 2 to 60. C[0, 0] is 1 or, as in many files,
-        0; numbers beyond m = l and S[:, 0] are zero.
+        Coefficients by degree l and order m, for degrees up to an L from 2 to 60. C[0, 0] is 1 or, as in many files, 0;
+        numbers beyond m = l and S[:, 0] are zero.
     reference_radius : float or Quantity
         The radius R to which they refer.
     inertia : float, array_like or Quantity, (), (3,) or (3, 3)
@@ -48,22 +47,14 @@ class StokesCoefficients:
     radius : float or Quantity, optional
         The radius of a sphere about the origin that contains the body; by default `reference_radius`.
     normalization : {"4pi", "unnormalized"}
-        Whether the functions have a mean square of one over the sphere, as in geodesy, or no factors.
+        Whether the functions have a mean square of one over the sphere, as in geodesy (Kaula 1966, Theory of Satellite
+        Geodesy), or no factors: C20 = ((A + B)/2 - C)/(M R^2), C22 = (B - A)/(4 M R^2) by moments of inertia A, B, C.
 
     Raises
     ------
     InvalidInput
         For arrays of other shapes, numbers that are not finite, an inertia that contradicts degree 2, that no body has,
         or that does not fit into the sphere, and if only some of the lengths have units.
-
-    See Also
-    --------
-    fullbody.Polyhedron.harmonics, fullbody.Body.harmonics
-
-    Notes
-    -----
-    Kaula (1966), Theory of Satellite Geodesy, has the normalisation. With moments of inertia A, B, C along the axes,
-    the coefficients without normalisation are C20 = ((A + B)/2 - C)/(M R^2) and C22 = (B - A)/(4 M R^2).
 
     Examples
     --------
@@ -102,20 +93,15 @@ class StokesCoefficients:
             self._C[0, 0] = 1.0
         self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius")
         self._radius = self._reference_radius if radius is None else Number("length", POSITIVE)(radius, "radius")
-        has_units = refuse_mixture(
-            {
-                "reference_radius": self._reference_radius,
-                "radius": self._radius,
-                "inertia": gathered(inertia, "inertia", "area"),
-            }
-        )
-        units = _units_of(self._reference_radius) if has_units else Units()
+        lengths = {"reference_radius": self._reference_radius, "radius": self._radius}
+        has_units = refuse_mixture(lengths | {"inertia": gathered(inertia, "inertia", "area")})
+        units = Units((self._reference_radius.unit, "s", "kg")) if has_units else Units()
         tensor = units.strip(inertia, "area", "inertia")
         if tensor.shape not in ((), (3,), (3, 3)):
             raise InvalidInput(f"inertia is of shape {tensor.shape}; expected (), (3,) or (3, 3)")
         mean = float(tensor if tensor.shape == () else (tensor.sum() if tensor.ndim == 1 else np.trace(tensor)) / 3.0)
-        lengths = [units.number(length, "length", "radius") for length in (self._reference_radius, self._radius)]
-        self._made = _core.StokesCoefficients(_packed(self._C, self._S), lengths[0], mean, lengths[1])
+        reference, largest = (units.number(length, "length", "radius") for length in lengths.values())
+        self._made = _core.StokesCoefficients(_packed(self._C, self._S), reference, mean, largest)
         self._refuse_contradiction(tensor, mean)
         self._inertia = units.attach(mean, "area")
         self._mu: Any = None
@@ -133,52 +119,17 @@ class StokesCoefficients:
             expected = f"{tensor_of_core.tolist()}, which degree 2 gives for the same trace, or a third of that trace"
             raise InvalidInput(f"inertia is {tensor.tolist()}; expected {expected}")
 
-    @property
-    def C(self) -> Floats:
-        """Cosine coefficients (L + 1, L + 1) in the 4 pi normalisation, in the working frame."""
-        return self._C
-
-    @property
-    def S(self) -> Floats:
-        """Sine coefficients (L + 1, L + 1) in the 4 pi normalisation, in the working frame."""
-        return self._S
-
-    @property
-    def degree(self) -> int:
-        """The highest degree."""
-        return len(self._C) - 1
-
-    @property
-    def reference_radius(self) -> Any:
-        """The radius to which the coefficients refer."""
-        return self._reference_radius
-
-    @property
-    def radius(self) -> Any:
-        """The radius of a sphere about the origin of the working frame that contains the body."""
-        return self._radius
-
-    @property
-    def inertia(self) -> Any:
-        """A third of the trace of the inertia tensor of unit mass about the centre of mass, a length squared."""
-        return self._inertia
-
-    @property
-    def mu(self) -> Any:
-        """GM of the file that was read; ``None`` for coefficients of another origin."""
-        return self._mu
-
-    @property
-    def semi_axes(self) -> None:
-        """``None``, since the shape has no surface."""
-        return None
+    C = Attribute[Floats]("_C", "Cosine coefficients (L + 1, L + 1) in the 4 pi normalisation, in the working frame.")
+    S = Attribute[Floats]("_S", "Sine coefficients (L + 1, L + 1) in the 4 pi normalisation, in the working frame.")
+    degree = Attribute[int](lambda shape: len(shape._C) - 1, "The highest degree.")
+    reference_radius = Attribute[Any]("_reference_radius", "The radius to which the coefficients refer.")
+    radius = Attribute[Any]("_radius", "The radius of a sphere about the origin of the working frame around the body.")
+    inertia = Attribute[Any]("_inertia", "A third of the trace of the inertia tensor of unit mass, a length squared.")
+    mu = Attribute[Any]("_mu", "GM of the file that was read; ``None`` for coefficients of another origin.")
+    semi_axes = Attribute[None](lambda shape: None, "``None``, since the shape has no surface.")
 
     def unnormalized(self) -> tuple[Floats, Floats]:
-        """Coefficients without normalisation.
-
-        Returns
-        -------
-        C, S : ndarray, (L + 1, L + 1)
+        """Return the coefficients C, S (L + 1, L + 1) without normalisation.
 
         Examples
         --------
@@ -194,7 +145,9 @@ class StokesCoefficients:
     def read(
         cls, path: str | PathLike[str], *, inertia: Any, radius: Any = None, degree: int | None = None
     ) -> StokesCoefficients:
-        """Read coefficients from a file in the format ICGEM (``.gfc``) or SHADR (any other suffix).
+        """Read coefficients, and :attr:`mu`, from a file of the format ICGEM (``.gfc``) or SHADR (any other suffix).
+
+        The reader is that of pyshtools (Wieczorek & Meschede 2018, Geochem. Geophys. Geosyst. 19, 2574).
 
         Parameters
         ----------
@@ -204,21 +157,12 @@ class StokesCoefficients:
         degree : int, optional
             The highest degree to read, from 2 to 60; by default that of the file.
 
-        Returns
-        -------
-        StokesCoefficients
-            With :attr:`mu` from the file.
-
         Raises
         ------
         InvalidInput
             For a file that is not of the format, and as for the class.
         ModuleNotFoundError
             If pyshtools (the extra ``shapes``) is missing.
-
-        Notes
-        -----
-        pyshtools (Wieczorek & Meschede 2018, Geochem. Geophys. Geosyst. 19, 2574) reads the files.
         """
         with need("shapes", "reading gravity coefficients"):
             from pyshtools.shio import read_icgem_gfc, shread
@@ -246,7 +190,8 @@ class StokesCoefficients:
 
     @classmethod
     def from_inertia_integrals(cls, integrals: Any, *, radius: Any) -> StokesCoefficients:
-        """Take a body by its inertia integrals, as GUBAS does.
+        """Take a body by its inertia integrals (Hou, Scheeres & Xin 2017, Celest. Mech. Dyn. Astron. 127, 369), as
+        GUBAS.
 
         Parameters
         ----------
@@ -256,18 +201,10 @@ class StokesCoefficients:
         radius : float or Quantity
             The radius of a sphere about the origin that contains the body, and to which the coefficients refer.
 
-        Returns
-        -------
-        StokesCoefficients
-
         Raises
         ------
         InvalidInput
             For an array of another shape, and for the same reasons as the class.
-
-        Notes
-        -----
-        Hou, Scheeres & Xin (2017), Celest. Mech. Dyn. Astron. 127, 369, define the integrals.
 
         Examples
         --------
@@ -285,7 +222,7 @@ class StokesCoefficients:
             raise InvalidInput(f"integrals is of shape {table.shape}; expected {expected}")
         if not table[0, 0, 0] > 0.0:
             raise InvalidInput(f"integrals[0, 0, 0] is {table[0, 0, 0]}; expected the mass, a number above zero")
-        units = _units_of(radius) if is_quantity(radius) else Units()
+        units = Units((radius.unit, "s", "kg")) if is_quantity(radius) else Units()
         length = Number("length", POSITIVE).unitless(radius, "radius", units)
         degree = len(table) - 1
         powers = np.indices(table.shape).sum(axis=0)
@@ -320,9 +257,6 @@ class StokesCoefficients:
     def _parts(self) -> tuple[Any, ...]:
         return (self._C, self._S, self._reference_radius, self._inertia, self._radius)
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, StokesCoefficients) and same(self._parts(), other._parts())
-
     def __hash__(self) -> int:
         return hash((StokesCoefficients, self._C.tobytes(), self._S.tobytes()))
 
@@ -343,12 +277,6 @@ def harmonics_of(body: _core.Body, degree: int, units: Units) -> StokesCoefficie
     packed, *values = body.harmonics(whole(degree, "degree", 2, 60)).given
     lengths = map(units.attach, values, ("length", "area", "length"))
     return from_packed(packed, *lengths)
-
-
-def _units_of(length: Any) -> Units:
-    from astropy import units as u
-
-    return Units((length.unit, u.s, u.kg))
 
 
 def _coefficients(values: Any, what: str) -> Floats:

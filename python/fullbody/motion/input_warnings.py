@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import _core
 from ..base import tables
 from ..base.unit_names import unit_named
+from ..base.units import Units
+from ..model.context import Context
 from ..model.force import KINDS
-
-if TYPE_CHECKING:
-    from .. import _core
-    from ..base.units import Units
-    from ..model.context import Context
-
-__all__ = ["body_warnings", "start_warnings"]
 
 #: The least and the greatest density of a body, in kg/m3, that cause no warning.
 _DENSITIES = (100.0, 30000.0)
@@ -52,16 +47,12 @@ def _of_cancelling(name: str, body: _core.Body, tolerance: float) -> Iterator[st
 
 
 def start_warnings(context: Context, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """Return warnings about a start.
-
-    The tolerance is the sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed
-    steps.
-    """
+    """Return warnings about a start; the tolerance is the sum of the integrator's, ``None`` for fixed steps."""
     fast, far = context.core.start_warnings(start, tolerance)
     if fast is not None:
         yield _unbound(context, *fast)
     if far is not None:
-        yield _far(context, *far, tolerance)
+        yield _far(context, *far, tolerance=tolerance)
     for described in context.core.forces:
         yield from KINDS[described["kind"]]._input_warnings(described, start, context)
 
@@ -79,31 +70,21 @@ def _unbound(context: Context, body: int, speed: float, escape: float, limit: fl
 
 
 def _far(
-    context: Context,
-    pair: tuple[int, int],
-    apart: float,
-    heavy: int,
-    distance: float,
-    rounding: float,
-    enough: float,
-    limit: float,
-    tolerance: float | None,
+    context: Context, pair: tuple[int, int], apart: float, heavy: int, *sizes: float, tolerance: float | None
 ) -> str:
     """Return the warning that bodies near each other are far from the barycentre, the origin of the integration."""
+    distance, rounding, enough, limit = sizes
 
     def length(value: float, digits: int = 4) -> str:
         return tables.number(context.units.attach(np.float64(value), "length"), digits)
 
-    if tolerance is None:
-        follows = "Every step loses that much"
-    else:
-        follows = (
-            "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run may "
-            "never end"
-        )
     who = context.names[heavy]
-    instead = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
-    remedy = instead if tolerance is None else f"{instead}, or rtol and atol of {enough:g} or more"
+    follows = "Every step loses that much"
+    remedy = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
+    if tolerance is not None:
+        follows = "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run "
+        follows += "may never end"
+        remedy += f", or rtol and atol of {enough:g} or more"
     return (
         f"{who} is {length(distance)} from {' and '.join(context.names[index] for index in sorted(pair))}, which are "
         f"{length(apart)} apart, and so heavy that the barycentre, which positions are counted from, is far from these "

@@ -1,4 +1,4 @@
-"""The integration of a system: checks of its start and options, and the run made of the core's arrays."""
+"""The integration of a system, and of particles among its bodies: checks of start and options, and the result."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ from ..events import Event, Occurrence
 from ..model.context import Context, S
 from ..model.failures import explained, explaining
 from ..model.state import State, strip, wrap
+from ..particles.events import ParticleEvent
+from ..particles.flight import Flight
+from ..particles.initial import Particles
+from ..particles.rules import Bounce, Escape, Radiation
+from ..particles.task import FlightTask
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
-from ..record.statistics import Statistics
+from ..record.record import Statistics
 from ..record.times import end_of_run, sampling, spacing_warning
 from .input_warnings import start_warnings
 from .run import Run
-
-__all__ = ["Task", "advance", "begin", "integrate", "integrator_of", "write"]
 
 
 def integrate(
@@ -49,10 +52,9 @@ def integrate(
     Parameters
     ----------
     state : State
-    until : float, Quantity or text with a unit
-        End of the run; a time before ``state.time`` makes a run backwards.
-    duration : float, Quantity or text with a unit
-        Length of the run, such as ``"30 day"``, in place of ``until``; below zero for a run backwards.
+    until, duration : float, Quantity or text with a unit
+        End of the run, a time; or its length, such as ``"30 day"``. A time before ``state.time`` and a length below
+        zero make a run backwards.
     output : None, "ends", float, Quantity or array_like
         The times that are recorded. ``None`` means every accepted step, ``"ends"`` the start and the end, a number the
         spacing of times from the start to the end, and an array exactly these times; with an empty array only events
@@ -65,8 +67,7 @@ def integrate(
         Whether the run is kept as a function of time, ``run(t)``, which takes 2.3 kB per step for two bodies.
     progress : bool, str or callable
         ``True`` or a title for a progress bar, or a function of (done, total, description) that is called at most every
-        50 ms, with the time that has passed and the length of the run. The result of the function is ignored; an error
-        that it raises ends the run.
+        50 ms, with the time that has passed and the length of the run. An error that it raises ends the run.
     autosave : (path, seconds), optional
         The path of a file and an interval. The simulation is written to the file when the run begins, at this interval
         and when the run ends for whatever reason; :meth:`fullbody.Simulation.load` continues from it. A file that
@@ -104,19 +105,9 @@ def integrate(
     (11, 2, 3)
     """
     core, chosen = begin(system.context, state, integrator)
-    task = Task(
-        system,
-        chosen,
-        core.time,
-        until,
-        duration=duration,
-        output=output,
-        events=events,
-        dense=dense,
-        derivatives=derivatives,
-        chaos=chaos,
-    )
-    return advance(core, task, progress, autosave)
+    options: dict[str, Any] = {"duration": duration, "output": output, "events": events}
+    options |= {"dense": dense, "derivatives": derivatives, "chaos": chaos}
+    return advance(core, Task(system, chosen, core.time, until, **options), progress, autosave)
 
 
 def integrator_of(integrator: Integrator | None) -> Integrator:
@@ -210,10 +201,9 @@ class Task:
             numbers += 12 * bodies * (12 * bodies + len(self.derivatives))
         most = 2.0**34 / (8.0 * numbers)
         if abs(count) > most:
-            raise InvalidInput(
-                f"until is {until!r} and output is {output!r}, which ask for {abs(count):.3g} samples; expected a time "
-                f"and a spacing with at most {most:.3g}, which take 17 GB"
-            )
+            asked = f"which ask for {abs(count):.3g} samples"
+            expected = f"expected a time and a spacing with at most {most:.3g}, which take 17 GB"
+            raise InvalidInput(f"until is {until!r} and output is {output!r}, {asked}; {expected}")
 
     def run(self, arrays: dict[str, Any], counts: Iterable[int]) -> Run[Any]:
         """Return the run of the core's arrays."""
@@ -221,21 +211,14 @@ class Task:
         parts = ("start", "events", "dense", "stop_reason", "switched_off")
         start, happened, solution, (reason, _), switched_off = (arrays.pop(name) for name in parts)
         off = zip(context.forces, switched_off, strict=True)
-        return Run(
-            self._system,
-            self._integrator,
-            arrays,
-            np.array(start),
-            Statistics(*counts),
-            events=[
-                Occurrence(self.events[index], context.units.attach(time, "time"), wrap(state, context), derivatives)
-                for index, time, state, derivatives in happened
-            ],
-            stop_reason=reason,
-            dense=None if solution is None else Dense(context, solution),
-            switched_off={force: times for force, times in off if times is not None},
-            parameters=tuple(self.derivatives or ()),
-        )
+        options: dict[str, Any] = {"stop_reason": reason, "parameters": tuple(self.derivatives or ())}
+        options["switched_off"] = {force: times for force, times in off if times is not None}
+        options["events"] = [
+            Occurrence(self.events[index], context.units.attach(time, "time"), wrap(state, context), derivatives)
+            for index, time, state, derivatives in happened
+        ]
+        dense = None if solution is None else Dense(context, solution)
+        return Run(self._system, self._integrator, arrays, np.array(start), Statistics(*counts), dense=dense, **options)
 
     def failed(self, error: BaseException, run: Run[Any], time: float) -> BaseException:
         """Return the error that ended a run at a time, with the run so far in its attribute ``run``."""
@@ -277,3 +260,61 @@ def _autosaving(autosave: Any) -> tuple[Path, float]:
     if not 0.0 <= seconds < 1e9:
         raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")
     return path, seconds
+
+
+def fly(
+    system: S,
+    state: State,
+    particles: Particles,
+    until: Any = None,
+    *,
+    duration: Any = None,
+    output: Any = None,
+    integrator: Integrator | None = None,
+    contact: str | Bounce = "stop",
+    escape: Escape | None = None,
+    radiation: Radiation | None = None,
+    events: Iterable[ParticleEvent] = (),
+    bodies_integrator: Integrator | None = None,
+    threads: int | None = None,
+    progress: Any = False,
+) -> Flight[S]:
+    """Fly massless particles among the bodies, from a state to a time.
+
+    The bodies are integrated first, as by :meth:`integrate`, and the particles are integrated along their continuous
+    solution, which takes 2.3 kB per step for two bodies. For several flights along the same motion, keep a run with
+    ``dense=True`` and use :meth:`fullbody.Run.fly`, where the other parameters are described.
+
+    Parameters
+    ----------
+    state : State
+        State of the bodies at the particles' time.
+    particles : Particles
+    until, duration : float, Quantity or text with a unit
+        End of the flight, before ``state.time`` for a flight backwards, or its length.
+    bodies_integrator : Integrator, optional
+        Integrator of the bodies, as in :meth:`integrate`.
+
+    Raises
+    ------
+    InvalidInput, Interrupted
+        For the same reasons as :meth:`fullbody.Run.fly` and :meth:`integrate`.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> up = fullbody.Particles.from_surface(system, state, "Beta", longitude=0.0, latitude=0.5, speed=0.1)
+    >>> system.fly(state, up, 24.0).fate.tolist()
+    ['impact']
+    """
+    options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
+    options |= {"radiation": radiation, "events": events, "threads": threads}
+    # Options that are refused are refused before the bodies move.
+    task = FlightTask(system.context, particles, **options)
+    sampling(output, system.context.units)
+    options = {"output": [], "integrator": bodies_integrator, "dense": True, "progress": progress and "bodies"}
+    dense = integrate(system, state, until, duration=duration, **options).continuous()
+    start, end = dense.range
+    with Progress(progress if callable(progress) else progress and "particles") as report:
+        return task.fly(system, dense, start, end, None, output, report)

@@ -11,19 +11,15 @@ import numpy as np
 from ..base import epochs
 from ..base.attributes import Deferred
 from ..base.tables import Table, number, tables_of
+from ..base.unit_names import unit_named
 from ..errors import InvalidInput
 from ..files.netcdf import save, to_pandas, to_xarray
 from ..model.context import S
 from ..model.gravity import Gravity, gravity_at, points_in
 from ..particles.task import fly
 from ..record import conserved
-from ..record.derivatives import at_event
-from ..record.displaced import derivative_of
-from ..record.record import Record
-from ..record.statistics import STOP_REASONS
-
-__all__ = ["Run"]
-
+from ..record.derivatives import at_event, derivative_of
+from ..record.record import STOP_REASONS, Record
 
 if TYPE_CHECKING:
     from ..plots import Plots
@@ -48,8 +44,8 @@ class Run(Record[S]):
 
     ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`fullbody.record.Track` of one body. ``run[::k]``,
     ``run[[0, 5, 9]]`` and ``run[mask]`` are runs with some of the samples, which keep the start, statistics and events
-    of the whole run.
-    Arrays are read-only views; they are Quantities if the system has units. Pickles and files do not contain ``dense``.
+    of the whole run. Arrays are read-only views; they are Quantities if the system has units. Pickles and files do not
+    contain ``dense``.
 
     Attributes
     ----------
@@ -98,10 +94,8 @@ class Run(Record[S]):
         """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
         if self.context.epoch is None:
             raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
-        from astropy import units as u
-
-        seconds = self.context.units.unit("time").to(u.s)
-        return epochs.to_time(self.context.epoch) + self.arrays["time"] * seconds * u.s
+        seconds = self.context.units.unit("time").to("s")
+        return epochs.to_time(self.context.epoch) + self.arrays["time"] * seconds * unit_named("s")
 
     def gravity(self, time: Any, points: Any, body: int | str | None = None) -> Gravity:
         """Return the gravity of the bodies at points of the inertial frame and times of the run; see
@@ -115,10 +109,6 @@ class Run(Record[S]):
             times.
         points : array_like or Quantity, (..., 3)
         body : int or str, optional
-
-        Returns
-        -------
-        Gravity
 
         Examples
         --------
@@ -149,12 +139,9 @@ class Run(Record[S]):
             rows.append(("time", f"{number(self.time[0])} to {number(self.time[-1])}"))
         if not (len(self) and self.start.time == self.time[0]):
             rows.append(("start", number(self.start.time)))
-        rows += [
-            ("integrator", repr(self.integrator)),
-            ("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"),
-        ]
-        kinds = Counter(type(happened.event).__name__ for happened in self.events)
-        if kinds:
+        rows.append(("integrator", repr(self.integrator)))
+        rows.append(("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"))
+        if kinds := Counter(type(happened.event).__name__ for happened in self.events):
             rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
         rows += [(f"{name} switched off", f"{times} times") for name, times in self.switched_off.items()]
         if early := STOP_REASONS[self.stop_reason]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import _core
 from ..base.atomic import as_path, content, other_reader
+from ..base.attributes import Attribute, WithUnit
 from ..base.limits import Limits
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event
@@ -21,13 +22,11 @@ from ..model.interactions import Invariants
 from ..model.state import State, strip, wrap
 from ..record import conserved
 from ..record.integrators import Integrator, rebuild
-from ..record.statistics import Statistics
+from ..record.record import Statistics
 from ..typing import Scalar
 from .integration import Task, advance, begin, write
 from .run import Run
 from .system import System, system_of
-
-__all__ = ["Simulation"]
 
 #: A second name of the core's class, since the class below has a property with the module's name.
 _Core: TypeAlias = _core.Simulation
@@ -87,20 +86,9 @@ class Simulation:
         finally:
             self._running = False
 
-    @property
-    def system(self) -> System:
-        """The system."""
-        return self._system
-
-    @property
-    def integrator(self) -> Integrator:
-        """The integrator with its settings."""
-        return self._integrator
-
-    @property
-    def time(self) -> Scalar:
-        """Present time."""
-        return self._system.context.units.attach(self._core.time, "time")
+    system = Attribute[System]("_system", "The system.")
+    integrator = Attribute[Integrator]("_integrator", "The integrator with its settings.")
+    time = WithUnit[Scalar]("Present time.", "_core.time", "time")
 
     @property
     def state(self) -> State:
@@ -113,72 +101,43 @@ class Simulation:
         with explaining(self._system.context, core):
             self._core.set_state(core)
 
-    @property
-    def statistics(self) -> Statistics:
-        """Counts of steps and evaluations since the start."""
-        return Statistics(*self._core.statistics)
+    statistics = Attribute[Statistics](
+        lambda sim: Statistics(*sim._core.statistics), "Counts of steps and evaluations since the start."
+    )
+    start = Attribute[Invariants](
+        lambda sim: conserved.named(sim._core.start, sim._system.context.units),
+        "Time, energy and angular momentum at the state with which the simulation began or to which it was last set.",
+    )
+    energy_drift = Attribute[float](
+        lambda sim: sim._drift("energy_drift"),
+        """Change of the total energy since the start of the simulation, relative to its value there unless it is zero.
 
-    @property
-    def start(self) -> Invariants:
-        """Time, energy and angular momentum at the state with which the simulation began or to which it was last
-        set.
-        """
-        return conserved.named(self._core.start, self._system.context.units)
-
-    @property
-    def energy_drift(self) -> float:
-        """Change of the total energy since the start of the simulation, over all runs and steps, relative to its value
-        there.
-
-        The drift of a run, in contrast, is relative to the start of that run. The drift is absolute if the energy is
-        zero.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> sim = fullbody.Simulation(system, state, integrator=fullbody.Verner98(rtol=1e-6))
-        >>> drifts = [sim.integrate(time).energy_drift[-1] for time in (100.0, 200.0)]
-        >>> bool(abs(sum(drifts) - sim.energy_drift) < 1e-12)
-        True
-        """
-        return self._drift("energy_drift")
-
-    @property
-    def energy_drift_orbital(self) -> float:
-        """Change of the total energy since the start of the simulation, relative to abs(potential + translational)
-        there.
-        """
-        return self._drift("energy_drift_orbital")
-
-    @property
-    def angular_momentum_drift(self) -> float:
-        """Length of the change of the angular momentum since the start of the simulation, relative to its length
-        there.
-        """
-        return self._drift("angular_momentum_drift")
+        That of a run, in contrast, is relative to the start of that run.
+        """,
+    )
+    energy_drift_orbital = Attribute[float](
+        lambda sim: sim._drift("energy_drift_orbital"),
+        "Change of the total energy since the start, relative to abs(potential + translational) there.",
+    )
+    angular_momentum_drift = Attribute[float](
+        lambda sim: sim._drift("angular_momentum_drift"),
+        "Length of the change of the angular momentum since the start, relative to its length there.",
+    )
 
     def _drift(self, name: str) -> float:
-        now, done = (
-            np.array(self._core.invariants)[np.newaxis],
-            np.array(self._core.work_and_impulse).reshape(1, -1, 7),
-        )
-        record = {
-            "energy": now[:, 1:5],
-            "angular_momentum": now[:, 5:],
-            "work": done[..., 0],
-            "angular_impulse": done[..., 4:],
-        }
+        now, done = np.array([self._core.invariants]), np.array(self._core.work_and_impulse).reshape(1, -1, 7)
+        record = {"energy": now[:, 1:5], "angular_momentum": now[:, 5:]}
+        record |= {"work": done[..., 0], "angular_impulse": done[..., 4:]}
         return float(conserved.drift(name, np.array(self._core.start), record)[0])
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
-        """The quadrature of each pair of bodies, and for composites of each pair of parts.
+        """The quadrature of each pair of bodies, and for composites of each pair of parts, but for pairs of points.
 
-        Each is described by a dictionary: ``pair`` holds the names of the bodies; ``parts`` the indices of the parts in
-        their bodies if one of these is a composite; ``method`` the method; ``integrated`` the name of the body
-        integrated over; ``points`` the number of points at the present state; and ``order`` the order of the rule. A
-        series has no quadrature, so that the last three are None. A pair of points is left out.
+        Each is a dictionary: ``pair`` has the names of the bodies, ``parts`` the indices of the parts if one of these
+        is a composite, ``method`` the method, ``integrated`` the name of the body integrated over, ``points`` the
+        number of points at the present state, and ``order`` the order of the rule; the last three are None for a
+        series.
         """
         names = self._system.names
         rows = []
@@ -211,52 +170,24 @@ class Simulation:
         derivatives: bool | Iterable[str] = False,
         chaos: bool = False,
     ) -> Run[System]:
-        """Integrate to a time and record the run; see :meth:`fullbody.System.integrate`.
+        """Integrate to a time, or for a duration, and record the run; see :meth:`fullbody.System.integrate`.
 
-        Parameters
-        ----------
-        until : float, Quantity or text with a unit
-        duration : float, Quantity or text with a unit
-            Exactly one of the two is given.
-        output : None, "ends", float, Quantity or array_like
-        events : iterable of Event
-        dense : bool
-        progress : bool, str or callable
-        autosave : (path, seconds), optional
-        derivatives : bool or sequence of str
-        chaos : bool
-            Derivatives and chaos indicators start at the state at which this call begins; files of the simulation do
-            not contain them.
-
-        Returns
-        -------
-        Run
+        Derivatives and chaos indicators start at the state at which this call begins; files of the simulation do not
+        contain them.
         """
+        options: dict[str, Any] = {"duration": duration, "output": output, "events": events}
+        options |= {"dense": dense, "derivatives": derivatives, "chaos": chaos}
         with self._run() as core:
-            task = Task(
-                self._system,
-                self._integrator,
-                core.time,
-                until,
-                duration=duration,
-                output=output,
-                events=events,
-                dense=dense,
-                derivatives=derivatives,
-                chaos=chaos,
-            )
+            task = Task(self._system, self._integrator, core.time, until, **options)
             return advance(core, task, progress, autosave)
 
     def save(self, path: Any) -> None:
-        """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
+        """Write the simulation to a file, exactly and atomically; :meth:`load` of the same version of fullbody reads
+        it.
 
-        A run that continues from the file equals the uninterrupted run bit for bit in states, events and values between
-        the steps, on a machine with the same vector instructions (or with ``vector_path="portable"``). The file can be
-        read by the version of fullbody that wrote it. Links and permissions are kept as by :meth:`fullbody.Run.save`.
-
-        Parameters
-        ----------
-        path : str or Path
+        A run that continues from the file equals the uninterrupted run bit for bit, on a machine with the same vector
+        instructions (or with ``vector_path="portable"``). Links and permissions are kept as by
+        :meth:`fullbody.Run.save`.
         """
         write(as_path(path), self._core.to_bytes())
 
@@ -270,10 +201,6 @@ class Simulation:
         forces : iterable of Force
             The :class:`fullbody.forces.Function` forces of the simulation, with the same names, since files do not keep
             functions.
-
-        Returns
-        -------
-        Simulation
 
         Raises
         ------
@@ -297,35 +224,29 @@ class Simulation:
         stored = {force["name"]: force["depends_on_velocity"] for force in unkept}
         replacements = {force.name: force for force in forces}
         if stored.keys() != replacements.keys():
-            raise InvalidInput(
-                f"forces is {sorted(replacements)}; expected the functions {sorted(stored)}, which the file cannot keep"
-            )
+            expected = f"expected the functions {sorted(stored)}, which the file cannot keep"
+            raise InvalidInput(f"forces is {sorted(replacements)}; {expected}")
         for name, force in replacements.items():
-            if type(force).__name__ != "Function":
-                raise InvalidInput(
-                    f"{name} is a {type(force).__name__}; expected the Function that the file cannot keep"
-                )
+            if (kind := type(force).__name__) != "Function":
+                raise InvalidInput(f"{name} is a {kind}; expected the Function that the file cannot keep")
             if force.depends_on_velocity != stored[name]:
                 setting = f"depends_on_velocity of {name} is {force.depends_on_velocity}"
                 raise InvalidInput(f"{setting}; expected {stored[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
-            system, integrator = (
-                system_of({**described, "notes": notes}, replacements),
-                rebuild(described["integrator"]),
-            )
+            system = system_of({**described, "notes": notes}, replacements)
+            integrator = rebuild(described["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Errors of many kinds are possible, since the notes may be any JSON.
             raise InvalidInput(f"the notes of the simulation are damaged: {error}") from error
-        core = _core.Simulation.from_bytes(
-            data, {name: call.core_arguments() for name, call in system.context.calls.items()}
-        )
+        calls = {name: call.core_arguments() for name, call in system.context.calls.items()}
         sim = cls.__new__(cls)
-        sim._system, sim._integrator, sim._idle = system, integrator, core
+        sim._system, sim._integrator, sim._idle = system, integrator, _core.Simulation.from_bytes(data, calls)
         return sim
 
     def __deepcopy__(self, memo: Any) -> Simulation:
-        return Simulation._from_bytes(self._core.to_bytes(), tuple(functions(self._system).values()))
+        make, arguments = self.__reduce__()
+        return make(*arguments)
 
     def __reduce__(self) -> Any:
         return (Simulation._from_bytes, (self._core.to_bytes(), tuple(functions(self._system).values())))

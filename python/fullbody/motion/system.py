@@ -8,28 +8,26 @@ from typing import Any, Literal, Self
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import normal, refuse_unknown, sequence
-from ..base.tables import Table, Tabled
-from ..base.units import Units
+from ..base.arguments import integer, normal, refuse_unknown, sequence
+from ..base.attributes import Attribute
+from ..base.kinds import instance
+from ..base.limits import Limits
+from ..base.tables import Table, Tabled, head, number
+from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.context import Context
 from ..model.description import arguments, changed, functions, notes_of
-from ..model.external import loads, third_body
 from ..model.force import Force, acted_on, forces_of
 from ..model.gravity import gravity
-from ..model.interactions import angular_momentum, energy, interactions, momentum
-from ..model.jacobian import jacobian
+from ..model.interactions import angular_momentum, energy, interactions, jacobian, loads, momentum, third_body
+from ..model.polyhedron import Polyhedron
 from ..model.shapes import Solid
+from ..model.stokes import StokesCoefficients
 from ..typing import Array, Scalar
-from .flights import fly
 from .input_warnings import body_warnings
-from .integration import integrate
-from .settings import core_settings
-from .tables import system_tables
-
-__all__ = ["System", "system_of"]
+from .integration import fly, integrate
 
 
 class System(Tabled):
@@ -48,9 +46,9 @@ class System(Tabled):
         60), and ``"point"`` takes point masses.
     gravity_tolerance : float
         The tolerance of the quadrature, relative to the force, and for the torque on a body relative to the force times
-        its longest semi-axis; 1e-14 by default. In the worst case the error is three to four times as large. Rounding
-        adds 2e-14 to either. The error of the energy by ``"surface"`` may be thirty times the tolerance if surfaces
-        nearly touch. If the quadrature cannot reach the tolerance, :class:`fullbody.errors.NotConverged` is raised.
+        its longest semi-axis; 1e-14 by default. In the worst case the error is three to four times as large, and that
+        of the energy by ``"surface"`` thirty times if surfaces nearly touch. Rounding adds 2e-14. If the quadrature
+        cannot reach the tolerance, :class:`fullbody.errors.NotConverged` is raised.
     order : (int, int) or int, optional
         A fixed order (n, m) of the quadrature instead of the tolerance, with n Gauss points and m angles; for
         ``"harmonic"`` one degree, from 1 to 80.
@@ -70,10 +68,6 @@ class System(Tabled):
         a run keep it for :meth:`fullbody.KeplerElements.to_frame`.
     forces : sequence of Force
         External forces from :mod:`fullbody.forces`, with distinct names.
-
-    Raises
-    ------
-    InvalidInput
 
     Examples
     --------
@@ -113,8 +107,7 @@ class System(Tabled):
         frame: str | None = None,
         forces: Sequence[Force] = (),
     ) -> None:
-        own = Units(units)
-        several = "a sequence of Body"
+        own, several = Units(units), "a sequence of Body"
         given = sequence(bodies, Body, "bodies", several, several)
         if G is None and not own.defined:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
@@ -123,7 +116,7 @@ class System(Tabled):
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         texts = {"attitude_chart": attitude_chart, "vector_path": vector_path}
-        settings = core_settings(gravity, gravity_tolerance, order, **texts)
+        settings = _settings(gravity, gravity_tolerance, order, **texts)
         core = tuple(body._core(own, index) for index, body in enumerate(self._bodies))
         self._forces = forces_of(forces)
         date = None if epoch is None else epochs.to_text(epoch)
@@ -138,25 +131,20 @@ class System(Tabled):
         for warning in body_warnings(self.context):
             caution(warning)
 
-    @property
-    def bodies(self) -> tuple[Body, ...]:
-        """The bodies; if the system has units, their plain numbers are Quantities in them."""
-        return self._bodies
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the bodies; a body without a name is called ``body i``."""
-        return self.context.names
-
-    @property
-    def G(self) -> Scalar:
-        """Gravitational constant."""
-        return self.context.units.attach(self.context.G, "G")
-
-    @property
-    def units(self) -> tuple[str, str, str] | None:
-        """Units of length, time and mass, if the system has any."""
-        return self.context.units.names
+    bodies = Attribute[tuple[Body, ...]](
+        "_bodies", "The bodies; if the system has units, their plain numbers are Quantities in them."
+    )
+    forces = Attribute[tuple[Force, ...]]("_forces", "The external forces.")
+    names = Attribute[tuple[str, ...]](
+        "context.names", "Names of the bodies; a body without a name is called ``body i``."
+    )
+    units = Attribute[tuple[str, str, str] | None](
+        "context.units.names", "Units of length, time and mass, if the system has any."
+    )
+    frame = Attribute[str | None]("context.frame", "The name of the inertial frame, if one was given.")
+    options = Attribute[dict[str, Any]](lambda system: dict(system._options), "The method of gravity and its settings.")
+    G = Attribute[Scalar](lambda system: system.context.units.attach(system.context.G, "G"), "Gravitational constant.")
+    masses = Attribute[Array](lambda system: system.context.units.attach(system.context.masses, "mass"), "Masses (N,).")
 
     @property
     def epoch(self) -> Any:
@@ -171,48 +159,12 @@ class System(Tabled):
         """
         return None if self.context.epoch is None else epochs.to_time(self.context.epoch)
 
-    @property
-    def frame(self) -> str | None:
-        """The name of the inertial frame, if one was given."""
-        return self.context.frame
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """The method of gravity and its settings."""
-        return dict(self._options)
-
-    @property
-    def forces(self) -> tuple[Force, ...]:
-        """The external forces."""
-        return self._forces
-
-    @property
-    def masses(self) -> Array:
-        """Masses (N,)."""
-        return self.context.units.attach(self.context.masses, "mass")
-
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
-        """Return G times the sum of two masses.
-
-        Parameters
-        ----------
-        body, about : int or str
-            Indices in :attr:`~fullbody.System.bodies`, or names, of two bodies.
-        """
+        """Return G times the sum of the masses of two bodies, given by indices or names."""
         return self.context.units.attach_mu(self.context.mu(*self.context.pair(body, about)))
 
     def index(self, body: int | str) -> int:
-        """Return the index of a body.
-
-        Parameters
-        ----------
-        body : int or str
-            The body's name or index.
-
-        Raises
-        ------
-        InvalidInput
-            For a body that the system does not have.
+        """Return the index of a body from its name or index; one that the system does not have is refused.
 
         Examples
         --------
@@ -236,21 +188,7 @@ class System(Tabled):
         return normal(body) in self.names if isinstance(body, str) else body in self._bodies
 
     def with_options(self, **options: Any) -> Self:
-        """Return a system of the same bodies and G with other settings.
-
-        Parameters
-        ----------
-        **options
-            Options of :class:`fullbody.System`, except bodies, G and units.
-
-        Raises
-        ------
-        InvalidInput
-            For invalid values, and for names that are not such options.
-
-        See Also
-        --------
-        fullbody.System.with_body, fullbody.System.with_force
+        """Return a system of the same bodies and G with other settings: options of the class but bodies, G and units.
 
         Examples
         --------
@@ -269,7 +207,8 @@ class System(Tabled):
         """Return the system with another shape of one body.
 
         Everything else stays the same: the body's name, its mass unless another one is given, the other bodies,
-        settings, epoch, frame and forces.
+        settings, epoch, frame and forces. The state of a body is that of its centre of mass and principal axes,
+        whatever its shape.
 
         Parameters
         ----------
@@ -284,10 +223,6 @@ class System(Tabled):
         ------
         InvalidInput
             For a body that the system does not have, and for the same reasons as :class:`fullbody.Body`.
-
-        Notes
-        -----
-        The state of a body is that of its centre of mass and of its principal axes, whatever its shape.
 
         Examples
         --------
@@ -304,9 +239,8 @@ class System(Tabled):
         if isinstance(shape, Composite):
             for what, value in (("density", density), ("GM", GM)):
                 if value is not None:
-                    raise InvalidInput(
-                        f"{what} of {self.names[index]} is {value!r}; expected a mass beside a composite"
-                    )
+                    called = f"{what} of {self.names[index]}"
+                    raise InvalidInput(f"{called} is {value!r}; expected a mass beside a composite")
             new = Body(shape._with(self.context.units, self.context.G).with_mass(mass), name=old.name)
         else:
             new = Body(shape, mass=mass, density=density, name=old.name, GM=GM)
@@ -314,12 +248,7 @@ class System(Tabled):
         return type(self)(bodies, G=self.G, units=self.units, forces=self._forces, **self._options)
 
     def with_force(self, force: Force) -> Self:
-        """Return the system with one more external force.
-
-        Parameters
-        ----------
-        force : Force
-            A force from :mod:`fullbody.forces`.
+        """Return the system with one more external force from :mod:`fullbody.forces`.
 
         Examples
         --------
@@ -332,21 +261,7 @@ class System(Tabled):
         return self.with_options(forces=(*self._forces, *forces_of([force])))
 
     def with_forces(self, forces: Sequence[Force]) -> Self:
-        """Return the system with these external forces in place of its own; :meth:`with_force` adds one.
-
-        Parameters
-        ----------
-        forces : sequence of Force
-            Forces from :mod:`fullbody.forces`; an empty list removes all external forces.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
-        >>> system.with_forces([tide]).forces[0].name
-        'tide on Alpha'
-        """
+        """Return the system with these external forces in place of its own, or without any for an empty list."""
         return self.with_options(forces=forces)
 
     def __eq__(self, other: object) -> bool:
@@ -358,7 +273,19 @@ class System(Tabled):
         return hash(repr(self))
 
     def _tables(self) -> tuple[Table, ...]:
-        return system_tables(self.context, self._bodies, self._forces, self._options)
+        """Return tables of the constant, the method and the settings, the bodies and the forces, if there are any."""
+        context, units = self.context, self.context.units
+        rows: list[Sequence[str]] = [("units", ", ".join(units.names) if units.names else "none")]
+        rows.append(("G", number(units.attach(context.G, "G"), 12)))
+        rows += [
+            (name.replace("_", " "), f"{value}")
+            for name, value in self._options.items()
+            if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
+        ]
+        both = zip(self._forces, context.core.forces, strict=True)
+        forces = [(force.name, type(force).__name__, force._summary(described, units)) for force, described in both]
+        acting = (Table("Forces", ("force", "kind", "what"), list(forces)),) if forces else ()
+        return (Table("System", (), rows), _table_of_bodies(context, self._bodies), *acting)
 
     def __repr__(self) -> str:
         units = "" if self.units is None else f", units={self.units}"
@@ -400,3 +327,42 @@ class System(Tabled):
 def system_of(described: dict[str, Any], given: dict[str, Force] | None = None) -> System:
     """Rebuild a system from its description, which may come from a file; forces that are functions are given."""
     return System(**arguments(described, given))
+
+
+def _settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
+    """Return the settings of a system as the core takes them, which checks their limits; ``texts`` are text."""
+    for name, value in (("gravity", gravity), *texts.items()):
+        instance(value, name, str, "text")
+    settings: dict[str, Any] = {"gravity": gravity, "order": None, **texts}
+    if order is not None:
+        pair = order if gravity != "harmonic" or integer(order) is None else (order, order)
+        numbers = [integer(part) for part in pair] if isinstance(pair, tuple | list) else []
+        if len(numbers) != 2 or not all(part is not None and 0 <= part < 2**31 for part in numbers):
+            expected = "expected (n, m), whole numbers: n Gauss points, m angles; or one degree for gravity='harmonic'"
+            raise InvalidInput(f"order is {order!r}; {expected}")
+        settings["order"] = tuple(numbers)
+    if gravity_tolerance is not None:
+        limits = Limits(infinite=True, text="a number such as 1e-14")
+        settings["gravity_tolerance"] = UNITLESS.number(gravity_tolerance, "number", "gravity_tolerance", limits)
+    return settings
+
+
+def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
+    """Return a table of the bodies of a system, one per row, in its units."""
+    units = context.units
+    length, mass = (units.unit(d) if units.defined else "" for d in ("length", "mass"))
+    header = ("body", "shape", head("semi-axes", length), head("mass", mass))
+    rows: list[Sequence[str]] = []
+    for name, body, described in zip(context.names, bodies, context.core.bodies, strict=True):
+        shape, mass = body.shape, described.get("mass")
+        if isinstance(shape, Composite):
+            size, mass = f"{len(shape.parts)} parts", sum(part["mass"] for part in described["parts"])
+        elif isinstance(shape, Polyhedron):
+            size = f"{len(shape.faces)} faces"
+        elif isinstance(shape, StokesCoefficients):
+            size = f"degree {shape.degree}"
+        else:
+            axes = (described["semi_axes"] or ())[: len(shape.__slots__)]
+            size = ", ".join(f"{value:.8g}" for value in axes)
+        rows.append((name, type(shape).__name__, size or "-", f"{mass:.8g}"))
+    return Table("Bodies", header, rows)

@@ -15,7 +15,7 @@ from ..base.kinds import instance
 from ..base.tables import Table, Tabled
 from ..base.units import need
 from ..model.context import SystemLike
-from ..record.displaced import FunctionDerivatives
+from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn, Rows, read_table

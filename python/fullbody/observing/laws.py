@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ..base.kinds import Declared, Number, function
+from ..base.kinds import Declared, Number, function, of_kind
 from ..base.limits import NOT_NEGATIVE
 from ..base.units import UNITLESS, need, numbers
 from ..errors import InvalidInput
@@ -31,12 +31,9 @@ class Law(Declared):
         A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
     """
 
-    phase_function: Callable[[Floats], Any] | None = None
-
-    _kinds: ClassVar = {"phase_function": partial(function, expected="a function of the phase angle, such as HG(0.15)")}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    phase_function: Callable[[Floats], Any] | None = field(
+        default=None, metadata=of_kind(partial(function, expected="a function of the phase angle, such as HG(0.15)"))
+    )
 
     def _describe(self) -> tuple[float, ...]:
         """Return the law's two factors, or Hapke's five parameters; a law that the core does not have is refused."""
@@ -112,9 +109,7 @@ class LommelSeeligerLambert(Law):
         2001).
     """
 
-    lambert: float = 0.1
-
-    _kinds: ClassVar = {"lambert": Number()}
+    lambert: float = field(default=0.1, metadata=of_kind(Number()))
 
     def _describe(self) -> tuple[float, ...]:
         return 1.0, self._unitless(UNITLESS)["lambert"]
@@ -153,19 +148,11 @@ class Hapke(Law):
     of asteroids. Take the parameters from a fit to the body's own phase curve.
     """
 
-    single_scattering_albedo: float = 0.23
-    opposition_amplitude: float = 1.32
-    opposition_width: float = 0.02
-    asymmetry: float = -0.35
-    roughness: Any = 0.0
-
-    _kinds: ClassVar = {
-        "single_scattering_albedo": Number(),
-        "opposition_amplitude": Number(),
-        "opposition_width": Number(),
-        "asymmetry": Number(),
-        "roughness": Number("angle"),
-    }
+    single_scattering_albedo: float = field(default=0.23, metadata=of_kind(Number()))
+    opposition_amplitude: float = field(default=1.32, metadata=of_kind(Number()))
+    opposition_width: float = field(default=0.02, metadata=of_kind(Number()))
+    asymmetry: float = field(default=-0.35, metadata=of_kind(Number()))
+    roughness: Any = field(default=0.0, metadata=of_kind(Number("angle")))
 
     def _describe(self) -> tuple[float, ...]:
         return tuple(self._unitless(UNITLESS).values())

@@ -15,8 +15,6 @@ from ..base.arguments import warn_if_degrees
 from ..base.units import UNITLESS
 from ..errors import InvalidInput
 
-__all__ = ["mean_anomaly", "one_of", "usual_angles"]
-
 _Array = npt.NDArray[np.float64]
 
 

@@ -10,12 +10,11 @@ import numpy as np
 from .. import _core
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
-from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
+from ..base.unit_names import unit_named
+from ..base.units import UNITLESS, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
-
-__all__ = ["KeplerElements"]
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -27,6 +26,8 @@ else:
 
     _T = TypeVar("_T")
 _ANGLES = ("i", "Omega", "omega", "M")
+#: The dimensions of the elements.
+DIMENSIONS = {"a": "length", "e": "number", **dict.fromkeys(_ANGLES, "angle")}
 
 
 class KeplerElements(Generic[_T], Tabled):
@@ -39,36 +40,25 @@ class KeplerElements(Generic[_T], Tabled):
     e : float or array_like
         Eccentricity: 0 <= e < 1 with a > 0, or e > 1 with a < 0. Parabolas have no semi-major axis and are refused.
     i, Omega, omega, M : float, array_like or Quantity
-        Inclination, longitude of the ascending node, argument of periapsis and mean anomaly; floats are radians.
-    pomega : float, array_like or Quantity, optional
-        Longitude of periapsis, in place of ``omega``.
-    f, l, theta : float, array_like or Quantity, optional
-        True anomaly, mean longitude or true longitude, one of them in place of ``M``.
+        Inclination, from 0 to pi, to the xy-plane; longitude of the ascending node, from the x-axis; argument of
+        periapsis, from the node along the motion; mean anomaly, from periapsis, for a hyperbola e sinh H - H, of either
+        sign. Floats are radians.
+    pomega, f, l, theta : float, array_like or Quantity, optional
+        Longitude of periapsis, in place of ``omega``; true anomaly, mean longitude or true longitude, one of them in
+        place of ``M``.
     T : float, array_like or Quantity, optional
         Time of the passage through periapsis, in place of ``M``; it needs ``mu``, as for :meth:`to_cartesian`.
     mu, time : float or Quantity, optional
         With ``T`` the gravitational parameter, and the time at which the elements hold.
     frame : str or astropy frame, optional
         Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Third bodies, geometries and
-        :meth:`to_frame` use it; :meth:`to_cartesian` gives components along its axes.
+        :meth:`to_frame` use it; :meth:`to_cartesian` gives components along its axes. Elements of a run have that of
+        its system; it is ``None`` if it is not known.
 
     Attributes
     ----------
-    a : float, ndarray or Quantity
-        Semi-major axis, negative for a hyperbola: as given, or in the unit of the run or the position from which it
-        follows.
-    e : float or ndarray
-        Eccentricity, a pure number.
-    i : float, ndarray or Quantity
-        Inclination of the orbit's plane to the xy-plane, from 0 to pi.
-    Omega : float, ndarray or Quantity
-        Longitude of the ascending node, from the x-axis.
-    omega : float, ndarray or Quantity
-        Argument of periapsis, from the node along the motion.
-    M : float, ndarray or Quantity
-        Mean anomaly, from periapsis; for a hyperbola e sinh H - H, of either sign.
-    frame : str, astropy frame or None
-        Reference frame of the angles: the given one, or the frame of the run's system; ``None`` if neither is known.
+    a, e, i, Omega, omega, M : float, ndarray or Quantity
+        The elements as given, or in the unit of the run or the position from which they follow.
 
     Raises
     ------
@@ -83,10 +73,8 @@ class KeplerElements(Generic[_T], Tabled):
     Notes
     -----
     The words for other angles are those of REBOUND. On a retrograde orbit longitudes are counted against the motion:
-    pomega = Omega - omega, theta = pomega - f, l = pomega - M.
-
-    Circular orbits have omega = 0 and M counted from the node; equatorial ones have Omega = 0 and angles counted from
-    the x-axis.
+    pomega = Omega - omega, theta = pomega - f, l = pomega - M. Circular orbits have omega = 0 and M counted from the
+    node; equatorial ones have Omega = 0 and angles counted from the x-axis.
 
     Examples
     --------
@@ -176,13 +164,12 @@ class KeplerElements(Generic[_T], Tabled):
             if one_of({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
                 M = _since_periapsis(a, T, mu, time)
             elif mu is not None:
-                raise InvalidInput(
-                    f"mu is {mu!r} without T; expected it beside a time of the passage through periapsis"
-                )
+                expected = "expected it beside a time of the passage through periapsis"
+                raise InvalidInput(f"mu is {mu!r} without T; {expected}")
             anomaly = {"M": M, "f": f, "l": l, "theta": theta}
             omega, M = usual_angles(e, i, Omega, {"omega": omega, "pomega": pomega}, anomaly)
-        for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
-            value = gathered(value, name, {"a": "length", "e": "number"}.get(name, "angle"))
+        for name, value in zip(DIMENSIONS, (a, e, i, Omega, omega, M), strict=True):
+            value = gathered(value, name, DIMENSIONS[name])
             plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
             value = float(value) if isinstance(value, np.float64) else value
             object.__setattr__(self, name, numbers(value, name) if plain else value)
@@ -198,9 +185,8 @@ class KeplerElements(Generic[_T], Tabled):
 
     def _rows(self, a: Any) -> tuple[Any, tuple[int, ...]]:
         """Return elements as an array (K, 6), and their common shape."""
-        plain = Units()
         columns = [numbers(a, "a"), numbers(self.e, "e")]
-        columns += [plain.strip(getattr(self, name), "angle", name) for name in _ANGLES]
+        columns += [UNITLESS.strip(getattr(self, name), "angle", name) for name in _ANGLES]
         try:
             columns = list(np.broadcast_arrays(*columns))
         except ValueError as error:
@@ -261,9 +247,7 @@ class KeplerElements(Generic[_T], Tabled):
         rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), mu)
         columns = [c.reshape(r.shape[:-1]) if r.ndim > 1 else float(c[0]) for c in rows.T]
         if length is not None:
-            from astropy import units as u
-
-            columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
+            columns = [columns[0] * length, columns[1], *(c * unit_named("rad") for c in columns[2:])]
         return computed(columns, frame)
 
     def to_frame(self, origin: Any = None, target: Any = None) -> KeplerElements[_T]:
@@ -275,10 +259,6 @@ class KeplerElements(Generic[_T], Tabled):
             The frame of these elements; by default their own ``frame``.
         target : str or astropy frame
             The new frame: ``"ecliptic"``, ``"equatorial"`` or a frame of astropy; see :mod:`fullbody.frames`.
-
-        Returns
-        -------
-        KeplerElements
 
         Raises
         ------
@@ -301,10 +281,8 @@ class KeplerElements(Generic[_T], Tabled):
         origin = self.frame if origin is None else origin
         if origin is None:
             # A wrong guess would rotate the elements and give a result that looks plausible.
-            raise InvalidInput(
-                "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
-                "elements of a run whose system has a frame"
-            )
+            expected = "expected origin='ecliptic', or another, or the elements of a run whose system has a frame"
+            raise InvalidInput(f"the frame that these elements are in is not known; {expected}")
         plain = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
         r, v = plain.to_cartesian(1.0)
         turned = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
@@ -312,24 +290,17 @@ class KeplerElements(Generic[_T], Tabled):
         for name in _ANGLES:
             value, given = getattr(turned, name), getattr(self, name)
             if is_quantity(given):
-                from astropy import units as u
-
-                value = (value * u.rad).to(given.unit)
+                value = (value * unit_named("rad")).to(given.unit)
             columns.append(value)
         return computed(columns, target)
 
     def period(self, mu: Any) -> _T:
-        """Return the orbital period.
+        """Return the orbital period; a hyperbola, which has none, is refused.
 
         Parameters
         ----------
         mu : float or Quantity
             Gravitational parameter, as for :meth:`to_cartesian`.
-
-        Raises
-        ------
-        InvalidInput
-            For a hyperbola.
 
         Examples
         --------
@@ -344,14 +315,14 @@ class KeplerElements(Generic[_T], Tabled):
         return value if length is None else value / rate
 
     def __len__(self) -> int:
-        shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in ("a", "e", *_ANGLES)))
+        shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in DIMENSIONS))
         if not shape:
             raise TypeError("the elements are those of one orbit and have no length; expected arrays of elements")
         return int(shape[0])
 
     def __getitem__(self, index: Any) -> KeplerElements[Any]:
         len(self)
-        values = [getattr(self, name) for name in ("a", "e", *_ANGLES)]
+        values = [getattr(self, name) for name in DIMENSIONS]
         return computed([value[index] if np.ndim(value) else value for value in values], self.frame)
 
     def __eq__(self, other: object) -> bool:
@@ -359,7 +330,7 @@ class KeplerElements(Generic[_T], Tabled):
             return NotImplemented
         # Astropy cannot compare frames of different kinds with ==.
         frames_agree = type(self.frame) is type(other.frame) and bool(self.frame == other.frame)
-        return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in ("a", "e", *_ANGLES))
+        return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in DIMENSIONS)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -367,7 +338,7 @@ class KeplerElements(Generic[_T], Tabled):
         """Return a table of the elements: one value each, or the first, last, least and greatest; angles in degrees."""
         rows: list[Sequence[str]] = []
         many = 0
-        for name in ("a", "e", "i", "Omega", "omega", "M"):
+        for name in DIMENSIONS:
             value = getattr(self, name)
             unit = str(getattr(value, "unit", ""))
             if name not in "ae":
@@ -382,27 +353,25 @@ class KeplerElements(Generic[_T], Tabled):
         return (Table(f"Kepler elements, {many} orbits" if many > 1 else "Kepler elements", header, rows),)
 
     def __repr__(self) -> str:
-        parts = [f"{name}={brief(getattr(self, name))}" for name in ("a", "e", *_ANGLES)]
+        parts = [f"{name}={brief(getattr(self, name))}" for name in DIMENSIONS]
         parts += [] if self.frame is None else [f"frame={self.frame!r}"]
         return f"KeplerElements({', '.join(parts)})"
 
     def __reduce__(self) -> Any:
-        return (computed, ([getattr(self, n) for n in ("a", "e", *_ANGLES)], self.frame))
+        return (computed, ([getattr(self, n) for n in DIMENSIONS], self.frame))
 
 
 def computed(columns: list[Any], frame: Any = None) -> KeplerElements[Any]:
     """Return elements that the core has computed, without checks."""
     elements = KeplerElements.__new__(KeplerElements)
-    for name, value in zip(("a", "e", *_ANGLES, "frame"), (*columns, frame), strict=True):
+    for name, value in zip((*DIMENSIONS, "frame"), (*columns, frame), strict=True):
         object.__setattr__(elements, name, value)
     return elements
 
 
 def _length_number(a: Any) -> Any:
     if is_quantity(a):
-        from astropy import units as u
-
-        strip_to(a, u.m, "a")
+        strip_to(a, unit_named("m"), "a")
         return a.value
     return a
 
@@ -419,15 +388,11 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
         raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
     if not is_quantity(length):
         return scalar(numbers(mu, "mu"), "mu"), None, None
-    from astropy import units as u
-
-    strip_to(length, u.m, what)
-    strip_to(mu, u.m**3 / u.s**2, "mu")
+    strip_to(length, unit_named("m"), what)
+    strip_to(mu, unit_named("m3 / s2"), "mu")
     # Results are in the unit of time in which mu is given.
-    times = [
-        base for base, power in zip(mu.unit.bases, mu.unit.powers, strict=True) if base.is_equivalent(u.s) and power
-    ]
-    rate = 1 / (times[0] if times else u.s)
+    powers = zip(mu.unit.bases, mu.unit.powers, strict=True)
+    rate = 1 / next((base for base, power in powers if base.is_equivalent("s") and power), unit_named("s"))
     return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate
 
 

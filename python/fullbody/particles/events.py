@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ..base.kinds import BodyIndex, Declared, Number, choice, function, sense
+from ..base.kinds import Declared, Number, body_index, choice, function, of_kind, sense
 from ..base.limits import Limits
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..model.context import Context
-
-__all__ = ["Function", "ParticleEvent", "Periapsis", "Shadow"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,19 +26,12 @@ class ParticleEvent(Declared):
         1 detects zeros where the function rises along the flight, -1 zeros where it falls, and 0 both.
     """
 
-    direction: int = 0
-
-    _kinds: ClassVar = {"direction": sense}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    direction: int = field(default=0, metadata=of_kind(sense))
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
-        return {
-            **{"kind": type(self).__name__, "direction": self.direction},
-            **self._unitless(context.units, context.index),
-        }
+        numbers = self._unitless(context.units, context.index)
+        return {"kind": type(self).__name__, "direction": self.direction, **numbers}
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
@@ -63,25 +54,15 @@ class Shadow(ParticleEvent):
         -1 detects only entries, 1 only exits, and 0 both.
     """
 
-    visible: float = 0.5
-
-    _kinds: ClassVar = {"visible": Number(limits=Limits(above=0.0, below=1.0))}
+    visible: float = field(default=0.5, metadata=of_kind(Number(limits=Limits(above=0.0, below=1.0))))
 
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(ParticleEvent):
-    """The least distance of a particle from the centre of a body.
+    """The least distance of a particle from the centre of a body, given by its index or its name."""
 
-    Parameters
-    ----------
-    body : int or str
-        The body's index in the system, or its name.
-    """
-
-    body: int | str = 0
-    direction: int = field(default=1, kw_only=True)
-
-    _kinds: ClassVar = {"body": BodyIndex()}
+    body: int | str = field(default=0, metadata=of_kind(body_index))
+    direction: int = field(default=1, kw_only=True, metadata=of_kind(sense))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,9 +77,9 @@ class Function(ParticleEvent):
     direction : {-1, 0, 1}
     """
 
-    f: Callable[[float, list[float], list[float]], float]
-
-    _kinds: ClassVar = {"f": partial(function, expected="a function of time, position and velocity")}
+    f: Callable[[float, list[float], list[float]], float] = field(
+        metadata=of_kind(partial(function, expected="a function of time, position and velocity"))
+    )
 
     def _describe(self, context: Context) -> dict[str, Any]:
         return {**super()._describe(context), "name": getattr(self.f, "__name__", "function")}

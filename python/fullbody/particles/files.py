@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from ..base.atomic import check_suffix
 from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput
-from ..files.netcdf import SUFFIXES, write
+from ..files.netcdf import SUFFIXES, described, write
 from ..files.reading import Content, netcdf
 from ..model.context import Context
 from .events import rebuilt
@@ -19,8 +20,6 @@ from .rules import FATES
 
 if TYPE_CHECKING:
     import xarray
-
-__all__ = ["FORMAT", "contents", "save", "to_xarray"]
 
 #: The attribute that marks a file as a flight, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_flight", 1)
@@ -52,11 +51,8 @@ _CORE = {"event_index": "event"}
 def to_xarray(flight: Any) -> xarray.Dataset:
     """Convert the flight to an ``xarray.Dataset``, with units, and the system in its attributes.
 
-    Returns
-    -------
-    xarray.Dataset
-        The dimensions are ``time``, ``particle``, ``axis`` and ``event``; numbers of ``fate`` are indices of its
-        attribute ``flag_meanings``.
+    The dimensions are ``time``, ``particle``, ``axis`` and ``event``; numbers of ``fate`` are indices of its attribute
+    ``flag_meanings``.
 
     Examples
     --------
@@ -69,11 +65,7 @@ def to_xarray(flight: Any) -> xarray.Dataset:
     with need("data", "a flight as a dataset"):
         import xarray as xr
 
-    units, arrays = flight.context.units, flight.arrays
-
-    def attributes(dimension: str, text: str) -> dict[str, str]:
-        return {"long_name": text} | ({"units": str(units.unit(dimension))} if units.defined else {})
-
+    arrays, attributes = flight.arrays, partial(described, flight.context.units)
     variables: dict[str, Any] = {
         name: (dims, arrays[name], attributes(dimension, text)) for name, (dims, dimension, text) in _NUMBERS.items()
     }
@@ -99,15 +91,7 @@ def to_xarray(flight: Any) -> xarray.Dataset:
 
 
 def save(flight: Any, path: Any) -> None:
-    """Write a NetCDF file exactly and atomically; :func:`fullbody.load_flight` reads it.
-
-    The file has a checksum of its whole content, as a run's file has. Functions of events are kept by name only.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file's name, which ends in ``.nc`` or ``.nc4``.
-    """
+    """Write a NetCDF file as :meth:`fullbody.Run.save` does; :func:`fullbody.load_flight` reads it."""
     check_suffix(path, SUFFIXES)
     netcdf()
     write(to_xarray(flight), path)
@@ -126,18 +110,14 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
 
     arrays: dict[str, Any] = {"time": time} | {name: numbers(name, *dims) for name, (dims, _, _) in _NUMBERS.items()}
     whole = {name: content.numbers(name, {"particle": p}, whole=True) for name in _WHOLE}
-    for name, low, high in (
-        ("fate", 0, len(FATES) - 1),
-        ("fate_body", -1, len(context) - 1),
-        ("strikes", 0, 2**32 - 1),
-    ):
+    ranges = {"fate": (0, len(FATES) - 1), "fate_body": (-1, len(context) - 1), "strikes": (0, 2**32 - 1)}
+    for name, (low, high) in ranges.items():
         if p and not (low <= whole[name].min() and whole[name].max() <= high):
             raise InvalidInput(f"{name} has other values than whole numbers from {low} to {high}")
     kinds = {"fate": np.int8, "fate_body": np.int32, "strikes": np.uint32}
     arrays |= {name: whole[name].astype(kind) for name, kind in kinds.items()}
-    index = content.numbers("event_index", {"event": None}, whole=True)
+    arrays["event"] = index = content.numbers("event_index", {"event": None}, whole=True)
     sizes["event"] = len(index)
-    arrays["event"] = index
     if len(index) and not 0 <= index.min() <= index.max() < len(watched):
         raise InvalidInput("event_index counts beyond the events of the file")
     for name in _EVENT_WHOLE[1:]:

@@ -9,6 +9,7 @@ from typing import Any, Generic
 import numpy as np
 import numpy.typing as npt
 
+from ..base.attributes import Attribute
 from ..base.tables import Table, Tabled, number, tables_of
 from ..base.values import ScalarFields
 from ..model.context import Context, S
@@ -18,8 +19,6 @@ from .events import ParticleEvent
 from .files import save, to_xarray
 from .rules import FATES
 
-__all__ = ["Flight", "ParticleOccurrence"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParticleOccurrence(ScalarFields):
@@ -28,7 +27,6 @@ class ParticleOccurrence(ScalarFields):
     Attributes
     ----------
     event : ParticleEvent
-        The event that was detected.
     particle : int
     time : float or Quantity
     position, velocity : ndarray or Quantity, (3,)
@@ -72,10 +70,8 @@ class Flight(Tabled, Generic[S]):
         The last impact's speed relative to the surface, and its angle between the path and the normal.
     strikes : ndarray of int, (P,)
         The number of times that a particle has struck a surface.
-    last_time : ndarray or Quantity, (P,)
-        The time up to which each particle was integrated.
-    last_position, last_velocity : ndarray or Quantity, (P, 3)
-        Inertial position and velocity at that time.
+    last_time, last_position, last_velocity : ndarray or Quantity, (P,) and (P, 3)
+        The time up to which each particle was integrated, and its inertial position and velocity then.
     events : list of ParticleOccurrence
         Occurrences ordered by particle, and along the flight of each.
     error : FullbodyError or None
@@ -85,17 +81,21 @@ class Flight(Tabled, Generic[S]):
     error: BaseException | None = None
 
     def __init__(self, system: S, arrays: dict[str, Any], watched: Sequence[ParticleEvent] = ()) -> None:
-        self.system = system
-        self.arrays = arrays
-        self.watched = tuple(watched)
+        self.system, self.arrays, self.watched = system, arrays, tuple(watched)
         for values in arrays.values():
             values.flags.writeable = False
 
-    @property
-    def context(self) -> Context:
-        """The units and the bodies of the system."""
-        return self.system.context
-
+    context = Attribute[Context]("system.context", "The units and the bodies of the system.")
+    fate = Attribute[npt.NDArray[np.str_]](
+        lambda flight: np.array(FATES)[flight.arrays["fate"]], "The fate (P,) of each particle, as a text."
+    )
+    fate_body = Attribute[npt.NDArray[np.int32]](
+        lambda flight: flight.arrays["fate_body"],
+        "Index (P,) of the body on which each particle ended; -1 if there is none.",
+    )
+    strikes = Attribute[npt.NDArray[np.uint32]](
+        lambda flight: flight.arrays["strikes"], "Number of times (P,) that each particle has struck a surface."
+    )
     time = Column("Times (K,) of the samples.", "time", "time")
     position = Column("Inertial positions (K, P, 3) of the particles at the samples.", "position", "length")
     velocity = Column("Inertial velocities (K, P, 3) of the particles at the samples.", "velocity", "velocity")
@@ -111,28 +111,10 @@ class Flight(Tabled, Generic[S]):
     last_velocity = Column("Inertial velocities (P, 3) at :attr:`last_time`.", "last_velocity", "velocity")
 
     @property
-    def fate(self) -> npt.NDArray[np.str_]:
-        """The fate (P,) of each particle, as a text."""
-        return np.array(FATES)[self.arrays["fate"]]
-
-    @property
-    def fate_body(self) -> npt.NDArray[np.int32]:
-        """Index (P,) of the body on which each particle ended; -1 if there is none."""
-        return self.arrays["fate_body"]
-
-    @property
-    def strikes(self) -> npt.NDArray[np.uint32]:
-        """Number of times (P,) that each particle has struck a surface."""
-        return self.arrays["strikes"]
-
-    @property
     def events(self) -> list[ParticleOccurrence]:
         """The detected events, ordered by particle."""
-        r, attach = self.arrays, self.context.units.attach
-        columns = zip(
-            r["event"], r["event_particle"], r["event_time"], r["event_position"], r["event_velocity"],
-            r["event_rising"], strict=True,
-        )  # fmt: skip
+        names, attach = ("particle", "time", "position", "velocity", "rising"), self.context.units.attach
+        columns = zip(self.arrays["event"], *(self.arrays[f"event_{name}"] for name in names), strict=True)
         return [
             ParticleOccurrence(
                 self.watched[k], int(p), attach(t, "time"), attach(x, "length"), attach(v, "velocity"), bool(rising)

@@ -7,18 +7,19 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import warn_if_degrees
+from ..base.arguments import generator, warn_if_degrees
+from ..base.attributes import Attribute
 from ..base.kinds import whole
-from ..base.limits import Limits
-from ..base.units import AnyUnits, Units, fits, gathered
+from ..base.limits import FINITE, LATITUDE, NOT_NEGATIVE, Limits
+from ..base.rotations import towards
+from ..base.units import UNITLESS, AnyUnits, Units, fits, gathered
 from ..base.values import same
 from ..errors import InvalidInput
 from ..model.context import SystemLike
-from ..model.state import State
+from ..model.state import State, strip
 from ..typing import Floats
-from .launch import LaunchSite, cone, launched
 
-__all__ = ["Particles"]
+_DIMENSIONS = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass", "time": "time"}
 
 
 class Particles:
@@ -53,29 +54,24 @@ class Particles:
     """
 
     def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
-        self._values = {
-            "position": gathered(position, "position", "length"),
-            "velocity": gathered(velocity, "velocity", "velocity"),
-            "area_to_mass": gathered(area_to_mass, "area_to_mass", "area to mass"),
-        }
-        if time is not None:
-            self._values["time"] = gathered(time, "time", "time")
+        given = {"position": position, "velocity": velocity, "area_to_mass": area_to_mass}
+        given |= {} if time is None else {"time": time}
+        self._values = {name: gathered(value, name, _DIMENSIONS[name]) for name, value in given.items()}
         # Numbers that are invalid in every system are refused when the particles are made.
         self._numbers(AnyUnits())
         self._time(AnyUnits())
 
     def _numbers(self, units: Units) -> tuple[Floats, Floats, Floats]:
         """Return positions, velocities and area-to-mass ratios as numbers in the units of a system."""
-        dimensions = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass"}
-        numbers = {name: units.strip(self._values[name], of, name) for name, of in dimensions.items()}
+        names = ("position", "velocity", "area_to_mass")
+        numbers = {name: units.strip(self._values[name], _DIMENSIONS[name], name) for name in names}
         position, velocity = numbers["position"], numbers["velocity"]
         for name in ("position", "velocity"):
             if not fits(numbers[name], ("P", 3)):
                 raise InvalidInput(f"{name} of particles has shape {numbers[name].shape}; expected (P, 3)")
         if position.shape != velocity.shape:
-            raise InvalidInput(
-                f"velocity of particles has shape {velocity.shape}; expected {position.shape}, as position has"
-            )
+            expected = f"expected {position.shape}, as position has"
+            raise InvalidInput(f"velocity of particles has shape {velocity.shape}; {expected}")
         if not len(position):
             raise InvalidInput("position of particles has no rows; expected at least one particle")
         ratio = numbers["area_to_mass"]
@@ -92,8 +88,7 @@ class Particles:
                 raise InvalidInput(f"{name} of particle {index} is {values[index]}; {expected}")
         negative = numbers["area_to_mass"] < 0.0
         if negative.any():
-            index = int(np.argmax(negative))
-            value = numbers["area_to_mass"][index]
+            index, value = int(np.argmax(negative)), numbers["area_to_mass"][negative][0]
             raise InvalidInput(f"area_to_mass of particle {index} is {value}; expected zero or more")
         return position, velocity, numbers["area_to_mass"]
 
@@ -101,25 +96,10 @@ class Particles:
         """Return the time as a number in the units of a system."""
         return units.number(self._values["time"], "time", "time of particles") if "time" in self._values else None
 
-    @property
-    def position(self) -> Any:
-        """Inertial positions (P, 3), as given."""
-        return self._values["position"]
-
-    @property
-    def velocity(self) -> Any:
-        """Inertial velocities (P, 3), as given."""
-        return self._values["velocity"]
-
-    @property
-    def area_to_mass(self) -> Any:
-        """Area-to-mass ratios, as given."""
-        return self._values["area_to_mass"]
-
-    @property
-    def time(self) -> Any:
-        """The time of the positions and velocities, as given; ``None`` if none was given."""
-        return self._values.get("time")
+    position = Attribute[Any](lambda self: self._values["position"], "Inertial positions (P, 3), as given.")
+    velocity = Attribute[Any](lambda self: self._values["velocity"], "Inertial velocities (P, 3), as given.")
+    area_to_mass = Attribute[Any](lambda self: self._values["area_to_mass"], "Area-to-mass ratios, as given.")
+    time = Attribute[Any](lambda self: self._values.get("time"), "The time of both, as given; ``None`` if none was.")
 
     def __len__(self) -> int:
         return len(self._values["position"])
@@ -149,7 +129,7 @@ class Particles:
         elevation: Any = np.pi / 2,
         area_to_mass: Any = 0.0,
     ) -> Particles:
-        """Make particles that leave the surface of a body.
+        """Make particles that leave the surface of a body, as many as the arguments broadcast to.
 
         Parameters
         ----------
@@ -162,21 +142,9 @@ class Particles:
             outermost point is taken. The notes say which side of a body leads.
         speed : float, Quantity or array_like
             Speed relative to the rotating surface.
-        azimuth : float, Quantity or array_like
-            Direction in the plane across the outward normal, from north towards east.
-        elevation : float, Quantity or array_like
-            Angle above the plane across the outward normal.
+        azimuth, elevation : float, Quantity or array_like
+            Direction in the plane across the outward normal, from north towards east, and the angle above this plane.
         area_to_mass : float, Quantity or array_like
-
-        Returns
-        -------
-        Particles
-            The number of particles follows from broadcasting the arguments to one shape.
-
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
 
         Notes
         -----
@@ -222,9 +190,8 @@ class Particles:
 
         Parameters
         ----------
-        system : System
-        state : State
-        body : int or str
+        system, state, body, area_to_mass
+            As for :meth:`from_surface`.
         longitude, latitude : float or Quantity
             Direction of the crater, as in :meth:`from_surface`, whose notes say which side leads.
         speed : float, Quantity or array_like, () or (n,)
@@ -237,16 +204,6 @@ class Particles:
             Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
-        area_to_mass : float, Quantity or array_like
-
-        Returns
-        -------
-        Particles
-
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
         count = whole(n, "n")
         site, units = LaunchSite(system, state, body), system.context.units
@@ -261,3 +218,62 @@ class Particles:
             raise InvalidInput(f"speed has shape {speeds.shape}; expected one number, or ({count},)")
         start = launched(site, **numbers, azimuth=azimuth, elevation=elevation, speed=speeds)
         return cls(*start, area_to_mass=area_to_mass, time=state.time)
+
+
+class LaunchSite:
+    """The surface of a body, with the motion of the body in a state."""
+
+    def __init__(self, system: SystemLike, state: State, body: int | str) -> None:
+        self.system, self.index = system, system.context.index(body, "body")
+        core = strip(state, system.context)
+        if len(core.position) != len(system.context):
+            count = len(system.context)
+            raise InvalidInput(f"state has {len(core.position)} bodies; expected {count}, as the system has")
+        self.position, self.velocity = core.position[self.index], core.velocity[self.index]
+        self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
+
+    def surface(self, directions: Floats) -> tuple[Floats, Floats]:
+        """Return points (P, 3) of the surface in directions from the centre and their outward normals (body frame)."""
+        return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
+
+    def moved(self, point: Floats, velocity: Floats) -> tuple[Any, Any]:
+        """Return inertial positions and velocities of points that move relative to the body, with units."""
+        attach, moving = self.system.context.units.attach, velocity + np.cross(self.spin, point)
+        position, velocity = self.position + point @ self.rotation.T, self.velocity + moving @ self.rotation.T
+        return attach(position, "length"), attach(velocity, "velocity")
+
+
+def launched(
+    site: LaunchSite, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any
+) -> tuple[Any, Any]:
+    """Return inertial positions and velocities, with units, of particles that leave a surface, from plain numbers."""
+    angles = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
+    limits = {"latitude": LATITUDE, "speed": NOT_NEGATIVE}
+    for name, values in angles.items():
+        UNITLESS.numbers(values, "number", name, None, limits.get(name, FINITE))
+    try:
+        both = np.broadcast_arrays(*angles.values())
+    except ValueError as error:
+        shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in angles.items())
+        raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
+    lon, lat, rate, az, el = (np.ravel(values).astype(np.float64) for values in both)
+    point, normal = site.surface(towards(lon, lat))
+    east = np.cross([0.0, 0.0, 1.0], normal)
+    length = np.linalg.norm(east, axis=1, keepdims=True)
+    # At a pole, the longitude defines the direction of east.
+    towards_east = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1)
+    east = np.where(length > 1e-12, east / np.maximum(length, 1e-300), towards_east)
+    north = np.cross(normal, east)
+    horizontal = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
+    velocity = rate[:, None] * (np.cos(el)[:, None] * horizontal + np.sin(el)[:, None] * normal)
+    return site.moved(point, velocity)
+
+
+def cone(n: int, opening: float, filled: bool, rng: Any) -> tuple[Floats, Floats]:
+    """Return azimuths and elevations of random directions in a cone about the normal."""
+    random = generator(rng)
+    azimuth = random.uniform(0.0, 2.0 * np.pi, n)
+    half = 0.5 * opening
+    if not filled:
+        return azimuth, np.full(n, np.pi / 2 - half)
+    return azimuth, np.arcsin(random.uniform(np.cos(half), 1.0, n))

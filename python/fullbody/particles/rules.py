@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any
 
 import numpy as np
 
 from .. import _core
-from ..base.kinds import Declared, Number, flag
+from ..base.kinds import Declared, Number, flag, of_kind
 from ..base.limits import FRACTION, POSITIVE
 from ..errors import InvalidInput
 from ..model.context import Context, SystemLike
 from ..model.state import State, strip
 from ..typing import Floats
-
-__all__ = ["FATES", "Bounce", "Escape", "Radiation"]
 
 #: The fates of particles, indexed by the core's numbers.
 FATES = ("flying", "impact", "escape", "rest", "lost")
@@ -39,18 +37,9 @@ class Bounce(Declared):
         The normal speed below which particles come to rest, above zero.
     """
 
-    normal: float
-    tangential: float = 1.0
-    rest: Any
-
-    _kinds: ClassVar = {
-        "normal": Number(limits=FRACTION),
-        "tangential": Number(limits=FRACTION),
-        "rest": Number("velocity", POSITIVE),
-    }
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    normal: float = field(metadata=of_kind(Number(limits=FRACTION)))
+    tangential: float = field(default=1.0, metadata=of_kind(Number(limits=FRACTION)))
+    rest: Any = field(metadata=of_kind(Number("velocity", POSITIVE)))
 
     def _describe(self, context: Context) -> tuple[float, float, float]:
         normal, tangential, rest = self._unitless(context.units).values()
@@ -69,14 +58,9 @@ class Escape(Declared):
         Whether the particle's energy relative to a point with the system's mass has to be positive as well.
     """
 
-    distance: Any
+    distance: Any = field(metadata=of_kind(Number("length", POSITIVE)))
     _: KW_ONLY
-    unbound: bool = False
-
-    _kinds: ClassVar = {"distance": Number("length", POSITIVE), "unbound": flag}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    unbound: bool = field(default=False, metadata=of_kind(flag))
 
     def _describe(self, context: Context) -> tuple[float, bool]:
         return self._unitless(context.units)["distance"], self.unbound
@@ -98,35 +82,28 @@ class Radiation(Declared):
     ----------
     by : str
         Name of the :class:`fullbody.forces.ThirdBody` that radiates.
-    strength : float or Quantity, optional
-        Luminosity divided by 4 pi c, a force. The default is the Sun's value, which needs a system with units.
-    radius : float or Quantity, optional
-        Radius of the third body. The default is the Sun's radius, which needs a system with units.
+    strength, radius : float or Quantity, optional
+        Its luminosity divided by 4 pi c, a force, and its radius. The defaults are the Sun's, which need a system with
+        units.
     """
 
     by: str = "Sun"
-    strength: Any = None
-    radius: Any = None
-
-    _kinds: ClassVar = {"strength": Number("force"), "radius": Number("length")}
-
-    def __post_init__(self) -> None:
-        self._check_fields()
+    strength: Any = field(default=None, metadata=of_kind(Number("force")))
+    radius: Any = field(default=None, metadata=of_kind(Number("length")))
 
     def _describe(self, context: Context) -> tuple[str, float, float]:
         context.third_body(self.by, "by of Radiation")
         numbers = self._unitless(context.units)
         for name, value in numbers.items():
             if value is None and not context.units.defined:
-                raise InvalidInput(
-                    f"{name} of Radiation is not given; expected a number, since the system has no units"
-                )
+                expected = "expected a number, since the system has no units"
+                raise InvalidInput(f"{name} of Radiation is not given; {expected}")
             if value is None:
                 numbers[name] = context.units.number(*_SUN[name], name)
         return self.by, numbers["strength"], numbers["radius"]
 
     def visible(self, system: SystemLike, state: State, points: Any) -> Floats:
-        """Compute the visible part of the third body's disc at points.
+        """Return the visible part (...) of the third body's disc at points, from 0, in the umbra, to 1, in full light.
 
         Parameters
         ----------
@@ -135,15 +112,9 @@ class Radiation(Declared):
             State of the bodies, whose barycentre is taken as the nominal one.
         points : array_like or Quantity, (..., 3)
             Positions in the inertial frame, in the coordinates of the state.
-
-        Returns
-        -------
-        ndarray, (...)
-            Visible fraction from 0, in the umbra, to 1, in full light.
         """
         context = system.context
         coordinates = context.units.numbers(points, "length", "points", ("...", 3))
         rows = np.ascontiguousarray(coordinates.reshape(-1, 3))
-        return _core.visible(context.core, strip(state, context), self._describe(context), rows).reshape(
-            coordinates.shape[:-1]
-        )
+        visible = _core.visible(context.core, strip(state, context), self._describe(context), rows)
+        return visible.reshape(coordinates.shape[:-1])

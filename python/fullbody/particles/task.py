@@ -23,8 +23,6 @@ from .flight import Flight
 from .initial import Particles
 from .rules import Bounce, Escape, Radiation
 
-__all__ = ["FlightTask", "fly"]
-
 #: The area to mass, in m2/kg, above which there is a warning.
 _LIGHTEST = 1e3
 
@@ -61,9 +59,7 @@ class FlightTask:
         self._radiation = None if radiation is None else radiation._describe(context)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
         self._event_spec = [event._event_spec(context) for event in self.events]
-        if threads is not None:
-            whole(threads, "threads")
-        self._threads = threads
+        self._threads = None if threads is None else whole(threads, "threads")
         lit = self._numbers[2].any()
         if context.units.defined and lit:
             largest = context.units.attach(self._numbers[2].max(), "area to mass").to("m2 / kg")
@@ -72,9 +68,9 @@ class FlightTask:
                     f"area_to_mass of particles has values up to {largest:.3g}, as of grains below half a micrometre; "
                     "expected Quantities, if it is in another unit than the system's"
                 )
-        if self._radiation is None and lit:
+        if radiation is None and lit:
             caution("the particles have an area_to_mass, and no light acts on them: radiation is not given")
-        if self._radiation is not None and not lit and not any(isinstance(event, Shadow) for event in self.events):
+        if radiation is not None and not lit and not any(isinstance(event, Shadow) for event in self.events):
             caution("radiation is given, and no particle has an area_to_mass: light does not act on them")
         for force, of_kind in context.forces.items():
             if of_kind == "Function":
@@ -83,9 +79,7 @@ class FlightTask:
     def fly(
         self, system: S, dense: Dense, start: Any, until: Any, duration: Any, output: Any, report: Report | None
     ) -> Flight[S]:
-        """Integrate particles along a continuous solution, from the given start, the particles' time, or its first
-        time.
-        """
+        """Integrate particles along a continuous solution, from the given start, their own time, or its first time."""
         units = self._context.units
         output = sampling(output, units)
         time = self._start(dense.range[0] if start is None and self._time is None else start)
@@ -158,33 +152,29 @@ def fly(
 ) -> Flight[Any]:
     """Fly massless particles along a run with ``dense=True``.
 
-    The particles are attracted by all bodies and by third bodies (relative to the system's nominal barycentre,
-    which falls freely with the coordinates), and accelerated by radiation. Tides, YORP, BYORP and
+    The particles are attracted by all bodies and by third bodies (relative to the system's nominal barycentre, which
+    falls freely with the coordinates), and accelerated by radiation. Tides, YORP, BYORP and
     :class:`fullbody.forces.Function` act on bodies only; a warning says so for the latter.
 
     Parameters
     ----------
     particles : Particles
-    until : float, Quantity or text with a unit, optional
-        End of the flight, within the run; by default the end of the run. It is before the start for a flight
-        backwards.
-    duration : float, Quantity or text with a unit, optional
-        Length of the flight, in place of ``until``; below zero for a flight backwards.
+    until, duration : float, Quantity or text with a unit, optional
+        End of the flight, within the run, by default that of the run; or its length. It is before the start, or below
+        zero, for a flight backwards.
     output : None, "ends", float, Quantity or array_like
         The times that are recorded. With ``None`` only fates and last positions are recorded; ``"ends"`` means the
-        start and the end, a number the spacing of times from the start to the end, and an array exactly these
-        times.
+        start and the end, a number the spacing of times from the start to the end, and an array exactly these times.
     start : float, Quantity or text with a unit, optional
         Time of the particles, within the run; by default their own, or the start of the run if they have none.
     integrator : Integrator, optional
-        Integrator of the particles, with step control; by default ``Verner98(rtol=1e-12, atol=1e-12)``. The error
-        of a step is held below ``rtol`` times the distance from the nearest centre plus ``atol`` times that
-        distance at the start; the error of the velocity likewise, relative to sqrt(v^2 + Phi) with the potential of
-        the bodies' masses. The accuracy of the bodies' positions is the run's tolerance, so that a smaller one here
-        gains nothing.
+        Integrator of the particles, with step control; by default ``Verner98(rtol=1e-12, atol=1e-12)``. The error of a
+        step is held below ``rtol`` times the distance from the nearest centre plus ``atol`` times that distance at the
+        start; the error of the velocity likewise, relative to sqrt(v^2 + Phi) with the potential of the bodies' masses.
+        Below the run's tolerance, by which the bodies move, nothing is gained.
     contact : {"stop", "remove"} or Bounce
-        The contact response: the flight ends and the particle stays at the surface (``"stop"``) or is removed, or
-        the particle bounces.
+        The contact response: the flight ends and the particle stays at the surface (``"stop"``) or is removed, or the
+        particle bounces.
     escape : Escape, optional
         The condition at which a particle has escaped, which ends its flight.
     radiation : Radiation, optional
@@ -196,15 +186,11 @@ def fly(
     progress : bool, str or callable
         Progress bar or function, as in :meth:`fullbody.System.integrate`.
 
-    Returns
-    -------
-    Flight
-
     Raises
     ------
     InvalidInput
-        If particles are inside a body or have another time than the start; if times are outside of the run; and if
-        the run has no continuous solution.
+        If particles are inside a body or have another time than the start; if times are outside of the run; and if the
+        run has no continuous solution.
     Interrupted
         On Ctrl-C, with the flight so far in the attribute ``flight``.
 

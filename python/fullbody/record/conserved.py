@@ -7,17 +7,13 @@ energy, and the angular momentum.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..base.units import Units
 from ..model.interactions import Energy, Invariants
 from ..typing import Floats
-
-if TYPE_CHECKING:
-    from ..base.units import Units
-
-__all__ = ["drift", "named", "size"]
 
 
 def named(numbers: Any, units: Units) -> Invariants:
@@ -36,10 +32,8 @@ def size(name: str, start: Floats) -> float:
 
 
 def drift(name: str, start: Floats, record: Mapping[str, Floats]) -> Floats:
-    """Return the drift (K,) since the start of the energies (K, 4) or angular momenta (K, 3) of a record; it is
-    absolute if its size is zero.
-
-    The work or the angular impulse of external forces is subtracted if the record has them.
+    """Return the drift (K,) since the start of energies (K, 4) or angular momenta (K, 3), less the work or the angular
+    impulse of external forces if the record has them; it is absolute if its size is zero.
     """
     if name == "angular_momentum_drift":
         change = record["angular_momentum"] - start[5:]

@@ -13,26 +13,18 @@ from .. import _core
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.context import Context
-from ..model.state import State, wrap
+from ..model.state import DIMENSIONS, State, wrap
 from ..typing import Array, Floats, Scalar
-
-__all__ = ["Dense", "Samples"]
 
 
 class Dense:
     """The continuous solution of a run, a function of time.
 
     Copies share the steps of which it consists. It cannot be pickled; pickle samples of it instead, ``dense(times)``.
-
-    Attributes
-    ----------
-    range : tuple
-        The first and the last time, in the direction of the run.
     """
 
     def __init__(self, context: Context, core: _core.Dense) -> None:
-        self.context = context
-        self.core = core
+        self.context, self.core = context, core
 
     @property
     def range(self) -> tuple[Scalar, Scalar]:
@@ -45,17 +37,7 @@ class Dense:
     @overload
     def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
-        """Return the state at a time of the run, or the states at many times.
-
-        Parameters
-        ----------
-        time : float, Quantity or array_like, (K,)
-            Times within the run, in any order.
-
-        Returns
-        -------
-        State or Samples
-        """
+        """Return the state at a time of the run, or :class:`~fullbody.record.Samples` at times (K,) in any order."""
         units = self.context.units
         values = units.strip(time, "time", "time")
         if values.ndim > 1:
@@ -63,14 +45,9 @@ class Dense:
         if values.ndim == 0:
             self._check(values)
             return wrap(self.core.state(float(values)), self.context)
-        arrays = self.states(values)
-        return Samples(
-            units.attach(values, "time"),
-            units.attach(arrays["position"], "length"),
-            units.attach(arrays["velocity"], "velocity"),
-            arrays["attitude"],
-            units.attach(arrays["spin"], "spin"),
-        )
+        arrays = {"time": values} | self.states(values)
+        united = {name: units.attach(arrays[name], dimension) for name, dimension in DIMENSIONS.items()}
+        return Samples(**united, attitude=arrays["attitude"])
 
     def states(self, times: Floats, what: str = "time") -> dict[str, Floats]:
         """Return the states at times (K,), all in numbers of the system's units; see :meth:`fullbody.Run.states`."""
@@ -91,10 +68,8 @@ class Dense:
         if outside.size:
             attach = self.context.units.attach
             first, last = (attach(end, "time") for end in sorted(self.core.range))
-            raise InvalidInput(
-                f"{what} is {attach(outside[0], 'time')}; expected one from {first} to {last}, since the run does not "
-                "cover others"
-            )
+            expected = f"expected one from {first} to {last}, since the run does not cover others"
+            raise InvalidInput(f"{what} is {attach(outside[0], 'time')}; {expected}")
 
     def __copy__(self) -> Dense:
         return self

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
-from ..base.kinds import Declared, Number, choice
+from ..base.kinds import Declared, Number, choice, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
 from ..errors import InvalidInput, PrecisionWarning, caution
@@ -32,9 +32,6 @@ class Integrator(Declared):
     """Base class of all integrators."""
 
     __slots__ = ()
-
-    def __post_init__(self) -> None:
-        self._check_fields()
 
     def _what(self, name: str, of: str = "") -> str:
         return name
@@ -68,10 +65,8 @@ class _Adaptive(Integrator):
     #: Whether tolerances of zero mean the tightest useful steps.
     _to_roundoff: ClassVar[bool] = False
 
-    rtol: float = 1e-13
-    atol: float = 1e-13
-
-    _kinds: ClassVar = {name: Number(limits=Limits(least=0.0, below=1.0)) for name in ("rtol", "atol")}
+    rtol: float = field(default=1e-13, metadata=of_kind(Number(limits=Limits(least=0.0, below=1.0))))
+    atol: float = field(default=1e-13, metadata=of_kind(Number(limits=Limits(least=0.0, below=1.0))))
 
     def __post_init__(self) -> None:
         self._check_fields()
@@ -96,11 +91,12 @@ _TO_ROUNDOFF = "Verner98ToRoundoff"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner98(_Adaptive):
-    """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9: the default.
+    """Verner's Runge-Kutta pair of orders 9 and 8 (2010, Numer. Algor. 53, 383), with dense output of order 9: the
+    default.
 
     The error of a step is held below ``rtol`` times the present scale of each quantity plus ``atol`` times its scale at
     the start: positions against the nearest separation, velocities against their own size or that of a circular orbit
-    there, attitudes against one, spins against their own size or that orbit's rate. Both tolerances are pure numbers.
+    there, attitudes against one, spins against their own size or that orbit's rate.
 
     Parameters
     ----------
@@ -116,10 +112,6 @@ class Verner98(_Adaptive):
     more that should conserve the energy as well as double precision permits, take :meth:`to_roundoff`, or
     :class:`SymplecticSplitting`.
 
-    References
-    ----------
-    J. H. Verner (2010), Numer. Algor. 53, 383.
-
     Examples
     --------
     >>> import fullbody
@@ -133,20 +125,11 @@ class Verner98(_Adaptive):
     def to_roundoff(cls) -> Verner98:
         """Make an integrator with steps so short that only round-off remains, whatever the eccentricity.
 
-        The error of the energy is a random walk that grows as the root of the number of steps (Brouwer's law).
-        Round-off has a small drift as well: for two points of masses 7 to 3 about 2e-20 of the energy per step, which
-        exceeds the random walk after 1e5 steps and reaches 2e-13 after 1e7; in 1999 KW4 none is seen. The cost is three
-        times the evaluations of the default. The steps are controlled by a formula of order 6 instead of 8, since with
-        such short steps the estimate of order 8 is itself round-off.
-
-        Returns
-        -------
-        Verner98
-            The integrator with both tolerances zero.
-
-        References
-        ----------
-        D. Brouwer (1937), Astron. J. 46, 149. H. Rein & D. S. Spiegel (2015), Mon. Not. R. Astron. Soc. 446, 1424.
+        Both its tolerances are zero. The error of the energy is a random walk that grows as the root of the number of
+        steps (Brouwer 1937, Astron. J. 46, 149; Rein & Spiegel 2015, Mon. Not. R. Astron. Soc. 446, 1424), with a small
+        drift of round-off, for two points of masses 7 to 3 about 2e-20 of the energy per step. The cost is three times
+        the evaluations of the default. The steps are controlled by a formula of order 6 instead of 8, whose estimate
+        is itself round-off with such short steps.
 
         Examples
         --------
@@ -169,51 +152,29 @@ class Verner98(_Adaptive):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner87(_Adaptive):
-    """Verner's pair of orders 8 and 7; tolerances as in :class:`Verner98`.
-
-    Parameters
-    ----------
-    rtol, atol : float
-    """
+    """Verner's pair of orders 8 and 7; ``rtol`` and ``atol`` as in :class:`Verner98`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner76(_Adaptive):
-    """Verner's pair of orders 7 and 6; tolerances as in :class:`Verner98`.
-
-    Parameters
-    ----------
-    rtol, atol : float
-    """
+    """Verner's pair of orders 7 and 6; ``rtol`` and ``atol`` as in :class:`Verner98`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner65(_Adaptive):
-    """Verner's pair of orders 6 and 5; tolerances as in :class:`Verner98`.
-
-    Parameters
-    ----------
-    rtol, atol : float
-    """
+    """Verner's pair of orders 6 and 5; ``rtol`` and ``atol`` as in :class:`Verner98`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DormandPrince54(_Adaptive):
-    """The pair of Dormand and Prince of orders 5 and 4; tolerances as in :class:`Verner98`.
-
-    Parameters
-    ----------
-    rtol, atol : float
-
-    References
-    ----------
-    J. R. Dormand & P. J. Prince (1980), J. Comput. Appl. Math. 6, 19.
-    """
+    """The pair of Dormand & Prince (1980, J. Comput. Appl. Math. 6, 19), orders 5 and 4; see :class:`Verner98`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
     """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation per step.
+
+    See Lee, Leok & McClamroch (2007), Comput. Methods Appl. Mech. Engrg. 196, 2907.
 
     Parameters
     ----------
@@ -221,15 +182,9 @@ class LieGroupVariational(Integrator):
         Size of the steps, a time in the system's units. A step in which a body turns by a rad or more may have no
         solution; a run then ends with a :class:`fullbody.errors.NotConverged` that names the body and a step that has
         one.
-
-    References
-    ----------
-    T. Lee, M. Leok & N. H. McClamroch (2007), Comput. Methods Appl. Mech. Engrg. 196, 2907.
     """
 
-    step: Any
-
-    _kinds: ClassVar = {"step": Number("time", POSITIVE)}
+    step: Any = field(metadata=of_kind(Number("time", POSITIVE)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -246,11 +201,8 @@ class SymplecticSplitting(Integrator):
         Size of the steps, a time in the system's units. A step in which a triaxial body turns by more than 1024 rad is
         refused with :class:`fullbody.errors.NotConverged`, which names a step that is accepted.
     scheme : {"ABA864", "ABA1064", "leapfrog"}
-        The near-integrable compositions (8,6,4) and (10,6,4), or the leapfrog.
-
-    References
-    ----------
-    S. Blanes et al. (2013), Appl. Numer. Math. 68, 58.
+        The near-integrable compositions (8,6,4) and (10,6,4) of Blanes et al. (2013, Appl. Numer. Math. 68, 58), or the
+        leapfrog.
 
     Examples
     --------
@@ -261,10 +213,8 @@ class SymplecticSplitting(Integrator):
     100
     """
 
-    step: Any
-    scheme: _Scheme = "ABA864"
-
-    _kinds: ClassVar = {"step": Number("time", POSITIVE), "scheme": partial(choice, words=get_args(_Scheme))}
+    step: Any = field(metadata=of_kind(Number("time", POSITIVE)))
+    scheme: _Scheme = field(default="ABA864", metadata=of_kind(partial(choice, words=get_args(_Scheme))))
 
     @classmethod
     def suggest(
@@ -282,9 +232,8 @@ class SymplecticSplitting(Integrator):
         too large, are tried for 64 such orbits. The result is the first step that keeps the energy's error below the
         bound, without growth from the first half to the second, and whose neighbours, 2 per cent shorter and longer,
         stay below twice the bound. Steps within 3 per cent of resonances of a triaxial body are skipped, in which it
-        turns relative to another body by a multiple of a half turn in one, two or three steps; Alpha of the paper's
-        1999 KW4, for example, then turns by 78 degrees in space, a quarter of a turn relative to Beta. The method's own
-        error is periodic; the trials do not cover round-off and chaos.
+        turns relative to another body by a multiple of a half turn in one, two or three steps. The method's own error
+        is periodic; the trials do not cover round-off and chaos.
 
         Parameters
         ----------
@@ -297,10 +246,6 @@ class SymplecticSplitting(Integrator):
         trial : float or Quantity, optional
             Length of a trial, a time in the system's units, for an energy that varies slowly, as that of an eccentric
             orbit about other bodies.
-
-        Returns
-        -------
-        SymplecticSplitting
 
         Raises
         ------

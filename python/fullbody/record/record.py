@@ -4,42 +4,58 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 from typing import Any, Generic, Self, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..base.attributes import Attribute
 from ..base.tables import Tabled
 from ..base.values import ByName
 from ..errors import FullbodyError, InvalidInput
 from ..events import Occurrence
 from ..model.context import Context, S
 from ..model.interactions import Invariants
-from ..model.state import State, wrap
+from ..model.state import PARTS, State, sample, wrap
 from ..orbit.elements import KeplerElements, computed
 from ..typing import Array, Floats
-from . import conserved, tangent
+from . import columns, conserved
 from .columns import Column, Numbers
 from .dense import Dense, Samples
 from .integrators import Integrator
-from .statistics import Statistics
 from .track import Track
 
-__all__ = ["Record", "joined"]
+#: The reasons for which a run may end, with texts that describe an early end.
+STOP_REASONS = {
+    "end": None,
+    "event": "by the last event",
+    "interrupted": "by an interrupt",
+    "unfinished": "by an error",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Counts of an integration.
+
+    Attributes
+    ----------
+    steps, rejected, evaluations : int
+        Accepted steps, rejected attempts, evaluations of the rates of change.
+    """
+
+    steps: int
+    rejected: int
+    evaluations: int
+
 
 _R = TypeVar("_R", bound="Record[Any]")
-#: The arrays of a state.
-STATE = ("position", "velocity", "attitude", "spin")
 
 
 class Record(Tabled, Generic[S]):
     """K samples of the motion of N bodies, and how they came about.
-
-    ``record[k]`` is a :class:`State`; ``record["Beta"]`` the :class:`fullbody.record.Track` of one body; and
-    ``record[::k]``, ``record[[0, 5, 9]]`` and ``record[mask]`` are records of some of the samples, which keep the
-    start, statistics and events of the whole. Arrays are read-only; they are Quantities if the system has units.
 
     Attributes
     ----------
@@ -66,25 +82,15 @@ class Record(Tabled, Generic[S]):
         switched_off: dict[str, int] | None = None,
         parameters: tuple[str, ...] = (),
     ) -> None:
-        self.system = system
-        self.integrator = integrator
-        self.statistics = statistics
-        self.events = list(events)
-        self.stop_reason = stop_reason
-        self.dense = dense
-        self.switched_off = switched_off or {}
+        self.system, self.integrator, self.arrays, self.invariants = system, integrator, arrays, start
+        self.statistics, self.stop_reason, self.dense = statistics, stop_reason, dense
+        self.events, self.switched_off, self.parameters = list(events), switched_off or {}, parameters
         self.error: FullbodyError | None = None
-        self.arrays = arrays
-        self.invariants = start
-        self.parameters = parameters
         #: The drifts that have been computed so far, by name.
         self._drifts: dict[str, Floats] = {}
         self._protect()
 
-    @property
-    def context(self) -> Context:
-        """The units and the bodies of the system."""
-        return self.system.context
+    context = Attribute[Context]("system.context", "The units and the bodies of the system.")
 
     def _protect(self) -> None:
         for values in self.arrays.values():
@@ -127,25 +133,19 @@ class Record(Tabled, Generic[S]):
     def __getitem__(self, index: Any) -> State | Self | Track:
         if isinstance(index, str):
             body = self.context.index(index)
-            return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in STATE))
+            return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in PARTS))
         if isinstance(index, slice) or np.ndim(index):
             which = index if isinstance(index, slice) else self._selected(index)
             return self._with({name: np.ascontiguousarray(values[which]) for name, values in self.arrays.items()})
-        state = (np.ascontiguousarray(self.arrays[name][index]) for name in STATE)
-        return wrap(_core.State(float(self.arrays["time"][index]), *state), self.context)
+        return wrap(sample(self.arrays, index), self.context)
 
     def _selected(self, index: Any) -> npt.NDArray[np.intp]:
-        """Return the indices of samples from a list of indices or a mask, or raise an error for one that has no order.
-
-        An index out of range and a mask of another length are numpy's own errors.
-        """
+        """Return the indices of samples from a list of indices or a mask; one without order is refused."""
         selected: npt.NDArray[np.intp] = np.arange(len(self))[np.asarray(index, dtype=None if len(index) else np.intp)]
         steps = np.diff(selected) if selected.ndim == 1 else np.zeros(1)
         if not ((steps > 0).all() or (steps < 0).all()):
-            raise InvalidInput(
-                f"the index of samples is {index!r}; expected a list of distinct indices in the order of time or "
-                "against it, or a mask (K,)"
-            )
+            expected = "expected a list of distinct indices in the order of time or against it, or a mask (K,)"
+            raise InvalidInput(f"the index of samples is {index!r}; {expected}")
         return selected
 
     def __iter__(self) -> Iterator[State]:
@@ -171,14 +171,6 @@ class Record(Tabled, Generic[S]):
     def __call__(self, time: Any) -> State | Samples:
         """Return the state at any time of a run with ``dense=True``; see :class:`fullbody.record.Dense`.
 
-        Parameters
-        ----------
-        time : float, Quantity or array_like, (K,)
-
-        Returns
-        -------
-        State or Samples
-
         Examples
         --------
         >>> import fullbody
@@ -201,7 +193,7 @@ class Record(Tabled, Generic[S]):
         Parameters
         ----------
         times : array_like or Quantity, (K,)
-            Any times of a run with ``dense=True``; otherwise times of samples.
+            Any times of a run with ``dense=True``; otherwise times of samples, and others are refused.
         what : str
             What errors call a time.
 
@@ -209,11 +201,6 @@ class Record(Tabled, Generic[S]):
         -------
         dict of ndarray
             ``position``, ``velocity`` and ``spin`` (K, N, 3), ``attitude`` (K, N, 4).
-
-        Raises
-        ------
-        InvalidInput
-            For a time that the run does not have.
 
         Examples
         --------
@@ -228,7 +215,7 @@ class Record(Tabled, Generic[S]):
         if self.dense is not None:
             return self.dense.states(values, what)
         index = self.indices(values, what)
-        return {name: self.arrays[name][index] for name in STATE}
+        return {name: self.arrays[name][index] for name in PARTS}
 
     def indices(self, times: Floats, what: str = "time") -> npt.NDArray[np.intp]:
         """Return the indices of the samples at times (K,), which are numbers in the system's units."""
@@ -238,10 +225,8 @@ class Record(Tabled, Generic[S]):
         index = order[nearest] if len(samples) else np.full(len(times), -1)
         missing = times[samples[index] != times] if len(samples) else times
         if missing.size:
-            raise InvalidInput(
-                f"{what} is {self.context.units.attach(missing[0], 'time')}, of no sample; expected the time of a "
-                "sample, or integrate with dense=True"
-            )
+            expected = "expected the time of a sample, or integrate with dense=True"
+            raise InvalidInput(f"{what} is {self.context.units.attach(missing[0], 'time')}, of no sample; {expected}")
         return index
 
     time = Column("Times (K,).", "time", "time")
@@ -254,13 +239,7 @@ class Record(Tabled, Generic[S]):
     rotational_energy = Column("Kinetic energy of the spins (K,).", "energy", "energy", 2)
     potential_energy = Column("Potential energy (K,), negative.", "energy", "energy", 3)
     angular_momentum = Column(
-        """Total angular momentum (K, 3) about the origin, inertial.
-
-        It is computed about the barycentre, whose constant own part is added, so that it loses no digits as the system
-        travels.
-        """,
-        "angular_momentum",
-        "angular momentum",
+        "Total angular momentum (K, 3) about the origin, inertial.", "angular_momentum", "angular momentum"
     )
 
     @property
@@ -280,15 +259,14 @@ class Record(Tabled, Generic[S]):
         """
         return self._by_force("work", "energy")
 
-    @property
-    def impulse(self) -> dict[str, Array]:
-        """Impulse (K, 3) of each external force since the start of the run, by its name."""
-        return self._by_force("impulse", "momentum")
-
-    @property
-    def angular_impulse(self) -> dict[str, Array]:
-        """Angular impulse (K, 3) of each external force since the start of the run, by its name."""
-        return self._by_force("angular_impulse", "angular momentum")
+    impulse = Attribute[dict[str, Array]](
+        lambda run: run._by_force("impulse", "momentum"),
+        "Impulse (K, 3) of each external force since the start of the run, by its name.",
+    )
+    angular_impulse = Attribute[dict[str, Array]](
+        lambda run: run._by_force("angular_impulse", "angular momentum"),
+        "Angular impulse (K, 3) of each external force since the start of the run, by its name.",
+    )
 
     def _by_force(self, name: str, dimension: str) -> dict[str, Array]:
         attach = self.context.units.attach
@@ -297,10 +275,7 @@ class Record(Tabled, Generic[S]):
 
     @property
     def start(self) -> Invariants:
-        """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
-
-        A selection of samples keeps the start of the whole run.
-        """
+        """Time, energy and angular momentum at the start of the whole run, whether it was recorded or not."""
         return conserved.named(self.invariants, self.context.units)
 
     @property
@@ -316,8 +291,8 @@ class Record(Tabled, Generic[S]):
     def energy_drift_orbital(self) -> Floats:
         """Change of the total energy since the start of the run (K,), relative to abs(potential + translational) there.
 
-        The energy of a fast spin can be so large that the error of the orbit does not show in :attr:`energy_drift`. The
-        drift is absolute if there is no orbit.
+        The energy of a fast spin can hide the error of the orbit in :attr:`energy_drift`. It is absolute without an
+        orbit.
         """
         return self._drift("energy_drift_orbital")
 
@@ -336,20 +311,18 @@ class Record(Tabled, Generic[S]):
             self._drifts[name] = drift
         return self._drifts[name]
 
-    tangent_units = tangent.tangent_units
-    transition = tangent.transition
-    sensitivity = tangent.sensitivity
-    megno = tangent.megno
-    lyapunov = tangent.lyapunov
-    fast_lyapunov = tangent.fast_lyapunov
-
-    @property
-    def is_differentiated(self) -> bool:
-        """Whether the run was integrated with ``derivatives=``."""
-        return "transition" in self.arrays
+    is_differentiated = Attribute[bool](
+        lambda run: "transition" in run.arrays, "Whether the run was integrated with ``derivatives=``."
+    )
+    tangent_units = columns.tangent_units
+    transition = columns.transition
+    sensitivity = columns.sensitivity
+    megno = columns.megno
+    lyapunov = columns.lyapunov
+    fast_lyapunov = columns.fast_lyapunov
 
     def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
-        """Return the osculating elements of one body about another.
+        """Return the osculating elements of one body about another, with arrays (K,), in the frame of the system.
 
         Parameters
         ----------
@@ -357,11 +330,6 @@ class Record(Tabled, Generic[S]):
             The gravitational parameter; by default G times the sum of the two masses.
         body, about : int or str
             Indices in the system, or names.
-
-        Returns
-        -------
-        KeplerElements
-            Elements with arrays (K,), in the frame of the system.
 
         Examples
         --------
@@ -375,24 +343,16 @@ class Record(Tabled, Generic[S]):
         number = self.context.mu(first, second) if mu is None else units.number(mu, "mu", "mu")
         r, v = (self.arrays[name][:, first] - self.arrays[name][:, second] for name in ("position", "velocity"))
         a, e, *angles = (np.ascontiguousarray(column) for column in _core.cartesian_to_elements(r, v, number).T)
-        return computed(
-            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.context.frame
-        )
+        united = [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)]
+        return computed(united, self.context.frame)
 
 
 def joined(later: _R, earlier: _R) -> _R:
-    """Return the record with the samples of one forward and of one backward from the same start, in the order of time.
-
-    It has the statistics of both, no events and no continuous solution.
-    """
+    """Return the record with the samples of one forward and one backward from the same start, without events."""
     # A record without samples keeps no derivatives.
-    whole = later if len(later) else earlier
-    record = whole._with(
-        {
-            name: np.concatenate([values[::-1], later.arrays.get(name, values[:0])])
-            for name, values in earlier.arrays.items()
-        }
-    )
+    whole, first, last = later if len(later) else earlier, earlier.arrays, later.arrays
+    arrays = {name: np.concatenate([part[::-1], last.get(name, part[:0])]) for name, part in first.items()}
+    record = whole._with(arrays)
     counts = (astuple(item.statistics) for item in (later, earlier))
     record.statistics = Statistics(*(sum(both) for both in zip(*counts, strict=True)))
     record.events, record.dense = [], None

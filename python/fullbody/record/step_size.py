@@ -16,8 +16,6 @@ from ..model.context import Context
 from ..model.failures import explained
 from . import conserved
 
-__all__ = ["longest_step"]
-
 #: The length of a trial in the shortest orbital period.
 _PERIODS = 64
 #: The ratio of successive steps, and their range: an eighth of that period down to a 4096th.
@@ -34,9 +32,8 @@ _CLEAR, _ORDERS = 0.03, 3
 def longest_step(
     describe: Callable[[float], dict[str, Any]], context: Context, start: _core.State, energy_error: float, trial: Any
 ) -> float:
-    """Find the longest step, in the system's units, that keeps the energy's error below a bound in short runs.
-
-    ``describe`` returns the description of the integrator with a step.
+    """Find the longest step that keeps the energy's error below a bound; ``describe`` describes the integrator with a
+    step.
     """
     UNITLESS.number(energy_error, "number", "energy_error", Limits(above=0.0, below=1.0))
     if len(context) < 2:
@@ -67,9 +64,8 @@ def longest_step(
         except (NotConverged, StepSizeTooSmall) as failed:
             size, reason = math.inf, f"; {failed}"
         best = min(best, (size, step))
-        if size <= energy_error and all(
-            error(step * share) <= 2 * energy_error for share in (1 - _BESIDE, 1 + _BESIDE)
-        ):
+        beside = (step * (1 - _BESIDE), step * (1 + _BESIDE))
+        if size <= energy_error and all(error(other) <= 2 * energy_error for other in beside):
             return _rounded(step)
         # The error falls with at least the sixth power of the step, but only until round-off remains.
         ahead = math.log(size / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < size < math.inf else 1.0
@@ -97,15 +93,12 @@ def _rotation_rates(context: Context, spin: Any, rates: Any) -> Any:
     """Return the rates at which triaxial bodies turn relative to others, for either sense of the orbit."""
     triaxial = [len(set(body.inertia.tolist())) == 3 for body in context.bodies]
     spin_sizes = np.linalg.norm(spin, axis=1)[triaxial]
-    return np.abs(
-        np.concatenate([np.subtract.outer(spin_sizes, rates).ravel(), np.add.outer(spin_sizes, rates).ravel()])
-    )
+    return np.abs(np.subtract.outer(spin_sizes, [rates, -rates])).ravel()
 
 
 def _resonant(rotation_rates: Any, step: float) -> bool:
-    """Return whether a body turns relative to another by about a multiple of a half turn in one, two or three steps.
-
-    The torque is then the same at each of these steps, so that the errors of the steps add up.
+    """Return whether a body turns relative to another by about a multiple of a half turn in one, two or three steps, at
+    which the torque is the same, so that the errors of the steps add up.
     """
     half_revolutions = np.outer(np.arange(1, _ORDERS + 1), rotation_rates * step / math.pi)
     return bool((np.abs(half_revolutions - np.round(half_revolutions)) < _CLEAR * np.round(half_revolutions)).any())

@@ -11,8 +11,6 @@ from ..base.tables import number
 from ..base.units import Units, gathered
 from ..errors import InvalidInput, caution
 
-__all__ = ["end_arguments", "end_of_run", "sampling", "spacing_warning"]
-
 #: Julian dates of 1858 to 2132, and calendar years.
 _JULIAN, _YEARS = (2.4e6, 2.5e6), (1900.0, 2100.0)
 
@@ -26,13 +24,7 @@ def end_arguments(until: Any, duration: Any) -> dict[str, Any]:
 
 
 def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
-    """Return the end of a run, of which either a time or the length is given.
-
-    Warns
-    -----
-    InconsistentInput
-        For a text that is a time before the start, and for a time since the epoch that looks like a date.
-    """
+    """Return the end of a run, from a time or the length, and warn of a text before the start and of a date."""
     if "duration" in end_arguments(until, duration):
         return start + units.number(duration, "time", "duration")
     end = units.number(until, "time", "until")

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..base import rotations
+from ..base.attributes import Attribute
 from ..base.values import ArrayFields
 from ..typing import Array, Floats
-
-__all__ = ["Track"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -23,10 +22,8 @@ class Track(ArrayFields):
     name : str
         The body's name, or ``body i`` if none was given.
     time : ndarray or Quantity, (K,)
-    position : ndarray or Quantity, (K, 3)
-        Positions of the centre in the inertial frame.
-    velocity : ndarray or Quantity, (K, 3)
-        Velocities of the centre in the inertial frame.
+    position, velocity : ndarray or Quantity, (K, 3)
+        Positions and velocities of the centre in the inertial frame.
     attitude : ndarray, (K, 4)
         Unit quaternions ``[w, x, y, z]`` from the body frame to the inertial frame.
     spin : ndarray or Quantity, (K, 3)
@@ -48,12 +45,11 @@ class Track(ArrayFields):
     attitude: Floats
     spin: Array
 
-    @property
-    def rotation_matrix(self) -> Floats:
-        """Rotation matrices (K, 3, 3) from the body frame to the inertial frame."""
-        return rotations.matrices(self.attitude)
-
-    @property
-    def tait_bryan(self) -> Floats:
-        """The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
-        return rotations.tait_bryan(self.attitude)
+    rotation_matrix = Attribute[Floats](
+        lambda track: rotations.matrices(track.attitude),
+        "Rotation matrices (K, 3, 3) from the body frame to the inertial frame.",
+    )
+    tait_bryan = Attribute[Floats](
+        lambda track: rotations.tait_bryan(track.attitude),
+        "The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians.",
+    )

@@ -19,13 +19,10 @@ from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
-from .attraction import circular_orbit
 from .component import Component, body_of, has_units
 from .masses import BinaryInput, BinarySolution, input_from, plain, solve
-from .mean_period import start_with_period
+from .mean_period import circular_orbit, start_with_period
 from .start import Orbit, Start
-
-__all__ = ["Binary", "binary"]
 
 #: Fields of a component that may have units of length, time and mass.
 _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "rotation_period")
@@ -46,12 +43,15 @@ class Binary(tuple[System, State]):
         return Binary, (*self, self._arguments)
 
     def draw(self, n: int, rng: Any) -> list[Binary]:
-        """Draw binaries whose arguments are distributed as their standard errors say.
+        """Draw ``n`` binaries whose arguments are distributed as their standard errors say.
+
+        Numbers with an error, such as ``"(5.4 ± 0.4)e11 kg"``, follow normal distributions that are independent of each
+        other; but for angles they keep their sign. Draws that contradict each other by Kepler's third law are not
+        refused: masses have priority, as in :func:`fullbody.binary`. A ``start_period`` is searched anew.
 
         Parameters
         ----------
         n : int
-            Number of draws.
         rng : int or numpy.random.Generator
 
         Returns
@@ -63,12 +63,6 @@ class Binary(tuple[System, State]):
         ------
         InvalidInput
             If no argument has a standard error, and for a drawn binary that :func:`fullbody.binary` refuses.
-
-        Notes
-        -----
-        Numbers with an error, such as ``"(5.4 ± 0.4)e11 kg"``, follow normal distributions that are independent of each
-        other; but for angles they keep their sign. Draws that contradict each other by Kepler's third law are not
-        refused: masses have priority, as in :func:`fullbody.binary`. A ``start_period`` is searched anew.
 
         Examples
         --------
@@ -118,8 +112,7 @@ def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
             return found * value.unit
 
 
-#: The semi-major axis relative to the primary's longest semi-axis; only a few known binaries, beyond Neptune, are
-#: wider.
+#: The semi-major axis relative to the primary's longest semi-axis, which only few binaries, beyond Neptune, exceed.
 _WIDE = 200.0
 
 
@@ -159,9 +152,8 @@ def binary(
     Parameters
     ----------
     primary, secondary : Component
-    total_mass : float or Quantity, optional
-    GM : float or Quantity, optional
-        G times the total mass, in place of ``total_mass``.
+    total_mass, GM : float or Quantity, optional
+        The total mass, or G times it.
     mass_ratio : float, optional
         The secondary's mass divided by the primary's.
     equal_density : bool
@@ -170,12 +162,10 @@ def binary(
         Period and semi-major axis of the mutual orbit. Give one of them, or both.
     eccentricity : float
     elements : {"mean", "osculating"}, optional
-        Whether the orbit has the given mean period in the bodies' actual attraction (``"mean"``), or the start is that
-        of the Kepler orbit (``"osculating"``); see the notes. The default is ``"mean"`` if a period is given, since
-        observed periods are means, and ``"osculating"`` for a semi-major axis alone.
+        Whether the orbit has the given mean period in the bodies' actual attraction (``"mean"``, the default for a
+        period, since observed periods are means), or the start is that of the Kepler orbit (``"osculating"``).
     start_period : float or Quantity, optional
-        The period for which a start of mean elements is made, as an earlier search found it (see the notes): the search
-        is left out.
+        The period for which a start of mean elements is made, in place of a search (see the notes).
     argument_of_periapsis, mean_anomaly : float or Quantity
         The angles at the start; the former is measured from the ascending node.
     pole : (longitude, latitude), optional
@@ -191,12 +181,10 @@ def binary(
     mismatch_warning, mismatch_error : float
         Relative differences between two values of one quantity above which there is a warning, or an error; infinite
         for no limit.
-    G, units
-        Arguments of :class:`fullbody.System`.
     time : float or Quantity
         The time of the state.
-    **options
-        Passed to :class:`fullbody.System`; ``epoch=`` and ``frame=`` say what time zero and the axes are.
+    G, units, **options
+        Arguments of :class:`fullbody.System`; ``epoch=`` and ``frame=`` say what time zero and the axes are.
 
     Returns
     -------
@@ -215,36 +203,30 @@ def binary(
     Warns
     -----
     InconsistentInput
-        For a contradiction between the two limits, with both values; for an osculating eccentricity that is more than
-        ``mismatch_warning`` below the one that the bodies' figures force (see the notes); for a period that no start
-        reaches to 1e-6 over the revolutions over which it is measured, that changes by more than 1e-4 over two or four
-        times as many, or that cannot be measured because the bodies collide (see the notes); for an implied density
-        outside 100 to 20000 kg/m^3, if there are units; for a semi-major axis above 200 times the longest semi-axis
-        of the primary; for a body whose rotation is not given, which starts without rotation
+        For a contradiction between the two limits; for an osculating eccentricity that is more than
+        ``mismatch_warning`` below the forced one, and for a mean period that no start reaches or keeps (see the notes);
+        for an implied density outside 100 to 20000 kg/m^3, if there are units; for a semi-major axis above 200 times
+        the longest semi-axis of the primary; for a body whose rotation is not given
         (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
     -----
     With ``elements="osculating"`` the start has the separation and the speed of a Kepler orbit. Over an oblate primary
     it falls inwards: the mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent
-    for Didymos. The figures also force an eccentricity. On a circle of radius r the speed is v^2 = mu'/r with mu' = r^2
-    times the relative acceleration, and the osculating eccentricity mu'/mu - 1: in the equator of an oblate primary
-    3/2 J2 (R/r)^2, 0.019 for Didymos. A smaller one does not make a rounder orbit. As a vector that points at
-    periapsis, the osculating eccentricity is the sum of a free part, which the distance follows, and of the forced
-    part, which always points at the secondary. If the osculating eccentricity is zero at the start, the distance
-    varies as on an ellipse of the forced eccentricity.
+    for Didymos. The figures also force an osculating eccentricity of mu'/mu - 1 on a circle of radius r, with mu' = r^2
+    times the relative acceleration: in the equator of an oblate primary 3/2 J2 (R/r)^2, 0.019 for Didymos. Started with
+    an osculating eccentricity of zero, the distance varies as on an ellipse of the forced one, which is a part of it
+    that always points at the secondary.
 
     With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
     acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
-    primary that is not synchronous). If the period is given, the remaining difference (by eccentricity, tilted
-    equators, a secondary that librates) is measured in integrations over 16 revolutions, up to 64 for a locked body
-    that librates slowly, and removed: the start is made for a period that differs a little, ``start_period``. The mean
-    sidereal period (see :func:`fullbody.observables.mutual_period`) of the run's first 16 (to 64) revolutions is then
-    ``period`` to 1e-6, and the distance may differ a little from a published semi-major axis. The means over the first
-    32 and 64 (to 128 and 256) revolutions are compared with it. If one differs by more than 1e-4 there is a warning
-    that the mean does not last, as for a body that tumbles or librates irregularly, which elongated bodies do on orbits
-    of some eccentricity. Later revolutions are not measured; neither are spheres and points, whose orbits are Kepler
-    orbits. All this takes some tenths of a second with the exact methods and with short series.
+    primary that is not synchronous). If the period is given, the remaining difference is measured in integrations over
+    16 revolutions, up to 64 for a locked body that librates slowly, and removed: the start is made for a period that
+    differs a little, ``start_period``. The mean sidereal period (see :func:`fullbody.observables.mutual_period`) of
+    these revolutions is then ``period`` to 1e-6, and the distance may differ a little from a published semi-major axis.
+    If the means over two and four times as many differ by more than 1e-4 there is a warning that the mean does not
+    last, as for a body that tumbles or librates irregularly. All this takes some tenths of a second with the exact
+    methods and with short series; spheres and points, whose orbits are Kepler orbits, need none of it.
 
     Examples
     --------
@@ -311,13 +293,11 @@ def _libration(secondary: Component, synchronous: bool, libration: Any) -> float
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
     swing: float = plain("libration", libration, UNITLESS)
     if swing != 0.0 and not synchronous:
-        raise InvalidInput(
-            f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
-        )
+        which = f"{libration!r} of a secondary that is not synchronous"
+        raise InvalidInput(f"libration is {which}; expected rotation_angle")
     if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
-        raise InvalidInput(
-            f"rotation_angle is {secondary.rotation_angle!r} of a secondary that is synchronous; expected libration="
-        )
+        which = f"{secondary.rotation_angle!r} of a secondary that is synchronous"
+        raise InvalidInput(f"rotation_angle is {which}; expected libration=")
     return swing
 
 
@@ -347,11 +327,9 @@ def _found(known: BinaryInput, warn_above: float, refuse_above: float) -> Binary
 
 
 def _bodies(components: tuple[Component, Component], masses: tuple[float, float], convert: Units) -> list[Body]:
-    bodies = []
-    for component, mass in zip(components, masses, strict=True):
-        # A mass without a unit is used if the sizes have none, so that the density makes sense.
-        bodies.append(body_of(component, convert.attach(mass, "mass") if has_units(component) else mass))
-    return bodies
+    # A mass without a unit is used if the sizes have none, so that the density makes sense.
+    amounts = (convert.attach(m, "mass") if has_units(c) else m for c, m in zip(components, masses, strict=True))
+    return [body_of(component, amount) for component, amount in zip(components, amounts, strict=True)]
 
 
 def _remembered(
@@ -416,10 +394,8 @@ def _doubts(
     for k, (name, component) in enumerate(zip(system.names, components, strict=True)):
         called = f"{('primary', 'secondary')[k]} {name!r}"
         if component.rotation_period is None and not (synchronous and k == 1):
-            yield (
-                f"the {called} has no rotation_period and starts without rotation; expected one, infinite if that is "
-                "meant"
-            )
+            expected = "expected one, infinite if that is meant"
+            yield f"the {called} has no rotation_period and starts without rotation; {expected}"
 
 
 def _too_round(start: State, given: float, forced: float, mu: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from .. import frames
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.kinds import Number
+from ..base.kinds import Number, kinds_of, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
 from ..base.units import UNITLESS, Units, is_quantity
@@ -23,21 +23,8 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, amounts, lengths_of
 from ..model.stokes import StokesCoefficients
 
-__all__ = ["KINDS", "Component"]
-
-
-#: The kinds of the numbers of a component; an infinite period is that of a body that does not turn.
-KINDS = {
-    "semi_axes": Number("length", POSITIVE, (3,)),
-    "diameters": Number("length", POSITIVE, (3,)),
-    "diameter": Number("length", POSITIVE),
-    "mass": Number("mass", POSITIVE),
-    "density": Number("density", POSITIVE),
-    "GM": Number("mu", POSITIVE),
-    "rotation_period": Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero")),
-    "rotation_angle": Number("angle"),
-    "tilt": Number("angle"),
-}
+#: The kind of a period, which is infinite for a body that does not turn.
+_PERIOD = Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,22 +33,20 @@ class Component(ArrayFields, Tabled):
 
     Parameters
     ----------
-    semi_axes : (a, b, c), optional
-        The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters``, ``diameter`` and
-        ``composite``.
-    diameters : (2a, 2b, 2c), optional
-        Full axes instead of semi-axes.
+    semi_axes, diameters : (a, b, c) or (2a, 2b, 2c), optional
+        The semi-axes along the body's x, y and z, or the full axes. Give one of ``semi_axes``, ``diameters``,
+        ``diameter`` and ``composite``.
     diameter : float or Quantity, optional
         The diameter of the sphere of equal volume; ``axis_ratios`` shapes it.
     axis_ratios : (a/b, b/c)
         The ratios a/b and b/c of neighbouring axes, as in models of light curves, to be given with ``diameter``; both
-        are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former:
-        ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
+        are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3,
+        1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
     composite : Composite, Polyhedron or StokesCoefficients, optional
         A body of several parts, whose masses are scaled in proportion to the body's mass, and which is not compatible
         with a density; or another shape.
-    mass, density : float or Quantity, optional
-        At most one of the two. Without either, the mass follows from the other values of the binary.
+    mass, density, GM : float or Quantity, optional
+        At most one of the three. Without any, the mass follows from the other values of the binary.
     rotation_period : float or Quantity, optional
         The period of the spin about the body's z-axis: negative for a spin against it, infinite for none. Without it a
         body that is not synchronous starts without rotation, with a warning.
@@ -82,39 +67,37 @@ class Component(ArrayFields, Tabled):
     Ellipsoid(a=1.16569..., b=0.97141..., c=0.88310...)
     """
 
-    semi_axes: Any = None
-    diameters: Any = None
-    diameter: Any = None
+    semi_axes: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, (3,))))
+    diameters: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE, (3,))))
+    diameter: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
     axis_ratios: tuple[float, float] = (1.0, 1.0)
-    mass: Any = None
-    density: Any = None
-    rotation_period: Any = None
+    mass: Any = field(default=None, metadata=of_kind(Number("mass", POSITIVE)))
+    density: Any = field(default=None, metadata=of_kind(Number("density", POSITIVE)))
+    rotation_period: Any = field(default=None, metadata=of_kind(_PERIOD))
     pole: tuple[Any, Any] | None = None
-    rotation_angle: Any = 0.0
+    rotation_angle: Any = field(default=0.0, metadata=of_kind(Number("angle")))
     name: str | None = None
-    tilt: Any = 0.0
+    tilt: Any = field(default=0.0, metadata=of_kind(Number("angle")))
     composite: Composite | Polyhedron | StokesCoefficients | None = None
-    GM: Any = None
+    GM: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
         shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
         count = sum(shape is not None for shape in shapes)
         if count != 1:
-            expected = "semi_axes, diameters, diameter, composite; expected one of them"
-            raise InvalidInput(f"{called} has {count} of {expected}")
+            names = "semi_axes, diameters, diameter, composite"
+            raise InvalidInput(f"{called} has {count} of {names}; expected one of them")
         if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
             expected = "a Composite, a Polyhedron or StokesCoefficients"
             raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
-            raise InvalidInput(
-                f"{called} is given a density, and has a {type(self.composite).__name__}; "
-                "expected a mass, or what it follows from"
-            )
+            given = f"is given a density, and has a {type(self.composite).__name__}"
+            raise InvalidInput(f"{called} {given}; expected a mass, or what it follows from")
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        for name, kind in KINDS.items():
+        for name, kind in kinds_of(self).items():
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, kind(value, f"{name} of {called}"))
         if UNITLESS.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
@@ -151,6 +134,10 @@ class Component(ArrayFields, Tabled):
             return Ellipsoid(b * first, b, b / second)
         a, b, c = self.semi_axes if self.semi_axes is not None else (d / 2 for d in self.diameters)
         return Ellipsoid(a, b, c)
+
+
+#: The kinds of the numbers of a component.
+KINDS: dict[str, Any] = kinds_of(Component)
 
 
 def has_units(component: Component) -> bool:
@@ -195,5 +182,5 @@ def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
     if component.rotation_period is None:
         return 0.0
-    period = KINDS["rotation_period"].unitless(component.rotation_period, f"rotation_period of {called}", units)
+    period = _PERIOD.unitless(component.rotation_period, f"rotation_period of {called}", units)
     return float(2 * np.pi / period)

@@ -29,9 +29,7 @@ KINDS = {
     "eccentricity": Number(limits=Limits(least=0.0, below=1.0)),
     "argument_of_periapsis": Number("angle"),
     "mean_anomaly": Number("angle"),
-    "libration": Number(
-        "angle", Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
-    ),
+    "libration": Number("angle", Limits(-2 * np.pi, 2 * np.pi, text="radians, a turn at most, or a Quantity")),
     "mismatch_warning": _TOLERANCE,
     "mismatch_error": _TOLERANCE,
 }
@@ -121,14 +119,8 @@ def input_from(
         raise InvalidInput("both total_mass and GM are given; expected one of the two")
     total, mu = plain("total_mass", total_mass, convert), plain("GM", GM, convert)
     total = total if mu is None else mu / gravity
-    return BinaryInput(
-        gravity,
-        (masses[0], masses[1]),
-        total,
-        ratio,
-        plain("period", period, convert),
-        plain("semi_major_axis", semi_major_axis, convert),
-    )
+    orbit = plain("period", period, convert), plain("semi_major_axis", semi_major_axis, convert)
+    return BinaryInput(gravity, (masses[0], masses[1]), total, ratio, *orbit)
 
 
 def _volume(composite: Composite | StokesCoefficients, convert: Units, called: str) -> float:
@@ -137,21 +129,14 @@ def _volume(composite: Composite | StokesCoefficients, convert: Units, called: s
         raise InvalidInput(f"equal_density is given, and {called} has no volume; expected mass_ratio")
     densities = {part.density for part in composite.parts}
     if None in densities or len(densities) > 1:
-        raise InvalidInput(
-            f"equal_density is given, and {called} is a composite of parts without one density; expected mass_ratio"
-        )
+        which = f"{called} is a composite of parts without one density"
+        raise InvalidInput(f"equal_density is given, and {which}; expected mass_ratio")
     mass = Body(composite)._core(convert, 0).mass
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
 def solve(known: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
-    """Solve for the missing numbers, and compare each two values of one quantity.
-
-    Raises
-    ------
-    InvalidInput
-        If the given numbers do not suffice.
-    """
+    """Solve for the missing numbers, if the given ones suffice, and compare each two values of one quantity."""
     mismatches: list[Mismatch] = []
     kepler = None
     if known.period is not None and known.semi_major_axis is not None:
@@ -163,11 +148,8 @@ def solve(known: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
         period = known.period
         axis = float(np.cbrt(known.G * mass * (period / (2 * np.pi)) ** 2))
         if known.semi_major_axis is not None:
-            mismatches.append(
-                Mismatch(
-                    "the semi-major axis", axis, "the masses and the period", known.semi_major_axis, "semi_major_axis"
-                )
-            )
+            given = known.semi_major_axis, "semi_major_axis"
+            mismatches.append(Mismatch("the semi-major axis", axis, "the masses and the period", *given))
     elif known.semi_major_axis is not None:
         axis = known.semi_major_axis
         period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * mass)))
@@ -188,9 +170,8 @@ def _split(known: BinaryInput, total: float | None, mismatches: list[Mismatch]) 
     if one is not None and known.ratio is not None:
         both = (one, one * known.ratio) if second is None else (one / known.ratio, one)
         if known.total is not None:
-            mismatches.append(
-                Mismatch("the total mass", sum(both), "a component and the ratio", known.total, "total_mass")
-            )
+            given = known.total, "total_mass"
+            mismatches.append(Mismatch("the total mass", sum(both), "a component and the ratio", *given))
         return both
     if total is None:
         raise InvalidInput(
@@ -203,8 +184,6 @@ def _split(known: BinaryInput, total: float | None, mismatches: list[Mismatch]) 
             raise InvalidInput(f"a component's mass is {one:.6g} of {total:.6g} in all; expected less")
         return (one, other) if second is None else (other, one)
     if known.ratio is None:
-        raise InvalidInput(
-            "how the total mass is shared is not given; expected mass_ratio, equal_density=True, or a component's mass "
-            "or density"
-        )
+        expected = "expected mass_ratio, equal_density=True, or a component's mass or density"
+        raise InvalidInput(f"how the total mass is shared is not given; {expected}")
     return total / (1 + known.ratio), total * known.ratio / (1 + known.ratio)

@@ -57,18 +57,10 @@ class Orbit:
 class Start:
     """The start of a binary except the size and the speed of the orbit, in plain numbers.
 
-    Attributes
-    ----------
-    separation
-        The vector from the primary to the secondary (3,), on the Kepler orbit of the masses.
-    attitudes
-        The attitudes of both bodies (2, 4).
-    rates
-        The rates of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
-    shares
-        The bodies' positions and velocities divided by the relative ones (2,).
-    primary_rotates
-        Whether the primary turns relative to the line that joins the bodies.
+    The ``separation`` (3,) is the vector from the primary to the secondary, on the Kepler orbit of the masses; the
+    ``attitudes`` are (2, 4). The ``rates`` of rotation about each z-axis are ``None`` for a synchronous secondary,
+    whose rate is the orbit's. The ``shares`` (2,) are the bodies' positions and velocities divided by the relative
+    ones. ``primary_rotates`` says whether the primary turns relative to the line that joins the bodies.
     """
 
     orbit: Orbit
@@ -100,14 +92,8 @@ class Start:
         shares = np.array([0.0, 1.0])
         if at_rest == "barycentre":
             shares = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
-        return cls(
-            orbit,
-            separation,
-            attitudes,
-            (rates[0], None if synchronous else rates[1]),
-            shares,
-            primary_rotates=bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6),
-        )
+        rotates = bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6)
+        return cls(orbit, separation, attitudes, (rates[0], None if synchronous else rates[1]), shares, rotates)
 
     @property
     def direction(self) -> Floats:

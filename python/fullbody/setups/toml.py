@@ -94,7 +94,7 @@ describe a ready-made system (``title``, ``text``, ``example``, ``assumed``, ``s
 from __future__ import annotations
 
 import inspect
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -110,16 +110,13 @@ from ..motion.system import System
 from ..record import integrators
 from .binary import binary
 from .toml_bodies import body, pair
-from .toml_forces import force
 from .toml_published import METADATA, replaced, with_unit
-from .toml_state import state_of
+from .toml_state import force, state_of
 from .toml_table import TomlTable
-
-__all__ = ["Configuration", "build", "read_toml", "toml_content"]
 
 _RUN = ("until", "output", "start", "origin", "file")
 _TOP = ("system", "body", "binary", "forces", "integrator", "run")
-#: The choices of ``origin``, the default first.
+#: The default is the first one.
 _INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verner98"))
 
 
@@ -150,23 +147,17 @@ class Configuration(ArrayFields):
     file: Path
 
     def run(self, until: Any = None, progress: Any = False) -> Run:
-        """Integrate the system without writing a file.
+        """Integrate the system, to the time of the file unless another one is given, without writing a file.
 
         Parameters
         ----------
         until : float or Quantity, optional
-            Another end time than that of the file.
         progress : bool or callable
-
-        Returns
-        -------
-        Run
         """
         end = self.until if until is None else until
         try:
-            return self.system.integrate(
-                self.state, end, output=self.output, integrator=self.integrator, progress=progress
-            )
+            options = {"output": self.output, "integrator": self.integrator, "progress": progress}
+            return self.system.integrate(self.state, end, **options)
         except InvalidInput as error:
             # Whether the times fit is known only when the end is.
             if "output" not in str(error):
@@ -176,10 +167,6 @@ class Configuration(ArrayFields):
 
 def read_toml(path: Any) -> Configuration:
     """Read a ``system.toml``.
-
-    Parameters
-    ----------
-    path : str or Path
 
     Returns
     -------
@@ -196,37 +183,23 @@ def read_toml(path: Any) -> Configuration:
     path = as_path(path)
     top = TomlTable(path, "", {}, Units())
     with top.naming(""):
-        top.content = {
-            key: replaced(item, with_unit) for key, item in toml_content(path).items() if key not in METADATA
-        }
+        content = toml_content(path).items()
+        top.content = {key: replaced(item, with_unit) for key, item in content if key not in METADATA}
     top.only(*_TOP)
     top.units = _units(top.table("system"))
     run, integrator = top.table("run").only(*_RUN), _integrator(top.table("integrator", required=False))
     with top.naming("binary" if "binary" in top else "system"):
         system, state = build(top, {"units": top.units.names})
-    attach = top.units.attach
-    return Configuration(
-        path,
-        system,
-        state,
-        integrator,
-        attach(run.number("until", "time"), "time"),
-        attach(_output(run), "time") if "output" in run else None,
-        path.parent / _file(run),
-    )
+    until = top.units.attach(run.number("until", "time"), "time")
+    output = top.units.attach(_output(run), "time") if "output" in run else None
+    return Configuration(path, system, state, integrator, until, output, path.parent / _file(run))
 
 
 def build(top: TomlTable, options: dict[str, Any], planar: bool = False) -> tuple[System, State]:
-    """Make the system and the state of a file.
+    """Make the system and the state of a file, with the units of its plain numbers.
 
-    Parameters
-    ----------
-    top
-        The whole file, with the units of its plain numbers.
-    options
-        Options of :class:`fullbody.System`, which have priority over those of the file; ``G`` or ``units`` is one.
-    planar
-        Whether the orbit of a binary is to be in the xy-plane with its node on the x-axis, whatever its pole is.
+    The options are those of :class:`fullbody.System`, which have priority over those of the file; ``G`` or ``units`` is
+    one. With ``planar`` the orbit of a binary is in the xy-plane with its node on the x-axis, whatever its pole is.
     """
     table, rows = top.table("system"), top.tables("body")
     known_names = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
@@ -260,13 +233,11 @@ def toml_content(path: Path) -> dict[str, Any]:
     try:
         # The byte order mark that some editors write is accepted.
         return tomllib.loads(normal(written.decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        other = other_reader(path, "fullbody.read_toml")
-        raise InvalidInput(f"{path}: is not text; expected a file of TOML{other}") from error
+    # Python's limits on the digits of a number and on nested brackets raise these errors too.
     except (ValueError, RecursionError) as error:
-        # Python's limits on the digits of a number and on nested brackets raise these errors.
-        other = other_reader(path, "fullbody.read_toml")
-        raise InvalidInput(f"{path}: not valid TOML: {error}{other}") from error
+        no_text = isinstance(error, UnicodeDecodeError)
+        found = "is not text; expected a file of TOML" if no_text else f"not valid TOML: {error}"
+        raise InvalidInput(f"{path}: {found}{other_reader(path, 'fullbody.read_toml')}") from error
 
 
 def _units(system: TomlTable) -> Units:
@@ -295,12 +266,7 @@ def _file(run: TomlTable) -> str:
 
 def _integrator(table: TomlTable) -> Any:
     kind = getattr(integrators, table.choice("name", _INTEGRATORS))
-    known_names = fields(kind)
-    table.only("name", *(setting.name for setting in known_names))
-    for setting in known_names:
-        if setting.default is MISSING and setting.name not in table:
-            raise table.fault(setting.name, f"is missing; {kind.__name__} needs it")
-    settings = {key: value for key, value in table.content.items() if key != "name"}
+    settings = {key: table.content[key] for key in table.fields_of(kind, "name")}
     if "step" in settings:
         settings["step"] = table.units.attach(table.number("step", "time"), "time")
     with table.naming(""):

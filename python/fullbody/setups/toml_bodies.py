@@ -19,8 +19,6 @@ from .masses import KINDS as OF_BINARIES
 from .toml_state import ANGLES, attitude, flag
 from .toml_table import TomlTable
 
-__all__ = ["FIGURES", "MASSES", "SHAPES", "body", "pair"]
-
 SHAPES = ("semi_axes", "radius", "point", "polyhedron", "stokes", "diameters", "diameter")
 #: The keys of the figure beside a diameter: a/b and b/c, or the two ratios of the longest axis, or J2.
 FIGURES = ("axis_ratios", "a/b", "a/c", "J2")
@@ -44,10 +42,8 @@ def body(table: TomlTable, G: float) -> Body:
 
 
 def pair(table: TomlTable, rows: list[TomlTable], G: float) -> dict[str, Any]:
-    """Return the arguments of :func:`fullbody.binary` from its table and those of the two bodies.
-
-    Beside these arguments there may be ``inclination`` and ``ascending_node`` for the pole, and ``mean_longitude`` for
-    the mean anomaly.
+    """Return the arguments of :func:`fullbody.binary` from its table, which may have other angles, and of the two
+    bodies.
     """
     table.only(*OF_BINARIES, *_CHOICES, "pole", "inclination", "ascending_node", "mean_longitude")
     if len(rows) != 2:
@@ -66,21 +62,15 @@ def pair(table: TomlTable, rows: list[TomlTable], G: float) -> dict[str, Any]:
     if "synchronous" in rows[1]:
         raise rows[1].fault("synchronous", f"is given for the second body; expected it in [{table.location}]")
     if flag(rows[0], "synchronous"):
-        period = table.number("period", "time")
-        primary |= {"rotation_period": period, "rotation_angle": _latitude(arguments)}
+        names = ("eccentricity", "argument_of_periapsis", "mean_anomaly")
+        e, periapsis, anomaly = (arguments.get(name, 0.0) for name in names)
+        (x, y, _), _ = KeplerElements(1.0, e, 0.0, 0.0, periapsis, anomaly).to_cartesian(1.0)
+        primary |= {"rotation_period": table.number("period", "time"), "rotation_angle": float(np.arctan2(y, x))}
     with rows[0].naming(""):
         arguments["primary"] = Component(**primary)
     with rows[1].naming(""):
         arguments["secondary"] = Component(**secondary)
     return arguments
-
-
-def _latitude(arguments: dict[str, Any]) -> float:
-    """Return the angle from the orbit's node to the secondary at the start."""
-    names = ("eccentricity", "argument_of_periapsis", "mean_anomaly")
-    e, periapsis, anomaly = (arguments.get(name, 0.0) for name in names)
-    (x, y, _), _ = KeplerElements(1.0, e, 0.0, 0.0, periapsis, anomaly).to_cartesian(1.0)
-    return float(np.arctan2(y, x))
 
 
 def _component(table: TomlTable, G: float) -> dict[str, Any]:
@@ -197,20 +187,14 @@ def _polyhedron(table: TomlTable) -> Polyhedron:
 
 def _stokes(table: TomlTable) -> StokesCoefficients:
     """Make a shape from Stokes coefficients, in the system's units, of a file beside this one or of the table."""
-    coefficients = table.table("stokes").only(
-        "file", "C", "S", "reference_radius", "inertia", "radius", "normalization"
-    )
-    arguments: dict[str, Any] = {
-        key: coefficients.number(key, "length") for key in ("reference_radius", "radius") if key in coefficients
-    }
+    lengths = dict.fromkeys(("reference_radius", "radius"), Number("length"))
+    coefficients = table.table("stokes").only("file", "C", "S", *lengths, "inertia", "normalization")
+    arguments: dict[str, Any] = coefficients.given(lengths)
     arguments["inertia"] = coefficients.number("inertia", "area")
     if "normalization" in coefficients:
         arguments["normalization"] = coefficients.text("normalization")
     with coefficients.naming(""):
         if coefficients.one_of("file", "C") == "file":
             return StokesCoefficients.read(table.path.parent / coefficients.text("file"), **arguments)
-        return StokesCoefficients(
-            coefficients.content["C"],
-            coefficients.content.get("S", np.zeros_like(coefficients.content["C"])),
-            **arguments,
-        )
+        C = coefficients.content["C"]
+        return StokesCoefficients(C, coefficients.content.get("S", np.zeros_like(C)), **arguments)

@@ -9,8 +9,6 @@ from typing import Any
 from ..base.kinds import choice
 from ..errors import InvalidInput
 
-__all__ = ["METADATA", "in_usual_units", "is_published", "replaced", "with_unit"]
-
 #: Tables and keys of a file that describe a published system and build nothing.
 METADATA = (
     *("title", "text", "example", "assumed", "sources", "not_used"),

@@ -1,25 +1,59 @@
-"""The state that the tables ``[[body]]`` of a ``system.toml`` describe: positions, orbits, attitudes and spins."""
+"""The tables ``[[forces]]`` of a ``system.toml``, and the state that its ``[[body]]`` describe: orbits, rotations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..base import rotations
+from ..base.kinds import Kind, Number, direction, kinds_of
+from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
+from ..forces.radiation import torque_dimension
 from ..frames import attitude as attitude_of_pole
 from ..frames import rotate_pole
 from ..model.state import State, from_numbers
 from ..motion.system import System
-from ..orbit.elements import KeplerElements
+from ..orbit.elements import DIMENSIONS, KeplerElements
 from ..typing import Floats
-from .toml_forces import ELEMENTS, elements
 from .toml_table import TomlTable
 
-__all__ = ["ANGLES", "attitude", "flag", "spin", "state_of"]
-
+#: The elements of an orbit, also by other words for angles, with their dimensions.
+ELEMENTS = DIMENSIONS | dict.fromkeys(("f", "l", "pomega", "theta"), "angle")
 #: The keys of an attitude.
 ANGLES = ("attitude", "angles", "pole", "pole_frame", "rotation_angle")
+_KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
+
+
+def elements(table: TomlTable) -> KeplerElements[Any]:
+    """Make the orbit of a table, in its units."""
+    given = [name for name in ELEMENTS if name in table or name in ("a", "e", "i", "Omega")]
+    numbers = {name: table.number(name, ELEMENTS[name]) for name in given}
+    with table.naming(""):
+        return KeplerElements(**numbers)
+
+
+def force(table: TomlTable) -> Force:
+    """Make the force of a table, with numbers in its units."""
+    if table.content.get("kind") == "Function":
+        raise table.fault("kind", "is 'Function', which no file can hold; give it in Python: system.with_forces([...])")
+    table.take("kind", f"one of {', '.join(map(repr, _KINDS))}")
+    kind = _KINDS[table.choice("kind", tuple(_KINDS))]
+    kinds = kinds_of(kind)
+    arguments = {name: _argument(table, name, kinds.get(name)) for name in table.fields_of(kind, "kind")}
+    with table.naming(""):
+        return kind(**arguments)
+
+
+def _argument(table: TomlTable, key: str, kind: Kind | None) -> Any:
+    if key == "orbit":
+        return elements(table.table(key).only(*ELEMENTS))
+    if key in ("along", "across"):
+        return table.array(key, torque_dimension(table.text("normalization") if "normalization" in table else None))
+    if isinstance(kind, Number) or kind is direction:
+        return table.array(key, kind.dimension if isinstance(kind, Number) else "number")
+    return table.text(key)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +76,10 @@ def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
     attitudes = np.zeros((len(rows), 4))
     for k in _order(rows, orbits, names):
         if (orbit := orbits[k]) is None:
-            position[k], velocity[k] = _pose(rows[k], k)
+            if k > 0 and "position" not in rows[k]:
+                raise rows[k].fault("", "has no position and no orbit; expected one of them")
+            for key, values, dimension in (("position", position, "length"), ("velocity", velocity, "velocity")):
+                values[k] = rows[k].vector(key, dimension, 3) if key in rows[k] else 0.0
         else:
             shares = masses[orbit.about] / masses[orbit.about].sum()
             position[k] = shares @ position[orbit.about] + orbit.position
@@ -89,14 +126,6 @@ def _orbit(table: TomlTable, names: list[str], masses: Floats, G: float, k: int)
     with orbit.naming(""):
         mu = G * float(masses[[*indices, k]].sum())
         return _Orbit(indices, shape, mu, *shape.to_cartesian(mu))
-
-
-def _pose(table: TomlTable, k: int) -> tuple[Floats, Floats]:
-    """Return the position and the velocity of a body without an orbit."""
-    if k > 0 and "position" not in table:
-        raise table.fault("", "has no position and no orbit; expected one of them")
-    position = table.vector("position", "length", 3) if "position" in table else np.zeros(3)
-    return position, table.vector("velocity", "velocity", 3) if "velocity" in table else np.zeros(3)
 
 
 def _rotation(table: TomlTable, orbit: _Orbit | None, frame: str | None) -> tuple[Floats, Floats]:

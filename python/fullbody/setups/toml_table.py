@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,6 @@ from ..base.kinds import Number
 from ..base.units import Units
 from ..errors import FullbodyError, InvalidInput
 from ..typing import Floats
-
-__all__ = ["TomlTable"]
 
 
 class TomlTable:
@@ -118,6 +117,15 @@ class TomlTable:
             return self.units.number(item, dimension, key)
         except InvalidInput as error:
             raise self.fault(key, str(error).removeprefix(f"{key} ")) from error
+
+    def fields_of(self, kind: type, key: str) -> list[str]:
+        """Return the names of those fields of a dataclass that are given beside a key; required ones must be."""
+        entries = fields(kind)
+        self.only(key, *(entry.name for entry in entries))
+        for entry in entries:
+            if entry.default is MISSING and entry.name not in self:
+                raise self.fault(entry.name, f"is missing; {kind.__name__} needs it")
+        return [entry.name for entry in entries if entry.name in self]
 
     def only(self, *keys: str) -> TomlTable:
         """Refuse keys other than these, before a misspelt one is reported as missing."""

@@ -40,6 +40,7 @@ Examples
 
 from typing import TYPE_CHECKING
 
+from ._files import names
 from ._functions import Ready, function
 from ._published import Published, Value, published
 
@@ -63,29 +64,8 @@ if TYPE_CHECKING:
     sn263_2001: Ready
     vh_1991: Ready
 
-__all__ = [
-    "Published",
-    "Value",
-    "antiope",
-    "case1",
-    "case2",
-    "didymos",
-    "didymos_after_dart",
-    "dinkinesh",
-    "dp107_2000",
-    "eris_dysnomia",
-    "fg3_1996",
-    "haumea",
-    "kalliope_linus",
-    "kw4",
-    "kw4_ho2021",
-    "lempo",
-    "patroclus_menoetius",
-    "pluto_charon",
-    "published",
-    "sn263_2001",
-    "vh_1991",
-]
+__all__ = ["Published", "Value", "published"]
+__all__ += names()
 
 
 def __getattr__(name: str) -> Ready:

@@ -9,10 +9,10 @@ import numpy as np
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import flag
-from ..base.units import USUAL, Units, need
+from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
-from ..frames import rotate_state, rotation
+from ..frames import rotate_state, rotation, turned
 from ..model.description import functions
 from ..model.force import rebuilt
 from ..model.state import State, strip, wrap
@@ -23,8 +23,6 @@ from ..setups.toml_published import METADATA, in_usual_units, replaced
 from ..setups.toml_table import TomlTable
 from ..typing import Floats
 from . import _files
-
-__all__ = ["FRAMES", "ready", "with_sun"]
 
 #: Methods of gravity for which the files have the starts of mean elements.
 _EXACT = ("focal", "harmonic", "surface")
@@ -46,17 +44,7 @@ def ready(
     units: Any = False,
     **options: Any,
 ) -> tuple[System, State]:
-    """Make a ready-made system.
-
-    Parameters
-    ----------
-    name
-        The name of its file.
-    variant
-        The name of a variant of the file.
-    changes
-        Other values of bodies, by the name of the body and the key of its table.
-    """
+    """Make a ready-made system from its file, a variant of it, and other values by names of bodies and keys."""
     content = _files.changed(_files.contents(name), variant, changes)
     table = content["system"]
     frame, published = _frame(content, frame), table.get("frame")
@@ -75,7 +63,7 @@ def ready(
     system = system.with_options(frame=frame)
     plane = _plane(described) if frame is not None else (0.0, 0.0)
     if frame == "orbit" and not planar:
-        state = _rotated(state, _into(plane))
+        state = turned(state, rotations.matrices(_into(plane)), _into(plane))
     elif frame not in (None, "orbit", published):
         state = rotate_state(state, published, frame)
     system, state = _in_units(system, state, units)
@@ -102,9 +90,8 @@ def _with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
     own_epoch = options.get("epoch")
     if epoch is not None and own_epoch is not None:
-        raise InvalidInput(
-            f"epoch is {own_epoch!r}; expected none: the numbers of this system hold at its own, {epoch}"
-        )
+        expected = f"expected none: the numbers of this system hold at its own, {epoch}"
+        raise InvalidInput(f"epoch is {own_epoch!r}; {expected}")
     return {**options, "epoch": epoch if own_epoch is None else own_epoch}
 
 
@@ -126,16 +113,6 @@ def _into(plane: tuple[float, float]) -> Floats:
     return rotations.product(rotations.about_axis(0, -inclination), rotations.about_axis(2, -node))
 
 
-def _rotated(state: State, quaternion: Floats) -> State:
-    """Return a state with positions, velocities and attitudes turned by a quaternion."""
-    matrix = rotations.matrices(quaternion)
-    return state.replace(
-        position=state.position @ matrix.T,
-        velocity=state.velocity @ matrix.T,
-        attitude=np.array([rotations.product(quaternion, q) for q in state.attitude]),
-    )
-
-
 def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     """Convert a system in km, hour, kg and its state to the given units."""
     target = Units(units)
@@ -155,12 +132,8 @@ def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
 def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple[str | None, Floats | None]) -> System:
     """Add the Sun's gravity to a system if it is requested.
 
-    Parameters
-    ----------
-    table
-        The heliocentric orbit in the ecliptic of J2000 (au, degrees), and the Julian date of its mean anomaly.
-    axes
-        The state's axes: the name of a frame, and a quaternion by which vectors turn from there or ``None``.
+    The table has the heliocentric orbit in the ecliptic of J2000 (au, degrees), and the Julian date of its mean
+    anomaly; the axes of the state are a frame and a quaternion by which vectors turn from there, or ``None``.
     """
     flag(sun, "sun")
     if not sun:
@@ -177,12 +150,7 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     if quaternion is not None:
         matrix = rotations.matrices(quaternion) @ matrix
     orbit = KeplerElements.from_cartesian(matrix @ r, matrix @ v, _MU)
-    if system.units is None:
-        third = ThirdBody(mu=_MU, orbit=orbit, of="system", name="Sun")
-    else:
-        with need("units", "a system with units"):
-            from astropy import units as u
-        angles = (orbit.i, orbit.Omega, orbit.omega, orbit.M)
-        united = KeplerElements(orbit.a * u.km, orbit.e, *angles)
-        third = ThirdBody(mu=_MU * u.km**3 / u.hour**2, orbit=united, of="system", name="Sun")
-    return system.with_force(third)
+    attach = Units(None if system.units is None else USUAL).attach
+    angles = (orbit.i, orbit.Omega, orbit.omega, orbit.M)
+    orbit = KeplerElements(attach(orbit.a, "length"), orbit.e, *angles)
+    return system.with_force(ThirdBody(mu=attach(_MU, "mu"), orbit=orbit, of="system", name="Sun"))

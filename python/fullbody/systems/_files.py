@@ -10,14 +10,11 @@ from typing import Any
 from ..errors import InvalidInput
 from ..setups.toml_bodies import FIGURES, MASSES, SHAPES
 
-__all__ = ["changed", "contents", "names", "path", "variants"]
-
 
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all ready-made systems, which are those of the files."""
-    files = (file.name for file in _folder().iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
+    return tuple(sorted(file.stem for file in Path(__file__).parent.glob("*.toml")))
 
 
 @cache
@@ -30,13 +27,7 @@ def contents(name: str) -> dict[str, Any]:
 
 def path(name: str) -> Path:
     """Return the path of a system's file."""
-    return Path(str(_folder().joinpath(f"{name}.toml")))
-
-
-def _folder() -> Any:
-    from importlib.resources import files
-
-    return files(__package__)
+    return Path(__file__).with_name(f"{name}.toml")
 
 
 def variants(content: dict[str, Any]) -> tuple[str, ...]:

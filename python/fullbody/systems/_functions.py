@@ -19,8 +19,6 @@ from . import _files
 from ._build import FRAMES, ready
 from ._published import of_contents
 
-__all__ = ["Ready", "function"]
-
 Ready = Callable[..., tuple[System, State]]
 
 _FRAME = """The axes of the state: the ecliptic of J2000, the equator of J2000 (taken as the ICRS), or the orbit's plane

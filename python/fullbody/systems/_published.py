@@ -10,8 +10,6 @@ from ..errors import InvalidInput
 from ..setups.toml_published import is_published
 from . import _files
 
-__all__ = ["Published", "Value", "published"]
-
 #: Nouns for keys of a file that are not their own names with spaces.
 _NOUNS = {
     **{"diameters": "axes", "semi_axes": "semi-axes", "a/b": "axis ratio a/b", "a/c": "axis ratio a/c"},
@@ -38,11 +36,8 @@ class Value:
     Attributes
     ----------
     value : float or tuple of float
-    unit : str
-    uncertainty : str
-        The uncertainty as published; empty if there is none.
-    source : str
-        The key of the reference in ``Published.sources``.
+    unit, uncertainty, source : str
+        The uncertainty as published, empty if there is none; and the key of the reference in ``Published.sources``.
     """
 
     value: Any
@@ -91,10 +86,8 @@ class Published:
     def table(self) -> str:
         """Format the values, assumptions and sources as text."""
         lines = [f"{name}: {value} [{value.source}]" for name, value in self.values.items()]
-        lines += [
-            f"frame of the poles and elements: {self.frame or 'none'}",
-            f"epoch of time zero: {self.epoch or 'arbitrary'}",
-        ]
+        lines.append(f"frame of the poles and elements: {self.frame or 'none'}")
+        lines.append(f"epoch of time zero: {self.epoch or 'arbitrary'}")
         lines += [f"assumed: {text}" for text in self.assumed]
         exact = [name for name, value in self.values.items() if not value.uncertainty and name not in _SUN.values()]
         if exact:
@@ -113,16 +106,7 @@ def published(name: str) -> Published:
     Parameters
     ----------
     name : str
-        The name of the function, such as ``"didymos"``.
-
-    Returns
-    -------
-    Published
-
-    Raises
-    ------
-    InvalidInput
-        For another name.
+        The name of the function, such as ``"didymos"``; others are refused.
 
     Examples
     --------
@@ -138,32 +122,19 @@ def published(name: str) -> Published:
 def of_contents(content: dict[str, Any]) -> Published:
     """Return the published numbers of the contents of a file."""
     items = dict(_numbers(content))
-    doubts = {
-        word: tuple(
-            ("uncertainty of " if part.startswith("error") else "") + name
-            for name, item in items.items()
-            for part in item.get("doubt", "").split(", ")
-            if part.endswith(word)
-        )
-        for word in ("second-hand", "unconfirmed")
-    }
-    values = {
-        name: Value(
-            tuple(item["value"]) if isinstance(item["value"], list) else item["value"],
-            *(item.get(key, "") for key in ("unit", "error", "source")),
-        )
-        for name, item in items.items()
-    }
-    system = content["system"]
-    return Published(
-        values,
-        content["sources"],
-        tuple(content["assumed"]),
-        system.get("frame"),
-        system.get("epoch"),
-        doubts["second-hand"],
-        doubts["unconfirmed"],
-    )
+    parts = [(name, part) for name, item in items.items() for part in item.get("doubt", "").split(", ")]
+
+    def doubtful(word: str) -> tuple[str, ...]:
+        found = ((name, part.startswith("error")) for name, part in parts if part.endswith(word))
+        return tuple(f"uncertainty of {name}" if of_error else name for name, of_error in found)
+
+    values = {}
+    for name, item in items.items():
+        value = tuple(item["value"]) if isinstance(item["value"], list) else item["value"]
+        values[name] = Value(value, *(item.get(key, "") for key in ("unit", "error", "source")))
+    frame, epoch = (content["system"].get(key) for key in ("frame", "epoch"))
+    doubts = (doubtful("second-hand"), doubtful("unconfirmed"))
+    return Published(values, content["sources"], tuple(content["assumed"]), frame, epoch, *doubts)
 
 
 def _numbers(content: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:

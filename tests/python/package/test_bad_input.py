@@ -2,6 +2,7 @@
 
 import inspect
 import reprlib
+from dataclasses import is_dataclass
 
 import fullbody
 import numpy as np
@@ -23,7 +24,7 @@ from fullbody import (
     observing,
     particles,
 )
-from fullbody.base.kinds import Declared, Number
+from fullbody.base.kinds import Declared, Number, kinds_of
 from fullbody.errors import InvalidInput
 from support import refused_with
 
@@ -184,8 +185,10 @@ def test_every_declared_number_is_in_the_table():
     declared = {
         f"{owner.__module__.split('.')[1]}.{owner.__name__}.{name}"
         for owner in classes(Declared)
-        for name, kind in vars(owner).get("_kinds", {}).items()
-        if isinstance(kind, Number) and owner.__module__.startswith("fullbody.")
+        for name, kind in (kinds_of(owner) if is_dataclass(owner) else {}).items()
+        if isinstance(kind, Number)
+        and owner.__module__.startswith("fullbody.")
+        and name in inspect.get_annotations(owner)
     }
     assert declared == {f"{owner}.{name}" for owner, own in FIELDS.items() for name in own}
 
