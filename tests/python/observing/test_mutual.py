@@ -249,5 +249,4 @@ def test_what_cannot_be_is_refused():
     refused("toward of Occultation is not given", lambda: fullbody.events.Occultation(0, 1))
     refused("toward of Occultation has shape", lambda: fullbody.events.Occultation(0, 1, toward=[AXIS, AXIS]))
     short = fullbody.events.Occultation(1, 0, toward=[AXIS] * 4, times=[0.0, 0.5, 1.0, 1.5])
-    with pytest.raises(InvalidInput, match=r"time of Occultation is 1\.5.*; expected one from 0 to 1\.5"):
-        system.integrate(state, 3.0, events=[short])
+    refused(r"time of Occultation is 1\.5.*; expected one from 0 to 1\.5", system.integrate, state, 3.0, events=[short])

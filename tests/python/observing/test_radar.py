@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from astropy.table import QTable
 from fullbody import observing
-from fullbody.errors import InconsistentInput, InvalidInput
+from fullbody.errors import InconsistentInput
 from support import refused
 from support.displacements import by_start
 
@@ -94,8 +94,7 @@ def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
         data = observing.RadarAstrometry(
             [200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry
         )
-        with pytest.raises(InvalidInput, match=message):
-            data.predict(run)
+        refused(message, data.predict, run)
 
 
 def test_measured_values_are_compared_with_functions_of_a_run(run):

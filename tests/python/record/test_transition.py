@@ -3,7 +3,6 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
 from mpmath import mp, mpf
 from support import pair_of_points, refused, worst
 from support.flows import TIGHT, energy_gradient, momentum_gradients, rates, scaled, scales, symplectic_form, tumbling
@@ -138,8 +137,7 @@ def test_the_transition_matrix_backwards_is_the_inverse(tumble):
 
 def test_unknown_parameters_answer_with_those_that_exist():
     system, state = tumbling()
-    with pytest.raises(InvalidInput, match=r'"mass of C".*"G".*"mass of A".*"mass of B"'):
-        system.integrate(state, 1.0, derivatives=["mass of C"])
+    refused(r'"mass of C".*"G".*"mass of A".*"mass of B"', system.integrate, state, 1.0, derivatives=["mass of C"])
     refused("which is text", lambda: system.integrate(state, 1.0, derivatives="G"))
     refused("derivatives=True", lambda: system.integrate(state, 1.0).transition)
 

@@ -92,8 +92,7 @@ def test_tolerances_are_numbers(name, value):
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     expected = f"^{name} (is .*; expected a number, zero or above|has the unit km; expected pure numbers)$"
     for more in ({}, {"period": 8 * np.pi}):
-        with pytest.raises(InvalidInput, match=expected):
-            binary(first, second, G=1.0, semi_major_axis=5.0, **more, **{name: value})
+        refused(expected, binary, first, second, G=1.0, semi_major_axis=5.0, **more, **{name: value})
 
 
 def test_tolerances_of_nothing_and_of_all():
@@ -519,8 +518,7 @@ def test_poles_with_wrong_parts_name_the_part():
         ((0.0, float("nan")), "latitude of pole is nan; expected a finite number"),
         (("x", 0.0), "longitude of pole is 'x'; expected a finite number"),
     ):
-        with pytest.raises(InvalidInput, match=what):
-            binary(first, second, G=1.0, semi_major_axis=5.0, pole=pole)
+        refused(what, binary, first, second, G=1.0, semi_major_axis=5.0, pole=pole)
 
 
 def test_texts_with_units_are_taken():
@@ -549,8 +547,7 @@ def test_numbers_with_units_and_a_system_without():
     for size in sizes:
         first, second = Component(**size, mass=1.0, rotation_period=3.0), Component(diameter=0.1, mass=0.01)
         period = 20 * u.h if size["diameter" if "diameter" in size else "diameters"] == 2.0 else 20.0
-        with pytest.raises(InvalidInput, match=r"have units and the system has none; expected units=\('km', "):
-            binary(first, second, period=period)
+        refused(r"have units and the system has none; expected units=\('km', ", binary, first, second, period=period)
     given = {"period": 20 * u.h}
     first = Component(diameter=2 * u.km, density=2 * u.g / u.cm**3, rotation_period=3 * u.h)
     second = Component(diameter=0.2 * u.km, density=2 * u.g / u.cm**3)
@@ -591,7 +588,6 @@ def test_what_would_be_ignored_is_refused():
 
 def test_unknown_options_are_named():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
-    with pytest.raises(InvalidInput, match=r"'peroid' is not an option of binary; did you mean 'period'\?"):
-        binary(first, second, G=1.0, peroid=3.0)
+    refused(r"'peroid' is not an option of binary; did you mean 'period'\?", binary, first, second, G=1.0, peroid=3.0)
     with pytest.raises(InvalidInput, match=r"'gravty' is not an option of binary; did you mean 'gravity'\?"):
         binary(first, second, G=1.0, period=30.0, gravty="point")

@@ -204,8 +204,7 @@ def test_files_that_are_no_toml_are_refused(tmp_path):
     system.integrate(state, 1.0).save(tmp_path / "run.nc")
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n")
     for name, what in (("run.nc", "is not text"), ("picture.png", "is not text"), ("", "is a folder")):
-        with pytest.raises(InvalidInput, match=f"{what}; expected a file of TOML"):
-            fullbody.read_toml(tmp_path / name)
+        refused(f"{what}; expected a file of TOML", fullbody.read_toml, tmp_path / name)
 
 
 def test_a_byte_order_mark_is_no_statement(tmp_path):

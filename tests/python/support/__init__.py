@@ -85,10 +85,10 @@ def rot_z(t):
     return np.array([[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1]])
 
 
-def refused(match, call):
+def refused(match, call, *given, **options):
     """The call raises InvalidInput, in whose message the pattern is found."""
     with pytest.raises(InvalidInput, match=match):
-        call()
+        call(*given, **options)
 
 
 def body_list(*unnamed, **named):

@@ -274,8 +274,7 @@ def test_systems_in_other_units_are_the_same(name):
         (1, "is 1; expected"),
         (("km", "kg", "hour"), "has 'kg'; expected a unit"),
     ):
-        with pytest.raises(InvalidInput, match=f"units .*{what}"):
-            make(units=units)
+        refused(f"units .*{what}", make, units=units)
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021", "case1", "case2"])
@@ -289,8 +288,7 @@ def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
         refused(rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}", lambda: make(epoch="2001-05-25 TDB"))
         assert make(epoch=None)[0].options["epoch"] == own
     for option in ("G", "bodies", "gravty"):
-        with pytest.raises(InvalidInput, match=f"'{option}' is not an option of this system"):
-            make(**{option: 1.0})
+        refused(f"'{option}' is not an option of this system", make, **{option: 1.0})
 
 
 @pytest.mark.parametrize("name", ["kw4_ho2021", "case1", "case2"])
@@ -298,8 +296,7 @@ def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
     make = getattr(systems, name)
     assert make(frame=None)[0].frame is None
     for frame in ("equatorial", "ecliptic", "galactic"):
-        with pytest.raises(InvalidInput, match=f"frame is '{frame}'; expected"):
-            make(frame=frame)
+        refused(f"frame is '{frame}'; expected", make, frame=frame)
     # The orbit's plane is where it is.
     system, state = ready("kw4", frame="orbit")
     assert system.frame == "orbit"
@@ -455,8 +452,7 @@ def test_models_of_didymos_after_dart():
     ratios = [quadrupole(made.bodies[0].shape) / quadrupole(other.bodies[0].shape) for made in (current, plain)]
     assert [round(100 * (ratio - 1)) for ratio in ratios] == [1, 19]
     for model in ("naidu", None, np.ones(2)):
-        with pytest.raises(InvalidInput, match=r"model is .*; expected 'v003' or 'daly2023' or 'naidu2024'"):
-            systems.didymos_after_dart(model=model)
+        refused(r"model is .*; expected 'v003' or 'daly2023' or 'naidu2024'", systems.didymos_after_dart, model=model)
 
 
 @pytest.mark.parametrize("model", ["v003", "daly2023", "naidu2024"])
@@ -705,8 +701,7 @@ def test_the_oblate_alpha_has_the_published_j2():
     with pytest.raises(InvalidInput, match=r"axis_ratios of Alpha are \(1\.1, 1\.0\) and model is 'fang2011'"):
         systems.sn263_2001(model="fang2011", axis_ratios=((1.1, 1.0), (1.0, 1.0), (1.0, 1.0)))
     for model in ("fang", None, np.ones(2)):
-        with pytest.raises(InvalidInput, match=r"model is .*; expected 'spheres' or 'fang2011'"):
-            systems.sn263_2001(model=model)
+        refused(r"model is .*; expected 'spheres' or 'fang2011'", systems.sn263_2001, model=model)
 
 
 @pytest.mark.parametrize(
