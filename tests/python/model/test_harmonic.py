@@ -8,16 +8,10 @@ from fullbody.errors import NotConverged
 from support.meshes import icosphere
 
 
-def rotation(rng):
-    q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
-
-
 def pose(rng, distance):
-    direction = rng.normal(size=3)
+    direction, attitude = rng.normal(size=3), rng.normal(size=(2, 4))
     separation = distance * direction / np.linalg.norm(direction)
-    zeros = np.zeros((2, 3))
-    return State([np.zeros(3), separation], zeros, attitude=[rotation(rng), rotation(rng)], spin=zeros)
+    return State([np.zeros(3), separation], np.zeros((2, 3)), attitude / np.linalg.norm(attitude, axis=1)[:, None])
 
 
 def rock(rng, size):
@@ -75,11 +69,9 @@ def test_a_fixed_order_is_a_truncated_series():
     assert (np.diff(np.log10(errors)) < -0.5).all(), errors
     odd = System(bodies, G=1.0, gravity="multipole:3").interactions(state)
     even = [System(bodies, G=1.0, gravity=f"multipole:{n}").interactions(state) for n in (2, 4)]
-    size = np.linalg.norm(even[1].force[0])
-    steps = [np.linalg.norm(other.force[0] - odd.force[0]) / size for other in even]
     # Neither is the third degree nothing, nor does it agree with the fourth.
-    assert steps[0] > 1e-6
-    assert steps[1] > 1e-6
+    apart = [np.linalg.norm(other.force[0] - odd.force[0]) for other in even]
+    assert min(apart) > 1e-6 * np.linalg.norm(odd.force[0])
 
 
 def test_spheres_that_meet_are_named():
@@ -114,8 +106,7 @@ def test_a_resumed_run_equals_the_unbroken_one_bit_for_bit(tmp_path):
     system = System(bodies, G=1.0)
     velocity = np.array([[0.0, 0.0, 0.0], [0.0, 0.7, 0.1]])
     state = State([[0, 0, 0], [3.5, 0, 0]], velocity, spin=[[0, 0, 0.4], [0.1, 0, 0.2]])
-    unbroken = fullbody.Simulation(system, state)
-    broken = fullbody.Simulation(system, state)
+    unbroken, broken = fullbody.Simulation(system, state), fullbody.Simulation(system, state)
     for simulation in (unbroken, broken):
         simulation.integrate(6.0)
     broken.save(tmp_path / "run.fullbody")
