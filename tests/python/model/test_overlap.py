@@ -1,12 +1,13 @@
 """The overlap of ellipsoids is detected exactly at contact, whatever their attitudes."""
 
+import re
 from contextlib import suppress
 
 import fullbody
 import numpy as np
 import pytest
 from fullbody.errors import BodiesOverlap, NotConverged
-from hypothesis import given, settings
+from hypothesis import given
 from support import directions, matrix, quaternions, refused, semi_axes
 
 
@@ -25,8 +26,7 @@ def assert_overlap(system, state):
             call(state)
         assert isinstance(caught.value, fullbody.FullbodyError)
         assert caught.value.bodies == ("Alpha", "Beta")
-        assert "Alpha" in str(caught.value)
-        assert "Beta" in str(caught.value)
+        assert {"Alpha", "Beta"} <= {*re.findall(r"\w+", str(caught.value))}
     assert caught.value.time == 3.5
 
 
@@ -35,16 +35,12 @@ def touching(first, second, normal, attitudes):
 
     The point of an ellipsoid with outward normal n is C n / sqrt(n . C n), C = R diag(a^2) R^T.
     """
-    arms = []
-    for axes, q in ((first, attitudes[0]), (second, attitudes[1])):
-        frame = matrix(np.array(q, dtype=float))
-        shape = frame @ np.diag(np.square(axes)) @ frame.T
-        arms.append(shape @ normal / np.sqrt(normal @ shape @ normal))
-    return arms[0] + arms[1]
+    frames = [matrix(np.array(q, dtype=float)) for q in attitudes]
+    shapes = [frame @ np.diag(np.square(axes)) @ frame.T for frame, axes in zip(frames, (first, second), strict=True)]
+    return sum(shape @ normal / np.sqrt(normal @ shape @ normal) for shape in shapes)
 
 
 @given(semi_axes, semi_axes, directions, quaternions, quaternions)
-@settings(max_examples=40)
 def test_ellipsoids_touch_where_their_normals_do(first, second, normal, p, q):
     contact = touching(first, second, normal, (p, q))
     # Off by round-off of the contact itself at most.
