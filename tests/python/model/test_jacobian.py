@@ -15,10 +15,9 @@ def pair(case, gravity, mass=(2.0, 3.0), G=0.5):
     bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
     place = np.array([0.3, -0.1, 0.2])
     state = fullbody.State.from_tait_bryan(
-        position=[place, place + np.array(case["separation"], dtype=float)],
-        velocity=np.zeros((2, 3)),
-        angles=np.array([case["angles_a"], case["angles_b"]], dtype=float),
-        spin=np.zeros((2, 3)),
+        [place, place + np.array(case["separation"], dtype=float)],
+        np.zeros((2, 3)),
+        np.array([case["angles_a"], case["angles_b"]], dtype=float),
     )
     return fullbody.System(bodies, G=G, gravity=gravity), state
 
@@ -103,37 +102,6 @@ def test_derivatives_of_rates_are_differences(made, step, tolerance):
     for name in names:
         change = central_of_state(lambda by, name=name: rates(system.changed(name, by), state), 0.2 * step)
         assert worst(actual.by_parameter[name] / size, change / size) < tolerance, name
-
-
-def test_jacobians_of_three_bodies_and_a_composite_are_differences():
-    parts = [
-        fullbody.Part(fullbody.Ellipsoid(0.5, 0.4, 0.3), mass=0.6, position=[0.5, 0.0, 0.0]),
-        fullbody.Part(fullbody.Sphere(0.3), mass=0.3, position=[-0.6, 0.1, 0.0]),
-    ]
-    first, second = tumbling()[0].bodies
-    third = fullbody.Body(fullbody.Composite(parts), name="C")
-    system = fullbody.System([first, second, third], G=1.0)
-    state = fullbody.State.from_tait_bryan(
-        position=[[0.0, 0.0, 0.0], [3.0, 0.2, 0.1], [-1.0, 4.0, 0.5]],
-        velocity=np.zeros((3, 3)),
-        angles=[[0.2, 0.1, 0.0], [1.0, 0.3, 0.1], [0.4, -0.3, 0.2]],
-        spin=np.zeros((3, 3)),
-    )
-    jacobian = system.jacobian(state)
-    # The whole moves and turns without a change of torques.
-    assert worst(jacobian.torque_by_position.sum(axis=2), 0.0, np.abs(jacobian.torque_by_position).max()) < 1e-13
-    turned = sum(
-        np.einsum("iajb,bc->iac", jacobian.torque_by_position[:, :, [j]], np.cross(np.eye(3), state.position[j]).T)
-        + np.einsum("iajb,cb->iac", jacobian.torque_by_rotation[:, :, [j]], state.rotation_matrix[j])
-        for j in range(3)
-    )
-    assert worst(turned, 0.0, np.abs(jacobian.torque_by_rotation).max()) < 1e-13
-    # The torque on the composite against differences of it.
-    for axis in range(3):
-        change = central_of_state(
-            lambda by, axis=axis: system.interactions(displaced(state, 2, 2, axis, by)).torque.ravel(), 1e-3
-        )
-        assert worst(jacobian.torque_by_rotation[:, :, 2, axis].ravel(), change) < 1e-9
 
 
 def test_far_bodies_lose_no_digits():
