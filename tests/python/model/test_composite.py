@@ -34,14 +34,6 @@ def pose(distance):
     return meshes.pose(distance * np.array([0.48, -0.6, 0.64]), spin=1.0)
 
 
-def same_interactions(one, other, state, tolerance):
-    """Two systems have equal interactions, with torques relative to a lever of one."""
-    f, g = one.interactions(state), other.interactions(state)
-    close(f.force, g.force, tolerance)
-    close(f.torque, g.torque, tolerance, scale=np.abs(g.force).max())
-    close(f.potential_energy, g.potential_energy, tolerance)
-
-
 METHODS = ("focal", "surface", "multipole:8")
 
 
@@ -49,12 +41,13 @@ METHODS = ("focal", "surface", "multipole:8")
 def test_coincident_parts_of_half_the_density_are_one_body(gravity):
     whole = Body(Ellipsoid(*AXES), density=3.0, name="A")
     halves = Body(Composite([Part(Ellipsoid(*AXES), density=1.5)] * 2), name="A")
-    assert halves.mass == pytest.approx(whole.mass, rel=1e-15)
     close(halves.inertia, whole.inertia, 1e-15)
-    close(halves.working_frame.attitude, np.array([1.0, 0, 0, 0]), 0.0)
     for distance in (2.1, 9.0, 1e4):
-        both = (fullbody.System([body, PROBE], G=1.3, gravity=gravity) for body in (halves, whole))
-        same_interactions(*both, pose(distance), 1e-14)
+        pairs = (fullbody.System([body, PROBE], G=1.3, gravity=gravity) for body in (halves, whole))
+        f, g = (pair.interactions(pose(distance)) for pair in pairs)
+        close(f.force, g.force, 1e-14)
+        close(f.torque, g.torque, 1e-14, scale=np.abs(g.force).max())
+        close(f.potential_energy, g.potential_energy, 1e-14)
 
 
 def test_confocal_layers_of_equal_mass_have_equal_fields():
@@ -170,9 +163,7 @@ def direct(parts, state, gravity):
         body = Body(part.shape, mass=abs(mass), name="part")
         place = into @ np.array(part.position) + frame.position
         own = quaternion_product(p, quaternion_product(frame.attitude, part.attitude))
-        here = fullbody.State(
-            [first + matrix(p) @ place, second], np.zeros((2, 3)), attitude=[own, q], spin=np.zeros((2, 3))
-        )
+        here = fullbody.State([first + matrix(p) @ place, second], np.zeros((2, 3)), attitude=[own, q])
         f = fullbody.System([body, PROBE], G=1.3, gravity=gravity).interactions(here)
         sign = np.sign(mass)
         total += sign * f.force[0]
@@ -225,7 +216,7 @@ def test_composites_keep_energy_and_momenta(integrator):
     second = [Part(Ellipsoid(0.5, 0.4, 0.3), mass=0.5), Part(Sphere(0.3), mass=0.2, position=(0.7, 0.1, 0.0))]
     system = fullbody.System([Body(Composite(lump()), name="A"), Body(Composite(second), name="B")], G=1.0)
     state = fullbody.State(
-        [[0, 0, 0], [3.5, 0, 0.3]], [[0, 0, 0], [0, 1.3, 0.2]], attitude=pose(1.0).attitude, spin=[[0.2, 0.1, 0.9]] * 2
+        [[0, 0, 0], [3.5, 0, 0.3]], [[0, 0, 0], [0, 1.3, 0.2]], pose(1.0).attitude, [[0.2, 0.1, 0.9]] * 2
     )
     run = system.integrate(state, 3.0, integrator=integrator)
     energy, momentum = np.abs(run.energy_drift).max(), np.abs(run.angular_momentum_drift).max()

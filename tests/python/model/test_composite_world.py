@@ -1,7 +1,5 @@
 """Composites in the rest of the package: third bodies, contact, bad input, files, pictures."""
 
-import pickle
-
 import astropy.units as u
 import fullbody
 import mpmath as mp
@@ -12,6 +10,7 @@ from fullbody.errors import BodiesOverlap, ForceFailed, InvalidInput
 from support import data_of, matrix, refused
 from support.meshes import close
 from support.scenes import at_rest
+from support.toml_texts import read
 
 #: Balls on two axes whose centre of mass and principal axes are exactly those of the working frame.
 PLACES = {(3.0, 0.0, 0.0): 1.0, (-1.0, 0.0, 0.0): 3.0, (0.0, 2.0, 0.0): 0.5, (0.0, -2.0, 0.0): 0.5}
@@ -238,31 +237,9 @@ def test_composites_have_units():
 def made():
     """A system with a composite in its orbit."""
     parts = [*CROSS, Part(Ellipsoid(0.5, 0.4, 0.3), density=-0.1, attitude=TURN), Part(PointMass(), mass=0.1)]
-    system = fullbody.System(
-        [Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0, name="big"), Body(Composite(parts), name="small")],
-        units=("km", "hour", "kg"),
-        G=1.0,
-    )
+    bodies = [Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0, name="big"), Body(Composite(parts), name="small")]
     state = fullbody.State([[0, 0, 0], [12, 0, 1]], [[0, 0, 0], [0, 1.0, 0]], spin=[[0, 0, 1.0], [0.1, 0, 1.2]])
-    return system, state
-
-
-def test_files_hold_composites_bit_for_bit(tmp_path):
-    system, state = made()
-    run = system.integrate(state, 2.0, output=0.5)
-    run.save(tmp_path / "run.nc")
-    again = fullbody.load(tmp_path / "run.nc")
-    assert again == run
-    assert again.system == system
-    sim = fullbody.Simulation(system, state)
-    sim.integrate(1.0)
-    sim.save(tmp_path / "run.sim")
-    loaded = fullbody.Simulation.load(tmp_path / "run.sim")
-    assert loaded.system == system
-    assert [type(part.shape) for part in loaded.system["small"].shape.parts] == [*[Sphere] * 4, Ellipsoid, PointMass]
-    assert (loaded.integrate(4.0).position == sim.integrate(4.0).position).all()
-    assert pickle.loads(pickle.dumps(system)) == system
-    assert "PointMass" in system["small"]._repr_html_()
+    return fullbody.System(bodies, units=("km", "hour", "kg"), G=1.0), state
 
 
 TOML = """
@@ -298,10 +275,7 @@ until = 1.0
 
 
 def test_composites_are_read_from_toml(tmp_path):
-    path = tmp_path / "system.toml"
-    path.write_text(TOML)
-    setup = fullbody.read_toml(path)
-    beta = setup.system["Beta"]
+    beta = read(tmp_path, TOML).system["Beta"]
     parts = beta.shape.parts
     assert [type(part.shape) for part in parts] == [Sphere, Ellipsoid, PointMass]
     np.testing.assert_allclose(parts[1].attitude, [np.sqrt(0.5), 0, 0, np.sqrt(0.5)], atol=1e-16)
@@ -313,8 +287,7 @@ def test_composites_are_read_from_toml(tmp_path):
         ("mass = -1e9", "mass = -1e13", r"body\[1\]\.part: mass of .*expected a finite sum above zero"),
         ("spin = [0, 0, 0.1]", "mass = 1e9", r"body\[1\]\.mass: is given beside \[\[body\.part\]\]"),
     ):
-        path.write_text(TOML.replace(old, new))
-        refused(match, lambda: fullbody.read_toml(path))
+        refused(match, read, tmp_path, TOML.replace(old, new))
 
 
 def test_pictures_draw_all_parts():
@@ -328,6 +301,7 @@ def test_pictures_draw_all_parts():
     assert high - low > 12.0 + 3.5
     ax = run.plot.orbit()
     assert len(ax.patches) == 5
+    assert "PointMass" in system["small"]._repr_html_()
     assert [len(parts) for parts in data_of(run.view().to_html())[0]["surfaces"]] == [1, 4]
 
 

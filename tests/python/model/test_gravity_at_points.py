@@ -141,7 +141,7 @@ def test_gravity_along_a_run_is_that_of_its_states(flown):
     refused(r"times of shape \(2,\) and points of shape \(3, 3\)", lambda: flown.gravity([1.0, 2.0], places))
 
 
-def test_gravity_at_points_has_units():
+def test_gravity_at_points_has_units_and_the_shape_of_the_points():
     plain, state = fullbody.systems.kw4()
     system, with_units = fullbody.systems.kw4(units=True)
     expected = plain.gravity(state, [2.0, 1.0, 0.5])
@@ -150,9 +150,6 @@ def test_gravity_at_points_has_units():
     assert found.field.to_value("km/hour2") == pytest.approx(expected.field, rel=1e-13)
     assert found.gradient.unit == u.hour**-2
     assert found.gradient.to_value("hour-2") == pytest.approx(expected.gradient, rel=1e-12)
-
-
-def test_gravity_at_no_points_is_empty():
     found = Body(Sphere(1.0), mass=1.0).gravity(np.zeros((0, 3)), G=1.0)
     assert (found.potential.shape, found.field.shape, found.gradient.shape) == ((0,), (0, 3), (0, 3, 3))
 

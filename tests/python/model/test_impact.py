@@ -12,7 +12,7 @@ def pair():
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State.from_tait_bryan(
         [[0, 0, 0], [4, 0.5, 0.2]], [[0, 0, 0], [0.1, 1.5, 0.3]], [[0, 0, 0], [0.3, -0.2, 1.1]],
-        spin=[[0, 0, 0.1], [0.2, 0.1, 0.4]],
+        [[0, 0, 0.1], [0.2, 0.1, 0.4]],
     )  # fmt: skip
     return system, state
 

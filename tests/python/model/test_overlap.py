@@ -53,7 +53,7 @@ def test_ellipsoids_touch_where_their_normals_do(first, second, normal, p, q):
 
 
 @pytest.mark.parametrize("gravity", ["focal", "surface", "multipole:4", "point"])
-def test_touching_spheres(gravity):
+def test_spheres_in_touch_attract_and_deeper_ones_overlap(gravity):
     axes = (1.0, 1.0, 1.0)
     system, state = pair(axes, axes, [2.0, 0.0, 0.0], gravity=gravity)
     assert system.interactions(state).force[0] == pytest.approx([0.25, 0, 0], abs=1e-15)
@@ -83,16 +83,13 @@ def test_nested_bodies_overlap(place):
     assert_overlap(*pair((1.0, 0.8, 0.7), (1.0, 0.8, 0.7), place))
 
 
-def test_a_point_inside_a_body_overlaps_it():
+def test_a_point_overlaps_what_it_is_in_or_at():
     rock = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=1.0, name="Alpha")
     system = fullbody.System([rock, fullbody.Body(fullbody.PointMass(), mass=1.0, name="Beta")], G=1.0)
     for place in ([0, 0, 0], [0.999, 0, 0]):
         assert_overlap(system, fullbody.State([[0, 0, 0], place], np.zeros((2, 3)), time=3.5))
     outside = fullbody.State([[0, 0, 0], [1.001, 0, 0]], np.zeros((2, 3)))
     assert np.isfinite(system.interactions(outside).force).all()
-
-
-def test_points_at_one_position_are_refused():
     bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in ("Alpha", "Beta")]
     state = fullbody.State(np.ones((2, 3)), np.zeros((2, 3)), time=3.5)
     assert_overlap(fullbody.System(bodies, G=1.0), state)

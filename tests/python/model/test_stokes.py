@@ -11,6 +11,7 @@ from fullbody.errors import InvalidInput, NotConverged
 from support import refused
 from support.flows import central_of_state
 from support.meshes import close
+from support.toml_texts import PAIR, read
 
 ALPHA = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=2.0, name="Alpha")
 BETA = fullbody.Body(fullbody.Ellipsoid(0.5, 0.4, 0.3), mass=0.3, name="Beta")
@@ -27,8 +28,8 @@ def posed(separation=3.0):
     return fullbody.State(
         [[0.0, 0.0, 0.0], separation * direction / np.linalg.norm(direction)],
         [[0.0, 0.0, 0.0], [-0.5, 0.8, 0.0]],
-        attitude=attitude / np.linalg.norm(attitude, axis=1)[:, None],
-        spin=[[0.1, 0.2, 0.5], [0.3, -0.1, 0.7]],
+        attitude / np.linalg.norm(attitude, axis=1)[:, None],
+        [[0.1, 0.2, 0.5], [0.3, -0.1, 0.7]],
     )
 
 
@@ -37,7 +38,7 @@ def points():
     rng = np.random.default_rng(3)
     positions, masses = rng.uniform([-0.8, -1.1, -0.7], [1.2, 0.9, 1.3], (7, 3)), rng.uniform(0.5, 1.5, 7)
     parts = [fullbody.Part(fullbody.PointMass(), mass=m, position=p) for m, p in zip(masses, positions, strict=True)]
-    monomials = (positions[:, axis, None] ** np.arange(41) for axis in range(3))
+    monomials = (positions[:, axis, None] ** np.arange(28) for axis in range(3))
     integrals = np.einsum("p,pi,pj,pk->ijk", masses, *monomials)
     return fullbody.Body(fullbody.Composite(parts), name="points"), integrals, masses.sum()
 
@@ -163,13 +164,16 @@ def test_whatever_needs_a_surface_is_refused():
         refused(lacking, call)
 
 
-def test_gravity_inside_the_sphere_is_refused():
+def test_gravity_inside_the_sphere_parts_and_densities_are_refused():
     body = by_harmonics(ALPHA, 8)
     with pytest.raises(InvalidInput, match=r"point 1 is .* at least 1 from the centre of Alpha"):
         body.gravity([[0.0, 0.0, 2.0], [0.0, 0.0, 0.9]], G=1.0)
     system = fullbody.System([body, BETA], G=1.0)
     with pytest.raises(NotConverged, match="series of their moments diverges"):
         system.interactions(posed(1.3))
+    shape = ALPHA.harmonics(4)
+    refused("has no volume", fullbody.Body, shape, density=1.0)
+    refused("shape of a part", fullbody.Part, shape, mass=1.0)
 
 
 def test_particles_end_at_the_sphere():
@@ -202,41 +206,20 @@ def test_particles_end_at_the_sphere():
     ],
 )
 def test_bad_coefficients_are_refused(change, expected):
-    good = {
-        "C": [[1, 0, 0], [0, 0, 0], [-0.05, 0, 0.01]],
-        "S": np.zeros((3, 3)),
-        "reference_radius": 1.0,
-        "inertia": 0.3,
-    }
-    refused(expected, StokesCoefficients, **good | change)
+    good = {"C": np.array([[1, 0, 0], [0] * 3, [-0.05, 0, 0.01]]), "S": np.zeros((3, 3)), "inertia": 0.3}
+    refused(expected, StokesCoefficients, **{"reference_radius": 1.0} | good | change)
 
 
-def test_a_part_and_a_density_are_refused():
-    shape = ALPHA.harmonics(4)
-    refused("has no volume", fullbody.Body, shape, density=1.0)
-    refused("shape of a part", fullbody.Part, shape, mass=1.0)
-
-
-def test_copies_files_and_units_keep_the_body(tmp_path):
+def test_units_and_copies_keep_the_body():
     shape = ALPHA.harmonics(6)
-    assert pickle.loads(pickle.dumps(shape)) == shape
-    assert shape != ALPHA.harmonics(5)
-    system = fullbody.System([fullbody.Body(shape, mass=2.0, name="Alpha"), BETA], G=1.0)
-    run = system.integrate(posed(), 1.0)
-    run.save(tmp_path / "run.nc")
-    assert fullbody.load(tmp_path / "run.nc").system == system
+    assert pickle.loads(pickle.dumps(shape)) == shape != ALPHA.harmonics(5)
     whole = StokesCoefficients(shape.C, shape.S, reference_radius=1.0 * u.km, inertia=shape.inertia * 1e6 * u.m**2)
     united = fullbody.System([fullbody.Body(whole, mass=2e12 * u.kg)], units=("m", "s", "kg"))
     np.testing.assert_allclose(united[0].inertia.to_value(u.kg * u.km**2), 1e12 * ALPHA.inertia, rtol=1e-12)
 
 
 def test_a_toml_file_gives_coefficients(tmp_path):
-    path = tmp_path / "a.toml"
-    path.write_text(
-        '[system]\nG = 1.0\n[[body]]\nname = "A"\nmass = 2.0\n'
-        "stokes = { C = [[1, 0, 0], [0, 0, 0], [-0.05, 0, 0.01]], reference_radius = 1.0, inertia = 0.3 }\n"
-        "[[body]]\nmass = 0.1\npoint = true\nposition = [5, 0, 0]\nvelocity = [0, 0.6, 0]\n[run]\nuntil = 1.0\n"
-    )
-    shape = fullbody.read_toml(path).system.bodies[0].shape
+    stokes = "{ C = [[1, 0, 0], [0, 0, 0], [-0.05, 0, 0.01]], reference_radius = 1.0, inertia = 0.3 }"
+    shape = read(tmp_path, PAIR.replace("radius = 1.0", f"stokes = {stokes}", 1)).system.bodies[0].shape
     assert shape.C[2].tolist() == [-0.05, 0.0, 0.01]
     assert shape.inertia == 0.3
