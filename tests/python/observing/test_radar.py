@@ -76,7 +76,7 @@ def test_partial_derivatives_are_differences(run, geometry):
             np.testing.assert_allclose(exact[:, own], differences[:, own], atol=3e-7)
 
 
-def test_tables_masks_and_order(run, geometry):
+def test_rows_of_tables_are_sorted_and_missing_ones_left_out(run, geometry):
     table = QTable(
         {"times": [220.0, 200.0, 210.0] * u.s, "range": [3.0, 1.0, np.nan] * u.m, "sigma_range": [1.0, 2.0, 3.0] * u.m}
     )
