@@ -159,15 +159,15 @@ def test_a_series_tells_what_it_leaves_out(mesh, distance):
 
 
 def test_layers_of_a_polyhedron_attract_as_the_difference_of_two():
-    # A tetrahedron, whose centre of mass is the mean of its corners.
-    corners = np.array([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.3, 1.5, 0.1], [0.2, 0.4, 1.2]]) + 5.0
-    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
-    smaller = 0.4 * corners.mean(axis=0) + 0.6 * corners
+    # A pyramid on a parallelogram, whose centre of mass is a quarter of the way from the base's centre to the apex.
+    corners = np.array([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [2.3, 1.6, 0.1], [0.3, 1.5, 0.1], [0.2, 0.4, 1.2]]) + 5.0
+    faces = [[0, 2, 1], [0, 3, 2], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+    smaller = 0.4 * (0.75 * corners[:4].mean(axis=0) + 0.25 * corners[4]) + 0.6 * corners
     shell = Composite.layers(Polyhedron(corners, faces), fractions=(1.0, 0.6), densities=(3.0, 0.0))
     close(shell.parts[1].shape.vertices, smaller, 1e-15)
     bodies = [Body(shell, name="A"), *(Body(Polyhedron(c, faces), density=3.0, name="A") for c in (corners, smaller))]
     assert bodies[0].mass == pytest.approx(bodies[1].mass - bodies[2].mass, rel=1e-13)
-    state = fullbody.State([[0, 0, 0], [1.1, 0.9, -1.3]], np.zeros((2, 3)))
+    state = fullbody.State([[0, 0, 0], [1.5, 1.2, -1.8]], np.zeros((2, 3)))
     # The three have one centre and one principal frame.
     ball = Body(Sphere(0.1), mass=2.0, name="B")
     found, whole, core = (fullbody.System([body, ball], G=1.0).interactions(state) for body in bodies)
