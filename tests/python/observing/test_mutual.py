@@ -146,12 +146,15 @@ def test_a_run_ends_where_an_occultation_begins():
     total = fullbody.events.Occultation("B", "A", toward=AXIS, total=True)
     times = [happened.time for happened in system.integrate(state, 4.0, events=[total]).events]
     np.testing.assert_allclose(times, [first.total_begin, first.total_end], atol=1e-10)
-    # The time of the event depends on the start as the closed form has it: the slower the earlier by as much.
-    asked = fullbody.events.Occultation("B", "A", toward=AXIS, direction=-1, terminal=True)
-    ended = system.integrate(state, 10.0, events=[asked], derivatives=True).at_event(-1)
-    moved = state.replace(position=np.add(state.position, [[0, 0, 0], [0, 1e-4, 0]]))
-    later = system.integrate(moved, 10.0, events=[asked]).time[-1]
-    assert ended.time[13] == pytest.approx((later - stopped.time[-1]) / 1e-4, rel=1e-3)
+    # The derivative of the time of the event by the start, also where the direction moves.
+    times = np.linspace(0.0, 10.0, 41)
+    toward = np.stack([np.cos(0.1 * times), np.sin(0.1 * times), 0.0 * times], axis=1)
+    for path in ({"toward": AXIS}, {"toward": toward, "times": times}):
+        asked = fullbody.events.Occultation("B", "A", **path, direction=-1, terminal=True)
+        ended = system.integrate(state, 10.0, events=[asked], derivatives=True).at_event(-1)
+        ends = [state.replace(position=np.add(state.position, [[0, 0, 0], [0, by, 0]])) for by in (1e-4, -1e-4)]
+        late, early = (system.integrate(moved, 10.0, events=[asked]).time[-1] for moved in ends)
+        assert ended.time[13] == pytest.approx((late - early) / 2e-4, rel=1e-6)
 
 
 def test_time_of_an_occultation_follows_the_semi_axes():
