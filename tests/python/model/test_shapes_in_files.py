@@ -27,7 +27,7 @@ CASES = {
         3.0,
     ),
     # The orbit is so eccentric that the degrees of the series change.
-    "meshes": ([Body(icosphere(1), mass=2.0), Body(ROCK, mass=0.3)], [3.5, 0, 0], [0, 0.7, 0.1], 6.0, 25.0),
+    "series": ([Body(icosphere(1), mass=2.0), Body(SMALL, mass=0.3)], [3.5, 0, 0], [0, 0.7, 0.1], 4.0, 12.0),
     "near": ([Body(ROCK, mass=1.0), Body(EGG, mass=0.2)], [2.6, 0.3, 0.1], [0, 0.8, 0.1], 0.5, 2.0),
     "two near": (
         [Body(ROCK, mass=1.0), Body(SMALL, mass=0.2)],
@@ -60,4 +60,4 @@ def test_a_resumed_run_of_any_shape_equals_the_unbroken_one_bit_for_bit(name, tm
     assert np.array_equal(again.attitude, unbroken.attitude)
     assert np.abs(unbroken.energy_drift_orbital).max() < 1e-10
     separation = np.linalg.norm(unbroken.position[:, 1] - unbroken.position[:, 0], axis=1)
-    assert name != "meshes" or separation.max() > 1.3 * separation.min()
+    assert name != "series" or separation.max() > 1.3 * separation.min()
