@@ -37,6 +37,15 @@ def kw4_run():
 
 
 @pytest.fixture(scope="session")
+def short_run():
+    """Two hours of 1999 KW4 with units."""
+    import fullbody
+
+    system, state = fullbody.systems.kw4(units=True)
+    return system.integrate(state, 2.0, output=0.5)
+
+
+@pytest.fixture(scope="session")
 def case1_run():
     """The paper's case 1, without units."""
     import fullbody

@@ -11,7 +11,6 @@ import os
 import astropy.units as u
 import fullbody
 import numpy as np
-import pytest
 from astropy.time import Time
 from fullbody import observing
 from scipy.stats import chi2 as chi2_distribution
@@ -62,9 +61,8 @@ def radar(truth, hours, count):
     # What Alpha does about the barycentre tells the ratio of the masses.
     for places in ({"body": "Beta", "about": "Alpha"}, {"body": "Alpha"}):
         blank = data(zero * u.km, zero * u.cm / u.s, **places)
-        exact.append(
-            (places, blank.predict(system.integrate(state, hours, output=blank.emission(system), integrator=LOOSE)))
-        )
+        run = system.integrate(state, hours, output=blank.emission(system), integrator=LOOSE)
+        exact.append((places, blank.predict(run)))
     while True:
         noise = [(rng.normal(size=count) * 75 * u.m, rng.normal(size=count) * u.cm / u.s) for _ in exact]
         both = [
@@ -85,7 +83,7 @@ def test_radar_of_1999_kw4_gives_masses_figure_and_poles():
         check(itertools.islice(radar(KW4, 336.0, 600), COUNT), KW4)
     else:
         truth = {name: KW4[name] for name in ("mass", "a")}
-        check(itertools.islice(radar(truth, 30.0, 20), 8), truth)
+        check(itertools.islice(radar(truth, 30.0, 20), 5), truth)
 
 
 @functools.cache
@@ -137,19 +135,17 @@ def test_light_curves_of_didymos_give_masses_shapes_and_pole():
         check(itertools.islice(light(DIDYMOS, 12, 140), COUNT), DIDYMOS)
     else:
         truth = {name: DIDYMOS[name] for name in ("b", "pitch", "phase")}
-        check(itertools.islice(light(truth, 2, 25), 4), truth)
+        check(itertools.islice(light(truth, 2, 25), 3), truth)
 
 
-@pytest.mark.parametrize("seed", [1])
-def test_points_give_pulls_and_p_values_of_their_distributions(seed):
-    rng, (system, state) = np.random.default_rng(seed), pair()
+def test_points_give_pulls_and_p_values_of_their_distributions():
+    rng, (system, state) = np.random.default_rng(1), pair()
     options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
     times, zero, truth = np.linspace(2.0, 30.0, 15), np.zeros(15), {"mass": 2.353, "a": 2.55}
-    exact = observing.RadarAstrometry(times, range=zero, range_rate=zero, **options).predict(
-        system.integrate(state, 30.0, output=times)
-    )
+    blank = observing.RadarAstrometry(times, range=zero, range_rate=zero, **options)
+    exact = blank.predict(system.integrate(state, 30.0, output=times))
     fits = []
-    for _ in range(max(40, COUNT)):
+    for _ in range(max(24, COUNT)):
         noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
         columns = {"range": exact.range + noise[0], "range_rate": exact.range_rate + noise[1]}
         fits.append(fullbody.fit(pair, truth, observing.RadarAstrometry(times, **columns, **options), integrator=QUICK))

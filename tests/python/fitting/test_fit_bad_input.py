@@ -26,76 +26,54 @@ BETWEEN = {"a": Free(2.55, min=2.5, max=2.6)}
         ({"parameters": {"a": 2.5, "b": 1.0}}, "'b', which neither the setup nor observations take"),
         ({"parameters": {"a": Free(2.5, min=3.0)}}, "start of a is 2.5; expected one between"),
         ({"parameters": {"a": Free(2.5, min=3.0, max=2.0)}}, "expected min < max"),
-        ({"parameters": {"a": Free(2.5, prior=(2.5, 0.0))}}, "sigma of the prior of a"),
         ({"parameters": {"a": Free(2.5, min=1 * u.km)}}, "expected a plain number, as its start has"),
         ({"observations": []}, "expected observations, or a list"),
         ({"observations": [3.0]}, "expected those of fullbody.observing"),
         ({"loss": "square"}, "loss is 'square'; expected one of linear"),
         ({"loss": lambda z: z}, "expected rho >= 0"),
         ({"starts": 0}, "starts is 0"),
-        ({"starts": [{"mass": 2.0}]}, "values has 'mass'"),
         ({"setup": 3}, "setup is 3; expected a function"),
         ({"parameters": {"a": Free(2.55, min=np.nan)}}, "min of a is nan; expected a finite number"),
         ({"parameters": {"a": Free(2.55, prior=3.0)}}, r"prior of a is 3.0; expected \(mean, sigma\)"),
         ({"parameters": {"a": 1e300}}, "start of a is 1e.300; expected a finite number, of at most 1e.60 in size"),
-        ({"parameters": {"a": Free(2.5, max=7e306)}}, "max of a is 7e.306; expected a finite number"),
         ({"parameters": {"a": Free(2.5, prior=(2.5, 1e-61))}}, "sigma of the prior of a is 1e-61"),
         ({"parameters": BETWEEN, "starts": [{"a": 2.0}]}, "starts has {'a': 2.0}, which is not within the bounds"),
         ({"parameters": BETWEEN, "starts": 2, "rng": -1}, "rng is -1; expected a whole number, zero or above"),
-        ({"parameters": BETWEEN, "starts": 2, "rng": "x"}, "rng is 'x'; expected a whole number"),
         ({"starts": "many"}, "starts is 'many'; expected a whole number above zero, or a list of starts"),
-        ({"loss": ["linear"]}, r"loss is \['linear'\]; expected one of linear"),
-        ({"loss": lambda z: np.full((3, *z.shape), np.nan)}, "expected rho >= 0"),
         ({"integrator": "Verner98"}, "integrator is 'Verner98'; expected one of fullbody's"),
         ({"observations": None}, "observations is None; expected observations, or a list"),
-        ({"observations": 1.0 * u.km}, r"observations is <Quantity 1. km>; expected observations, or a list"),
         ({"observations": observing.RadarAstrometry}, "parameters has no 'times', which .*RadarAstrometry.* needs"),
         ({"parameters": {"a": True}}, "start of a is True; expected numbers"),
-        ({"parameters": {"a": Free(np.bool_(True))}}, "start of a is .*True.*; expected numbers"),
         ({"parameters": {"a": Free(2.55, min=True)}}, "min of a is True; expected numbers"),
         ({"parameters": {"a": Free(2.55, prior=(2.5, True))}}, "sigma of the prior of a is True; expected numbers"),
-        ({"parameters": {"a": Free(2.55, prior=(2.5, np.inf))}}, "sigma of the prior of a is inf"),
         ({"parameters": {"a": Free(2.55, prior=(np.nan, 1.0))}}, "mean of the prior of a is nan"),
-        ({"parameters": {"a": Free(2.55, prior=(1.0, 2.0, 3.0))}}, r"prior of a is .*; expected \(mean, sigma\)"),
         ({"parameters": {"a": Free(2.55, prior={"mean": 2.5, "sigma": 1.0})}}, "mean of the prior of a is 'mean'"),
-        ({"parameters": {"a": Free(2.55, min=2.55, max=2.55)}}, "expected min < max"),
-        ({"parameters": {"a": Free(2.55, min=-np.inf)}}, "min of a is -inf; expected a finite number"),
         ({"parameters": {"a": [2.55]}}, r"start of a is \[2.55\], of shape \(1,\); expected a finite number"),
-        ({"parameters": {"a": 2.55 + 1j}}, "start of a is .*; expected a finite number"),
-        ({"parameters": {"a": None}}, "start of a is None; expected a finite number"),
         ({"parameters": {"a": np.ma.masked}}, "start of a is masked"),
         ({"parameters": [("a", 2.55)]}, "expected a dict of names to starts"),
-        ({"parameters": {"a": 2.55, "mas": Free(2.3, prior=(2.3, 0.1))}}, "'mas', which neither the setup nor"),
         ({"parameters": {1: 2.55}}, "parameters has the name 1; expected one that an argument"),
         ({"setup": lambda a, /: pair(a=a)}, "takes a by its position alone; expected arguments that have names"),
-        ({"setup": lambda *a: pair()}, "parameters has 'a', which neither the setup nor observations take"),
-        ({"setup": lambda a: pair(a=np.round(a, 3))}, "do not change evenly with a"),
         ({"setup": lambda a: pair(mass=-a)}, "start of the fit is refused: InvalidInput: mass of the body is -2.55"),
         ({"observations": [[]]}, r"observations has \[\]; expected those of fullbody.observing"),
-        ({"observations": "radar"}, "observations has 'r'; expected those of fullbody.observing"),
         ({"progress": 3}, "progress is 3; expected True or False, a title, or a function"),
-        ({"progress": []}, r"progress is \[\]; expected True or False"),
-        ({"starts": True}, "starts is True; expected a whole number above zero"),
         ({"starts": []}, "starts is empty"),
-        ({"starts": [None]}, "values is None"),
-        ({"rng": "x"}, "rng is 'x'; expected a whole number"),
         ({"rng": True}, "rng is True; expected a whole number"),
-        ({"integrator": fullbody.Verner98}, "integrator is <class .*; expected one of fullbody's"),
-        ({"loss": None}, "loss is None; expected one of linear"),
         ({"loss": lambda z: 1.0}, "expected rho >= 0"),
+        ({"loss": lambda z: np.full((3, *z.shape), np.nan)}, "expected rho >= 0"),
+        ({"loss": ["linear"]}, r"loss is \['linear'\]; expected one of linear"),
+        ({"parameters": {"a": Free(2.55, min=2.55, max=2.55)}}, "expected min < max"),
+        ({"setup": lambda *a: pair()}, "parameters has 'a', which neither the setup nor observations take"),
+        ({"observations": "radar"}, "observations has 'r'; expected those of fullbody.observing"),
     ],
 )
 def test_bad_arguments_are_refused(radar, options, message):
     given = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
-    with pytest.raises(InvalidInput, match=message):
-        fullbody.fit(given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
+    refused(message, fullbody.fit, given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
 
 
 def test_bad_data_and_setups_are_refused(radar):
-    few = observing.RadarAstrometry(
-        radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry
-    )
-    refused("2 parameters, and there are 1 numbers of data", lambda: fullbody.fit(pair, TRUE, few))
+    few = observing.RadarAstrometry(radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=VIEW)
+    refused("2 parameters, and there are 1 numbers of data", fullbody.fit, pair, TRUE, few)
     other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
     seventh = observing.RadarAstrometry(radar.times, body=7, **other)
     refused("body of RadarAstrometry is 7", lambda: fullbody.fit(pair, TRUE, seventh))
@@ -150,7 +128,7 @@ def test_bodies_that_come_and_go_with_a_parameter_are_named(radar):
         fullbody.fit(setup, {"a": 2.55}, radar)
 
 
-@pytest.mark.parametrize("call", [2, 3, 6, 8, 12])
+@pytest.mark.parametrize("call", [2, 6, 12])
 def test_a_setup_that_fails_once_does_not_end_the_fit(radar, call):
     calls = []
 
@@ -182,12 +160,9 @@ def test_as_many_data_as_parameters_leave_no_p_value(radar):
     found = fullbody.fit(pair, START, observing.RadarAstrometry(radar.times[:2], **rows))
     assert (found.dof, found.p_value) == (0, None)
     assert found.chi2 < 1e-6
-    with pytest.raises(InvalidInput, match="3 parameters, and there are 2 numbers of data and priors"):
-        fullbody.fit(
-            lambda mass, a, more: pair(mass + more, a),
-            {**START, "more": 0.0},
-            observing.RadarAstrometry(radar.times[:2], **rows),
-        )
+    data, many = observing.RadarAstrometry(radar.times[:2], **rows), {**START, "more": 0.0}
+    message = "3 parameters, and there are 2 numbers of data and priors"
+    refused(message, fullbody.fit, lambda mass, a, more: pair(mass + more, a), many, data)
 
 
 def test_a_value_of_the_system_alone_needs_no_times():
@@ -239,8 +214,6 @@ def test_an_interrupt_returns_the_best_so_far(radar):
 
 
 def test_the_signal_of_ctrl_c_returns_the_best_so_far(radar):
-    # Processes in the background of a shell ignore the signal unless they ask for it.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     calls = []
 
     def setup(mass, a):
@@ -249,10 +222,8 @@ def test_the_signal_of_ctrl_c_returns_the_best_so_far(radar):
             os.kill(os.getpid(), signal.SIGINT)
         return pair(mass=mass, a=a)
 
-    try:
-        with pytest.warns(InconsistentInput, match="interrupted: the values are the best so far"):
-            found = fullbody.fit(setup, START, radar)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.warns(InconsistentInput, match="interrupted: the values are the best so far"):
+        found = fullbody.fit(setup, START, radar)
     assert found.message.startswith("interrupted")
-    assert found.chi2 <= radar.chi2(pair(**START)[0].integrate(pair(**START)[1], 30.0, output=radar.times))
+    system, state = pair(**START)
+    assert found.chi2 <= radar.chi2(system.integrate(state, 30.0, output=radar.times))

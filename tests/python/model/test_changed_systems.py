@@ -7,6 +7,7 @@ from astropy import units as u
 from fullbody import forces
 from fullbody.errors import InvalidInput
 from support import refused
+from support.meshes import box
 
 EPOCH = "2022-09-26T23:14:24.183 UTC"
 
@@ -16,20 +17,13 @@ def didymos():
     return fullbody.systems.didymos_after_dart(sun=True, units=True, gravity="surface")[0]
 
 
-def cube(side):
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * side
-    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-             [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
-    return fullbody.Polyhedron(corners, faces)
-
-
 def two_spheres(mass=1.0):
     parts = [fullbody.Part(fullbody.Sphere(50 * u.m), mass=mass * u.kg, position=[x, 0, 0] * u.m) for x in (-40, 40)]
     return fullbody.Composite(parts)
 
 
 @pytest.mark.parametrize("shape", [fullbody.Sphere(80 * u.m), fullbody.Ellipsoid(0.09, 0.08, 0.07), two_spheres(),
-                                   cube(0.13)])  # fmt: skip
+                                   box(0.13, 0.13, 0.13)])  # fmt: skip
 @pytest.mark.parametrize("body", ["Dimorphos", 1])
 def test_another_shape_keeps_the_rest(didymos, shape, body):
     other = didymos.with_body(body, shape)
@@ -41,8 +35,8 @@ def test_another_shape_keeps_the_rest(didymos, shape, body):
     assert other.epoch == didymos.epoch
     assert other.forces == didymos.forces
     # And back.
-    old = didymos["Dimorphos"].shape
-    np.testing.assert_allclose(other.with_body("Dimorphos", old).masses.value, didymos.masses.value, rtol=1e-14)
+    back = other.with_body("Dimorphos", didymos["Dimorphos"].shape)
+    np.testing.assert_allclose(back.masses.value, didymos.masses.value, rtol=1e-14)
 
 
 def test_another_mass_or_density_keeps_the_rest(didymos):
@@ -90,8 +84,7 @@ def test_a_path_for_another_date_is_refused(didymos, tmp_path):
     for other in ("2000-01-01 TDB", "2022-09-26T23:14:24.183 TDB"):
         with pytest.raises(InvalidInput, match=f"path of Sun is for the date {EPOCH} at time zero, and the epoch of"):
             didymos.with_options(epoch=other, forces=[sun])
-        with pytest.raises(InvalidInput, match="path of Sun is for the date"):
-            fitting.with_options(epoch=other)
+        refused("path of Sun is for the date", fitting.with_options, epoch=other)
     # The same moment in another scale, and a system that has no epoch.
     same = fitting.epoch.tdb
     assert abs((fitting.with_options(epoch=same).epoch - fitting.epoch).to_value("s")) < 1e-6
@@ -105,5 +98,4 @@ def test_a_path_for_another_date_is_refused(didymos, tmp_path):
     for system in (fullbody.load(tmp_path / "run.nc").system,
                    fullbody.Simulation.load(tmp_path / "simulation.fbs").system):  # fmt: skip
         assert system == without
-        with pytest.raises(InvalidInput, match="path of Sun is for the date"):
-            system.with_options(epoch="2000-01-01 TDB")
+        refused("path of Sun is for the date", system.with_options, epoch="2000-01-01 TDB")

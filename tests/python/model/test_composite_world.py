@@ -1,7 +1,6 @@
 """Composites in the rest of the package: third bodies, contact, bad input, files, pictures."""
 
-import pickle
-
+import astropy.units as u
 import fullbody
 import mpmath as mp
 import numpy as np
@@ -9,72 +8,51 @@ import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere
 from fullbody.errors import BodiesOverlap, ForceFailed, InvalidInput
 from support import data_of, matrix, refused
+from support.meshes import close
+from support.scenes import at_rest
+from support.toml_texts import read
 
 #: Balls on two axes whose centre of mass and principal axes are exactly those of the working frame.
 PLACES = {(3.0, 0.0, 0.0): 1.0, (-1.0, 0.0, 0.0): 3.0, (0.0, 2.0, 0.0): 0.5, (0.0, -2.0, 0.0): 0.5}
 CROSS = [Part(Sphere(0.5), mass=m, position=place) for place, m in PLACES.items()]
-TURN = (0.5, 0.1, -0.7, 0.5)
+TURN = np.array([0.5, 0.1, -0.7, 0.5])
+AWAY = np.array([0.48, -0.6, 0.64])
 
 
-def alone(parts, place, mu=2.0):
-    """One composite at rest, and a mass point that stays where it is."""
-    times = np.linspace(-1.0, 1.0, 5)
-    sun = fullbody.forces.ThirdBody(mu=mu, times=times, positions=np.tile(place, (5, 1)), of="body", name="Sun")
-    system = fullbody.System([Body(Composite(parts), name="A")], G=1.0, forces=[sun])
-    state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[TURN])
-    return system.loads(state)["Sun"]
+def load(body, place):
+    """The load of a mass point that stays where it is on one body at rest."""
+    system = fullbody.System([body], G=1.0, forces=[at_rest(place, 2.0)])
+    return system.loads(fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[TURN]))["Sun"]
 
 
 @pytest.mark.parametrize("distance", [4.0, 30.0, 1e4, 1e8, 1e12])
 def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
-    direction = np.array([0.48, -0.6, 0.64])
-    found = alone(CROSS, distance * direction)
-    # In the body frame, as the sum over points.
-    q = np.array(TURN) / np.linalg.norm(TURN)
+    found = load(Body(Composite(CROSS), name="A"), distance * AWAY)
+    frame = matrix(TURN / np.linalg.norm(TURN))
     with mp.workdps(50):
-        turned = mp.matrix(matrix(q).tolist()).T * mp.matrix((distance * direction).tolist())
-
-        def pull(p):
-            d = [turned[k] - mp.mpf(p[k]) for k in range(3)]
-            cube = mp.sqrt(mp.fsum(c * c for c in d)) ** 3
-            return [2 * c / cube for c in d]
-
-        at_centre = pull((0.0, 0.0, 0.0))
-        forces = [[m * (f - c) for f, c in zip(pull(p), at_centre, strict=True)] for p, m in PLACES.items()]
-        force = np.array([float(mp.fsum(f[k] for f in forces)) for k in range(3)])
-        torque = np.array(
-            [
-                float(
-                    mp.fsum(
-                        mp.mpf(p[(k + 1) % 3]) * m * pull(p)[(k + 2) % 3]
-                        - mp.mpf(p[(k + 2) % 3]) * m * pull(p)[(k + 1) % 3]
-                        for p, m in PLACES.items()
-                    )
-                )
-                for k in range(3)
-            ]
-        )
-    for values, expected in ((found.torque[0], torque), (matrix(q).T @ found.force[0], force)):
-        assert np.abs(values - expected).max() < 1e-14 * np.abs(expected).max()
+        exact = np.vectorize(mp.mpf, otypes=[object])
+        place = exact(frame).T @ exact(distance * AWAY)
+        lines = {p: place - exact(p) for p in [(0.0, 0.0, 0.0), *PLACES]}
+        pulls = {p: 2 * line / mp.sqrt(line @ line) ** 3 for p, line in lines.items()}
+        force = sum(m * (pulls[p] - pulls[0.0, 0.0, 0.0]) for p, m in PLACES.items())
+        torque = sum(m * np.cross(exact(p), pulls[p]) for p, m in PLACES.items())
+    for values, expected in ((found.torque[0], torque), (frame.T @ found.force[0], force)):
+        close(values, expected.astype(float), 1e-14)
 
 
 @pytest.mark.parametrize("distance", [2.0, 1e3, 1e9])
 def test_third_bodies_act_on_split_ellipsoids_as_on_whole_ones(distance):
-    axes, place = (1.0, 0.8, 0.5), distance * np.array([0.48, -0.6, 0.64])
-    halves = [Part(Ellipsoid(*axes), mass=m, position=(5.0, 6.0, 7.0)) for m in (0.7, 0.3)]
-    found = alone(halves, place)
-    times = np.linspace(-1.0, 1.0, 5)
-    sun = fullbody.forces.ThirdBody(mu=2.0, times=times, positions=np.tile(place, (5, 1)), of="body", name="Sun")
-    whole = fullbody.System([Body(Ellipsoid(*axes), mass=1.0, name="A")], G=1.0, forces=[sun])
-    expected = whole.loads(fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[TURN]))["Sun"]
-    np.testing.assert_allclose(found.torque, expected.torque, rtol=1e-13, atol=1e-14 * np.abs(expected.torque).max())
-    np.testing.assert_allclose(found.force, expected.force, rtol=1e-13, atol=1e-14 * np.abs(expected.force).max())
+    shape = Ellipsoid(1.0, 0.8, 0.5)
+    halves = Composite([Part(shape, mass=m, position=(5.0, 6.0, 7.0)) for m in (0.7, 0.3)])
+    found, expected = (load(body, distance * AWAY) for body in (Body(halves, name="A"), Body(shape, mass=1.0)))
+    close(found.torque, expected.torque, 1e-13)
+    close(found.force, expected.force, 1e-13)
 
 
 def test_a_third_body_inside_a_part_is_told():
     for parts, place in ((CROSS, (0.0, 2.0, 0.0)), ([Part(Ellipsoid(3, 2, 1), mass=1.0)], (2.0, 0.0, 0.0))):
         with pytest.raises((ForceFailed, InvalidInput), match="Sun"):
-            alone(parts, matrix(np.array(TURN) / np.linalg.norm(TURN)) @ np.array(place))
+            load(Body(Composite(parts), name="A"), matrix(TURN / np.linalg.norm(TURN)) @ np.array(place))
 
 
 def fly(parts, probe, position, velocity, spin=(0, 0, 0), until=20.0, integrator=None, **options):
@@ -111,30 +89,27 @@ def test_a_swinging_arm_hits_a_ball_when_it_should(terminal, at):
     # 3^2 + at^2 - 6 at sin(angle) = 1.5^2
     expected = np.arcsin(min(1.0, (9.0 + at**2 - 1.5**2) / (6.0 * at))) / rate
     watched = [fullbody.events.Contact("A", "ball", terminal=terminal)]
+    swing = dumbbell(), 0.5, (0.0, at, 0.0), (0, 0, 0), (0, 0, rate)
     if at > 4.5:
-        assert fly(dumbbell(), 0.5, (0.0, at, 0.0), (0, 0, 0), (0, 0, rate), events=watched).time[-1] == 20.0
+        assert fly(*swing, events=watched).time[-1] == 20.0
         return
     if terminal:
-        run = fly(dumbbell(), 0.5, (0.0, at, 0.0), (0, 0, 0), (0, 0, rate), events=watched)
-        # Grazing, 1e-12 in the distance is 1e-9 in the time.
-        assert run.time[-1] == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
+        run = fly(*swing, events=watched)
         assert [event.time for event in run.events] == [run.time[-1]]
-        return
-    with pytest.raises(BodiesOverlap) as caught:
-        fly(dumbbell(), 0.5, (0.0, at, 0.0), (0, 0, 0), (0, 0, rate))
-    assert caught.value.time == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
+        found = run.time[-1]
+    else:
+        with pytest.raises(BodiesOverlap) as caught:
+            fly(*swing)
+        found = caught.value.time
+    # Grazing, 1e-12 in the distance is 1e-9 in the time.
+    assert found == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_no_contact_of_an_arm_is_too_short_to_be_seen():
     rng = np.random.default_rng(1)
     for _ in range(120):
-        radius, arm, rate, step = (
-            10 ** rng.uniform(-2.5, -0.5),
-            rng.uniform(1, 4),
-            rng.uniform(0.3, 3),
-            rng.uniform(1, 6),
-        )
+        radius, (arm, rate, step) = 10 ** rng.uniform(-2.5, -0.5), rng.uniform([1, 0.3, 1], [4, 3, 6])
         meeting, miss = rng.uniform(0.2, step), rng.uniform(-1, 1) * 1.99 * radius
         velocity = rng.normal(size=3) * rng.choice([0.0, 0.3])
         end = np.array([np.cos(rate * meeting), np.sin(rate * meeting), 0.0])
@@ -172,21 +147,13 @@ def test_a_ball_flies_between_two_others_without_contact():
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_only_surfaces_outside_of_other_parts_touch():
     hull = Part(Ellipsoid(2.0, 1.5, 1.0), mass=5.0)
-    times = []
-    for more in ([], [Part(Sphere(0.4), mass=-0.1, position=(0.5, 0.2, 0.0))], [Part(PointMass(), mass=0.5)]):
-        parts = [hull, *more]
-        frame = Body(Composite(parts)).working_frame
-        position = matrix(frame.attitude) @ np.array([-10.0, 0.0, 0.0]) + frame.position
-        velocity = matrix(frame.attitude) @ np.array([1.0, 0.0, 0.0])
+    void, stub = (Part(Sphere(0.4), mass=-0.1, position=p) for p in ((0.5, 0.2, 0.0), (-2.0, 0.0, 0.0)))
+    for more, expected in (([], 7.5), ([void], 7.5), ([Part(PointMass(), mass=0.5)], 7.5), ([stub], 7.1)):
+        frame = Body(Composite([hull, *more])).working_frame
+        x = matrix(frame.attitude)[:, 0]
         with pytest.raises(BodiesOverlap) as caught:
-            fly(parts, 0.5, position, velocity)
-        times.append(caught.value.time)
-    assert times == pytest.approx([7.5, 7.5, 7.5], rel=1e-10)
-    stub = [hull, Part(Sphere(0.4), mass=-0.1, position=(-2.0, 0.0, 0.0))]
-    frame = Body(Composite(stub)).working_frame
-    with pytest.raises(BodiesOverlap) as caught:
-        fly(stub, 0.5, frame.position + np.array([-10.0, 0.0, 0.0]), (1.0, 0.0, 0.0))
-    assert caught.value.time == pytest.approx(7.1, rel=1e-10)
+            fly([hull, *more], 0.5, frame.position - 10.0 * x, x)
+        assert caught.value.time == pytest.approx(expected, rel=1e-10)
 
 
 def test_overlap_at_the_start_is_refused():
@@ -201,6 +168,8 @@ def test_overlap_at_the_start_is_refused():
 
 
 BALL = Part(Sphere(1.0), mass=1.0)
+ROD = [Part(PointMass(), mass=1.0, position=(x, 0, 0)) for x in (0, 1)]
+HOLLOW = [Part(Ellipsoid(2, 2, 0.1), mass=2.0), Part(Ellipsoid(0.1, 0.1, 3), mass=-1.0)]
 
 
 @pytest.mark.parametrize(
@@ -218,19 +187,16 @@ BALL = Part(Sphere(1.0), mass=1.0)
         (lambda: Body(Composite([BALL]), density=2.0), "is given a density, and is a composite"),
         (
             lambda: Body(Composite([BALL, Part(Sphere(0.5), mass=-1.0)]), name="shell"),
-            "mass of body 0|mass of shell, the sum of its parts', is 0; expected a finite sum above zero",
+            "mass of shell, .* is 0; exp",
         ),
         (lambda: Body(Composite([BALL, Part(Sphere(0.5), mass=-2.0)])), "is -1; expected a finite sum above zero"),
         # The rounding of 0.1 + 0.2 - 0.3 is no mass.
         (lambda: Body(Composite([Part(Sphere(1.0), mass=m) for m in (0.1, 0.2, -0.3)])), "expected a finite sum"),
         (
-            lambda: Body(Composite([Part(PointMass(), mass=1.0, position=(x, 0, 0)) for x in (0, 1)])),
-            r"moments of inertia of body 0 is \[0, 0.5, 0.5\]; expected finite numbers above zero: parts with extent",
+            lambda: Body(Composite(ROD)),
+            r"moments of inertia of body 0 is \[0, 0.5, 0.5\]; .* parts with extent",
         ),
-        (
-            lambda: Body(Composite([Part(Ellipsoid(2, 2, 0.1), mass=2.0), Part(Ellipsoid(0.1, 0.1, 3), mass=-1.0)])),
-            "moments of inertia of body 0 is .*; expected",
-        ),
+        (lambda: Body(Composite(HOLLOW)), "moments of inertia of body 0 is .*; expected"),
         (lambda: Composite.layers(Sphere(1.0), (0.9, 0.5), (1.0, 2.0)), "expected numbers that fall from 1"),
         (lambda: Composite.layers(Sphere(1.0), (1.0, 1.0), (1.0, 2.0)), "expected numbers that fall from 1"),
         (lambda: Composite.layers(Sphere(1.0), (), ()), "expected numbers that fall from 1"),
@@ -248,8 +214,6 @@ def test_bad_composites_are_refused(make, match):
 
 
 def test_composites_have_units():
-    from astropy import units as u
-
     parts = [
         Part(Sphere("110 m"), density="2.4 g/cm3", position=["0.1 km", "0 m", "0 m"]),
         Part(Sphere(0.1 * u.km), mass=1e9 * u.kg),
@@ -258,9 +222,8 @@ def test_composites_have_units():
     first = 2400.0 * 4.0 / 3.0 * np.pi * 110.0**3
     assert body.mass.to_value("kg") == pytest.approx(first + 1e9, rel=1e-14)
     assert body.working_frame.position[0].to_value("m") == pytest.approx(-100.0 * first / (first + 1e9), rel=1e-14)
-    assert Composite(parts).with_mass("3e10 kg").parts[1].mass.to_value("kg") == pytest.approx(
-        3e10 / (first + 1e9) * 1e9
-    )
+    heavy = Composite(parts).with_mass("3e10 kg").parts[1]
+    assert heavy.mass.to_value("kg") == pytest.approx(3e10 / (first + 1e9) * 1e9)
     assert body.density is None
     layers = Composite.layers(Sphere("1 km"), (1.0, 0.5), ("2 g/cm3", "3 g/cm3"))
     assert Body(layers).mass.to_value("kg") == pytest.approx(4e9 / 3.0 * np.pi * (2000.0 + 1000.0 / 8.0), rel=1e-14)
@@ -274,31 +237,9 @@ def test_composites_have_units():
 def made():
     """A system with a composite in its orbit."""
     parts = [*CROSS, Part(Ellipsoid(0.5, 0.4, 0.3), density=-0.1, attitude=TURN), Part(PointMass(), mass=0.1)]
-    system = fullbody.System(
-        [Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0, name="big"), Body(Composite(parts), name="small")],
-        units=("km", "hour", "kg"),
-        G=1.0,
-    )
+    bodies = [Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0, name="big"), Body(Composite(parts), name="small")]
     state = fullbody.State([[0, 0, 0], [12, 0, 1]], [[0, 0, 0], [0, 1.0, 0]], spin=[[0, 0, 1.0], [0.1, 0, 1.2]])
-    return system, state
-
-
-def test_files_hold_composites_bit_for_bit(tmp_path):
-    system, state = made()
-    run = system.integrate(state, 2.0, output=0.5)
-    run.save(tmp_path / "run.nc")
-    again = fullbody.load(tmp_path / "run.nc")
-    assert again == run
-    assert again.system == system
-    sim = fullbody.Simulation(system, state)
-    sim.integrate(1.0)
-    sim.save(tmp_path / "run.sim")
-    loaded = fullbody.Simulation.load(tmp_path / "run.sim")
-    assert loaded.system == system
-    assert [type(part.shape) for part in loaded.system["small"].shape.parts] == [*[Sphere] * 4, Ellipsoid, PointMass]
-    assert (loaded.integrate(4.0).position == sim.integrate(4.0).position).all()
-    assert pickle.loads(pickle.dumps(system)) == system
-    assert "PointMass" in system["small"]._repr_html_()
+    return fullbody.System(bodies, units=("km", "hour", "kg"), G=1.0), state
 
 
 TOML = """
@@ -334,10 +275,7 @@ until = 1.0
 
 
 def test_composites_are_read_from_toml(tmp_path):
-    path = tmp_path / "system.toml"
-    path.write_text(TOML)
-    setup = fullbody.read_toml(path)
-    beta = setup.system["Beta"]
+    beta = read(tmp_path, TOML).system["Beta"]
     parts = beta.shape.parts
     assert [type(part.shape) for part in parts] == [Sphere, Ellipsoid, PointMass]
     np.testing.assert_allclose(parts[1].attitude, [np.sqrt(0.5), 0, 0, np.sqrt(0.5)], atol=1e-16)
@@ -349,13 +287,10 @@ def test_composites_are_read_from_toml(tmp_path):
         ("mass = -1e9", "mass = -1e13", r"body\[1\]\.part: mass of .*expected a finite sum above zero"),
         ("spin = [0, 0, 0.1]", "mass = 1e9", r"body\[1\]\.mass: is given beside \[\[body\.part\]\]"),
     ):
-        path.write_text(TOML.replace(old, new))
-        refused(match, lambda: fullbody.read_toml(path))
+        refused(match, read, tmp_path, TOML.replace(old, new))
 
 
-def test_pictures_draw_all_parts(tmp_path):
-    matplotlib = pytest.importorskip("matplotlib")
-    matplotlib.use("Agg")
+def test_pictures_draw_all_parts():
     system, state = made()
     run = system.integrate(state, 1.0, output=0.5)
     ax = run.plot.scene()
@@ -366,8 +301,8 @@ def test_pictures_draw_all_parts(tmp_path):
     assert high - low > 12.0 + 3.5
     ax = run.plot.orbit()
     assert len(ax.patches) == 5
+    assert "PointMass" in system["small"]._repr_html_()
     assert [len(parts) for parts in data_of(run.view().to_html())[0]["surfaces"]] == [1, 4]
-    matplotlib.pyplot.close("all")
 
 
 def test_a_locked_dumbbell_librates_at_the_rate_of_its_moments():
@@ -386,16 +321,12 @@ def test_a_locked_dumbbell_librates_at_the_rate_of_its_moments():
     rate = np.sqrt(3 * (across - along) / across * mu / 3.3**3)
     # The next term is of the order of (0.2 / 6)^2, and the amplitude's of 0.01^2 / 4.
     assert swings.frequencies[0].to_value("rad / hour") == pytest.approx(rate, rel=5e-3)
-    for make, match in (
-        (lambda: fullbody.Component(composite=parts), "composite of a component is"),
-        (lambda: fullbody.Component(composite=Composite(parts), diameter=1.0), "has 2 of semi_axes, diameters"),
-        (lambda: fullbody.Component(composite=Composite(parts), density=1.0), "given a density, and has a Composite"),
-        (
-            lambda: fullbody.binary(
-                primary, fullbody.Component(composite=Composite(parts), name="B"), total_mass=1e12, period=60.0, G=1.0,
-                equal_density=True,
-            ),
-            "equal_density is given, and B is a composite of parts without one density; expected mass_ratio",
-        ),
-    ):  # fmt: skip
-        refused(match, make)
+    free = fullbody.Component(composite=Composite(parts), name="B")
+    shared = {"total_mass": 1e12, "period": 60.0, "G": 1.0, "equal_density": True}
+    refused("equal_density is given, and B is a composite", fullbody.binary, primary, free, **shared)
+    for match, given in (
+        ("composite of a component is", {"composite": parts}),
+        ("has 2 of semi_axes, diameters", {"composite": Composite(parts), "diameter": 1.0}),
+        ("given a density, and has a Composite", {"composite": Composite(parts), "density": 1.0}),
+    ):
+        refused(match, fullbody.Component, **given)

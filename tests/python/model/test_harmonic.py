@@ -1,6 +1,5 @@
 """The harmonic series against the rules over surfaces, in poses and for shapes drawn at random."""
 
-import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere, State, System
@@ -9,16 +8,10 @@ from support import matrix, ready, reference
 from support.meshes import icosphere
 
 
-def rotation(rng):
-    q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
-
-
 def pose(rng, distance):
-    direction = rng.normal(size=3)
+    direction, attitude = rng.normal(size=3), rng.normal(size=(2, 4))
     separation = distance * direction / np.linalg.norm(direction)
-    zeros = np.zeros((2, 3))
-    return State([np.zeros(3), separation], zeros, attitude=[rotation(rng), rotation(rng)], spin=zeros)
+    return State([np.zeros(3), separation], np.zeros((2, 3)), attitude / np.linalg.norm(attitude, axis=1)[:, None])
 
 
 def rock(rng, size):
@@ -136,17 +129,15 @@ def test_a_fixed_order_is_a_truncated_series():
     assert (np.diff(np.log10(errors)) < -0.5).all(), errors
     odd = System(bodies, G=1.0, gravity="multipole:3").interactions(state)
     even = [System(bodies, G=1.0, gravity=f"multipole:{n}").interactions(state) for n in (2, 4)]
-    size = np.linalg.norm(even[1].force[0])
-    steps = [np.linalg.norm(other.force[0] - odd.force[0]) / size for other in even]
     # Neither is the third degree nothing, nor does it agree with the fourth.
-    assert steps[0] > 1e-6
-    assert steps[1] > 1e-6
+    apart = [np.linalg.norm(other.force[0] - odd.force[0]) for other in even]
+    assert min(apart) > 1e-6 * np.linalg.norm(odd.force[0])
 
 
 def test_spheres_that_meet_are_named():
     rng = np.random.default_rng(1)
     bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 1.0), mass=0.3, name="B")]
-    state = State([[0, 0, 0], [0, 0, 1.5]], np.zeros((2, 3)), spin=np.zeros((2, 3)))
+    state = State([[0, 0, 0], [0, 0, 1.5]], np.zeros((2, 3)))
     with pytest.raises(NotConverged, match=r"harmonic between A and B .* their moments diverges"):
         System(bodies, G=1.0, gravity="harmonic").interactions(state)
     # The default takes the rule over faces there.
@@ -193,24 +184,3 @@ def test_derivatives_are_those_of_the_surface_integrals(seed):
     for name in names:
         size = np.abs(one.by_parameter[name]).max()
         np.testing.assert_allclose(other.by_parameter[name], one.by_parameter[name], atol=1e-10 * size, rtol=0.0)
-
-
-def test_a_resumed_run_equals_the_unbroken_one_bit_for_bit(tmp_path):
-    rng = np.random.default_rng(11)
-    bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 0.4), mass=0.3, name="B")]
-    system = System(bodies, G=1.0)
-    velocity = np.array([[0.0, 0.0, 0.0], [0.0, 0.7, 0.1]])
-    state = State([[0, 0, 0], [3.5, 0, 0]], velocity, spin=[[0, 0, 0.4], [0.1, 0, 0.2]])
-    unbroken = fullbody.Simulation(system, state)
-    broken = fullbody.Simulation(system, state)
-    for simulation in (unbroken, broken):
-        simulation.integrate(6.0)
-    broken.save(tmp_path / "run.fullbody")
-    resumed = fullbody.Simulation.load(tmp_path / "run.fullbody")
-    first, second = unbroken.integrate(25.0), resumed.integrate(25.0)
-    assert np.array_equal(first.position, second.position)
-    assert np.array_equal(first.attitude, second.attitude)
-    separation = np.linalg.norm(first.position[:, 1] - first.position[:, 0], axis=1)
-    # The orbit is so eccentric that the degrees change.
-    assert separation.max() > 1.3 * separation.min()
-    assert abs(first.energy_drift).max() < 1e-12

@@ -7,25 +7,14 @@ from astropy import units as u
 from support import body_list, refused
 
 
-def pair(units=False):
+def pair():
     bodies = body_list(A=(fullbody.Sphere(1.0), 8.0), B=(fullbody.Ellipsoid(0.5, 0.4, 0.3), 1.0))
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State.from_tait_bryan(
         [[0, 0, 0], [4, 0.5, 0.2]], [[0, 0, 0], [0.1, 1.5, 0.3]], [[0, 0, 0], [0.3, -0.2, 1.1]],
-        spin=[[0, 0, 0.1], [0.2, 0.1, 0.4]],
+        [[0, 0, 0.1], [0.2, 0.1, 0.4]],
     )  # fmt: skip
     return system, state
-
-
-def given(system, before, after, mass, velocity, place):
-    """The momentum and the angular momentum of a projectile that sticks, and those that the bodies got."""
-    r, v = before.position[1] + place, before.velocity[1] + velocity
-    # The body keeps its mass: the projectile gives what it has relative to the ground, which goes on.
-    ground = before.velocity[1] + np.cross(before.rotation_matrix[1] @ before.spin[1], place)
-    momentum = mass * (v - ground)
-    got = system.momentum(after) - system.momentum(before)
-    turned = system.angular_momentum(after) - system.angular_momentum(before)
-    return momentum, np.cross(r, momentum), got, turned
 
 
 @pytest.mark.parametrize(("longitude", "latitude"), [(0.3, 0.2), (-2.0, -1.0), (1.0, np.pi / 2)])
@@ -35,16 +24,19 @@ def test_momentum_and_angular_momentum_are_conserved(longitude, latitude):
     place = state.rotation_matrix[1] @ (way / np.sqrt((way**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
     velocity = -50.0 * place + [1.0, 2.0, -3.0]
     after = state.impact(system, 1, mass=1e-3, velocity=velocity, longitude=longitude, latitude=latitude)
-    momentum, turn, got, turned = given(system, state, after, 1e-3, velocity, place)
-    np.testing.assert_allclose(got, momentum, rtol=1e-11, atol=1e-13)
-    np.testing.assert_allclose(turned, turn, rtol=1e-10, atol=1e-13)
+    # The body keeps its mass: the projectile gives what it has relative to the ground, which goes on.
+    ground = state.velocity[1] + np.cross(state.rotation_matrix[1] @ state.spin[1], place)
+    momentum = 1e-3 * (state.velocity[1] + velocity - ground)
+    np.testing.assert_allclose(system.momentum(after) - system.momentum(state), momentum, rtol=1e-11, atol=1e-13)
+    turned = system.angular_momentum(after) - system.angular_momentum(state)
+    np.testing.assert_allclose(turned, np.cross(state.position[1] + place, momentum), rtol=1e-10, atol=1e-13)
     np.testing.assert_array_equal(after.position, state.position)
     np.testing.assert_array_equal(after.velocity[0], state.velocity[0])
     assert (after.spin[1] != state.spin[1]).any()
 
 
 def test_ejecta_enhance_the_momentum_along_their_direction():
-    """Head on, the momentum is enhanced by beta; aslant, along the normal or a direction that is given."""
+    # Head on, the momentum is enhanced by beta; aslant, along the normal or a direction that is given.
     ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
     state = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
     options = {"mass": 1e-3, "longitude": 0.0, "latitude": 0.0}
@@ -83,10 +75,7 @@ def test_impacts_have_units_and_axes_of_the_orbit():
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        (
-            {"velocity": [6.0, 0, 0]},
-            "by which it leaves the surface there at .* along the normal; expected one that comes",
-        ),
+        ({"velocity": [6.0, 0, 0]}, "leaves the surface there at .* along the normal; expected one that comes"),
         ({"mass": 0.0}, "mass of the projectile is 0.0; expected a finite number above zero"),
         ({"latitude": 2.0}, "latitude is 2.0; expected angles from"),
         ({"beta": np.nan}, "beta is nan; expected a finite number"),

@@ -17,9 +17,9 @@ def numbers(case, name):
 def build(case, **options):
     bodies = [Body(Ellipsoid(*numbers(case, f"axes_{k}")), mass=m) for k, m in (("a", 2.0), ("b", 0.5))]
     state = State.from_tait_bryan(
-        position=[[0.4, -0.3, 0.2], np.add(numbers(case, "separation"), [0.4, -0.3, 0.2])],
-        velocity=np.zeros((2, 3)),
-        angles=[numbers(case, "angles_a"), numbers(case, "angles_b")],
+        [[0.4, -0.3, 0.2], np.add(numbers(case, "separation"), [0.4, -0.3, 0.2])],
+        np.zeros((2, 3)),
+        [numbers(case, "angles_a"), numbers(case, "angles_b")],
     )
     return System(bodies, G=3.0, **options), state
 

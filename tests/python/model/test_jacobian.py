@@ -3,7 +3,6 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
 from support import body_list, points, reference, refused, worst
 from support.flows import SOLIDS, central_of_state, displaced, inertia, rates, scales, solids, tumbling
 
@@ -16,12 +15,19 @@ def pair(case, gravity, mass=(2.0, 3.0), G=0.5):
     bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
     place = np.array([0.3, -0.1, 0.2])
     state = fullbody.State.from_tait_bryan(
-        position=[place, place + np.array(case["separation"], dtype=float)],
-        velocity=np.zeros((2, 3)),
-        angles=np.array([case["angles_a"], case["angles_b"]], dtype=float),
-        spin=np.zeros((2, 3)),
+        [place, place + np.array(case["separation"], dtype=float)],
+        np.zeros((2, 3)),
+        np.array([case["angles_a"], case["angles_b"]], dtype=float),
     )
     return fullbody.System(bodies, G=G, gravity=gravity), state
+
+
+def blocks(jacobian):
+    """Derivatives of A's force and of both torques by the separation and by the rotations of A and B."""
+    force = jacobian.force_by_position[0], jacobian.force_by_rotation[0]
+    torques = [(jacobian.torque_by_position[k], jacobian.torque_by_rotation[k]) for k in (0, 1)]
+    for position, rotation in (force, *torques):
+        yield from (position[:, 1], rotation[:, 0], rotation[:, 1])
 
 
 @pytest.mark.parametrize("gravity", ["focal", "surface"])
@@ -31,19 +37,8 @@ def test_jacobians_have_the_reference_values(case, gravity):
     names = [f"semi-axis {axis} of {body}" for body in "AB" for axis in "abc"]
     jacobian = system.jacobian(state, names)
     expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
-    blocks = [
-        (jacobian.force_by_position[0, :, 1], expected[0:3, 0:3]),
-        (jacobian.force_by_rotation[0, :, 0], expected[0:3, 3:6]),
-        (jacobian.force_by_rotation[0, :, 1], expected[0:3, 6:9]),
-    ]
-    for k, rows in enumerate((expected[3:6], expected[6:9])):
-        blocks += [
-            (jacobian.torque_by_position[k, :, 1], rows[:, 0:3]),
-            (jacobian.torque_by_rotation[k, :, 0], rows[:, 3:6]),
-            (jacobian.torque_by_rotation[k, :, 1], rows[:, 6:9]),
-        ]
-    for actual, of_reference in blocks:
-        assert worst(actual, of_reference) < 1e-12
+    for i, block in enumerate(blocks(jacobian)):
+        assert worst(block, expected[3 * (i // 3) :, 3 * (i % 3) :][:3, :3]) < 1e-12
     # Of the rates: accelerations, and torques over moments that change too; without spin only torque over moment.
     torques = system.interactions(state).torque
     for k, name in enumerate(names):
@@ -54,9 +49,8 @@ def test_jacobians_have_the_reference_values(case, gravity):
             moments = inertia(system.bodies[body])
             slope = 0.4 * system.bodies[body].mass * getattr(system.bodies[body].shape, "abc"[k % 3])
             change = np.where(np.arange(3) == k % 3, 0.0, slope) * (k // 3 == body)
-            assert (
-                worst(spins * moments + torques[body] / moments * change, rows, np.abs(expected[3:, 9:]).max()) < 1e-12
-            )
+            rate = spins * moments + torques[body] / moments * change
+            assert worst(rate, rows, np.abs(expected[3:, 9:]).max()) < 1e-12
 
 
 POSES = reference("pair_jacobians")
@@ -69,15 +63,11 @@ def test_jacobians_of_near_and_far_poses_keep_their_digits(case, gravity):
     system, state = pair(case, gravity)
     jacobian = system.jacobian(state)
     expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
-    rows = [jacobian.force_by_position[0], jacobian.torque_by_position[0], jacobian.torque_by_position[1]]
-    turned = [jacobian.force_by_rotation[0], jacobian.torque_by_rotation[0], jacobian.torque_by_rotation[1]]
-    for i in range(3):
-        blocks = [rows[i][:, 1], turned[i][:, 0], turned[i][:, 1]]
-        for j, block in enumerate(blocks):
-            of_reference = expected[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
-            # A sphere has no torque.
-            scale = max(np.abs(of_reference).max(), 1e-6 * np.abs(expected[0:3, 0:3]).max())
-            assert worst(block, of_reference, scale) < 1e-12
+    for i, block in enumerate(blocks(jacobian)):
+        of_reference = expected[3 * (i // 3) :, 3 * (i % 3) :][:3, :3]
+        # A sphere has no torque.
+        scale = max(np.abs(of_reference).max(), 1e-6 * np.abs(expected[0:3, 0:3]).max())
+        assert worst(block, of_reference, scale) < 1e-12
 
 
 FACETED = [("box", other) for other in SOLIDS] + [("ellipsoid", "octahedron"), ("point", "octahedron")]
@@ -114,37 +104,6 @@ def test_derivatives_of_rates_are_differences(made, step, tolerance):
         assert worst(actual.by_parameter[name] / size, change / size) < tolerance, name
 
 
-def test_jacobians_of_three_bodies_and_a_composite_are_differences():
-    parts = [
-        fullbody.Part(fullbody.Ellipsoid(0.5, 0.4, 0.3), mass=0.6, position=[0.5, 0.0, 0.0]),
-        fullbody.Part(fullbody.Sphere(0.3), mass=0.3, position=[-0.6, 0.1, 0.0]),
-    ]
-    first, second = tumbling()[0].bodies
-    third = fullbody.Body(fullbody.Composite(parts), name="C")
-    system = fullbody.System([first, second, third], G=1.0)
-    state = fullbody.State.from_tait_bryan(
-        position=[[0.0, 0.0, 0.0], [3.0, 0.2, 0.1], [-1.0, 4.0, 0.5]],
-        velocity=np.zeros((3, 3)),
-        angles=[[0.2, 0.1, 0.0], [1.0, 0.3, 0.1], [0.4, -0.3, 0.2]],
-        spin=np.zeros((3, 3)),
-    )
-    jacobian = system.jacobian(state)
-    # The whole moves and turns without a change of torques.
-    assert worst(jacobian.torque_by_position.sum(axis=2), 0.0, np.abs(jacobian.torque_by_position).max()) < 1e-13
-    turned = sum(
-        np.einsum("iajb,bc->iac", jacobian.torque_by_position[:, :, [j]], np.cross(np.eye(3), state.position[j]).T)
-        + np.einsum("iajb,cb->iac", jacobian.torque_by_rotation[:, :, [j]], state.rotation_matrix[j])
-        for j in range(3)
-    )
-    assert worst(turned, 0.0, np.abs(jacobian.torque_by_rotation).max()) < 1e-13
-    # The torque on the composite against differences of it.
-    for axis in range(3):
-        change = central_of_state(
-            lambda by, axis=axis: system.interactions(displaced(state, 2, 2, axis, by)).torque.ravel(), 1e-3
-        )
-        assert worst(jacobian.torque_by_rotation[:, :, 2, axis].ravel(), change) < 1e-9
-
-
 def test_far_bodies_lose_no_digits():
     # MacCullagh's torque on B, -3 G m x cross (I x) / |x|^5 from far away; of its size, not of lever times force.
     system, state = tumbling()
@@ -174,9 +133,7 @@ def test_every_parameter_that_is_named_is_taken():
     for options in ({"sun": True}, {"gravity": "multipole:4"}, {}):
         system, state = fullbody.systems.didymos(**options)
         assert "semi-axis a of Dimorphos" in system.parameters
-        with pytest.raises(InvalidInput, match="mass of X") as caught:
-            system.jacobian(state, ["mass of X"])
-        assert "semi-axis a" in str(caught.value)
+        refused("(?s)mass of X.*semi-axis a", system.jacobian, state, ["mass of X"])
         run = system.integrate(state, 0.1, output="ends", derivatives=system.parameters)
         assert set(run.sensitivity) == set(system.parameters)
 
@@ -195,41 +152,30 @@ def beside(axes, distance, mu=50.0):
     return fullbody.System(bodies, G=1.0, forces=[sun]), state
 
 
-def derivatives_beside_sun(axes, distance, axis):
-    """The derivatives of the third body's share in the acceleration and spin rate of B by a semi-axis."""
-    system, state = beside(axes, distance)
-    name = f"semi-axis {axis} of B"
-    with_sun, without = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
-    return with_sun[15:18] - without[15:18], with_sun[21:24] - without[21:24]
-
-
-def sunlit(axes, distance):
-    """The third body's share in the acceleration and spin rate of B."""
-    system, state = beside(axes, distance)
-    loads = system.loads(state)["Sun"]
-    return loads.force[1] / 0.3, loads.torque[1] / inertia(system.bodies[1])
-
-
 @pytest.mark.parametrize("distance", [5.0, 40.0])
 @pytest.mark.parametrize("axes", [(0.5, 0.4, 0.3), (0.3, 0.5, 0.4), (0.4, 0.5, 0.3), (0.4, 0.4, 0.4)])
 def test_derivatives_by_semi_axes_beside_a_third_body_are_differences(axes, distance):
+    def sunlit(axes):
+        """The third body's share in the acceleration and spin rate of B."""
+        system, state = beside(axes, distance)
+        loads = system.loads(state)["Sun"]
+        return np.array([loads.force[1] / 0.3, loads.torque[1] / inertia(system.bodies[1])])
+
+    system, state = beside(axes, distance)
     for k, axis in enumerate("abc"):
-
-        def changed(by, k=k):
-            return sunlit([size + (by if place == k else 0.0) for place, size in enumerate(axes)], distance)
-
-        step = 2e-3 * axes[k]
+        name, step = f"semi-axis {axis} of B", 2e-3 * axes[k]
+        both = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
+        actual = np.subtract(*both)[[[15, 16, 17], [21, 22, 23]]]
         weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
-        pairs = [(w, changed(m * step), changed(-m * step)) for m, w in weights]
-        for which, actual in enumerate(derivatives_beside_sun(axes, distance, axis)):
-            expected = sum(w * (above[which] - below[which]) for w, above, below in pairs) / step
-            # The force is mostly that on a point, in whose rounding the differences end.
-            rounding = 1e-14 * np.abs(sunlit(axes, distance)[which]).max() / step
-            assert np.abs(actual - expected).max() < 1e-10 * np.abs(expected).max() + rounding
+        expected = sum(w * np.subtract(*(sunlit(axes + s * step * np.eye(3)[k]) for s in (m, -m))) for m, w in weights)
+        # The force is mostly that on a point, in whose rounding the differences end.
+        rounding = 1e-14 * np.abs(sunlit(axes)).max(axis=1)
+        error = np.abs(step * actual - expected).max(axis=1)
+        assert (error < 1e-10 * np.abs(expected).max(axis=1) + rounding).all()
 
 
 def test_derivatives_by_semi_axes_beside_a_far_third_body_are_maccullaghs():
-    """The torque is MacCullagh's, 3 mu D x cross x / r^5 with D = diag(a^2, b^2, c^2) m / 5."""
+    # The torque is MacCullagh's, 3 mu D x cross x / r^5 with D = diag(a^2, b^2, c^2) m / 5.
     axes, far = np.array([0.5, 0.4, 0.3]), 4e6
     pair, _ = beside(axes, far)
     system = fullbody.System([pair.bodies[1]], G=1.0, forces=pair.forces)

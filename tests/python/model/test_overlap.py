@@ -1,13 +1,14 @@
 """The overlap of ellipsoids is detected exactly at contact, whatever their attitudes."""
 
+import re
 from contextlib import suppress
 
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import BodiesOverlap, InvalidInput, NotConverged
-from hypothesis import given, settings
-from support import directions, matrix, quaternions, semi_axes
+from fullbody.errors import BodiesOverlap, NotConverged
+from hypothesis import given
+from support import directions, matrix, quaternions, refused, semi_axes
 
 
 def pair(first, second, position, attitudes=((1, 0, 0, 0), (1, 0, 0, 0)), gravity="focal"):
@@ -25,8 +26,7 @@ def assert_overlap(system, state):
             call(state)
         assert isinstance(caught.value, fullbody.FullbodyError)
         assert caught.value.bodies == ("Alpha", "Beta")
-        assert "Alpha" in str(caught.value)
-        assert "Beta" in str(caught.value)
+        assert {"Alpha", "Beta"} <= {*re.findall(r"\w+", str(caught.value))}
     assert caught.value.time == 3.5
 
 
@@ -35,16 +35,12 @@ def touching(first, second, normal, attitudes):
 
     The point of an ellipsoid with outward normal n is C n / sqrt(n . C n), C = R diag(a^2) R^T.
     """
-    arms = []
-    for axes, q in ((first, attitudes[0]), (second, attitudes[1])):
-        frame = matrix(np.array(q, dtype=float))
-        shape = frame @ np.diag(np.square(axes)) @ frame.T
-        arms.append(shape @ normal / np.sqrt(normal @ shape @ normal))
-    return arms[0] + arms[1]
+    frames = [matrix(np.array(q, dtype=float)) for q in attitudes]
+    shapes = [frame @ np.diag(np.square(axes)) @ frame.T for frame, axes in zip(frames, (first, second), strict=True)]
+    return sum(shape @ normal / np.sqrt(normal @ shape @ normal) for shape in shapes)
 
 
 @given(semi_axes, semi_axes, directions, quaternions, quaternions)
-@settings(max_examples=40)
 def test_ellipsoids_touch_where_their_normals_do(first, second, normal, p, q):
     contact = touching(first, second, normal, (p, q))
     # Off by round-off of the contact itself at most.
@@ -57,7 +53,7 @@ def test_ellipsoids_touch_where_their_normals_do(first, second, normal, p, q):
 
 
 @pytest.mark.parametrize("gravity", ["focal", "surface", "multipole:4", "point"])
-def test_touching_spheres(gravity):
+def test_spheres_in_touch_attract_and_deeper_ones_overlap(gravity):
     axes = (1.0, 1.0, 1.0)
     system, state = pair(axes, axes, [2.0, 0.0, 0.0], gravity=gravity)
     assert system.interactions(state).force[0] == pytest.approx([0.25, 0, 0], abs=1e-15)
@@ -87,16 +83,13 @@ def test_nested_bodies_overlap(place):
     assert_overlap(*pair((1.0, 0.8, 0.7), (1.0, 0.8, 0.7), place))
 
 
-def test_a_point_inside_a_body_overlaps_it():
+def test_a_point_overlaps_what_it_is_in_or_at():
     rock = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=1.0, name="Alpha")
     system = fullbody.System([rock, fullbody.Body(fullbody.PointMass(), mass=1.0, name="Beta")], G=1.0)
     for place in ([0, 0, 0], [0.999, 0, 0]):
         assert_overlap(system, fullbody.State([[0, 0, 0], place], np.zeros((2, 3)), time=3.5))
     outside = fullbody.State([[0, 0, 0], [1.001, 0, 0]], np.zeros((2, 3)))
     assert np.isfinite(system.interactions(outside).force).all()
-
-
-def test_points_at_one_position_are_refused():
     bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in ("Alpha", "Beta")]
     state = fullbody.State(np.ones((2, 3)), np.zeros((2, 3)), time=3.5)
     assert_overlap(fullbody.System(bodies, G=1.0), state)
@@ -115,8 +108,7 @@ def test_bodies_too_thin_to_tell_are_named():
     normal = matrix(np.array(attitudes[0]))[:, 2]
     system, state = pair(disc, disc, 2.001e-13 * normal, attitudes, gravity="point")
     for call in (system.interactions, lambda s: system.integrate(s, s.time + 1.0)):
-        with pytest.raises(InvalidInput, match=r"gap between Alpha and Beta is .* too thin to tell"):
-            call(state)
+        refused(r"gap between Alpha and Beta is .* too thin to tell", call, state)
     assert_overlap(*pair(disc, disc, 1e-13 * normal, attitudes, gravity="point"))
     apart, state = pair(disc, disc, 4e-13 * normal, attitudes, gravity="point")
     assert np.isfinite(apart.energy(state).total)

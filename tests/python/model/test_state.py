@@ -15,23 +15,18 @@ def example(units=False):
     return fullbody.systems.kw4(units=units)
 
 
-def test_a_copied_system_computes_the_same_bits():
+def test_copies_of_a_system_and_its_states_keep_every_bit():
     system, state = example()
     twin_system, twin_state = pickle.loads(pickle.dumps((system, state)))
     assert np.array_equal(twin_system.interactions(twin_state).force, system.interactions(state).force)
-    one, other = (s.integrate(t, 20.0) for s, t in ((system, state), (twin_system, twin_state)))
-    assert one == other
-
-
-def test_pickles_keep_every_bit_of_a_state():
-    system, state = example()
-    end = system.integrate(state, 50.0)[-1]
-    twin = pickle.loads(pickle.dumps(end))
+    run, again = (s.integrate(t, 20.0) for s, t in ((system, state), (twin_system, twin_state)))
+    assert run == again
+    end, twin = run[-1], pickle.loads(pickle.dumps(run[-1]))
     for name in ("position", "velocity", "attitude", "spin", "time"):
         assert np.array_equal(getattr(twin, name), getattr(end, name)), name
 
 
-def test_other_states_bodies_and_systems_are_unequal():
+def test_other_things_are_unequal_and_equal_ones_have_equal_hashes():
     system, state = example()
     assert state != state.replace(time=1.0)
     assert state != state.replace(position=state.position + 1e-15)
@@ -44,30 +39,23 @@ def test_other_states_bodies_and_systems_are_unequal():
     assert system != "system"
     assert KeplerElements(1, 0, 0, 0, 0, 0) != KeplerElements(2, 0, 0, 0, 0, 0)
     assert Verner98() != Verner98(rtol=1e-12)
-
-
-def test_equal_things_have_equal_hashes():
     for make in (lambda: Sphere(1.0), lambda: Body(Sphere(1.0), mass=1.0), lambda: example()[0], Verner98):
         assert hash(make()) == hash(make())
 
 
 @pytest.mark.parametrize(
-    "body",
+    "made",
     [
         Body(Ellipsoid(3.0, 2.0, 1.0), mass=2.0, name="a 'b'"),
-        Body(Sphere(2.0), density=0.1),
-        Body(PointMass(), mass=1 / 3, name="c"),
+        *(Body(Sphere(2.0), density=0.1), Body(PointMass(), mass=1 / 3, name="c"), Verner98(1e-9)),
     ],
 )
-def test_the_text_of_a_body_makes_it(body):
-    kinds = {"Body": Body, "Ellipsoid": Ellipsoid, "Sphere": Sphere, "PointMass": PointMass}
-    assert eval(repr(body), kinds) == body
+def test_the_text_of_a_body_makes_it(made):
+    assert eval(repr(made), vars(fullbody) | {"Verner98": Verner98}) == made
 
 
 def test_reprs_name_class_and_contents():
     system, state = example()
-    assert eval(repr(Ellipsoid(3.0, 2.0, 1.0)), {"Ellipsoid": Ellipsoid}) == Ellipsoid(3.0, 2.0, 1.0)
-    assert eval(repr(Verner98(1e-9)), {"Verner98": Verner98}) == Verner98(1e-9)
     for word in ("Alpha", "Beta", "focal", "8.649"):
         assert word in repr(system)
     for word in ("position", "velocity", "attitude", "spin", "time=0.0", "2.416"):
@@ -105,9 +93,6 @@ def test_a_state_does_not_share_memory_with_its_input():
     state = State(position, [[0, 0, 0]])
     position[0, 0] = 99.0
     assert state.position[0, 0] == 1.0
-    copy = state.position.copy()
-    copy[0, 0] = 99.0
-    assert state.position[0, 0] == 1.0
 
 
 @pytest.mark.parametrize("units", [False, True])
@@ -119,9 +104,7 @@ def test_arrays_of_a_state_are_read_only(units):
                 getattr(state, name)[0] *= 2
             with pytest.raises(ValueError, match="read-only"):
                 getattr(state, name)[0] = 0 * getattr(state, name)[0]
-            mine = getattr(state, name).copy()
-            mine[0] *= 2
-            assert np.array_equal(mine[0], 2 * getattr(state, name)[0])
+            assert getattr(state, name).copy().flags.writeable
 
 
 @given(quaternions, st.floats(1e-3, 1e3))
@@ -143,7 +126,7 @@ def test_rotation_matrix_is_that_of_the_quaternion(q):
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
 def test_tait_bryan_angles_are_the_papers(phi, theta, psi):
-    """The convention is the paper's eq:RotationMatrix, R = Rz(psi) Ry(theta) Rx(phi)."""
+    # The paper's eq:RotationMatrix.
     state = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[phi, theta, psi]])
     assert np.abs(state.rotation_matrix[0] - rot_z(psi) @ rot_y(theta) @ rot_x(phi)).max() < 1e-15
     limit = 1e-15 / np.cos(theta)
@@ -152,7 +135,7 @@ def test_tait_bryan_angles_are_the_papers(phi, theta, psi):
 
 @pytest.mark.parametrize("theta", [np.pi / 2, -np.pi / 2])
 def test_tait_bryan_angles_at_their_pole_give_the_same_matrix(theta):
-    """Only psi -/+ phi is defined there; the matrix must come back."""
+    # Only psi -/+ phi is defined there; the matrix must come back.
     state = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0.4, theta, 1.1]])
     again = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], state.tait_bryan)
     assert np.isfinite(state.tait_bryan).all()
@@ -179,7 +162,7 @@ def test_bodies_have_mass_volume_density_and_inertia():
 
 
 def test_energy_and_momenta_are_the_papers_formulas():
-    """The formulas are those of the paper's sections 2.3 and 2.4."""
+    # The paper's sections 2.3 and 2.4.
     a = np.array([[0.9, 0.7, 0.5], [0.6, 0.4, 0.3]])
     m = np.array([2.0, 0.7])
     system = System([Body(Ellipsoid(*axes), mass=mass) for axes, mass in zip(a, m, strict=True)], G=1.3)

@@ -3,9 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody import Component, binary, observables
+from fullbody import observables
 from fullbody.errors import InvalidInput
-from support import OF_REVOLUTIONS, pair_of_points, refused
+from support import OF_REVOLUTIONS, moon, pair_of_points, points, refused
 
 
 def about_an_oblate_body(e, revolutions, apart):
@@ -24,18 +24,10 @@ def about_an_oblate_body(e, revolutions, apart):
 
 @pytest.mark.parametrize(
     ("e", "revolutions", "apart"),
-    [
-        (0.1, 20, 0.4),
-        (0.5, 50, 0.1),
-        (0.5, 50, 0.2),
-        (0.8, 50, 0.05),
-        (0.8, 100, 0.05),
-        (0.8, 50, 0.1),
-        (0.9, 50, 0.02),
-    ],
+    [(0.1, 20, 0.4), (0.5, 50, 0.1), (0.5, 50, 0.2), (0.8, 50, 0.05), (0.8, 50, 0.1), (0.9, 30, 0.02)],
 )
 def test_precession_by_few_samples_is_the_textbooks(e, revolutions, apart):
-    """Spacings that fit into the period fold an ellipse's harmonics onto its first one."""
+    # Spacings that fit into the period fold an ellipse's harmonics onto its first one.
     run, apsidal, nodal = about_an_oblate_body(e, revolutions, apart)
     found = observables.orbit_precession(run, axis=[0, 0, 1])
     # What is left is of the second order in J2 (R/p)^2, 1e-3 at e = 0.8 and 5e-3 at 0.9, times a few.
@@ -56,7 +48,7 @@ def test_samples_too_few_for_the_precession_are_refused():
         observables.orbit_precession(about_an_oblate_body(0.9, 50, 0.6)[0])
 
 
-@pytest.mark.parametrize("e", [0.3, 0.8])
+@pytest.mark.parametrize("e", [0.3, 0.6, 0.8])
 def test_the_period_of_a_kepler_orbit_by_few_samples_is_keplers(e):
     system, state = pair_of_points(e)
     run = system.integrate(state, 2 * np.pi * 20.3, output=2 * np.pi * 0.37)
@@ -65,10 +57,9 @@ def test_the_period_of_a_kepler_orbit_by_few_samples_is_keplers(e):
 
 
 def test_motion_that_is_no_kepler_orbit_is_followed_by_its_samples_alone():
-    """The inner of two satellites as seen from the outer one, at a = 4: mostly where the planet is, so 16 pi a turn."""
-    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-12, 1e-12)]
-    position = [[0, 0, 0], [1, 0, 0], [4, 0, 0]]
-    system, state = fullbody.System(points, G=1.0), fullbody.State(position, [[0, 0, 0], [0, 1, 0], [0, 0.5, 0]])
+    # The inner of two satellites as seen from the outer one, at a = 4: mostly where the planet is, so 16 pi a turn.
+    system = points(1.0, 1e-12, 1e-12)
+    state = fullbody.State([[0, 0, 0], [1, 0, 0], [4, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0.5, 0]])
     run = system.integrate(state, 16 * np.pi * 20, output=0.5)
     np.testing.assert_allclose(observables.mutual_period(run, body=1, about=2).mean, 16 * np.pi, rtol=1e-6)
     coarse = system.integrate(state, 16 * np.pi * 20, output=16 * np.pi / 5)
@@ -77,17 +68,10 @@ def test_motion_that_is_no_kepler_orbit_is_followed_by_its_samples_alone():
 
 
 def test_libration_by_few_samples_has_the_equation_of_the_centre():
-    """The equation of the centre, 2 e sin M + 5/4 e^2 sin 2M, is in the angle; sampled at 0.3 of the period, its second
-    harmonic folds to 4/3 of the mean motion."""
+    # The equation of the centre, 2 e sin M + 5/4 e^2 sin 2M, is in the angle; sampled at 0.3 of the period, its second
+    # harmonic folds to 4/3 of the mean motion.
     e = 0.1
-    system, state = binary(
-        Component(diameter=0.1, mass=1.0, rotation_period=np.inf),
-        Component(semi_axes=(0.00100, 0.00099, 0.0008), mass=1e-9),
-        G=1.0 / (1 + 1e-9),
-        semi_major_axis=1.0,
-        eccentricity=e,
-        libration=0.0,
-    )
+    system, state = moon((0.00100, 0.00099, 0.0008), eccentricity=e, libration=0.0)
     found = observables.libration(system.integrate(state, 120 * np.pi, output=2 * np.pi * 0.3))
     harmonics = [found.frequencies[np.argmin(abs(found.frequencies - k))] for k in (1, 2)]
     np.testing.assert_allclose(harmonics, [1, 2], rtol=1e-3)
@@ -100,8 +84,7 @@ def test_runs_too_short_to_mean_anything_are_refused(function):
     for turns in (0.3, least - 0.03):
         run = system.integrate(state, 2 * np.pi * turns, output=0.1)
         what = f"the run covers {turns} revolutions; .* needs {least} or more"
-        with pytest.raises(InvalidInput, match=what):
-            function(run)
+        refused(what, function, run)
     run = system.integrate(state, 4.02 * np.pi, output=0.1)
     if function in (observables.element_rates, observables.mutual_period):
         function(run)
@@ -112,10 +95,7 @@ def test_runs_too_short_to_mean_anything_are_refused(function):
 def test_samples_too_far_apart_to_count_revolutions_are_refused(function):
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 2 * np.pi * 60, output=2 * np.pi * 0.6)
-    with pytest.raises(
-        InvalidInput, match=r"between its samples at 0\.0 and 3\.76.* about 0\.6 revol.* several samples in each"
-    ):
-        function(run)
+    refused(r"between its samples at 0\.0 and 3\.76.* about 0\.6 revol.* several samples in each", function, run)
     # One gap among many samples loses a revolution as well.
     times = np.r_[np.arange(0.0, 31.0, 0.25), np.arange(36.0, 60.0, 0.25)]
     with pytest.raises(InvalidInput, match=r"between its samples at 30\.75 and 36\.0 .* about 0\.84 revol"):
@@ -137,13 +117,6 @@ def test_kepler_orbits_of_any_length_have_their_elements(e, turns):
     np.testing.assert_allclose(precession.sidereal_period, 2 * np.pi, rtol=max(leaks, 1e-12))
     np.testing.assert_allclose(observables.element_rates(run).mean_rates["L"], 1.0, rtol=max(leaks, 1e-12))
     if e == 0.0:
-        assert precession.apsidal is None
-        assert precession.anomalistic_period is None
+        assert (precession.apsidal, precession.anomalistic_period) == (None, None)
     else:
         assert abs(precession.apsidal) < 5e-4 if turns < 9 else 1e-6
-
-
-def test_sampling_ten_times_in_an_eccentric_orbit_is_enough():
-    system, state = pair_of_points(0.6)
-    run = system.integrate(state, 40 * np.pi, output=0.2 * np.pi)
-    np.testing.assert_allclose(observables.mutual_period(run).period, 2 * np.pi, rtol=1e-6)

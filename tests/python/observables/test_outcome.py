@@ -6,9 +6,7 @@ import pytest
 from fullbody import State, events
 from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observables import Drift, Fate, drift, fate, libration, mean_elements, mutual_period, tumbles
-from support import body_list, refused
-
-YEARS = pytest.mark.parametrize("units", [False, True])
+from support import body_list, points, refused
 
 
 def spheres(distance, speed, across, radius=1.0, units=None):
@@ -63,7 +61,7 @@ def test_bodies_that_part_have_not_met():
 
 @pytest.mark.parametrize("speed", [0.9, 1.1])
 def test_the_speed_of_escape_parts_escape_from_bound(speed):
-    """At distance 50 the speed of escape is 1/5; the default distance is 40."""
+    # At distance 50 the speed of escape is 1/5; the default distance is 40.
     member = spheres(30.0, speed * np.sqrt(2 / 30.0), 0.0)
     found = fate(answer(member, 200.0, output=0.5))
     if speed < 1.0:
@@ -116,21 +114,19 @@ def turning(rate):
 def test_a_roll_that_goes_round_is_tumbling():
     run = answer(turning(12.0), 1.0, output=0.02)
     found = tumbles(run).as_dict()
-    assert found["tumbles"] == 1.0
     # The angle about the axis, to the first order in n over the rate.
     assert found["tumbling_time"] == pytest.approx(np.pi / 2 / 12, rel=0.05)
-    assert found["largest_roll"] == np.pi
+    assert (found["tumbles"], found["largest_roll"]) == (1.0, np.pi)
     assert abs(tumbles(run).largest[0] - 12.0) < 1.5
     quiet = tumbles(answer(turning(0.0), 20.0, output=0.2)).as_dict()
     assert (quiet["tumbles"], quiet["tumbling_time"]) == (0.0, None)
     assert max(quiet[f"largest_{name}"] for name in ("roll", "pitch", "yaw")) < 1e-2
-    some = tumbles(run[:5], limit=np.radians(40)).as_dict()
-    assert some["tumbles"] == 1.0
-    assert some["largest_roll"] == np.abs(tumbles(run[:5]).largest[0]) < np.pi
+    some = tumbles(run[:5], limit=np.radians(40))
+    assert some.as_dict()["largest_roll"] == np.abs(some.largest[0]) < np.pi
 
 
 def test_libration_has_the_frequency_of_the_linear_theory():
-    """The frequency is w^2 = 3 n^2 (B - A)/C."""
+    # The frequency is w^2 = 3 n^2 (B - A)/C.
     system, state = turning(0.0)
     run = answer((system, state.rotated(1, [0, 0, 1], 0.05)), 60.0, output=0.1)
     found = libration(run).as_dict()
@@ -143,13 +139,9 @@ def test_libration_has_the_frequency_of_the_linear_theory():
     assert rotating.as_dict() == {"libration": None, "libration_period": None}
 
 
-@YEARS
+@pytest.mark.parametrize("units", [False, True])
 def test_means_of_a_kepler_orbit_are_its_elements(units):
-    system = fullbody.System(
-        [fullbody.Body(fullbody.PointMass(), mass=m) for m in (0.7, 0.3)],
-        G=1.0,
-        units=("km", "hour", "kg") if units else None,
-    )
+    system = points(0.7, 0.3, units=("km", "hour", "kg") if units else None)
     elements = fullbody.KeplerElements(a=2.0, e=0.3, i=0.4, Omega=0.5, omega=0.6, M=0.0)
     r, v = elements.to_cartesian(1.0)
     run = answer((system, State([np.zeros(3), r], [np.zeros(3), v])), 200.0, output=0.5)
@@ -161,14 +153,12 @@ def test_means_of_a_kepler_orbit_are_its_elements(units):
 
 
 def test_means_do_not_hang_on_where_the_run_ends():
-    """The elements of the paper's KW4 swing; half a revolution more changes plain means a hundred times as much."""
+    # The elements of the paper's KW4 swing; half a revolution more changes plain means a hundred times as much.
     system, state = fullbody.systems.kw4_ho2021()
     whole = system.integrate(state, 20 * 17.41, output=0.5)
     less = system.integrate(state, 19.5 * 17.41, output=0.5)
-    plain, windowed = (
-        abs(mean(whole) / mean(less) - 1)
-        for mean in (lambda run: run.elements().a.mean(), lambda run: mean_elements(run).a)
-    )
+    means = (lambda run: run.elements().a.mean(), lambda run: mean_elements(run).a)
+    plain, windowed = (abs(mean(whole) / mean(less) - 1) for mean in means)
     assert windowed < plain / 3
 
 

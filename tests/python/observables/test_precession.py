@@ -35,10 +35,8 @@ def satellite(inclination, e, revolutions, apart=24, size=SIZE, turn=None, **opt
         r, v, attitude[0] = matrix @ r, matrix @ v, turn
     period = 2 * np.pi * size**1.5
     state = fullbody.State([0 * r, r], [0 * v, v], attitude)
-    run = system.integrate(
-        state, revolutions * period, output=period / apart, integrator=fullbody.Verner98(1e-11, 1e-11), **options
-    )
-    return run
+    options = {"output": period / apart, "integrator": fullbody.Verner98(1e-11, 1e-11), **options}
+    return system.integrate(state, revolutions * period, **options)
 
 
 def textbook(run, inclination):
@@ -62,61 +60,60 @@ def compare(run, inclination):
 
 # Prograde, the zero of the apsidal rate (3 cos^2 i = 1), the critical inclination, polar, and retrograde.
 @pytest.mark.parametrize("inclination", [3, 30, 54.7356, 63.4349, 90, 116.5651, 150])
-@pytest.mark.parametrize("e", [0.1, 0.4])
-def test_rates_are_the_textbooks(inclination, e):
-    apart = 24 if e < 0.3 else 48
-    run = satellite(inclination, e, 100, apart)
-    for revolutions in (20, 50, 100):
+@pytest.mark.parametrize(("e", "apart"), [(0.1, 24), (0.4, 48)])
+def test_rates_are_the_textbooks(inclination, e, apart):
+    run = satellite(inclination, e, 50, apart)
+    for revolutions in (20, 50):
         compare(run[: revolutions * apart + 1], inclination)
 
 
 @pytest.mark.parametrize("inclination", [30, 120])
 def test_the_rates_do_not_depend_on_the_length_of_the_run(inclination):
-    """At three radii the node turns by two to four times in 1000 revolutions."""
-    run = satellite(inclination, 0.1, 1000, size=3.0)
-    found = [compare(run[: revolutions * 24 + 1], inclination) for revolutions in (20, 100, 300, 600, 1000)]
-    _, _, error = textbook(run, inclination)
+    # At three radii the node turns by more than once in 400 revolutions.
+    run = satellite(inclination, 0.1, 400, size=3.0)
+    found = [compare(run[: revolutions * 24 + 1], inclination) for revolutions in (20, 100, 200, 400)]
+    node, _, error = textbook(run, inclination)
+    assert abs(node * run.time[-1]) > 2 * np.pi
     for one in found[:-1]:
         # A sixth of the second order: what is left is the terms that turn with the argument of periapsis.
         np.testing.assert_allclose(one.apsidal, found[-1].apsidal, rtol=0, atol=error / 6)
         np.testing.assert_allclose(one.sidereal_period, found[-1].sidereal_period, rtol=1e-5)
         np.testing.assert_allclose(one.anomalistic_period, found[-1].anomalistic_period, rtol=1e-4)
+    rates = observables.element_rates(run).mean_rates
+    scale = abs(rates["omega"]) + abs(rates["Omega"])
+    np.testing.assert_allclose(found[-1].nodal, rates["Omega"], rtol=0, atol=1e-4 * scale)
+    np.testing.assert_allclose(found[-1].argument_of_periapsis, rates["omega"], rtol=0, atol=2e-3 * scale)
 
 
 def test_an_orbit_in_the_equator_has_an_apsidal_rate_alone():
-    """The apses move by 3/2 n J2 (R/p)^2, and there is no node to count from."""
+    # The apses move by 3/2 n J2 (R/p)^2, and there is no node to count from.
     for inclination in (0.0, 180.0):
-        run = satellite(inclination, 0.1, 100)
+        run = satellite(inclination, 0.1, 40)
         found = observables.orbit_precession(run, axis=[0, 0, 1])
         node, argument, error = textbook(run, 0.0)
         np.testing.assert_allclose(found.apsidal, argument + node, rtol=0, atol=error)
-        assert found.nodal is None
-        assert found.argument_of_periapsis is None
+        assert (found.nodal, found.argument_of_periapsis) == (None, None)
 
 
 @pytest.mark.parametrize("inclination", [30, 90, 120])
 def test_rates_do_not_depend_on_labels_axes_and_direction_of_time(inclination):
-    run = satellite(inclination, 0.1, 100)
+    run = satellite(inclination, 0.1, 40)
     plain = observables.orbit_precession(run, axis=[0, 0, 1])
     # The other body's orbit about this one, and other axes, which the apsidal rate and the period know nothing of.
     swapped = observables.orbit_precession(run, axis=[0, 0, 1], body=0, about=1)
     aside = observables.orbit_precession(run, axis=[1.0, -2.0, 0.5])
-    turn = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
-    turned = satellite(inclination, 0.1, 100, turn=turn)
-    pole = turned[0].rotation_matrix[0][:, 2]
-    rotated = observables.orbit_precession(turned, axis=pole)
-    for other in (swapped, aside, rotated):
-        np.testing.assert_allclose(other.apsidal, plain.apsidal, rtol=1e-6)
-        np.testing.assert_allclose(other.sidereal_period, plain.sidereal_period, rtol=1e-9)
-        np.testing.assert_allclose(other.anomalistic_period, plain.anomalistic_period, rtol=1e-9)
-    scale = 1e-6 * abs(plain.apsidal)
-    for other in (swapped, rotated):
-        np.testing.assert_allclose(other.nodal, plain.nodal, rtol=0, atol=scale)
-        np.testing.assert_allclose(other.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)
+    turned = satellite(inclination, 0.1, 40, turn=np.array([0.3, -0.5, 0.7, 0.2]) / np.sqrt(0.87))
+    rotated = observables.orbit_precession(turned, axis=turned[0].rotation_matrix[0][:, 2])
     back = observables.orbit_precession(run[::-1], axis=[0, 0, 1])
-    np.testing.assert_allclose(back.apsidal, plain.apsidal, rtol=1e-6)
-    np.testing.assert_allclose(back.nodal, plain.nodal, rtol=0, atol=scale)
-    np.testing.assert_allclose(back.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)
+    scale = 1e-6 * abs(plain.apsidal)
+    for other in (swapped, aside, rotated, back):
+        np.testing.assert_allclose(other.apsidal, plain.apsidal, rtol=1e-6)
+        if other is not back:
+            np.testing.assert_allclose(other.sidereal_period, plain.sidereal_period, rtol=1e-9)
+            np.testing.assert_allclose(other.anomalistic_period, plain.anomalistic_period, rtol=1e-9)
+        if other is not aside:
+            np.testing.assert_allclose(other.nodal, plain.nodal, rtol=0, atol=scale)
+            np.testing.assert_allclose(other.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)
 
 
 def windowed(time, values):
@@ -131,9 +128,9 @@ def counted(run, event):
     return np.array([one.time for one in happened]), np.array(places)
 
 
-@pytest.mark.parametrize(("inclination", "revolutions"), [(30.0, 20), (120.0, 100), (30.0, 300)])
+@pytest.mark.parametrize(("inclination", "revolutions"), [(30.0, 20), (120.0, 100)])
 def test_the_sidereal_period_is_that_of_a_count_of_revolutions(inclination, revolutions):
-    """From one passage of the node to the next is a whole turn and cos i times what the node moves."""
+    # From one passage of the node to the next is a whole turn and cos i times what the node moves.
     crossing = fullbody.events.PlaneCrossing(1, 0, direction=1)
     # A nearly round orbit far out: e of some 5e-4, by which the passages are early or late as periapsis goes round.
     run = satellite(inclination, 1e-4, revolutions, size=10.0, events=[crossing])
@@ -155,7 +152,7 @@ def test_the_sidereal_period_is_that_of_a_count_of_revolutions(inclination, revo
 
 @pytest.mark.parametrize("inclination", [30.0, 120.0])
 def test_the_apsidal_rate_is_that_of_a_count_of_passages(inclination):
-    """Periapsides and nodes of the same run, counted: omega moves by what one is faster than the other."""
+    # Periapsides and nodes of the same run, counted: omega moves by what one is faster than the other.
     watched = [fullbody.events.PlaneCrossing(1, 0, direction=1), fullbody.events.Periapsis(0, 1)]
     run = satellite(inclination, 0.1, 400, size=3.0, events=watched)
     nodes, places = counted(run, watched[0])
@@ -169,24 +166,14 @@ def test_the_apsidal_rate_is_that_of_a_count_of_passages(inclination):
     np.testing.assert_allclose(found.apsidal, expected, rtol=0, atol=0.01 * abs(node))
 
 
-def test_element_rates_agree():
-    for inclination in (30.0, 75.0, 120.0):
-        run = satellite(inclination, 0.1, 300, size=3.0)
-        found = observables.orbit_precession(run, axis=[0, 0, 1])
-        rates = observables.element_rates(run).mean_rates
-        scale = abs(rates["omega"]) + abs(rates["Omega"])
-        np.testing.assert_allclose(found.nodal, rates["Omega"], rtol=0, atol=1e-4 * scale)
-        np.testing.assert_allclose(found.argument_of_periapsis, rates["omega"], rtol=0, atol=2e-3 * scale)
-
-
 def test_the_period_of_an_orbit_whose_plane_turns_over_is_found():
     system, state = fullbody.systems.kw4_ho2021()
     steep = starts.start(state, system.mu(), i=120.0)
-    run = system.integrate(steep, 6000.0, output=0.5, integrator=fullbody.Verner98(1e-10, 1e-10))
+    run = system.integrate(steep, 3000.0, output=0.5, integrator=fullbody.Verner98(1e-10, 1e-10))
     r, v = (name[:, 1] - name[:, 0] for name in (run.position, run.velocity))
     rate = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)
     angle = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * 0.5)])
-    for count in (500, 2000, 12001):
+    for count in (500, 2000, 6001):
         found = observables.orbit_precession(run[:count])
         expected = 2 * np.pi / windowed(run.time[:count], angle[:count])
         np.testing.assert_allclose(found.sidereal_period, expected, rtol=1e-6)
@@ -194,7 +181,7 @@ def test_the_period_of_an_orbit_whose_plane_turns_over_is_found():
 
 @pytest.mark.parametrize("output", [0.1, 0.5, 2.0, 5.0])
 def test_angles_that_are_not_defined_have_no_rate(output):
-    """The eccentricity of the paper's run winds about zero as often as samples happen to show it."""
+    # The eccentricity of the paper's run winds about zero as often as samples happen to show it.
     system, state = fullbody.systems.kw4_ho2021()
     found = observables.element_rates(system.integrate(state, 480.0, output=output))
     for rates in (found.rates, found.mean_rates, pickle.loads(pickle.dumps(found)).mean_rates):
@@ -221,13 +208,12 @@ def test_a_node_that_is_not_defined_has_no_rate():
 def test_rates_do_not_depend_on_the_samples():
     rng = np.random.default_rng(4)
     kept = 0
-    for _ in range(12):
+    for _ in range(8):
         inclination, e = rng.uniform(0.0, 175.0), 10.0 ** rng.uniform(-3.5, -0.5)
         run = satellite(inclination, e, 30, size=3.0)
         many, few = (observables.element_rates(run[:: int(step)]) for step in (1, rng.integers(2, 9)))
         for name in few.mean_rates.keys() & many.mean_rates.keys() - {"h", "k"}:
-            np.testing.assert_allclose(
-                few.mean_rates[name], many.mean_rates[name], rtol=0, atol=1e-3 * many.mean_rates["L"]
-            )
+            error = 1e-3 * many.mean_rates["L"]
+            np.testing.assert_allclose(few.mean_rates[name], many.mean_rates[name], rtol=0, atol=error)
         kept += "omega" in few.mean_rates
-    assert 2 < kept < 12
+    assert 2 < kept < 8

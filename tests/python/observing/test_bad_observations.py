@@ -10,20 +10,14 @@ from support import refused
 
 TIMES = [1.0, 2.0, 3.0] * u.h
 #: The Sun and the observer at rest, far away.
-VIEW = observing.Geometry(
-    [0.0, 100.0] * u.h,
-    to_observer=[1e6, 2e5, 4e5] * u.km,
-    to_sun=[1e8, 2e7, 4e7] * u.km,
-    light_time=False,
-    frame="ecliptic",
-)
+LINES = {"to_observer": [1e6, 2e5, 4e5] * u.km, "to_sun": [1e8, 2e7, 4e7] * u.km}
+VIEW = observing.Geometry([0.0, 100.0] * u.h, **LINES, light_time=False, frame="ecliptic")
 UNITLESS = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_time=False)
 
 
 def radar(**options):
     given = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0, "geometry": UNITLESS}
-    given |= options
-    return observing.RadarAstrometry(given.pop("times"), **given)
+    return observing.RadarAstrometry(**(given | options))
 
 
 def astrometry(**options):
@@ -61,17 +55,10 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
         ({"range": np.ones(2)}, r"range of RadarAstrometry has shape \(2,\); expected 3 rows"),
         (
             {"range": np.ones(3) * u.s, "sigma": 1 * u.s},
-            "range of RadarAstrometry has the unit s; expected a unit such as km",
+            "range of RadarAstrometry has the unit s; expected a unit",
         ),
         ({"sigma": 0.1 * u.km}, "only one of range and its sigma has a unit"),
-        (
-            {"sigma": np.ones((3, 1))},
-            r"sigma_range of RadarAstrometry has shape \(3, 1\); expected \(3,\), or one number",
-        ),
-        (
-            {"sigma": np.ones((3, 2))},
-            r"sigma_range of RadarAstrometry has shape \(3, 2\); expected \(3,\), or one number",
-        ),
+        ({"sigma": np.ones((3, 2))}, r"sigma_range of RadarAstrometry has shape \(3, 2\); expected \(3,\), or one"),
         ({"range_rate": np.zeros(3)}, "sigma is not a pair"),
         ({"range_rate": np.zeros(3), "sigma": (0.1, 0.1, 0.1)}, "sigma is not a pair"),
         ({"times": [True, False, True]}, "times of RadarAstrometry is True; expected numbers"),
@@ -79,13 +66,13 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
         ({"times": [[1.0, 2.0, 3.0]]}, r"times of RadarAstrometry has shape \(1, 3\); expected \(K,\)"),
         (
             {"times": [1.0, 2.0, np.inf]},
-            "times of RadarAstrometry has the value inf; expected numbers of at most 1e.60 in size",
+            "times of RadarAstrometry has the value inf; expected numbers of at",
         ),
         ({"times": [], "range": []}, r"times of RadarAstrometry has shape \(0,\)"),
         ({"geometry": None}, "geometry of RadarAstrometry is None; expected an observing.Geometry"),
     ],
 )
-def test_radar(options, message):
+def test_bad_radar_is_refused_by_name(options, message):
     refused(message, lambda: radar(**options))
 
 
@@ -99,7 +86,7 @@ def test_radar(options, message):
         (1 * u.km, "only one of range and its jitter has a unit"),
     ],
 )
-def test_jitter(jitter, message):
+def test_bad_jitter_is_refused_by_name(jitter, message):
     refused(message, lambda: radar().with_jitter(jitter))
 
 
@@ -123,8 +110,11 @@ def test_jitter(jitter, message):
         ({"east": [1.0, 2.0, 1e70] * u.mas}, "east has the value .*; expected numbers of at most 1e.60 in size"),
     ],
 )
-def test_astrometry(options, message):
+def test_bad_astrometry_is_refused_by_name(options, message):
     refused(message, lambda: astrometry(**options))
+
+
+ROW = pd.DataFrame({"times": [1.0], "magnitude": [1.0], "sigma": [1.0]})
 
 
 @pytest.mark.parametrize(
@@ -143,7 +133,7 @@ def test_astrometry(options, message):
         (lambda: table(also={"east": [1j]}), "east of Astrometry has values that are no numbers: they are complex"),
         (
             lambda: table(also={"times": [1e9]}, dates=("jd", "utc")),
-            "times of Astrometry are dates that cannot be subtracted",
+            "Astrometry are dates that cannot be subtracted",
         ),
         (lambda: table(unit={"eats": u.mas}), "'eats' is not an option of unit of Astrometry; did you mean 'east'"),
         (lambda: table(unit={"east": u.mas}), "north has no unit, but others of east, north and sigma have"),
@@ -152,33 +142,23 @@ def test_astrometry(options, message):
         (lambda: table(dates=("jd", "noon")), "not dates of the format and scale .*noon"),
         (lambda: table(dates="jd"), "dates is 'jd'; expected a format and a scale"),
         (lambda: table(columns_=("times",)), "'columns_' is not an option"),
+        (lambda: observing.RadarAstrometry.from_table(ROW, geometry=VIEW), "no column 'range' or"),
         (
-            lambda: observing.RadarAstrometry.from_table(pd.DataFrame({"times": [1.0]}), geometry=VIEW),
-            "no column 'range' or",
-        ),
-        (
-            lambda: observing.RadarAstrometry.from_table(
-                pd.DataFrame({"times": [1.0]}), columns=["range"], geometry=VIEW
-            ),
+            lambda: observing.RadarAstrometry.from_table(ROW, columns=["range"], geometry=VIEW),
             r"columns of RadarAstrometry is \['range'\]; expected a dict",
         ),
         (
-            lambda: observing.Photometry.from_table(
-                pd.DataFrame({"times": [1.0], "magnitude": [1.0], "sigma": [1.0]}), night="n", geometry=VIEW
-            ),
-            "the table has no column 'n' for night",
+            lambda: observing.Photometry.from_table(ROW, night="n", geometry=VIEW),
+            "table has no column 'n' for night",
         ),
     ],
 )
-def test_polar_coordinates_and_tables(call, message):
+def test_bad_polar_coordinates_and_tables_are_refused_by_name(call, message):
     refused(message, call)
 
 
-def test_the_unit_of_a_table_may_be_text():
-    assert table(unit="mas").east.unit == u.mas
-
-
 def test_units_of_a_table_may_be_given_by_column():
+    assert table(unit="mas").east.unit == u.mas
     data = table(unit={"east": u.mas, "north": "arcsec", "sigma": u.mas})
     assert data.east[0].to_value("mas") == pytest.approx(1.0)
     assert data.north[0].to_value("mas") == pytest.approx(1000.0)
@@ -207,7 +187,7 @@ def test_position_angles_that_look_like_degrees_are_told():
         ({"night": [1, 2]}, r"night has shape \(2,\); expected \(3,\)"),
     ],
 )
-def test_photometry(options, message):
+def test_bad_photometry_is_refused_by_name(options, message):
     refused(message, lambda: photometry(**options))
 
 
@@ -222,7 +202,7 @@ def test_photometry(options, message):
         (("x", len, [1.0, 2.0], [1.0, 2.0, 3.0]), r"sigma of x has shape \(3,\); expected \(2,\)"),
     ],
 )
-def test_measured_values(arguments, message):
+def test_bad_measured_values_are_refused_by_name(arguments, message):
     refused(message, lambda: observing.Measured(*arguments))
 
 
@@ -244,5 +224,5 @@ def test_measured_values(arguments, message):
         ({"frame": np.zeros(2)}, r"cannot rotate from the frame 'equatorial' to array\(\[0., 0.\]\)"),
     ],
 )
-def test_geometries(options, message):
+def test_bad_geometries_are_refused_by_name(options, message):
     refused(message, lambda: observing.Geometry(**({"times": [0.0, 1.0], "to_observer": [1.0, 0.0, 0.0]} | options)))

@@ -1,7 +1,7 @@
 """Brightness of bodies: reference data of another program, sums over many points, ray casting, and what is refused."""
 
 import json
-from pathlib import Path
+import re
 
 import fullbody
 import numpy as np
@@ -10,20 +10,16 @@ from fullbody import Body, Ellipsoid, Sphere, State, System, observing
 from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observing.laws import Law
 from scipy.spatial.transform import Rotation
-from support import refused
+from support import DATA, body_list, refused
 from support.meshes import octahedron
-
-DATA = Path(__file__).parents[2] / "data"
 
 
 @pytest.fixture
 def pair():
     """Two ellipsoids, the second one before the first as seen from +x."""
-    bodies = [Body(Ellipsoid(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Ellipsoid(0.5, 0.4, 0.3), mass=0.1, name="B")]
-    state = State(
-        position=[[0, 0, 0], [3.0, 0.4, 0.2]], velocity=np.zeros((2, 3)), attitude=[[1, 0, 0, 0], [0.7, 0.1, 0.7, 0.1]]
-    )
-    return System(bodies, G=1.0), state
+    bodies = body_list(A=(Ellipsoid(1.0, 0.8, 0.6), 1.0), B=(Ellipsoid(0.5, 0.4, 0.3), 0.1))
+    attitude = [[1, 0, 0, 0], [0.7, 0.1, 0.7, 0.1]]
+    return System(bodies, G=1.0), State([[0, 0, 0], [3.0, 0.4, 0.2]], np.zeros((2, 3)), attitude)
 
 
 def test_two_nights_of_a_binary_are_those_of_another_program():
@@ -86,7 +82,7 @@ def test_hapkes_law_is_the_sum_over_many_points(roughness):
     system = System([Body(Ellipsoid(*axes), mass=1.0)], G=1.0)
     e, s = np.array([1.0, 0.0, 0.0]), np.array([np.cos(phase), 0.6 * np.sin(phase), 0.8 * np.sin(phase)])
     found = observing.brightness(system, State(np.zeros((1, 3)), np.zeros((1, 3))), e, s, law=law)[0]
-    count = 400_000
+    count = 200_000
     z = 1 - 2 * (np.arange(count) + 0.5) / count
     angle = np.pi * (1 + 5**0.5) * np.arange(count)
     u = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
@@ -112,9 +108,8 @@ def test_units_names_and_the_derivatives_of_phase_functions(pair):
     h, unit = 1e-5, s / np.linalg.norm(s)
     for k in range(3):
         shift = np.eye(3)[k] - unit * unit[k]
-        ends = [
-            observing.brightness(system, state, e, unit + sign * h * shift, law=law, albedo=albedo) for sign in (1, -1)
-        ]
+        ways = unit + h * shift, unit - h * shift
+        ends = [observing.brightness(system, state, e, way, law=law, albedo=albedo) for way in ways]
         np.testing.assert_allclose(found.to_sun[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
     united = System([Body(Ellipsoid("1 km", "800 m", "600 m"), mass="1 kg")], units=True)
     one = State(np.zeros((1, 3)), np.zeros((1, 3)))
@@ -169,9 +164,8 @@ def test_faces_have_albedos_of_their_own():
     assert np.count_nonzero(parts) == 2, "two faces look at both the observer and the Sun"
     albedo = np.linspace(0.1, 0.8, 8)
     for given in (albedo, {"spotted": albedo}):
-        np.testing.assert_allclose(
-            observing.brightness(system, state, e, s, albedo=given)[0], albedo @ parts, rtol=1e-14
-        )
+        found = observing.brightness(system, state, e, s, albedo=given)[0]
+        np.testing.assert_allclose(found, albedo @ parts, rtol=1e-14)
     with pytest.raises(InvalidInput, match="number of values of albedo of spotted is 3; expected one, or 8"):
         observing.brightness(system, state, e, s, albedo=[1.0, 1.0, 1.0])
 
@@ -192,7 +186,7 @@ def test_phase_function_is_any_function_of_the_phase_angle(pair):
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.6, 1.4, 1.0])
-def test_tangent_outlines_give_numbers(aside):
+def test_light_is_finite_where_outlines_are_tangent(aside):
     # Concentric discs, discs that touch from inside and from outside, and a centre on the limb; the Sun along the axes.
     bodies = [Body(Sphere(1.0), mass=1.0), Body(Sphere(0.4), mass=0.1)]
     state = State([[0, 0, 0], [5.0, aside, 0]], np.zeros((2, 3)))
@@ -207,30 +201,26 @@ def test_what_is_wrong_is_named(pair):
     system, state = pair
     good = {"to_observer": [1, 0, 0], "to_sun": [1, 0.2, 0]}
 
-    def error(**given):
-        with pytest.raises(fullbody.FullbodyError) as caught:
-            observing.brightness(system, given.pop("state", state), **{**good, **given})
-        return str(caught.value)
-
-    assert "to_sun has shape (2,)" in error(to_sun=[1, 0])
-    assert "to_observer" in error(to_observer=[0, 0, 0])
-    assert "to_observer" in error(to_observer=[np.nan, 0, 0])
-    assert "albedo of A is -0.1" in error(albedo=-0.1)
-    assert "albedo has none for 'B'" in error(albedo={"A": 1.0})
-    assert "law names 'C'" in error(law={"C": observing.Lambert()})
-    assert "law of A is 'lambert'" in error(law="lambert")
-    assert "law of A is <function" in error(law=lambda mu, mu0: mu * mu0)
-
     class Own(Law):
         pass
 
-    assert "Own is not one of the scattering laws" in error(law=Own())
-    assert "single_scattering_albedo" in error(law=observing.Hapke(single_scattering_albedo=1.2))
-    with pytest.raises(fullbody.FullbodyError, match="opposition_width of Hapke is nan"):
-        observing.Hapke(opposition_width=np.nan)
-    assert "returns nan at the phase angle" in error(law=observing.LommelSeeliger(lambda angle: angle * np.nan))
-    assert "mutual" in error(mutual="yes")
-    assert "sun_radius" in error(sun_radius=-1.0)
+    for told, given in (
+        ("to_sun has shape (2,)", {"to_sun": [1, 0]}),
+        ("to_observer", {"to_observer": [0, 0, 0]}),
+        ("to_observer", {"to_observer": [np.nan, 0, 0]}),
+        ("albedo of A is -0.1", {"albedo": -0.1}),
+        ("albedo has none for 'B'", {"albedo": {"A": 1.0}}),
+        ("law names 'C'", {"law": {"C": observing.Lambert()}}),
+        ("law of A is 'lambert'", {"law": "lambert"}),
+        ("law of A is <function", {"law": lambda mu, mu0: mu * mu0}),
+        ("Own is not one of the scattering laws", {"law": Own()}),
+        ("single_scattering_albedo", {"law": observing.Hapke(single_scattering_albedo=1.2)}),
+        ("returns nan at the phase angle", {"law": observing.LommelSeeliger(lambda angle: angle * np.nan)}),
+        ("mutual", {"mutual": "yes"}),
+        ("sun_radius", {"sun_radius": -1.0}),
+    ):
+        with pytest.raises(fullbody.FullbodyError, match=re.escape(told)):
+            observing.brightness(system, state, **{**good, **given})
     near = state.replace(position=[[0, 0, 0], [0.3, 0, 0]])
     with pytest.raises(BodiesOverlap, match="A and B"):
         observing.brightness(system, near, **good)
@@ -247,7 +237,7 @@ def test_a_point_is_dark_and_hides_nothing():
 def test_light_near_zero_phase_depends_on_the_orientation_of_the_scene_by_1e_11_at_most():
     # The outlines of an occultation and of its eclipse differ by less than the rule resolves.
     rng = np.random.default_rng(1)
-    for _ in range(60):
+    for _ in range(30):
         axes = [rng.uniform(0.4, 1.0, 3), rng.uniform(0.2, 1.0) * rng.uniform(0.4, 1.0, 3)]
         bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=1.0, name=n) for a, n in zip(axes, "AB", strict=True)]
         system = fullbody.System(bodies, G=1.0)

@@ -5,6 +5,7 @@ import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 from support.meshes import box
+from support.strips import strips
 
 
 def unit(vectors):
@@ -41,7 +42,7 @@ def convex_light(found, e, s):
 def test_convex_bodies_in_overlapping_pieces_shine_as_the_whole():
     rng = np.random.default_rng(3)
     hidden = 0
-    for _ in range(120):
+    for _ in range(60):
         _, whole = hull(unit(rng.normal(size=(int(rng.integers(6, 30)), 3))) * rng.uniform(0.5, 2.0, 3))
         n, (low, high) = unit(rng.normal(size=3)), np.sort(rng.uniform(-0.3, 0.3, 2))
         # Both pieces have the layer between the two planes, and all its sides.
@@ -59,7 +60,7 @@ def test_convex_bodies_in_overlapping_pieces_shine_as_the_whole():
         found = light(Body(Composite(parts)), e, s)
         hidden += light(Body(parts[0].shape, density=1.0), e, s) < 0.9 * expected
         assert abs(found - expected) < 2e-8 * whole.area, (found, expected)
-    assert hidden > 50
+    assert hidden > 20
 
 
 def boxes_by_rays(low, high, e, s, n):
@@ -95,18 +96,16 @@ def boxes_by_rays(low, high, e, s, n):
 
 def test_boxes_on_a_grid_shine_as_rays_tell():
     rng = np.random.default_rng(8)
-    for _ in range(20):
+    for _ in range(12):
         count = int(rng.integers(2, 5))
         low = rng.integers(0, 3, (count, 3)).astype(float)
         high = low + rng.integers(1, 4, (count, 3))
-        parts = [
-            Part(box(*(b - a)), density=float(rng.choice([1.0, 2.0])), position=0.5 * (a + b))
-            for a, b in zip(low, high, strict=True)
-        ]
+        boxes = zip(low, high, rng.choice([1.0, 2.0], count), strict=True)
+        parts = [Part(box(*(b - a)), density=float(density), position=0.5 * (a + b)) for a, b, density in boxes]
         e, s = unit(rng.normal(size=(2, 3)))
         if e @ s < -0.8:
             continue
-        expected = boxes_by_rays(low, high, e, s, 80)
+        expected = boxes_by_rays(low, high, e, s, 60)
         found = light(Body(Composite(parts)), e, s)
         assert abs(found - expected) < 0.01 * expected + 0.02, (found, expected)
 
@@ -121,7 +120,7 @@ def test_voids_and_blocks_that_end_at_the_surface_change_no_light():
             assert abs(light(Body(Composite(order)), e, s) / expected - 1) < 1e-8
 
 
-PHASES = np.radians([0.0, 60.0, 120.0, 150.0, 170.0, 178.0])
+PHASES = np.radians([0.0, 60.0, 120.0, 150.0, 178.0])
 
 
 @pytest.mark.parametrize("phase", PHASES)
@@ -133,38 +132,21 @@ def test_an_ellipsoid_wholly_hidden_by_a_polyhedron_is_dark(phase):
     found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
     assert found < 1e-9 * alone
     # A core adds nothing to a box.
-    cored = Body(
-        Composite([Part(box(2.0, 2.0, 2.0), density=1.0), Part(Sphere(0.6), density=1.0, position=[0.3, 0, 0])])
-    )
-    assert abs(light(cored, e, s) - light(Body(box(2.0, 2.0, 2.0), mass=1.0), e, s)) < 1e-12
+    shell = box(2.0, 2.0, 2.0)
+    cored = Composite([Part(shell, density=1.0), Part(Sphere(0.6), density=1.0, position=[0.3, 0, 0])])
+    assert abs(light(Body(cored), e, s) - light(Body(shell, mass=1.0), e, s)) < 1e-12
 
 
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", PHASES[::2])
 def test_a_sphere_behind_the_edge_of_a_plate_is_the_sum_of_its_strips(phase):
-    # The plate leaves x < edge, or y < edge. Gauss's rule in x (or y) and in the angle about that axis.
     e, s = np.array([0, 0, 1.0]), np.array([np.sin(phase), 0, np.cos(phase)])
-    nodes, weights = np.polynomial.legendre.leggauss(400)
     ball, plate = Body(Sphere(1.0), mass=1.0), Body(box(100.0, 100.0, 2.0), mass=1.0)
+    # The plate leaves x < edge, or y < edge, and is far enough to hide nothing of the Sun.
     for axis, edge in ((0, 0.3), (0, -0.2), (0, 0.995), (1, 0.3), (1, -0.6)):
         place = np.array([0, 0, 200.0])
         place[axis] = edge + 50.0
         state = State([[0, 0, 0], place], np.zeros((2, 3)))
         system = System([ball, plate], G=1.0)
-        # The plate is far enough to hide nothing of the Sun.
         found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
-        u = -1.0 + 0.5 * (edge + 1.0) * (nodes + 1.0)
-        rho = np.sqrt(1.0 - u * u)
-        # On each circle mu = rho cos(t) with t from the observer's direction about the axis.
-        other = np.array([1.0, 0, 0]) if axis == 1 else np.array([0, 1.0, 0])
-        mean, first = s[axis] * u, [s @ e, s @ other]
-        size, turn = np.hypot(*first), np.arctan2(first[1], first[0])
-        half = np.arccos(np.clip(-mean / np.maximum(rho * size, 1e-300), -1, 1))
-        expected = 0.0
-        for around in (turn - 2.0 * np.pi, turn, turn + 2.0 * np.pi):
-            low, high = np.maximum(around - half, -np.pi / 2), np.minimum(around + half, np.pi / 2)
-            middle, width = 0.5 * (low + high), np.maximum(0.5 * (high - low), 0.0)
-            t = middle[:, None] + width[:, None] * nodes
-            mu, mu0 = rho[:, None] * np.cos(t), mean[:, None] + rho[:, None] * size * np.cos(t - turn)
-            value = np.where((mu > 0) & (mu0 > 0), mu * mu0 / np.maximum(mu + mu0, 1e-300), 0.0)
-            expected += np.sum(value @ weights * width * weights) * 0.5 * (edge + 1.0)
+        expected = strips(1e9, edge, s if axis == 0 else s[[1, 0, 2]], "seeliger")
         assert abs(found - expected) < 2e-3 * alone, (axis, edge, found, expected, alone)

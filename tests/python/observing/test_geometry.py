@@ -6,6 +6,7 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
+import spiceypy
 from astropy.coordinates import EarthLocation, get_body_barycentric
 from astropy.table import Table
 from astropy.time import Time
@@ -68,10 +69,8 @@ def test_light_time_and_spline_of_an_orbit_against_a_root_of_the_equation_of_lig
     def place(date):
         late = (date - Time("2022-09-26", scale="tdb")).to_value("s")
         a = orbit.a.to_value("km")
-        moved = fullbody.KeplerElements(
-            a, orbit.e, *(x.to_value("rad") for x in (orbit.i, orbit.Omega, orbit.omega)),
-            orbit.M.to_value("rad") + np.sqrt(mu / a**3) * late,
-        )  # fmt: skip
+        angles = [x.to_value("rad") for x in (orbit.i, orbit.Omega, orbit.omega, orbit.M)]
+        moved = fullbody.KeplerElements(a, orbit.e, *angles[:3], angles[3] + np.sqrt(mu / a**3) * late)
         return barycentric("sun", date) + moved.to_cartesian(mu)[0]
 
     def solved(way):
@@ -123,10 +122,8 @@ def test_bodies_on_straight_lines_are_seen_where_the_equation_of_light_has_them(
     data = observing.Astrometry(times * u.s, np.zeros(3), np.zeros(3), 1.0, body="A", about="B", geometry=geometry)
 
     def seen(k, t):
-        emitted = t - brentq(
-            lambda late: late - np.linalg.norm(d - r[k] - v[k] * (t - late)) / C, 0.0, 20.0, xtol=1e-15
-        )
-        return r[k] + v[k] * emitted - d
+        late = brentq(lambda late: late - np.linalg.norm(d - r[k] - v[k] * (t - late)) / C, 0.0, 20.0, xtol=1e-15)
+        return r[k] + v[k] * (t - late) - d
 
     for t, (east, north) in zip(times, data.predict(run), strict=True):
         about, body = seen(1, t), seen(0, t)
@@ -141,9 +138,8 @@ def test_bodies_on_straight_lines_are_seen_where_the_equation_of_light_has_them(
 def test_time_scales_differ_as_they_do():
     # TT - UTC was 69.184 s in 2022, and TDB differs from TT by less than 2 ms.
     system = system_of(units=True, epoch="2022-09-26T00:00:00 TDB", frame="ecliptic")
-    geometry = observing.Geometry(
-        Time(["2022-09-25", "2022-09-28"], scale="tdb"), to_observer=[1.0, 0, 0] * u.au, light_time=False
-    )
+    span = Time(["2022-09-25", "2022-09-28"], scale="tdb")
+    geometry = observing.Geometry(span, to_observer=[1.0, 0, 0] * u.au, light_time=False)
     data = observing.Astrometry(Time(["2022-09-26T00:00:00"], scale="utc"), [0.0], [0.0], 1.0, geometry=geometry)
     assert data.emission(system).to_value("s")[0] == pytest.approx(69.184, abs=2e-3)
 
@@ -179,8 +175,6 @@ def test_geometry_from_the_systems_own_sun_is_that_of_its_orbit():
 
 
 def test_spice_kernel_of_uniform_motion_gives_the_closed_form(tmp_path):
-    import spiceypy
-
     start, speed = np.array([1.5e8, 2.0e7, -3.0e6]), np.array([12.0, -25.0, 4.0])
     earth = np.array([1.2e8, -8.0e7, 1.0e5])
     path, length = str(tmp_path / "line.bsp"), 4.0e5
@@ -240,17 +234,16 @@ def test_what_a_geometry_does_not_know_is_refused_by_name():
     dated = observing.Astrometry(Time(["2022-09-26"]), [0.0], [0.0], 1.0, geometry=plain)
     refused("needs the date of the system's time zero", lambda: dated.emission(system_of(units=True)))
     for span in ("2022-09-26 TDB", [], ["yesterday"]):
-        with pytest.raises(InvalidInput, match="span"):
-            observing.Geometry.from_orbit(ERIS, EPOCH, span=span)
+        refused("span", observing.Geometry.from_orbit, ERIS, EPOCH, span=span)
     with pytest.raises(InvalidInput, match="hubble is not available from the ephemeris"):
         observing.Geometry.from_orbit(ERIS, EPOCH, span=["2022-09-26 TDB"], observer="hubble")
 
 
 def test_rows_too_far_apart_for_their_spline_are_warned_of_whatever_their_number():
-    """The error is that of the exact path of a planet seen from another one."""
+    # The error is that of the exact path of a planet seen from another one.
     rng = np.random.default_rng(8)
     wrong = quiet = 0
-    for _ in range(400):
+    for _ in range(150):
         rows, step = int(rng.integers(2, 9)), 10.0 ** rng.uniform(-2.3, 0.3)
         plane, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         radius, other, rate = 1.0, rng.uniform(0.0, 0.6), rng.uniform(-1.0, 1.0)
@@ -273,5 +266,4 @@ def test_rows_too_far_apart_for_their_spline_are_warned_of_whatever_their_number
         elif error < 1e-5:
             quiet += 1
             assert not caught, (rows, step, error)
-    assert wrong > 50
-    assert quiet > 50
+    assert min(wrong, quiet) > 20

@@ -7,15 +7,15 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observing
-from fullbody.errors import InvalidInput
 from fullbody.observing.brightness import Epochs, Photometer
 from scipy.optimize import brentq
+from support import body_list, refused
 from test_random_events import CASES, KINDS, binary, scan, spans
 
 #: The speed of light, km/s.
 C = 299792.458
 #: The number of rays that graze a body.
-COUNT = 240
+COUNT = 120
 
 
 def turns(states):
@@ -71,13 +71,13 @@ def excess(axes, states, eye, i, j):
 
 
 def near_events(seed):
-    """A binary seen, and lit, from points that are as near as 1.1 times its reach, with its mutual events."""
+    """A binary seen, and lit, from points at 1.1 to 1000 times its reach, with its mutual events."""
     rng = np.random.default_rng(1000 + seed)
     axes, run, directions, _ = binary(rng, units=("km", "s", "kg"))
     ends = sorted([0.0, float(run.time[-1].value)])
     at = run.dense(np.linspace(*ends, 400) * u.s)
     reach = max(np.linalg.norm(at.position[:, k], axis=1).max().value + axes[k].max() for k in (0, 1))
-    eyes = [d / np.linalg.norm(d) * reach * rng.choice([1.1, 1.5, 5.0, 30.0]) for d in directions]
+    eyes = [d / np.linalg.norm(d) * reach * rng.choice([1.1, 1.5, 5.0, 1e3]) for d in directions]
     view = {name: eye * u.km for name, eye in zip(("to_observer", "to_sun"), eyes, strict=True)}
     geometry = observing.Geometry([ends[0] - 1, ends[1] + 1] * u.s, light_time=False, **view)
     found = observing.mutual_events(run, geometry)
@@ -103,12 +103,12 @@ def test_events_from_near_are_those_of_rays(seed):
     found = [numbers(event) for event in found]
     for kind, k, i, j in CASES:
         hidden = spans(found, kind, "AB"[i], ends)
-        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, eyes[k], i, j), plain(run), ends, 301, hidden)
+        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, eyes[k], i, j), plain(run), ends, 201, hidden)
         total = spans(found, kind, "AB"[i], ends, ("total_begin", "total_end"))
         for contact in {time for span in total for time in span} - {*ends}:
             assert abs(excess(axes, plain(run)(np.array([contact])), eyes[k], i, j)[0]) < 1e-7
         for begin, end in hidden:
-            at = np.linspace(begin, end, 103)[1:-1]
+            at = np.linspace(begin, end, 53)[1:-1]
             inside = excess(axes, plain(run)(at), eyes[k], i, j) < -1e-7
             within = np.any([(at >= a) & (at <= b) for a, b in total], axis=0) if total else np.zeros(len(at), bool)
             assert not (inside & ~within).any() or (inside.all() and [begin, end] == ends)
@@ -137,12 +137,9 @@ SHARES, RADII = (-0.3, 0.7), (3000.0, 2000.0)
 def wide(start):
     """A binary 80,000 km wide as a system with its state at a time, km, s and kg."""
     a, e, n = WIDE.values()
-    bodies = [
-        fullbody.Body(fullbody.Sphere(r), mass=m, name=k) for r, m, k in zip(RADII, (0.7, 0.3), "AB", strict=True)
-    ]
-    system = fullbody.System(
-        bodies, G=n**2 * a**3, gravity="point", units=("km", "s", "kg"), frame="ecliptic", epoch="2026-01-01 TDB"
-    )
+    bodies = body_list(**{k: (fullbody.Sphere(r), m) for r, m, k in zip(RADII, (0.7, 0.3), "AB", strict=True)})
+    options = {"units": ("km", "s", "kg"), "frame": "ecliptic", "epoch": "2026-01-01 TDB"}
+    system = fullbody.System(bodies, G=n**2 * a**3, gravity="point", **options)
     r, v = fullbody.KeplerElements(a, e, 0.0, 0.0, 0.0, n * start).to_cartesian(n**2 * a**3)
     return system, fullbody.State(np.outer(SHARES, r), np.outer(SHARES, v), time=start)
 
@@ -231,9 +228,7 @@ def test_astrometry_of_a_wide_system_is_that_of_keplers_motion(dense):
         north = np.cross(toward, east)
         depth = toward @ ways[1]
         expected = np.array([east @ ways[1], north @ ways[1]]) / depth
-        np.testing.assert_allclose(
-            found, expected.astype(float), rtol=0, atol=1e-13 * np.abs(expected).max().astype(float) * 20
-        )
+        assert np.abs(found - expected).max() < 2e-12 * np.abs(expected).max()
 
 
 def cast(axes, position, turn, eye, sun, i, others, count=40_000):
@@ -265,7 +260,7 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
     bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=1.0, name=n) for a, n in zip(axes, "AB", strict=True)]
     photometer = Photometer(fullbody.System(bodies, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
     worst, differing = 0.0, 0
-    for _ in range(60):
+    for _ in range(24):
         # The second body is in front of the first one by a third of the distance, or far aside.
         eye, sun = np.array([520.0, 0.0, 0.0]), rng.normal(size=3) * 300 + [1500.0, 0, 0]
         axis = (eye, sun)[rng.integers(2)]
@@ -274,12 +269,8 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
         position, attitude = np.array([first, second]), rng.normal(size=(2, 4))
         attitude /= np.linalg.norm(attitude, axis=1)[:, None]
         turn = fullbody.base.rotations.matrices(attitude)
-        near, far = (
-            photometer.brightness(
-                Epochs(np.zeros(1), position[None], attitude[None], eye[None], sun[None], None, distant)
-            )[0]
-            for distant in (False, True)
-        )
+        epoch = np.zeros(1), position[None], attitude[None], eye[None], sun[None], None
+        near, far = (photometer.brightness(Epochs(*epoch, distant))[0] for distant in (False, True))
         free, expected = (
             [cast(axes, position, turn, eye, sun, k, others) for k, others in enumerate(hiding)]
             for hiding in ([[], []], [[1], [0]])
@@ -288,7 +279,7 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
         differing += np.abs((far - expected) / free).max() > 0.02
     assert worst < 2 / 300
     # One direction for both bodies would be wrong.
-    assert differing > 30
+    assert differing > 10
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -296,9 +287,7 @@ def test_a_run_that_comes_as_near_as_the_observer_is_refused():
     system, state = fullbody.systems.didymos(units=True)
     view = observing.Geometry([-1.0, 30.0] * u.h, to_observer=[0.9, 0.0, 0.0] * u.km)
     asked = observing.occultation(system, view, "Dimorphos", "Didymos")
-    with pytest.raises(
-        InvalidInput, match=r"distance of the observer, or the Sun, from the barycentre at time 0 is 0\."
-    ):
-        system.integrate(state, 13 * u.h, events=[asked])
-    with pytest.raises(InvalidInput, match="the observer of the geometry is too near"):
-        observing.mutual_events(system.integrate(state, 13 * u.h, dense=True), view)
+    told = r"distance of the observer, or the Sun, from the barycentre at time 0 is 0\."
+    refused(told, system.integrate, state, 13 * u.h, events=[asked])
+    run = system.integrate(state, 13 * u.h, dense=True)
+    refused("the observer of the geometry is too near", observing.mutual_events, run, view)

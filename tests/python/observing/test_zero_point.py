@@ -6,6 +6,7 @@ import pytest
 from astropy import units as u
 from fullbody import observing
 from fullbody.errors import InvalidInput
+from support import refused
 
 AT_REST = fullbody.State(np.zeros((1, 3)), np.zeros((1, 3)))
 LAWS = [
@@ -94,8 +95,7 @@ def test_magnitudes_as_observed_take_the_distances_of_the_geometry():
     ],
 )
 def test_what_gives_no_zero_point_is_refused(given, message):
-    with pytest.raises(InvalidInput, match=message):
-        observing.zero_point(sphere(1.0 * u.km), **given)
+    refused(message, lambda: observing.zero_point(sphere(1.0 * u.km), **given))
     with pytest.raises(InvalidInput, match="a geometric albedo needs the system's units"):
         observing.zero_point(fullbody.systems.case1()[0], geometric_albedo=0.1)
     two, laws = fullbody.systems.didymos()[0], {"Didymos": observing.Lambert(), "Dimorphos": observing.LommelSeeliger()}

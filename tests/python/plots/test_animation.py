@@ -3,28 +3,14 @@
 import base64
 import re
 import shutil
-import warnings
 
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
 from PIL import Image
-from support import refused
+from support import fetched, refused
 
 SMALL = {"seconds": 0.5, "fps": 10, "size": (3.01, 2.53), "dpi": 50}
-
-
-@pytest.fixture(scope="module")
-def short_run():
-    system, state = fullbody.systems.kw4(units=True)
-    return system.integrate(state, 2.0, output=0.5)
-
-
-def outside(page):
-    """Whatever a page would fetch: links, sources, imports, addresses."""
-    page = re.sub(r'(src|href)="data:[^"]*"', "", page)
-    return re.findall(r"https?://|<link|\bsrc=|\bhref=|@import|\bfetch\(|XMLHttpRequest|import\(", page)
 
 
 def test_gif_has_frames_even_in_time(short_run, tmp_path):
@@ -38,12 +24,12 @@ def test_gif_has_frames_even_in_time(short_run, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["film.gif"]
 
 
-def test_html_film_works_offline(short_run, tmp_path):
-    page = short_run.animate(tmp_path / "film.html", **SMALL).read_text()
-    assert outside(page) == []
+def test_html_film_works_offline_and_shows_moments_between_samples(short_run, tmp_path):
+    page = short_run[:3:2].animate(tmp_path / "film.html", **SMALL).read_text()
+    assert fetched(page) == []
     assert "fa-" not in page
     frames = re.findall(r'frames\[\d+\] = "data:image/png;base64,([^"]*)"', page)
-    assert len(frames) == 5
+    assert len(set(frames)) == len(frames) == 5
     assert all(base64.b64decode(frame.replace("\\\n", "")).startswith(b"\x89PNG") for frame in frames)
 
 
@@ -67,11 +53,8 @@ def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeyp
 
     program = tmp_path / "ffmpeg"
     # Half a film, and the words of the real one.
-    program.write_text(
-        "#!/bin/sh\n"
-        'for last; do :; done\nhead -c 1000 > "$last"\n'
-        'echo "Error writing trailer of $last: No space left on device" >&2\nexit 228\n'
-    )
+    fails = 'echo "Error writing trailer of $last: No space left on device" >&2\nexit 228\n'
+    program.write_text('#!/bin/sh\nfor last; do :; done\nhead -c 1000 > "$last"\n' + fails)
     program.chmod(0o755)
     monkeypatch.setitem(matplotlib.rcParams, "animation.ffmpeg_path", str(program))
     path = tmp_path / "film.mp4"
@@ -84,20 +67,17 @@ def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeyp
 
 def test_bad_requests_for_films_are_named(short_run, tmp_path):
     refused(r"ends in one of \.mp4, \.gif, \.html", lambda: short_run.animate(tmp_path / "film.avi"))
-    with pytest.raises(InvalidInput, match="seconds is -1; expected a finite number above zero"):
-        short_run.animate(tmp_path / "film.gif", seconds=-1)
+    refused("seconds is -1; expected a finite number above zero", short_run.animate, tmp_path / "film.gif", seconds=-1)
     refused("fps is 0; expected a whole number above zero", lambda: short_run.animate(tmp_path / "film.gif", fps=0))
     with pytest.raises(FileNotFoundError, match="no folder"):
         short_run.animate(tmp_path / "nowhere" / "film.gif")
+    inches = r"size is .*; expected \(width, height\) in inches"
     for size in (3, "big", (3.0,), (1, 2, 3), (0.0, 2.0), (np.nan, 2.0), (2.0, np.inf), ("a", "b"), None):
-        with pytest.raises(InvalidInput, match=r"size is .*; expected \(width, height\) in inches"):
-            short_run.animate(tmp_path / "film.gif", size=size)
+        refused(inches, short_run.animate, tmp_path / "film.gif", size=size)
     for dpi in (np.nan, np.inf, 0.0, -100, "fine", None, (100, 100)):
-        with pytest.raises(InvalidInput, match=r"dpi is .*; expected a finite number above zero"):
-            short_run.animate(tmp_path / "film.gif", dpi=dpi)
+        refused("dpi is .*; expected a finite number above zero", short_run.animate, tmp_path / "film.gif", dpi=dpi)
     for size, dpi in (((2.0, 3.0), 0.4), ((2.0, 3.0), 1e5), ((1e9, 1e9), 100)):
-        with pytest.raises(InvalidInput, match=r"size is .* and dpi is .*; expected 1 to 65535 each way"):
-            short_run.animate(tmp_path / "film.gif", size=size, dpi=dpi)
+        refused("size is .* and dpi is .*; expected 1 to", short_run.animate, tmp_path / "film.gif", size=size, dpi=dpi)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -112,24 +92,14 @@ def test_a_film_that_fails_leaves_the_old_one(short_run, tmp_path, monkeypatch):
 
 
 def test_pictures_too_far_apart_are_warned_of(short_run, tmp_path):
-    """Alpha turns in 2.76 h: samples half an hour apart show it, samples 1.5 h apart do not."""
+    # Alpha turns in 2.76 h: samples half an hour apart show it, samples 1.5 h apart do not.
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 9.0, output=1.5)
     with pytest.warns(UserWarning, match=r"Alpha makes up to 0\.54 turns between two samples"):
         run.view()
     run = system.integrate(state, 9.0, output=1.5, dense=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        short_run.view()
-        run.view()
+    short_run.view()
+    run.view()
     # Six hours apart.
     with pytest.warns(UserWarning, match=r"Alpha makes up to 2\.2 turns between two pictures"):
         system.integrate(state, 6.0, dense=True).animate(tmp_path / "a.gif", seconds=0.2, fps=10, size=(1, 1), dpi=20)
-
-
-def test_a_film_shows_moments_between_samples(tmp_path):
-    system, state = fullbody.systems.kw4()
-    run = system.integrate(state, 1.0, output=1.0)
-    page = run.animate(tmp_path / "film.html", seconds=0.6, fps=10, size=(2, 2), dpi=40).read_text()
-    frames = re.findall(r'frames\[\d+\] = "data:image/png;base64,([^"]*)"', page)
-    assert len(set(frames)) == len(frames) == 6

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import observables
-from fullbody.errors import InvalidInput
+from fullbody.plots._style import degrees
 from fullbody.plots.between import at
 from matplotlib.text import Text
-from support import refused
+from support import body_list, points, refused, rot_z
 
 
 def drawn(line):
@@ -39,10 +39,9 @@ def text_boxes(figure):
     texts += [figure._suptitle] if figure._suptitle else []
     boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
     # A legend's lines count too, beside the titles.
-    legends = [(ax, ax.get_legend()) for ax in figure.axes if ax.get_legend()]
-    for ax, legend in legends:
-        handles = legend.legend_handles[0].get_window_extent(renderer)
-        boxes += [(f"lines of the legend of {ax.get_title(loc='left')}", handles)] if handles.width > 0 else []
+    for ax in figure.axes:
+        handles = ax.get_legend() and ax.get_legend().legend_handles[0].get_window_extent(renderer)
+        boxes += [(f"lines of the legend of {ax.get_title(loc='left')}", handles)] if handles and handles.width else []
     return boxes
 
 
@@ -51,9 +50,7 @@ def faults(figure):
     boxes = text_boxes(figure)
     covering = []
     for (a, x), (b, y) in itertools.combinations(boxes, 2):
-        wide = min(x.x1, y.x1) - max(x.x0, y.x0)
-        high = min(x.y1, y.y1) - max(x.y0, y.y0)
-        if wide > 1.0 and high > 1.0:
+        if min(x.x1, y.x1) - max(x.x0, y.x0) > 1.0 and min(x.y1, y.y1) - max(x.y0, y.y0) > 1.0:
             covering.append((a, b))
     width, height = figure.canvas.get_width_height()
     cut = [text for text, box in boxes if box.x0 < -1 or box.y0 < -1 or box.x1 > width + 1 or box.y1 > height + 1]
@@ -71,15 +68,11 @@ def test_orbit_shows_the_relative_position(kw4_run):
 
 
 def test_orbit_outline_is_the_shadow_of_the_body():
-    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0)
-    probe = fullbody.Body(fullbody.PointMass(), mass=1e-6)
+    bodies = body_list((fullbody.Ellipsoid(3.0, 2.0, 1.0), 1.0), (fullbody.PointMass(), 1e-6))
     turn = np.deg2rad(30.0)
-    state = fullbody.State.from_tait_bryan(
-        position=[[0, 0, 0], [9, 0, 0]], velocity=np.zeros((2, 3)), angles=[[0, 0, turn], [0, 0, 0]]
-    )
-    run = fullbody.System([body, probe], G=1e-12).integrate(state, 0.001, output=[0.0])
-    ax = run.plot.orbit()
-    edge = ax.patches[0].get_xy() @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    state = fullbody.State.from_tait_bryan([[0, 0, 0], [9, 0, 0]], np.zeros((2, 3)), [[0, 0, turn], [0, 0, 0]])
+    run = fullbody.System(bodies, G=1e-12).integrate(state, 0.001, output=[0.0])
+    edge = run.plot.orbit().patches[0].get_xy() @ rot_z(turn)[:2, :2]
     assert np.allclose((edge[:, 0] / 3.0) ** 2 + (edge[:, 1] / 2.0) ** 2, 1.0, atol=1e-9)
 
 
@@ -103,22 +96,16 @@ def test_elements_are_the_runs(kw4_run):
     assert axes[2, 0].get_xlabel() == "time [h]"
 
 
-#: The anomaly of a hyperbola goes on and on; five or fewer whole turns of whole numbers of them.
-MANY_TURNS = ((0, 1000, 360), (-2000, 2000, 1080), (0, 30000, 7200), (-5e6, 5e6, 3.6e6))
+#: Low and high ends of an axis, and the step of its ticks. The anomaly of a hyperbola goes on and on: five or fewer
+#: whole turns of whole numbers of them.
+TICKS = [
+    *((0, 360, 90), (-180, 180, 90), (-90, 90, 45), (0, 90, 30), (40, 95, 15), (0, 8, 2)),
+    *((0, 1000, 360), (-2000, 2000, 1080), (0, 30000, 7200), (-5e6, 5e6, 3.6e6)),
+]
 
 
 def test_ticks_of_angles_are_parts_of_a_turn():
-    from fullbody.plots._style import degrees
-
-    for low, high, step in (
-        (0, 360, 90),
-        (-180, 180, 90),
-        (-90, 90, 45),
-        (0, 90, 30),
-        (40, 95, 15),
-        (0, 8, 2),
-        *MANY_TURNS,
-    ):
+    for low, high, step in TICKS:
         ax = plt.figure().add_subplot()
         ax.plot([0, 1], [low, high])
         degrees(ax)
@@ -127,25 +114,30 @@ def test_ticks_of_angles_are_parts_of_a_turn():
         assert np.all(np.mod(ticks, step) == 0)
 
 
-def test_eccentricities_of_round_off_are_level():
-    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-3)]
+def test_curves_that_are_level_are_shown_as_level(case1_run):
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, np.sqrt(1.001), 0]])
-    run = fullbody.System(points, G=1.0).integrate(state, 50.0, output=0.5)
+    run = points(1.0, 1e-3).integrate(state, 50.0, output=0.5)
     ax = run.plot.elements()[0, 1]
     ax.figure.draw_without_rendering()
     assert 0 < run.elements().e.max() < 1e-11
     assert ax.yaxis.get_offset_text().get_text() == ""
     assert np.ptp(ax.get_ylim()) > 0.01
+    assert np.ptp(case1_run.plot.elements()[1, 0].get_ylim()) > 1.0
 
 
-def test_angles_do_not_stroke_across_a_turn(kw4_run):
+def test_angles_do_not_stroke_across_a_turn_or_the_pole(kw4_run, triple_run):
     line = kw4_run.plot.elements()[2, 0].lines[0]
     steps = np.abs(np.diff(line.get_ydata()))
     assert np.nanmax(steps) < 180.0
     assert np.isnan(steps).any()
+    axes = triple_run.plot.angles(bodies=[1])
+    phi, theta = axes[0, 0].lines
+    assert np.nanmax(np.abs(np.diff(phi.get_ydata()))) < 1.0
+    assert np.isnan(phi.get_ydata()).sum() == 2
+    assert np.nanmax(theta.get_ydata()) > 80.0
 
 
-def test_spins_in_both_frames(kw4_run):
+def test_spins_are_the_runs_in_both_frames(kw4_run):
     axes = kw4_run.plot.spins()
     assert len(axes) == 2
     for body, ax in enumerate(axes):
@@ -159,7 +151,7 @@ def test_spins_in_both_frames(kw4_run):
     assert np.allclose([line.get_ydata()[7] for line in turned], expected, rtol=0, atol=1e-15)
 
 
-def test_some_bodies_only(triple_run):
+def test_plots_show_the_bodies_asked_for(triple_run):
     _, ax = plt.subplots()
     triple_run.plot.spins(axes=ax, bodies=[1])
     assert ax.get_title(loc="left") == "body 1, body frame"
@@ -174,8 +166,7 @@ def test_angles_are_the_states_tait_bryan_angles(case1_run):
     expected = np.rad2deg([state.tait_bryan for state in case1_run])
     assert axes.shape == (2, 2)
     for body in range(2):
-        shown = [*axes[body, 0].lines, *axes[body, 1].lines]
-        for column, line in enumerate(shown):
+        for column, line in enumerate([*axes[body, 0].lines, *axes[body, 1].lines]):
             assert np.array_equal(drawn(line), expected[:, body, column])
 
 
@@ -198,26 +189,22 @@ def test_librations_drawn_are_the_observables(kw4_run):
     ("until", "label", "end"), [(900 * u.hour, "h", 900), (100 * u.day, "days", 100), (4 * u.yr, "years", 4)]
 )
 def test_long_times_are_days_and_years(until, label, end):
-    points = [fullbody.Body(fullbody.PointMass(), mass=m * u.kg) for m in (2.4e12, 1e11)]
-    system = fullbody.System(points, units=("km", "hour", "kg"))
+    system = points(2.4e12 * u.kg, 1e11 * u.kg, G=None, units=("km", "hour", "kg"))
     r, v = fullbody.KeplerElements(2.5, 0.1, 0, 0, 0, 0).to_cartesian(system.mu().value)
-    state = fullbody.State([0 * r, r], [0 * v, v])
-    run = system.integrate(state, until, output=until / 10)
+    run = system.integrate(fullbody.State([0 * r, r], [0 * v, v]), until, output=until / 10)
     for ax in (run.plot.energy(), run.plot.spins()[-1]):
         assert ax.get_xlabel() == f"time [{label}]"
     assert ax.lines[0].get_xdata()[-1] == pytest.approx(end, rel=1e-12)
 
 
 def test_a_body_far_away_does_not_hide_the_pair():
-    bodies = [fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in ((0.7, 2.4, "A"), (0.2, 0.1, "B"))]
-    star = fullbody.Body(fullbody.PointMass(), mass=1e-9, name="star")
+    shapes = {"A": (fullbody.Sphere(0.7), 2.4), "B": (fullbody.Sphere(0.2), 0.1), "star": (fullbody.PointMass(), 1e-9)}
     state = fullbody.State([[0, 0, 0], [2.5, 0, 0], [1e8, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0.04, 0]])
-    run = fullbody.System([*bodies, star], G=1.0).integrate(state, 5.0, output=0.1)
+    run = fullbody.System(body_list(**shapes), G=1.0).integrate(state, 5.0, output=0.1)
     ax = run.plot.orbit()
     ax.figure.draw_without_rendering()
     assert np.ptp(ax.get_xlim()) < 10.0
-    texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["B", "star: outside, 1e+08"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["B", "star: outside, 1e+08"]
     ax = run.plot.scene()
     assert np.ptp(ax.get_xlim()) < 10.0
     # The pair's own barycentre is the picture's middle.
@@ -277,8 +264,7 @@ def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
 
 def test_scenes_are_of_times_within_the_run(kw4_run):
     for time in (-0.1, 50.1):
-        with pytest.raises(InvalidInput, match=rf"time is {time}; expected one within the run, from 0 to 50"):
-            kw4_run.plot.scene(time)
+        refused(rf"time is {time}; expected one within the run, from 0 to 50", kw4_run.plot.scene, time)
     # The continuous solution reaches further than the samples of this run.
     run = kw4_run.system.integrate(kw4_run[0], 3.0, output=[1.0], dense=True)
     assert run.plot.scene(2.5).get_title() == "time 2.5 h"
@@ -300,14 +286,13 @@ def test_between_samples_bodies_go_their_way(until):
 
 def test_samples_far_apart_are_joined_by_straight_lines():
     system, state = fullbody.systems.kw4()
-    run = system.integrate(state, 52.0, output=26.0)
-    centres, _ = at(run, np.linspace(0.0, 52.0, 101))
+    centres, _ = at(system.integrate(state, 52.0, output=26.0), np.linspace(0.0, 52.0, 101))
     assert np.linalg.norm(centres[:, 1], axis=1).max() < 2.6
 
 
 def test_scene_has_equal_scales(kw4_run):
     ax = kw4_run.plot.scene()
-    spans = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim()), np.ptp(ax.get_zlim())])
+    spans = np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1)
     assert np.allclose(spans / ax._box_aspect, spans[0] / ax._box_aspect[0])
 
 
@@ -326,13 +311,16 @@ def test_summary_is_whole_and_legible(which, request, tmp_path):
     assert (tmp_path / "page.png").stat().st_size > 20_000
 
 
-def test_the_checks_of_legibility_see_faults(kw4_run):
+def test_the_checks_of_legibility_see_faults_and_lines_differ_in_grey(kw4_run):
     ax = kw4_run.plot.energy()
     ax.text(0.0, 1.0, "covers the legend and leaves the page " * 4, transform=ax.transAxes, in_layout=False)
     assert all(faults(ax.figure))
+    for ax in (*kw4_run.plot.spins(), kw4_run.plot.energy()):
+        dashes = {str(line._unscaled_dash_pattern) for line in ax.lines}
+        assert len(dashes) == len(ax.lines) == 3
 
 
-@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy"])
+@pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy", "scene"])
 @pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
 def test_single_plots_are_legible_and_labelled(name, which, request):
     made = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
@@ -341,19 +329,7 @@ def test_single_plots_are_legible_and_labelled(name, which, request):
     for ax in made.flat:
         assert ax.get_ylabel()
     assert made.flat[-1].get_xlabel()
-
-
-@pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
-def test_scenes_are_legible(which, request):
-    ax = request.getfixturevalue(which).plot.scene()
-    assert faults(ax.figure) == ([], [])
-    assert ax.get_zlabel().startswith("z [")
-
-
-def test_lines_differ_in_grey(kw4_run):
-    for ax in (*kw4_run.plot.spins(), kw4_run.plot.energy()):
-        dashes = {str(line._unscaled_dash_pattern) for line in ax.lines}
-        assert len(dashes) == len(ax.lines) == 3
+    assert name != "scene" or made.flat[0].get_zlabel().startswith("z [")
 
 
 def test_given_axes_are_used_and_returned(kw4_run, triple_run):
@@ -377,8 +353,8 @@ def test_given_axes_are_used_and_returned(kw4_run, triple_run):
 
 @pytest.mark.parametrize("first", ["points", "ellipsoids"])
 def test_two_runs_fit_on_the_same_axes(kw4_run, first):
-    points = kw4_run.system.with_options(gravity="point").integrate(kw4_run[0], 50.0, output=0.5)
-    runs = [points, kw4_run] if first == "points" else [kw4_run, points]
+    other = kw4_run.system.with_options(gravity="point").integrate(kw4_run[0], 50.0, output=0.5)
+    runs = [other, kw4_run] if first == "points" else [kw4_run, other]
     axes = runs[0].plot.elements()
     runs[1].plot.elements(axes=axes)
     e = kw4_run.elements().e
@@ -386,19 +362,6 @@ def test_two_runs_fit_on_the_same_axes(kw4_run, first):
     assert low <= e.min() < e.max() <= high < 2 * e.max()
     ax = runs[1].plot.energy(ax=runs[0].plot.energy())
     assert ax.get_ylim()[1] > max(run.energy_drift_orbital.max() for run in runs)
-
-
-def test_angles_do_not_stroke_across_the_pole(triple_run):
-    axes = triple_run.plot.angles(bodies=[1])
-    phi, theta = axes[0, 0].lines
-    assert np.nanmax(np.abs(np.diff(phi.get_ydata()))) < 1.0
-    assert np.isnan(phi.get_ydata()).sum() == 2
-    assert np.nanmax(theta.get_ydata()) > 80.0
-
-
-def test_level_curves_are_shown_as_level(case1_run):
-    low, high = case1_run.plot.elements()[1, 0].get_ylim()
-    assert high - low > 1.0
 
 
 @pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy"])
@@ -413,57 +376,47 @@ def test_options_have_matplotlibs_short_names_too(kw4_run, name):
 
 def test_what_is_no_axes_or_figure_is_refused(kw4_run):
     flat, deep = plt.figure().add_subplot(), plt.figure().add_subplot(projection="3d")
-    for call in (
-        lambda: kw4_run.plot.orbit(3),
-        lambda: kw4_run.plot.orbit(deep),
-        lambda: kw4_run.plot.energy("axes"),
-        lambda: kw4_run.plot.spins([flat, 3]),
-    ):
-        refused(r"(ax|one of axes) is .*; expected matplotlib axes in 2D", call)
-    for ax in (flat, 3):
-        with pytest.raises(InvalidInput, match=r"ax is .*; expected matplotlib axes in 3D"):
-            kw4_run.plot.scene(3.0 * u.hour, ax=ax)
-    for figure in (3, flat):
-        with pytest.raises(InvalidInput, match=r"figure is .*; expected a matplotlib Figure or SubFigure"):
-            kw4_run.plot(figure=figure)
+    plot = kw4_run.plot
+    for call, given in ((plot.orbit, 3), (plot.orbit, deep), (plot.energy, "axes"), (plot.spins, [flat, 3])):
+        refused(r"(ax|one of axes) is .*; expected matplotlib axes in 2D", call, given)
+    for given in (flat, 3):
+        refused(r"ax is .*; expected matplotlib axes in 3D", plot.scene, 3.0 * u.hour, ax=given)
+        refused(r"figure is .*; expected a matplotlib Figure or SubFigure", plot, figure=given)
 
 
 def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():
-    """The mean anomaly is M = n t with n = sqrt(mu/|a|^3) = 1, sampled every 400 degrees."""
-    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-12)]
+    # The mean anomaly is M = n t with n = sqrt(mu/|a|^3) = 1, sampled every 400 degrees.
     r, v = fullbody.KeplerElements(-1.0, 3.0, 0.1, 0.2, 0.3, np.deg2rad(-2000.0)).to_cartesian(1.0 + 1e-12)
-    system = fullbody.System(points, G=1.0)
-    run = system.integrate(fullbody.State([0 * r, r], [0 * v, v]), np.deg2rad(4000.0), output=np.deg2rad(400.0))
+    state = fullbody.State([0 * r, r], [0 * v, v])
+    run = points(1.0, 1e-12).integrate(state, np.deg2rad(4000.0), output=np.deg2rad(400.0))
     ax = run.plot.elements()[2, 1]
     np.testing.assert_allclose(ax.lines[0].get_ydata(), np.arange(-2000, 2001, 400), atol=1e-6)
     assert 4 <= len(ax.get_yticks()) <= 7
     assert faults(ax.figure) == ([], [])
 
 
-@pytest.mark.parametrize("name", [r"$\frac{", "a_b^$x"])
-def test_names_are_shown_as_they_are(name):
-    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=n) for n in (name, "$")]
+def test_names_are_shown_as_they_are():
+    names = [r"$\frac{", "a_b^$x"]
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in names]
     state = fullbody.State([[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 0.4, 0]])
     run = fullbody.System(bodies, G=1.0).integrate(state, 5.0, output=1.0)
-    figure = run.plot().figure
-    scene = run.plot.scene()
+    figure, scene = run.plot().figure, run.plot.scene()
     for drawn_figure in (figure, scene.figure):
         drawn_figure.draw_without_rendering()
-    # Preprocessed as matplotlib does before it draws: the text itself, and no formula.
-    titles = [ax._left_title._preprocess_math(ax._left_title.get_text()) for ax in figure.axes]
-    assert {(f"{name}, body frame", False), ("$, body frame", False), (f"{name}, in its orbit's frame", False)} <= set(
-        titles
-    )
-    title = figure._suptitle
-    assert title._preprocess_math(title.get_text())[0].startswith(f"{name} and $: ")
-    shown = [text._preprocess_math(text.get_text()) for text in scene.get_legend().get_texts()[:2]]
-    assert shown == [(name, False), ("$", False)]
+
+    def shown(text):
+        """The text as matplotlib preprocesses it before it draws, and whether it is a formula."""
+        return text._preprocess_math(text.get_text())
+
+    titles = {shown(ax._left_title) for ax in figure.axes}
+    assert {(f"{name}, body frame", False) for name in names} | {(f"{names[0]}, in its orbit's frame", False)} <= titles
+    assert shown(figure._suptitle)[0].startswith(f"{names[0]} and {names[1]}: ")
+    assert [shown(text) for text in scene.get_legend().get_texts()[:2]] == [(name, False) for name in names]
 
 
 def test_motion_along_a_line_is_drawn_without_elements():
-    points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 0.1)]
     state = fullbody.State([[0, 0, 0], [10, 0, 0]], [[0, 0, 0], [0.1, 0, 0]])
-    run = fullbody.System(points, G=1.0).integrate(state, 10.0, output=0.5)
+    run = points(1.0, 0.1).integrate(state, 10.0, output=0.5)
     figure = run.plot().figure
     notes = [text.get_text().replace("\n", " ") for text in figure.findobj(Text) if "element" in text.get_text()]
     assert len(notes) == 1
@@ -484,6 +437,4 @@ def test_bad_requests_are_named(kw4_run):
 
 
 def test_a_single_sample_can_be_drawn(kw4_run):
-    run = kw4_run.system.integrate(kw4_run[0], 1.0, output=[0.0])
-    figure = run.plot().figure
-    figure.draw_without_rendering()
+    kw4_run[:1].plot().figure.draw_without_rendering()

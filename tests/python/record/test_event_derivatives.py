@@ -4,42 +4,47 @@ import astropy.units as u
 import fullbody
 import numpy as np
 from support import refused, worst
-from support.flows import TIGHT, deviation, displaced, scales, tumbling
+from support.flows import TIGHT, central_of_state, deviation, displaced, scales, tumbling
 from support.meshes import octahedron
 
 EVENTS = [
     fullbody.events.Separation("A", "B", 2.5),
     fullbody.events.Periapsis("A", "B"),
+    fullbody.events.Apoapsis("A", "B"),
     fullbody.events.PlaneCrossing("B", "A", normal=[0.2, 1.0, 0.3]),
+    fullbody.events.Function(lambda state: np.sin(state.attitude[0][1]) - 0.3 * state.spin[1][0]),
 ]
 
 
 def test_derivatives_at_every_event_are_differences():
     system, state = tumbling()
-    until = -32.0
     size = scales(system, state)
     options = {"output": "ends", "integrator": TIGHT, "events": EVENTS}
-    run = system.integrate(state, until, derivatives=["G", "semi-axis a of A"], **options)
-    assert len({type(happened.event) for happened in run.events}) == 3
-    step = 1e-4 * size[13]
-    moved = {k: system.integrate(displaced(state, 1, 0, 1, k * step), until, **options).events for k in (-2, -1, 1, 2)}
-    by_g = 1e-4
-    heavy = {
-        k: fullbody.System(system.bodies, G=1.0 + k * by_g).integrate(state, until, **options).events
-        for k in (-2, -1, 1, 2)
-    }
-    for k in range(len(run.events)):
-        end = run.at_event(k)
-        for runs, small, time, whole in (
-            (moved, step, end.time[13], end.transition[:, 13]),
-            (heavy, by_g, end.time_sensitivity["G"], end.sensitivity["G"]),
-        ):
-            differences = [(runs[j][k].time - runs[-j][k].time) / (2 * j * small) for j in (1, 2)]
-            assert (
-                worst(time, (4 * differences[0] - differences[1]) / 3, np.abs(end.time * size).max() / size[13]) < 1e-7
-            )
-            states = [deviation(runs[-j][k].state, runs[j][k].state) / (2 * j * small) for j in (1, 2)]
-            assert worst(whole / size, (4 * states[0] - states[1]) / 3 / size) < 1e-6
+    run = system.integrate(state, -32.0, derivatives=["G", "semi-axis a of A"], **options)
+    assert {happened.event for happened in run.events} == {*EVENTS}
+    count = len(run.events)
+
+    def happening(by, place=None):
+        """Times of the events and the states then, from the ones of the run, in natural sizes."""
+        start = state if place is None else displaced(state, *place, by * size[12 * place[0] + 3 * place[1] + place[2]])
+        other = fullbody.System(system.bodies, G=1.0 + (by if place is None else 0.0))
+        events = other.integrate(start, -32.0, **options).events
+        assert len(events) == count
+        rows = (deviation(one.state, e.state) / size for one, e in zip(run.events, events, strict=True))
+        return np.array([[e.time, *row] for e, row in zip(events, rows, strict=True)])
+
+    ends = [run.at_event(k) for k in range(count)]
+    longest = max(np.abs(end.time * size).max() for end in ends)
+    for place in (None, (1, 0, 1), (0, 2, 0)):
+        expected = central_of_state(lambda by, place=place: happening(by, place), 1e-4)
+        for end, (time, *whole) in zip(ends, expected, strict=True):
+            if place is None:
+                found, columns = end.time_sensitivity["G"], end.sensitivity["G"]
+            else:
+                k = 12 * place[0] + 3 * place[1] + place[2]
+                found, columns = end.time[k] * size[k], end.transition[:, k] * size[k]
+            assert abs(found - time) < 1e-7 * longest
+            assert worst(columns / size, whole) < 1e-6
 
 
 def test_the_time_of_contact_changes_with_the_scale_of_a_polyhedron():
@@ -47,19 +52,13 @@ def test_the_time_of_contact_changes_with_the_scale_of_a_polyhedron():
     solid = octahedron(0.8, 0.6, 0.7)
 
     def ended(by, wanted=False):
-        bodies = [
-            system.bodies[0],
-            fullbody.Body(fullbody.Polyhedron((1.0 + by) * np.array(solid.vertices), solid.faces), mass=0.4, name="B"),
-        ]
+        shape = fullbody.Polyhedron((1.0 + by) * np.array(solid.vertices), solid.faces)
         start = state.replace(velocity=[state.velocity[0], [-0.4, 0.05, 0.1]])
-        contact = fullbody.events.Contact("A", "B", terminal=True)
-        return fullbody.System(bodies, G=1.0).integrate(
-            start, 10.0, output="ends", events=[contact], derivatives=wanted
-        )
+        options = {"output": "ends", "events": [fullbody.events.Contact("A", "B", terminal=True)]}
+        return system.with_body("B", shape).integrate(start, 10.0, derivatives=wanted, **options)
 
     run = ended(0.0, ["scale of B"])
-    step = 1e-4
-    time = (ended(step).time[-1] - ended(-step).time[-1]) / (2 * step)
+    time = (ended(1e-4).time[-1] - ended(-1e-4).time[-1]) / 2e-4
     assert worst(run.at_event().time_sensitivity["scale of B"], time) < 1e-6
 
 
@@ -80,32 +79,18 @@ def test_derivatives_of_functions_of_a_run_are_differences():
     assert np.array_equal(found.value, measures(run))
     size = scales(system, state)
     scale = np.abs(found.start * size).max(axis=1)
-    for column in (1, 14, 20):
-        place = (column // 12, column % 12 // 3, column % 3)
-        step = 1e-4 * size[column]
-        ends = {
-            k: measures(system.integrate(displaced(state, *place, k * step), 70.0, **options)) for k in (-2, -1, 1, 2)
-        }
-        change = [(ends[k] - ends[-k]) / (2 * k * step) for k in (1, 2)]
-        assert (
-            worst(
-                found.start[:, column] * size[column] / scale,
-                (4 * change[0] - change[1]) / 3 * size[column] / scale,
-                1.0,
-            )
-            < 1e-6
+    for k in (1, 14, 20):
+
+        def moved(by, k=k):
+            start = displaced(state, k // 12, k % 12 // 3, k % 3, by * size[k])
+            return measures(system.integrate(start, 70.0, **options))
+
+        assert worst(found.start[:, k] * size[k] / scale, central_of_state(moved, 1e-4) / scale, 1.0) < 1e-6
+    for name in names:
+        changed = central_of_state(
+            lambda by, name=name: measures(system.changed(name, by).integrate(state, 70.0, **options)), 1e-4
         )
-
-    def other(mass=0.0, axis=0.0, G=0.0):
-        first, second = system.bodies
-        first = fullbody.Body(first.shape, mass=first.mass + mass, name="A")
-        second = fullbody.Body(fullbody.Ellipsoid(0.4, 0.7 + axis, 0.5), mass=0.4, name="B")
-        changed = fullbody.System([first, second], G=1.0 + G)
-        return measures(changed.integrate(state, 70.0, **options))
-
-    for name, which in zip(names, ("mass", "axis", "G"), strict=True):
-        ends = [(other(**{which: k * 1e-4}) - other(**{which: -k * 1e-4})) / (2e-4 * k) for k in (1, 2)]
-        assert worst(found.by_parameter[name], (4 * ends[0] - ends[1]) / 3) < 1e-6
+        assert worst(found.by_parameter[name], changed) < 1e-6
 
 
 def test_functions_with_units_and_at_the_end_of_a_range():

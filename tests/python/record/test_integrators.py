@@ -1,10 +1,11 @@
 """The family of integrators through Python: agreement, settings."""
 
-import warnings
+import pickle
 
 import fullbody
 import numpy as np
 import pytest
+from astropy import units as u
 from fullbody.errors import ChartSingularity, InvalidInput, PrecisionWarning
 from fullbody.record import integrators
 from support import angle_between, refused, worst
@@ -52,16 +53,12 @@ def test_each_agrees_with_verner98(system, state, step, place):
 
 
 def test_steps_have_units():
-    from astropy import units as u
-
     system, state = fullbody.systems.kw4_ho2021("spheroid", units=True)
     plain, start = KW4
     for make in (fullbody.LieGroupVariational, fullbody.SymplecticSplitting):
-        runs = [
-            system.integrate(state, 10 * u.h, integrator=make(step)) for step in (15 * u.min, 0.25 * u.h, 900 * u.s)
-        ]
         expected = plain.integrate(start, 10.0, integrator=make(0.25))
-        for run in runs:
+        for step in (15 * u.min, 0.25 * u.h, 900 * u.s):
+            run = system.integrate(state, 10 * u.h, integrator=make(step))
             assert run.statistics.steps == 40
             assert worst(run.position[-1].to_value(u.km), expected.position[-1]) < 1e-12
         with pytest.raises(InvalidInput, match=r"step has the unit km.*expected a unit such as s"):
@@ -81,8 +78,7 @@ def test_bad_settings_are_refused():
     refused("the larger of rtol and atol is 0; expected a number above zero", lambda: fullbody.Verner65(0.0, 0.0))
     refused(r"scheme is 'yoshida'; expected 'ABA864', ", lambda: fullbody.SymplecticSplitting(0.1, "yoshida"))
     for integrator in (fullbody.Verner98, "Verner98", 1e-13):
-        with pytest.raises(InvalidInput, match=r"integrator is .*; expected one of fullbody's"):
-            fullbody.Simulation(*CASE1, integrator=integrator)
+        refused(r"integrator is .*; expected one of fullbody's", fullbody.Simulation, *CASE1, integrator=integrator)
     system, state = CASE1
     chart = system.with_options(attitude_chart="tait_bryan")
     for integrator in (fullbody.LieGroupVariational(0.1), fullbody.SymplecticSplitting(0.1)):
@@ -106,23 +102,19 @@ def test_tolerances_below_round_off_are_raised_with_a_warning(name):
         with pytest.warns(PrecisionWarning):
             raised = make(0.0, float(atol))
         assert raised.rtol + raised.atol == pytest.approx(floor, rel=1e-15)
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            again = make(raised.rtol, raised.atol)
+        again = make(raised.rtol, raised.atol)
         assert again == raised
     run = end(*CASE1, 10.0, raised)
     assert abs(run.energy_drift).max() < 1e-14
 
 
-def test_atol_alone_and_rtol_alone():
+def test_atol_alone_or_rtol_alone_is_enough():
     expected = end(*CASE1, 20.0, fullbody.Verner98(1e-14, 1e-14)).position
     for tolerances in ((1e-10, 0.0), (0.0, 1e-10)):
         assert worst(end(*CASE1, 20.0, fullbody.Verner98(*tolerances)).position, expected) < 1e-7
 
 
-def test_integrators_compare_print_and_come_back():
-    import pickle
-
+def test_integrators_are_rebuilt_from_their_text_and_pickles():
     for integrator in family(0.25, 1e-9):
         assert pickle.loads(pickle.dumps(integrator)) == integrator
         assert eval(repr(integrator), vars(integrators)) == integrator
@@ -154,9 +146,8 @@ def test_angles_and_quaternions_agree_over_100_hours(shape):
         system, state = fullbody.systems.kw4_ho2021(shape, attitude_chart=chart)
         runs.append(system.integrate(state, 100.0, output=10.0))
     quaternion, angles = runs
-    assert np.abs(angles.position - quaternion.position).max() < 2e-12
-    assert np.abs(angles.velocity - quaternion.velocity).max() < 2e-12
-    assert np.abs(angles.spin - quaternion.spin).max() < 2e-12
+    for name in ("position", "velocity", "spin"):
+        assert np.abs(getattr(angles, name) - getattr(quaternion, name)).max() < 2e-12
     for one, other in zip(quaternion, angles, strict=True):
         assert angle_between(one.rotation_matrix, other.rotation_matrix).max() < 2e-12
     assert np.abs(angles.energy_drift).max() < 1e-13
@@ -164,12 +155,16 @@ def test_angles_and_quaternions_agree_over_100_hours(shape):
     assert (angles.position != quaternion.position).any()
 
 
-def test_the_pole_of_the_angles_is_an_error_with_body_and_time():
-    """Theta is rate * t, which reaches the pole at t = pi / 2 / rate."""
-    rate = 0.25
+def alone(chart):
     body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0, name="Kleopatra")
+    return fullbody.System([body], G=1.0, attitude_chart=chart)
+
+
+def test_the_pole_of_the_angles_is_an_error_with_body_and_time():
+    # Theta is rate * t, which reaches the pole at t = pi / 2 / rate.
+    rate = 0.25
     state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], spin=[[0, rate, 0]])
-    system = fullbody.System([body], G=1.0, attitude_chart="tait_bryan")
+    system = alone("tait_bryan")
     with pytest.raises(ChartSingularity, match="Kleopatra") as caught:
         system.integrate(state, 100.0)
     error = caught.value
@@ -191,30 +186,18 @@ def test_pole_in_a_system_names_the_right_body():
     ball = fullbody.Sphere(1.0)
     bodies = [fullbody.Body(ball, mass=1.0, name="still"), fullbody.Body(ball, mass=1.0, name="turning")]
     system = fullbody.System(bodies, G=1e-6, attitude_chart="tait_bryan")
-    state = fullbody.State(
-        position=[[0, 0, 0], [50, 0, 0]], velocity=np.zeros((2, 3)), spin=[[0.1, 0, 0], [0, -1.0, 0]], time=3.0
-    )
+    state = fullbody.State([[0, 0, 0], [50, 0, 0]], np.zeros((2, 3)), spin=[[0.1, 0, 0], [0, -1.0, 0]], time=3.0)
     with pytest.raises(ChartSingularity) as caught:
         system.integrate(state, 100.0)
     assert caught.value.body == "turning"
     assert caught.value.time == pytest.approx(3.0 + np.pi / 2, abs=0.05)
 
 
-def test_start_at_the_pole_is_an_error():
-    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0, name="Kleopatra")
+def test_a_start_at_the_pole_is_an_error_and_one_near_it_is_not():
     state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0, np.pi / 2, 0]], spin=[[0, 0, 1.0]], time=7.0)
-    system = fullbody.System([body], G=1.0, attitude_chart="tait_bryan")
     with pytest.raises(ChartSingularity, match="Kleopatra") as caught:
-        system.integrate(state, 8.0)
+        alone("tait_bryan").integrate(state, 8.0)
     assert caught.value.time == pytest.approx(7.0)
-
-
-def test_near_the_pole_but_not_at_it_is_fine():
-    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0)
-    theta = np.deg2rad(85.0)
-    state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0, theta, 0]], spin=[[1.0, 0, 0]])
-    ends = [
-        fullbody.System([body], G=1.0, attitude_chart=chart).integrate(state, 20.0, output=[20.0])[0]
-        for chart in ("quaternion", "tait_bryan")
-    ]
+    state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0, np.deg2rad(85.0), 0]], spin=[[1.0, 0, 0]])
+    ends = [alone(chart).integrate(state, 20.0, output=[20.0])[0] for chart in ("quaternion", "tait_bryan")]
     assert angle_between(ends[0].rotation_matrix, ends[1].rotation_matrix).max() < 1e-12

@@ -3,7 +3,6 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
 from mpmath import mp, mpf
 from support import pair_of_points, refused, worst
 from support.flows import TIGHT, energy_gradient, momentum_gradients, rates, scaled, scales, symplectic_form, tumbling
@@ -17,12 +16,6 @@ def tumble(request):
     return system, run
 
 
-def test_transition_matrices_begin_with_the_identity(tumble):
-    _, run = tumble
-    assert np.array_equal(run.transition[0], np.eye(24))
-    assert not run.sensitivity["G"][0].any()
-
-
 def test_the_motion_has_the_same_bits():
     system, state = tumbling()
     plain, with_them = (system.integrate(state, 5.0, derivatives=wanted) for wanted in (False, True))
@@ -33,8 +26,8 @@ def test_the_motion_has_the_same_bits():
 def test_transition_matrices_map_rates_to_rates(tumble):
     # A deviation along the motion stays one.
     system, run = tumble
+    size = scales(system, run[0])
     for k in (1, 2):
-        size = scales(system, run[0])
         moved = run.transition[k] @ rates(system, run[0])
         assert worst(moved / size, rates(system, run[k]) / size) < 1e-11
 
@@ -42,11 +35,11 @@ def test_transition_matrices_map_rates_to_rates(tumble):
 def test_transition_matrices_keep_energy_and_momenta(tumble):
     system, run = tumble
     size = scales(system, run[0])
+    assert np.array_equal(run.transition[0], np.eye(24))
     for k in (1, 2):
-        now, then = (energy_gradient(system, run[i]) for i in (k, 0))
-        assert worst(now @ run.transition[k] * size, then * size) < 1e-11
-        now, then = (momentum_gradients(system, run[i]) for i in (k, 0))
-        assert worst(now @ run.transition[k] * size, then * size) < 1e-11
+        for gradient in (energy_gradient, momentum_gradients):
+            now, then = (gradient(system, run[i]) for i in (k, 0))
+            assert worst(now @ run.transition[k] * size, then * size) < 1e-11
 
 
 def test_transition_matrices_are_symplectic(tumble):
@@ -60,16 +53,6 @@ def test_transition_matrices_are_symplectic(tumble):
         growth = np.abs(scaled(phi, system, run[0])).max() ** 2
         assert worst(*both) < 1e-13 * growth
         assert worst(*both) < 1e-11
-
-
-def test_faster_motion_is_motion_in_shorter_time(tumble):
-    # Rates times f and G times f^2 make time run f times as fast.
-    system, run = tumble
-    start, end, time = run[0], run[2], run.time[2]
-    then, now = (np.hstack([0 * at.velocity, at.velocity, 0 * at.velocity, at.spin]).ravel() for at in (start, end))
-    by_factor = run.transition[2] @ then + 2.0 * float(system.G) * run.sensitivity["G"][2]
-    size = scales(system, start)
-    assert worst(by_factor / size, (now + time * rates(system, end)) / size) < 1e-11
 
 
 def test_transition_matrices_of_points_are_keplers():
@@ -114,20 +97,6 @@ def kepler(start, time, mu):
     return [f * x + g * y for x, y in zip(r, v, strict=True)] + [df * x + dg * y for x, y in zip(r, v, strict=False)]
 
 
-def test_density_is_mass_over_volume():
-    system, state = tumbling()
-    run = system.integrate(state, 2.0, output="ends", derivatives=["mass of B", "density of B"])
-    volume = 4 / 3 * np.pi * 0.4 * 0.7 * 0.5
-    assert worst(run.sensitivity["density of B"], volume * run.sensitivity["mass of B"]) < 1e-14
-
-
-def test_matrices_between_samples_multiply(tumble):
-    system, run = tumble
-    rest = system.integrate(run[1], 12.0, output="ends", integrator=TIGHT, derivatives=True)
-    whole = rest.transition[-1] @ run.transition[1]
-    assert worst(scaled(whole, system, run[0]), scaled(run.transition[2], system, run[0])) < 1e-11
-
-
 def test_the_transition_matrix_backwards_is_the_inverse(tumble):
     system, run = tumble
     back = system.integrate(run[2], 0.0, output="ends", integrator=TIGHT, derivatives=True)
@@ -138,8 +107,7 @@ def test_the_transition_matrix_backwards_is_the_inverse(tumble):
 
 def test_unknown_parameters_answer_with_those_that_exist():
     system, state = tumbling()
-    with pytest.raises(InvalidInput, match=r'"mass of C".*"G".*"mass of A".*"mass of B"'):
-        system.integrate(state, 1.0, derivatives=["mass of C"])
+    refused(r'"mass of C".*"G".*"mass of A".*"mass of B"', system.integrate, state, 1.0, derivatives=["mass of C"])
     refused("which is text", lambda: system.integrate(state, 1.0, derivatives="G"))
     refused("derivatives=True", lambda: system.integrate(state, 1.0).transition)
 

@@ -15,6 +15,7 @@ INF = float("inf")
 NAN = float("nan")
 BIG = {"semi_axes": (1.0, 0.9, 0.8), "rotation_period": INF}
 SMALL = {"semi_axes": (0.3, 0.2, 0.15)}
+FIRST, SECOND = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
 
 
 def relative(state):
@@ -60,48 +61,38 @@ def test_masses_have_their_closed_forms(first, second, pair, expected):
 
 
 def test_period_and_semi_major_axis_obey_keplers_law():
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     for given in ({"period": 8 * np.pi}, {"semi_major_axis": 4.0}, {"period": 8 * np.pi, "semi_major_axis": 4.0}):
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            system, state = binary(first, second, G=1.0, eccentricity=0.2, elements="osculating", **given)
+        system, state = binary(FIRST, SECOND, G=1.0, eccentricity=0.2, elements="osculating", **given)
         np.testing.assert_allclose(relative(state)[0], [3.2, 0, 0], atol=1e-14)
         np.testing.assert_allclose(state.spin[1, 2], 0.25, rtol=1e-14)
         np.testing.assert_allclose(system.momentum(state), 0.0, atol=1e-14)
 
 
 def test_contradictions_are_reported():
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     given = {"period": 8 * np.pi, "semi_major_axis": 4.04, "eccentricity": 0.1}
     with pytest.warns(InconsistentInput, match=r"semi-major axis is 4 by .* and 4.04 by .* 0.99 %"):
-        _, state = binary(first, second, G=1.0, **given, elements="osculating")
+        _, state = binary(FIRST, SECOND, G=1.0, **given, elements="osculating")
     np.testing.assert_allclose(relative(state)[0][0], 4.0 * 0.9, rtol=1e-14)
-    refused("a difference of 20 %", lambda: binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0))
+    refused("a difference of 20 %", lambda: binary(FIRST, SECOND, G=1.0, period=8 * np.pi, semi_major_axis=5.0))
     with pytest.raises(InvalidInput, match="total mass is 4 by the components and 5 by total_mass"):
-        binary(first, second, G=1.0, period=1.0, total_mass=5.0)
-    refused("mass ratio", lambda: binary(first, second, G=1.0, period=1.0, mass_ratio=0.5))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04, mismatch_warning=0.02)
+        binary(FIRST, SECOND, G=1.0, period=1.0, total_mass=5.0)
+    refused("mass ratio", lambda: binary(FIRST, SECOND, G=1.0, period=1.0, mass_ratio=0.5))
+    binary(FIRST, SECOND, G=1.0, period=8 * np.pi, semi_major_axis=4.04, mismatch_warning=0.02)
 
 
 @pytest.mark.parametrize("name", ["mismatch_warning", "mismatch_error"])
 @pytest.mark.parametrize("value", [NAN, -INF, -0.1, "a", None, (0.1, 0.2), 10**400, 0.1 * u.km])
-def test_tolerances_are_numbers(name, value):
-    """Nan compares with nothing, and would let all pass."""
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+def test_tolerances_that_are_no_numbers_are_refused(name, value):
     expected = f"^{name} (is .*; expected a number, zero or above|has the unit km; expected pure numbers)$"
     for more in ({}, {"period": 8 * np.pi}):
-        with pytest.raises(InvalidInput, match=expected):
-            binary(first, second, G=1.0, semi_major_axis=5.0, **more, **{name: value})
+        refused(expected, binary, FIRST, SECOND, G=1.0, semi_major_axis=5.0, **more, **{name: value})
 
 
-def test_tolerances_of_nothing_and_of_all():
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
+def test_tolerances_of_zero_and_infinity_refuse_all_and_nothing():
     with pytest.raises(InvalidInput, match=r"0\.0999 %; expected agreement to mismatch_error=0$"):
-        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.004, mismatch_error=0)
+        binary(FIRST, SECOND, G=1.0, period=8 * np.pi, semi_major_axis=4.004, mismatch_error=0)
     with pytest.warns(InconsistentInput, match="a difference of 20 %"):
-        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0, mismatch_error=INF)
+        binary(FIRST, SECOND, G=1.0, period=8 * np.pi, semi_major_axis=5.0, mismatch_error=INF)
 
 
 @pytest.mark.parametrize(
@@ -125,17 +116,9 @@ def test_what_is_missing_or_wrong_is_named(given, what):
 
 def test_poles_and_long_axes_point_where_stated():
     lon, lat = np.radians([310.0, -84.0])
-    system, state = binary(
-        Component(**{**BIG, "rotation_period": 2.0}, mass=3.0, pole=(1.0, 0.5), rotation_angle=0.3),
-        Component(**SMALL, mass=1.0),
-        G=1.0,
-        semi_major_axis=4.0,
-        eccentricity=0.1,
-        mean_anomaly=2.0,
-        argument_of_periapsis=0.4,
-        pole=(lon, lat),
-        libration=np.radians(10),
-    )
+    first = Component(**BIG | {"rotation_period": 2.0, "mass": 3.0, "pole": (1.0, 0.5), "rotation_angle": 0.3})
+    orbit = {"semi_major_axis": 4.0, "eccentricity": 0.1, "mean_anomaly": 2.0, "argument_of_periapsis": 0.4}
+    system, state = binary(first, SECOND, G=1.0, **orbit, pole=(lon, lat), libration=np.radians(10))
     r, v = relative(state)
     orbit_pole = np.cross(r, v) / np.linalg.norm(np.cross(r, v))
     direction = [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]
@@ -151,52 +134,34 @@ def test_poles_and_long_axes_point_where_stated():
     np.testing.assert_allclose(state.spin[0], [0, 0, np.pi], rtol=1e-15)
 
 
-def test_a_secondary_that_is_not_synchronous():
-    _, state = binary(
-        Component(**BIG, mass=3.0),
-        Component(**SMALL, mass=1.0, rotation_period=-4.0, rotation_angle=90 * u.deg),
-        G=1.0,
-        semi_major_axis=4.0,
-        synchronous=False,
-        at_rest="primary",
-        mismatch_warning=INF,
-    )
-    np.testing.assert_array_equal(state.position[0], 0.0)
-    np.testing.assert_array_equal(state.velocity[0], 0.0)
+def test_a_secondary_that_is_not_synchronous_rotates_as_stated():
+    second = Component(**SMALL, mass=1.0, rotation_period=-4.0, rotation_angle=90 * u.deg)
+    options = {"synchronous": False, "at_rest": "primary", "mismatch_warning": INF}
+    _, state = binary(FIRST, second, G=1.0, semi_major_axis=4.0, **options)
     # Kepler's circle: G (m1 + m2) = 4.
-    np.testing.assert_allclose(state.position[1], [4, 0, 0], rtol=1e-15, atol=1e-15)
-    np.testing.assert_allclose(state.velocity[1], [0, 1, 0], rtol=1e-15, atol=1e-15)
+    np.testing.assert_allclose(state.position, [[0, 0, 0], [4, 0, 0]], rtol=1e-15, atol=1e-15)
+    np.testing.assert_allclose(state.velocity, [[0, 0, 0], [0, 1, 0]], rtol=1e-15, atol=1e-15)
     np.testing.assert_allclose(state.rotation_matrix[1][:, 0], [0, 1, 0], atol=1e-15)
     np.testing.assert_allclose(state.spin[1, 2], -np.pi / 2)
-    with pytest.raises(InvalidInput, match="synchronous"):
-        binary(Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0, rotation_period=1.0), G=1.0, period=1.0)
+    refused("synchronous", binary, FIRST, Component(**SMALL, mass=1.0, rotation_period=1.0), G=1.0, period=1.0)
 
 
 def test_binaries_have_units():
-    system, state = binary(
-        Component(diameters=(1.53, 1.50, 1.35) * u.km, rotation_period=2.765 * u.hour),
-        Component(diameters=(0.57, 0.46, 0.35) * u.km),
-        total_mass=2.49e12 * u.kg,
-        mass_ratio=0.057,
-        period=17.42 * u.hour,
-        elements="osculating",
-        mismatch_warning=INF,
-        pole=(105.4 * u.deg, -66 * u.deg),
-        units=("m", "s", "kg"),
-        frame="ecliptic",
-        epoch="2001-05-27 UTC",
-    )
+    first = Component(diameters=(1.53, 1.50, 1.35) * u.km, rotation_period=2.765 * u.hour)
+    second = Component(diameters=(0.57, 0.46, 0.35) * u.km)
+    orbit = {"total_mass": 2.49e12 * u.kg, "mass_ratio": 0.057, "period": 17.42 * u.hour, "elements": "osculating"}
+    sky = {"pole": (105.4 * u.deg, -66 * u.deg), "frame": "ecliptic", "epoch": "2001-05-27 UTC"}
+    system, state = binary(first, second, **orbit, **sky, mismatch_warning=INF, units=("m", "s", "kg"))
     # Ostro et al. (2006) publish a = 2.548 km with these.
     np.testing.assert_allclose(np.linalg.norm(relative(state)[0].to_value(u.km)), 2.548, rtol=1e-3)
     assert system.frame == "ecliptic"
     assert state.spin.unit == u.rad / u.s
     assert system.bodies[0].shape.a == 0.765 * u.km
-    run = system.integrate(state, 1 * u.hour)
-    assert run.dates[0].scale == "utc"
+    assert system.integrate(state, 1 * u.hour).dates[0].scale == "utc"
 
 
 def test_mean_elements_keep_the_period():
-    """The osculating start loses 3 J2 (R/a)^2 of the period."""
+    # The osculating start loses 3 J2 (R/a)^2 of the period.
     a, c, size = 1.0, 0.8, 5.0
     given = {"G": 1.0, "mass_ratio": 1e-6, "total_mass": 1.0, "mismatch_warning": INF}
     shapes = (Component(semi_axes=(a, a, c), rotation_period=3.0), Component(diameter=0.1))
@@ -222,64 +187,66 @@ def test_mean_elements_keep_the_period():
 
 
 def test_an_observed_period_is_a_mean():
-    shapes = (
-        Component(semi_axes=(1.0, 0.95, 0.8), rotation_period=3.0, pole=(0.3, 1.4)),
-        Component(semi_axes=(0.2, 0.17, 0.15)),
-    )
+    first = Component(semi_axes=(1.0, 0.95, 0.8), rotation_period=3.0, pole=(0.3, 1.4))
+    shapes = first, Component(semi_axes=(0.2, 0.17, 0.15))
     given = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.05, "mean_anomaly": 1.0}
-    period = 2 * np.pi * 4.0**1.5
-    for options, tolerance in (({}, 3e-5), ({"semi_major_axis": 4.0}, 3e-5), ({"elements": "osculating"}, 0.1)):
+    period, errors = 2 * np.pi * 4.0**1.5, []
+    for options in ({}, {"semi_major_axis": 4.0}, {"elements": "osculating"}):
         system, state = binary(*shapes, period=period, **given, **options)
-        run = system.integrate(state, 50 * period, output=period / 30)
-        found = abs(fullbody.observables.mutual_period(run).mean / period - 1)
-        assert found < tolerance
-        assert found > 1e-3 or not options.get("elements")
+        run = system.integrate(state, 30 * period, output=period / 30)
+        errors.append(abs(fullbody.observables.mutual_period(run).mean / period - 1))
         np.testing.assert_allclose(state.spin[1, 2], 2 * np.pi / period, rtol=1e-15)
+    assert max(errors[:2]) < 3e-5
+    assert 1e-3 < errors[2] < 0.1
+    mean = binary(*shapes, period=period, **given)[1].position
     for gravity in ("surface", "multipole:4"):
         _, other = binary(*shapes, period=period, gravity=gravity, **given)
-        np.testing.assert_allclose(other.position, binary(*shapes, period=period, **given)[1].position, rtol=2e-4)
+        np.testing.assert_allclose(other.position, mean, rtol=2e-4)
     system, state = binary(*shapes, semi_major_axis=4.0, **given)
     assert fullbody.KeplerElements.from_cartesian(*relative(state), system.mu()).a == pytest.approx(4.0, rel=1e-14)
-    # A long body that turns into its neighbour within those revolutions has Kepler's orbit in the attraction it starts
-    # in: 1.5 and 0.5 reach over the distance.
+
+
+def test_bodies_that_meet_have_keplers_orbit_in_the_attraction_they_start_in():
+    # A long body that turns into its neighbour within the 16 revolutions: 1.5 and 0.5 reach over the distance.
     size = 1.85
     ball = Component(diameter=1.0, rotation_period=INF)
     long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
-    pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "period": 2 * np.pi * size**1.5, "synchronous": False}
+    pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "synchronous": False}
+    period = 2 * np.pi * size**1.5
     with pytest.warns(InconsistentInput, match="16 revolutions, .*, cannot be run: body 0 and body 1 meet in them"):
-        system, state = binary(ball, long, **pair)
+        system, state = binary(ball, long, period=period, **pair)
     with pytest.raises(BodiesOverlap):
         system.integrate(state, 60.0)
     force = system.interactions(state).force[1]
     r, v = relative(state)
-    distance = np.linalg.norm(r)
-    np.testing.assert_allclose(force @ force, (v @ v / distance * 0.1 / 1.21) ** 2, rtol=1e-9)
+    np.testing.assert_allclose(force @ force, (v @ v / np.linalg.norm(r) * 0.1 / 1.21) ** 2, rtol=1e-9)
+    start = binary(ball, long, semi_major_axis=size, mismatch_warning=INF, **pair)
+    said = mean_period.warning_of_later(*start, period, 16)
+    told = "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
+    assert said.startswith(told)
+    assert said.endswith("be run: body 0 and body 1 meet in them")
+
+
+LONG = {"semi_axes": (1, 0.7, 0.6), "rotation_period": 16 * np.pi}
+BALL = {"diameter": 0.2}
 
 
 @pytest.mark.parametrize(
     ("first", "second", "given"),
     [
-        (
-            {"semi_axes": (1, 1, 0.8), "rotation_period": 3.0},
-            {"diameter": 0.2},
-            {"eccentricity": 0.5, "mean_anomaly": 2},
-        ),
-        (
-            {"semi_axes": (1, 0.7, 0.6), "rotation_period": 16 * np.pi},
-            {"semi_axes": (1, 0.8, 0.7)},
-            {"mass_ratio": 0.6},
-        ),
-        ({"semi_axes": (1, 0.7, 0.6), "rotation_period": 3.0, "pole": (0, -np.pi / 2)}, {"diameter": 0.2}, {}),
-        ({"semi_axes": (1, 0.7, 0.6), "rotation_period": 16 * np.pi, "pole": (0, -np.pi / 2)}, {"diameter": 0.2}, {}),
+        ({"semi_axes": (1, 1, 0.8), "rotation_period": 3.0}, BALL, {"eccentricity": 0.5, "mean_anomaly": 2}),
+        (LONG, {"semi_axes": (1, 0.8, 0.7)}, {"mass_ratio": 0.6}),
+        (LONG | {"rotation_period": 3.0, "pole": (0, -np.pi / 2)}, BALL, {}),
+        (LONG | {"pole": (0, -np.pi / 2)}, BALL, {}),
         ({"semi_axes": (1, 1, 0.8), "rotation_period": 5.0}, {"semi_axes": (1, 0.97, 0.8)}, {"libration": 0.3}),
     ],
     ids=["eccentric", "doubly locked", "retrograde", "retrograde at the orbit's rate", "slow libration"],
 )
-def test_the_mean_period_of_regular_motion(first, second, given):
+def test_the_mean_period_of_regular_motion_is_kept(first, second, given):
     period = 16 * np.pi
     given = {"G": 1.0, "mass_ratio": 0.02, "total_mass": 1.0, **given}
     system, state = binary(Component(**first), Component(**second), period=period, **given)
-    run = system.integrate(state, 60.5 * period, output=period / 40)
+    run = system.integrate(state, 40.5 * period, output=period / 40)
     found = fullbody.observables.mutual_period(run)
     assert abs(found.mean / period - 1) < 2e-4
     if "eccentricity" not in given:
@@ -309,16 +276,18 @@ def sidereal(run, revolutions, period):
     return 2 * np.pi / np.polyfit(run.time[:count], np.unwrap(np.arctan2(r @ y, r @ x)), 1)[0] / period - 1
 
 
-def test_a_mean_that_does_not_last_is_told():
-    """A long secondary on an eccentric orbit: the start has the period over 16 revolutions, and not over 32.
+OBLATE, MOON = {"semi_axes": (0.4, 0.38, 0.31), "rotation_period": 2.5}, {"semi_axes": (0.1, 0.08, 0.07)}
+#: In km, hours and kg.
+KILOMETRES = {"G": 8.6498928e-13, "total_mass": 5e11, "equal_density": True, "period": 12.0}
 
-    Irregular motion over 64 revolutions is another one with every rounding.
-    """
-    shapes = (Component(semi_axes=(0.4, 0.38, 0.31), rotation_period=2.5), Component(semi_axes=(0.1, 0.08, 0.07)))
-    given = {"G": 8.6498928e-13, "total_mass": 5e11, "equal_density": True, "period": 12.0}  # km^3 kg^-1 hour^-2
+
+def test_a_mean_that_does_not_last_is_told():
+    # A long secondary on an eccentric orbit: the start has the period over 16 revolutions, and not over 32. Irregular
+    # motion over 64 revolutions is another one with every rounding.
+    shapes, e = (Component(**OBLATE), Component(**MOON)), {"eccentricity": 0.1, "mean_anomaly": np.pi / 2}
     with pytest.warns(InconsistentInput, match="given over 16 revolutions and differs by .* no mean") as caught:
-        system, state = binary(*shapes, **given, eccentricity=0.1, mean_anomaly=np.pi / 2)
-    run = system.integrate(state, 64 * 12.0, output=12.0 / 32)
+        system, state = binary(*shapes, **KILOMETRES, **e)
+    run = system.integrate(state, 32 * 12.0, output=12.0 / 32)
     assert abs(sidereal(run, 16, 12.0)) < 1e-4
     said = float(str(caught[0].message).split(" of it over 32")[0].split()[-1])
     # Without a window more is left of what recurs.
@@ -328,19 +297,15 @@ def test_a_mean_that_does_not_last_is_told():
 
 @pytest.mark.parametrize("tilt", [np.pi / 6, np.pi / 2, 2.5])
 def test_the_mean_lasts_where_the_plane_of_the_orbit_turns(tilt):
-    shapes = (
-        Component(semi_axes=(0.4, 0.38, 0.31), rotation_period=2.5, tilt=tilt),
-        Component(semi_axes=(0.1, 0.08, 0.07)),
-    )
-    system, state = binary(*shapes, G=8.6498928e-13, total_mass=5e11, equal_density=True, period=12.0)
-    run = system.integrate(state, 128 * 12.0, output=12.0 / 32)
+    system, state = binary(Component(**OBLATE, tilt=tilt), Component(**MOON), **KILOMETRES)
+    run = system.integrate(state, 64 * 12.0, output=12.0 / 32)
     r, v = (name[:, 1] - name[:, 0] for name in (run.position, run.velocity))
     rate = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)
     angle = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(run.time))])
     normal = np.cross(r, v)
     turned = np.degrees(np.arccos(normal[0] @ normal[-1] / np.linalg.norm(normal[0]) / np.linalg.norm(normal[-1])))
     assert turned > 5 or tilt == np.pi / 2
-    for revolutions in (16, 32, 64, 128):
+    for revolutions in (16, 32, 64):
         time, swept = run.time[: revolutions * 32 + 1], angle[: revolutions * 32 + 1]
         slope = np.polyfit(time, swept, 1, w=np.sin(np.pi * time / time[-1]) ** 3)[0]
         assert abs(2 * np.pi / slope / 12.0 - 1) < 2e-6
@@ -357,8 +322,8 @@ def warned(e, anomaly=0.0, size=5.0, **options):
 
 
 def test_an_osculating_eccentricity_below_the_forced_one_is_warned_of():
-    """J2 R^2 = (a^2 - c^2)/5: a circle has the osculating eccentricity 3/2 J2 (R/r)^2, and a start with e at periapsis
-    varies in distance as an ellipse of the difference."""
+    # J2 R^2 = (a^2 - c^2)/5: a circle has the osculating eccentricity 3/2 J2 (R/r)^2, and a start with e at periapsis
+    # varies in distance as an ellipse of the difference.
     size = 5.0
     forced = 1.5 * (1 - 0.9**2) / 5 / size**2
     for e, anomaly, free in (
@@ -376,44 +341,22 @@ def test_an_osculating_eccentricity_below_the_forced_one_is_warned_of():
         np.testing.assert_allclose(numbers, [forced, free], rtol=0.02)
         run = system.integrate(state, 40 * 2 * np.pi * size**1.5, output=2.0)
         np.testing.assert_allclose(fullbody.observables.orbit_shape(run).e, free, rtol=0.02)
-    for e, options in (
-        (0.1, {}),
-        (forced, {}),
-        (0.0, {"elements": "mean"}),
-        (0.0, {"mismatch_warning": INF}),
-        (0.0, {"size": 20.0}),
-        (0.0, {"gravity": "point"}),
-    ):
+    quiet = {"elements": "mean"}, {"mismatch_warning": INF}, {"size": 20.0}, {"gravity": "point"}
+    for e, options in ((0.1, {}), (forced, {}), *((0.0, options) for options in quiet)):
         assert warned(e, **options)[1] == []
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_the_mean_of_ordinary_binaries_lasts(seed):
     random = np.random.default_rng(seed)
-    primary = Component(
-        diameter=2.0,
-        axis_ratios=1 + random.uniform(0.0, [0.12, 0.25]),
-        rotation_period=random.uniform(2.0, 6.0),
-        tilt=random.uniform(0.0, 0.1),
-    )
+    ratios, period, tilt = 1 + random.uniform(0.0, [0.12, 0.25]), random.uniform(2.0, 6.0), random.uniform(0.0, 0.1)
+    primary = Component(diameter=2.0, axis_ratios=ratios, rotation_period=period, tilt=tilt)
     secondary = Component(diameter=random.uniform(0.3, 1.0), axis_ratios=1 + random.uniform(0.0, 0.4, 2))
     period = 2 * np.pi * random.uniform(2.5, 6.0) ** 1.5
     orbit = {"eccentricity": random.uniform(0.0, 0.03), "mean_anomaly": random.uniform(0.0, 6.0)}
     system, state = binary(primary, secondary, G=1.0, total_mass=1.0, equal_density=True, period=period, **orbit)
     run = system.integrate(state, 64 * period, output=period / 32)
     assert abs(sidereal(run, 64, period)) < 1e-4
-
-
-def test_bodies_that_meet_in_the_later_revolutions_are_named():
-    ball = Component(diameter=1.0, rotation_period=INF)
-    long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
-    pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "semi_major_axis": 1.85, "synchronous": False}
-    start = binary(ball, long, **pair, mismatch_warning=INF)
-    said = mean_period.warning_of_later(*start, 2 * np.pi * 1.85**1.5, 16)
-    assert said.startswith(
-        "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
-    )
-    assert said.endswith("be run: body 0 and body 1 meet in them")
 
 
 def test_the_attraction_is_the_mean_over_a_turn():
@@ -433,9 +376,8 @@ def test_the_attraction_is_the_mean_over_a_turn():
     given = {"G": 1.0, "mass_ratio": 1e-3, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 1.8}
     system, state = binary(long, Component(diameter=0.2), **given)
     v = relative(state)[1]
-    np.testing.assert_allclose(
-        v @ v / 1.8, -system.interactions(state).force[1, 0] / system.masses[1] * 1.001, rtol=1e-9
-    )
+    pull = -system.interactions(state).force[1, 0] / system.masses[1]
+    np.testing.assert_allclose(v @ v / 1.8, pull * 1.001, rtol=1e-9)
 
 
 def test_bodies_that_overlap_at_the_start_are_refused():
@@ -451,7 +393,7 @@ def test_bodies_that_overlap_at_the_start_are_refused():
 
 
 def test_densities_that_no_asteroid_has_are_warned_of():
-    """A sphere of 1 km across has 0.52360 km^3, in which 5.2360e11 kg make 1000 kg/m^3."""
+    # A sphere of 1 km across has 0.52360 km^3, in which 5.2360e11 kg make 1000 kg/m^3.
     ball = {"diameter": 1 * u.km, "rotation_period": INF}
 
     def weigh(mass, **options):
@@ -496,7 +438,7 @@ def test_a_pole_is_two_angles(pole):
 
 
 def test_a_tilt_is_from_the_orbits_pole():
-    """About the node: with the node at 90 degrees of longitude plus the pole's, along its horizontal axis."""
+    # About the node: with the node at 90 degrees of longitude plus the pole's, along its horizontal axis.
     lon, lat = 0.7, 0.4
     shapes = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0, tilt="6 deg")
     _, state = binary(*shapes, G=1.0, semi_major_axis=5.0, pole=(lon, lat), elements="mean")
@@ -507,91 +449,67 @@ def test_a_tilt_is_from_the_orbits_pole():
     refused("Alpha is given both a pole and a tilt", lambda: Component(**BIG, pole=(0.1, 0.2), tilt=0.1, name="Alpha"))
 
 
-def test_published_ratios_of_a_to_c_are_taken():
-    shape = Component(diameter=2.0, axis_ratios=(1.3, 1.6 / 1.3)).shape
-    np.testing.assert_allclose([shape.a / shape.b, shape.a / shape.c, shape.a * shape.b * shape.c], [1.3, 1.6, 1.0])
-
-
 def test_poles_with_wrong_parts_name_the_part():
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     for pole, what in (
         ((1 * u.kg, 0.0), "longitude of pole has the unit kg; expected a unit such as rad"),
         ((0.0, float("nan")), "latitude of pole is nan; expected a finite number"),
         (("x", 0.0), "longitude of pole is 'x'; expected a finite number"),
     ):
-        with pytest.raises(InvalidInput, match=what):
-            binary(first, second, G=1.0, semi_major_axis=5.0, pole=pole)
+        refused(what, binary, FIRST, SECOND, G=1.0, semi_major_axis=5.0, pole=pole)
 
 
 def test_texts_with_units_are_taken():
-    texts = binary(
-        Component(diameters=("1.53 km", "1.5 km", "1350 m"), rotation_period="2.765 hour", density="2 g/cm3"),
-        Component(diameter="0.45 km", mass="1.35e11 kg"),
-        period="17.42 hour",
-        pole=("105.4 deg", "-66 deg"),
-        mean_anomaly="90 deg",
-        units=("km", "hour", "kg"),
-    )
-    quantities = binary(
-        Component(diameters=(1.53, 1.5, 1.35) * u.km, rotation_period=2.765 * u.hour, density=2 * u.g / u.cm**3),
-        Component(diameter=0.45 * u.km, mass=1.35e11 * u.kg),
-        period=17.42 * u.hour,
-        pole=(105.4 * u.deg, -66 * u.deg),
-        mean_anomaly=90 * u.deg,
-        units=("km", "hour", "kg"),
-    )
+    def made(convert):
+        sizes, spin = ([*map(convert, texts)] for texts in (("1.53 km", "1.5 km", "1350 m"), ("2.765 hour", "2 g/cm3")))
+        first = Component(diameters=sizes, rotation_period=spin[0], density=spin[1])
+        second = Component(diameter=convert("0.45 km"), mass=convert("1.35e11 kg"))
+        pole, period, anomaly = (convert("105.4 deg"), convert("-66 deg")), convert("17.42 hour"), convert("90 deg")
+        return binary(first, second, period=period, pole=pole, mean_anomaly=anomaly, units=("km", "hour", "kg"))
+
+    texts, quantities = made(str), made(u.Quantity)
     np.testing.assert_allclose(texts[0].masses.value, quantities[0].masses.value, rtol=1e-15)
     np.testing.assert_allclose(texts[1].position.value, quantities[1].position.value, rtol=1e-15)
 
 
-def test_numbers_with_units_and_a_system_without():
+def test_numbers_with_units_are_refused_by_a_system_without():
     sizes = {"diameter": 2 * u.km}, {"diameter": "0.2 km"}, {"diameters": ["2 km", "2 km", "1 km"]}, {"diameter": 2.0}
     for size in sizes:
         first, second = Component(**size, mass=1.0, rotation_period=3.0), Component(diameter=0.1, mass=0.01)
         period = 20 * u.h if size["diameter" if "diameter" in size else "diameters"] == 2.0 else 20.0
-        with pytest.raises(InvalidInput, match=r"have units and the system has none; expected units=\('km', "):
-            binary(first, second, period=period)
+        refused(r"have units and the system has none; expected units=\('km', ", binary, first, second, period=period)
     given = {"period": 20 * u.h}
     first = Component(diameter=2 * u.km, density=2 * u.g / u.cm**3, rotation_period=3 * u.h)
     second = Component(diameter=0.2 * u.km, density=2 * u.g / u.cm**3)
-    assert (
-        binary(first, second, units=True, **given)[1] == binary(first, second, units=("km", "hour", "kg"), **given)[1]
-    )
-    with pytest.raises(InvalidInput, match=r"^G is not given"):
-        binary(Component(diameter=2.0, mass=1.0), Component(diameter=0.2, mass=0.1), period=20.0)
+    usual, same = (binary(first, second, units=units, **given)[1] for units in (True, ("km", "hour", "kg")))
+    assert usual == same
+    refused("^G is not given", binary, FIRST, SECOND, period=20.0)
 
 
-@pytest.mark.parametrize("eccentricity", [1.2, 1.0, -0.1, NAN])
+@pytest.mark.parametrize("e", [1.2, 1.0, -0.1, NAN])
 @pytest.mark.parametrize("kind", ["mean", "osculating", None])
-def test_orbits_that_do_not_close_are_refused(eccentricity, kind):
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
-    with pytest.raises(InvalidInput, match=f"^eccentricity is {eccentricity}; expected a number from 0 to below 1$"):
-        binary(first, second, G=1.0, semi_major_axis=5.0, eccentricity=eccentricity, elements=kind)
+def test_orbits_that_do_not_close_are_refused(e, kind):
+    told = f"^eccentricity is {e}; expected a number from 0 to below 1$"
+    refused(told, binary, FIRST, SECOND, G=1.0, semi_major_axis=5.0, eccentricity=e, elements=kind)
 
 
-def test_what_would_be_ignored_is_refused():
-    first, second = Component(**BIG, mass=3.0), {**SMALL, "mass": 1.0}
-    for options, part, what in (
+@pytest.mark.parametrize(
+    ("options", "part", "what"),
+    [
         (
             {"synchronous": False, "libration": 0.5},
             {"rotation_period": 2.0},
-            r"libration is 0\.5 of a secondary that is not",
+            r"libration is 0\.5 of a secondary",
         ),
         (
             {},
             {"rotation_angle": 1.0},
-            r"rotation_angle is 1\.0 of a secondary that is synchronous; expected libration=",
+            r"rotation_angle is 1\.0 of a secondary that is synchronous; expected lib",
         ),
         ({"libration": 10}, {}, "libration is 10; expected radians, a turn at most"),
         ({"bodies": []}, {}, "'bodies' is not an option of binary"),
-    ):
-        with pytest.raises(InvalidInput, match=what):
-            binary(first, Component(**second, **part), G=1.0, semi_major_axis=5.0, **options)
-
-
-def test_unknown_options_are_named():
-    first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
-    with pytest.raises(InvalidInput, match=r"'peroid' is not an option of binary; did you mean 'period'\?"):
-        binary(first, second, G=1.0, peroid=3.0)
-    with pytest.raises(InvalidInput, match=r"'gravty' is not an option of binary; did you mean 'gravity'\?"):
-        binary(first, second, G=1.0, period=30.0, gravty="point")
+        ({"peroid": 3.0}, {}, r"'peroid' is not an option of binary; did you mean 'period'\?"),
+        ({"period": 30.0, "gravty": "point"}, {}, r"'gravty' is not an option of binary; did you mean 'gravity'\?"),
+    ],
+)
+def test_what_would_be_ignored_is_refused(options, part, what):
+    refused(what, binary, FIRST, Component(**SMALL, mass=1.0, **part), G=1.0, **{"semi_major_axis": 5.0} | options)

@@ -9,9 +9,11 @@ from astropy import constants
 from astropy import units as u
 from fullbody import Body, Component, Sphere, System, binary
 from fullbody.errors import InvalidInput
+from support import refused
 
 STILL = float("inf")
 SMALL = {"semi_major_axis": 3.0, "G": 2.0}
+TWICE = {"GM": 1.0, "total_mass": 1.0, **SMALL}
 
 
 def test_a_system_divides_GM_by_its_own_constant():
@@ -32,8 +34,7 @@ def test_a_body_by_itself_takes_the_constant_of_astropy_or_the_given_one():
     field = body.gravity([1.0, 0.0, 0.0] * u.km, G=6e-11 * u.m**3 / u.kg / u.s**2).field
     assert field[0].to_value("m/s2") == pytest.approx(-36e-6, rel=1e-14)
     assert pickle.loads(pickle.dumps(body)) == body != Body(Sphere("390 m"), GM="37 m3/s2", name="Didymos")
-    with pytest.raises(InvalidInput, match="mass of B follows from its GM and the G of a system"):
-        _ = Body(Sphere(1.0), GM=1.0, name="B").mass
+    refused("mass of B follows from its GM and the G of a system", lambda: Body(Sphere(1.0), GM=1.0, name="B").mass)
 
 
 def test_a_third_body_takes_GM_for_mu():
@@ -60,28 +61,19 @@ def test_a_binary_takes_GM_of_its_bodies_or_of_both():
         (lambda: Body(Sphere(1.0)), "the body is given neither mass nor density nor GM"),
         (lambda: Body(Sphere(1.0), GM=-1.0), "GM of the body is -1.0; expected a finite number above zero"),
         (lambda: Component(diameter=1.0, GM=1.0, density=2.0), "a density and a GM; expected at most one of them"),
-        (
-            lambda: binary(Component(diameter=1.0), Component(diameter=0.1), GM=1.0, total_mass=1.0, **SMALL),
-            "both total_mass and GM are given",
-        ),
+        (lambda: binary(Component(diameter=1.0), Component(diameter=0.1), **TWICE), "both total_mass and GM are given"),
     ],
 )
 def test_masses_that_are_given_twice_or_not_at_all_are_refused(make, message):
-    with pytest.raises(InvalidInput, match=message):
-        make()
+    refused(message, make)
 
 
 def test_draws_have_the_means_and_the_errors_of_the_published_numbers():
-    """Of 400 draws the mean has an error of a twentieth of sigma, and sigma one of 3.5 per cent: four of these."""
-    pair = binary(
-        Component(diameter="780 ± 30 m", rotation_period="2.26 h"),
-        Component(diameter="151 m"),
-        total_mass="(5.4 ± 0.4)e11 kg",
-        mass_ratio="0.0093(13)",
-        semi_major_axis="1.19 ± 0.03 km",
-        units=True,
-    )
-    drawn = pair.draw(400, rng=3)
+    # Of 100 draws the mean has an error of a tenth of sigma, and sigma one of 7 per cent: three of these.
+    shapes = Component(diameter="780 ± 30 m", rotation_period="2.26 h"), Component(diameter="151 m")
+    orbit = {"total_mass": "(5.4 ± 0.4)e11 kg", "mass_ratio": "0.0093(13)", "semi_major_axis": "1.19 ± 0.03 km"}
+    pair = binary(*shapes, **orbit, units=True)
+    drawn = pair.draw(100, rng=3)
     masses = np.array([system.masses.to_value(u.kg) for system, _ in drawn])
     radii = [system[0].shape.a.to_value(u.m) for system, _ in drawn]
     for found, mean, sigma in (
@@ -89,8 +81,8 @@ def test_draws_have_the_means_and_the_errors_of_the_published_numbers():
         (masses[:, 1] / masses[:, 0], 0.0093, 0.0013),
         (radii, 390, 15),
     ):
-        assert np.mean(found) == pytest.approx(mean, abs=0.2 * sigma)
-        assert np.std(found) == pytest.approx(sigma, rel=0.14)
+        assert np.mean(found) == pytest.approx(mean, abs=0.3 * sigma)
+        assert np.std(found) == pytest.approx(sigma, rel=0.21)
     # The numbers without an error stay, and the draws are those of the seed.
     assert {system[1].shape.a.to_value(u.m) for system, _ in drawn} == {75.5}
     assert [s.masses[0] for s, _ in pair.draw(3, rng=3)] == [s.masses[0] for s, _ in drawn[:3]]
@@ -98,20 +90,12 @@ def test_draws_have_the_means_and_the_errors_of_the_published_numbers():
 
 
 def test_draws_stay_physical_where_errors_are_as_large_as_the_numbers():
-    pair = binary(
-        Component(diameter=1.0, rotation_period=STILL),
-        Component(diameter=0.1),
-        total_mass=1.0,
-        mass_ratio="0.01 ± 0.02",
-        semi_major_axis=3.0,
-        eccentricity="0.1 ± 0.1",
-        pole=("310 ± 4 deg", "-88 ± 4 deg"),
-        G=1.0,
-    )
-    assert all(system.masses.min() > 0.0 for system, _ in pair.draw(50, rng=1))
+    shapes = Component(diameter=1.0, rotation_period=STILL), Component(diameter=0.1)
+    orbit = {"total_mass": 1.0, "mass_ratio": "0.01 ± 0.02", "semi_major_axis": 3.0, "eccentricity": "0.1 ± 0.1"}
+    pair = binary(*shapes, **orbit, pole=("310 ± 4 deg", "-88 ± 4 deg"), G=1.0)
+    assert all(system.masses.min() > 0.0 for system, _ in pair.draw(30, rng=1))
 
 
 def test_draws_of_exact_numbers_are_refused():
     pair = binary(Component(diameter=1.0, rotation_period=STILL, mass=1.0), Component(diameter=0.1, mass=0.1), **SMALL)
-    with pytest.raises(InvalidInput, match="no argument has a standard error; expected one such as"):
-        pair.draw(2, rng=1)
+    refused("no argument has a standard error; expected one such as", pair.draw, 2, rng=1)

@@ -1,5 +1,7 @@
 """The tables ``[[forces]]`` of a ``system.toml`` make forces."""
 
+from dataclasses import fields
+
 import fullbody
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from astropy import units as u
 from fullbody import forces
 from fullbody.errors import InvalidInput
 from support import refused
+from support.toml_texts import read
 
 PAIR = """
 [system]
@@ -71,33 +74,18 @@ force = "0.01 N"
 """
 
 
-def read(tmp_path, text):
-    path = tmp_path / "system.toml"
-    path.write_text(text)
-    return fullbody.read_toml(path)
-
-
 def test_every_kind_is_that_of_the_constructor(tmp_path):
-    """Numbers are by hand from the texts: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2."""
+    # By hand from the texts: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2.
     setup = read(tmp_path, PAIR + SUN + MOON + TIDE + RADIATION)
     orbit = fullbody.KeplerElements(0.64 * 149597870.7, 0.69, np.radians(38.9), np.radians(245), 3.37, 0.2)
     newton, joule = 3600.0**2 / 1e3, 3600.0**2 / 1e6
+    path = {"times": [-1, 0, 1, 2], "positions": [[4e5, y, 0] for y in (0, 1e3, 2e3, 3e3)]}
+    torques = {"along": [joule, 2e3, 3e3, 4 * joule], "across": 5e3, "obliquity": np.radians([0, 60, 120, 180])}
     expected = [
         forces.ThirdBody(mass=constants.M_sun.value, orbit=orbit, of="system", time=0.5, name="Sun"),
-        forces.ThirdBody(
-            mu=4902.8 * 3600.0**2,
-            times=[-1, 0, 1, 2],
-            positions=[[4e5, 0, 0], [4e5, 1e3, 0], [4e5, 2e3, 0], [4e5, 3e3, 0]],
-            of="body",
-        ),
+        forces.ThirdBody(mu=4902.8 * 3600.0**2, **path, of="body"),
         forces.Tide("Alpha", "Beta", 1e-5, 0.01, radius=0.7),
-        forces.Yorp(
-            "Alpha",
-            along=[joule, 2e3, 3e3, 4 * joule],
-            across=5e3,
-            obliquity=np.radians([0, 60, 120, 180]),
-            pole=(0, 1, 1),
-        ),
+        forces.Yorp("Alpha", **torques, pole=(0, 1, 1)),
         forces.Byorp("Beta", "Alpha", 0.01 * newton, name="push"),
     ]
     other = setup.system.with_forces(expected)
@@ -107,17 +95,9 @@ def test_every_kind_is_that_of_the_constructor(tmp_path):
         for one, exact in ((own.force, load.force), (own.torque, load.torque)):
             np.testing.assert_allclose(one, exact, rtol=1e-11, atol=1e-13 * np.abs(exact).max())
     for name in ("Sun", "third body"):
-        for one, exact in zip(
-            setup.system.third_body(name, [0.0, 1.5]), other.third_body(name, [0.0, 1.5]), strict=True
-        ):
-            np.testing.assert_allclose(one, exact, rtol=1e-13)
-    assert [force.name for force in setup.system.forces] == [
-        "Sun",
-        "third body",
-        "tide on Alpha",
-        "YORP on Alpha",
-        "push",
-    ]
+        one, exact = (np.array(s.third_body(name, [0.0, 1.5])) for s in (setup.system, other))
+        np.testing.assert_allclose(one, exact, rtol=1e-13)
+    assert [force.name for force in setup.system.forces] == [force.name for force in other.forces]
     run = setup.run()
     assert run.work["Sun"].unit.is_equivalent(u.J)
     assert np.abs(run.energy_drift).max() < 1e-14
@@ -126,30 +106,22 @@ def test_every_kind_is_that_of_the_constructor(tmp_path):
 def test_without_forces_the_system_is_what_it_was(tmp_path):
     assert read(tmp_path, PAIR).system.forces == ()
     assert read(tmp_path, PAIR).run().work == {}
+    refused(r"system\.forces: is not a key", lambda: read(tmp_path, PAIR.replace("[system]", "[system]\nforces = []")))
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         (SUN.replace("ThirdBody", "Function"), r"forces\[0\]\.kind: is 'Function', which no file can hold"),
-        (
-            SUN.replace("ThirdBody", "thirdbody"),
-            r"forces\[0\]\.kind: is 'thirdbody'; expected one of 'ThirdBody', 'Tide'",
-        ),
+        (SUN.replace("ThirdBody", "thirdbody"), r"forces\[0\]\.kind: is 'thirdbody'; expected one of 'ThirdBody', "),
         (SUN.replace('kind = "ThirdBody"', ""), r"forces\[0\]\.kind: is missing; expected one of 'ThirdBody'"),
         (SUN.replace("time =", "tiem ="), r"forces\[0\]\.tiem: is not a key of this table; did you mean 'time'"),
-        (
-            SUN.replace("M = 0.2", "MA = 0.2"),
-            r"forces\[0\]\.orbit\.MA: is not a key of this table; .*expected some of a, e",
-        ),
+        (SUN.replace("M = 0.2", "MA = 0.2"), r"forces\[0\]\.orbit\.MA: is not a key of .*expected some of a, e"),
         (SUN.replace(", M = 0.2", ""), r"forces\[0\]\.orbit: the elements have no M; expected one of M, f"),
         (SUN.replace("0.69", "-0.69"), r"forces\[0\]\.orbit: .*e"),
         (SUN.replace('"1 M_sun"', '"1 km"'), r"forces\[0\]\.mass: has the unit km"),
         (SUN.replace('mass = "1 M_sun"', ""), r"forces\[0\]: mass and mu of Sun are None and None"),
-        (
-            SUN.replace('of = "system"', 'of = "star"'),
-            r"forces\[0\]: the argument 'of' of Sun is 'star'; expected 'system'",
-        ),
+        (SUN.replace('of = "system"', 'of = "star"'), r"forces\[0\]: the argument 'of' of Sun is 'star'; expected "),
         (MOON.replace("[4e5, 3e3, 0]", "[4e5, 3e3]"), "positions of third body"),
         (MOON.replace("[4e5, 3e3, 0]", "[4e5, true, 0]"), r"forces\[0\]\.positions: is True; expected numbers"),
         (TIDE.replace('lag = "36 s"', ""), r"forces\[0\]\.lag: is missing; Tide needs it"),
@@ -167,11 +139,7 @@ def test_faults_name_file_key_and_expectation(tmp_path, text, message):
     assert str(raised.value).startswith(f"{tmp_path / 'system.toml'}: ")
 
 
-def test_forces_are_no_key_of_the_system(tmp_path):
-    refused(r"system\.forces: is not a key", lambda: read(tmp_path, PAIR.replace("[system]", "[system]\nforces = []")))
-
-
-def test_normalizations_of_radiation(tmp_path):
+def test_normalizations_of_radiation_are_read(tmp_path):
     text = """
 [[forces]]
 kind = "Yorp"
@@ -190,9 +158,8 @@ pressure = "4.5e-6 Pa"
     loads = setup.system.loads(setup.state)
     inertia = 2.353e12 / 5 * (0.766**2 + 0.7475**2)
     assert loads["YORP on Alpha"].torque[0, 2].value == pytest.approx(1e-8 / 24.0**2 * inertia, rel=1e-12)
-    given = forces.Byorp(
-        "Beta", "Alpha", coefficient=0.02, normalization="jacobson_scheeres_2011", pressure=4.5e-6 * u.Pa
-    )
+    published = {"normalization": "jacobson_scheeres_2011", "pressure": 4.5e-6 * u.Pa}
+    given = forces.Byorp("Beta", "Alpha", coefficient=0.02, **published)
     expected = setup.system.with_forces([given]).loads(setup.state)["BYORP on Beta"].force
     np.testing.assert_allclose(loads["BYORP on Beta"].force, expected, rtol=1e-13)
     with pytest.raises(InvalidInput, match=r"forces\[1\]\.coefficient: is '1 N'; expected numbers"):
@@ -200,16 +167,13 @@ pressure = "4.5e-6 Pa"
 
 
 def test_every_argument_of_the_kinds_is_read(tmp_path):
-    from dataclasses import fields
-
     needed = {
         "ThirdBody": {},
         "Tide": {"on": '"Alpha"', "by": '"Beta"', "k2": "0.1", "lag": "1"},
         "Yorp": {"on": '"Alpha"', "along": "1"},
         "Byorp": {"on": '"Beta"', "about": '"Alpha"'},
     }
-    with pytest.raises(InvalidInput, match=f"expected one of {', '.join(map(repr, needed))}$"):
-        read(tmp_path, f'{PAIR}[[forces]]\nkind = "tide"\n')
+    refused(f"expected one of {', '.join(map(repr, needed))}$", read, tmp_path, f'{PAIR}[[forces]]\nkind = "tide"\n')
     for kind, given in needed.items():
         for entry in fields(getattr(forces, kind)):
             wrong = "".join(f"{name} = {value}\n" for name, value in (given | {entry.name: "false"}).items())

@@ -85,10 +85,10 @@ def rot_z(t):
     return np.array([[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1]])
 
 
-def refused(match, call):
+def refused(match, call, *given, **options):
     """The call raises InvalidInput, in whose message the pattern is found."""
     with pytest.raises(InvalidInput, match=match):
-        call()
+        call(*given, **options)
 
 
 def refused_with(pieces, call):
@@ -140,6 +140,12 @@ def data_of(page):
     return data, unpacked
 
 
+def fetched(page):
+    """Whatever a page would fetch: links, sources, imports, addresses."""
+    page = re.sub(r'(src|href)="data:[^"]*"', "", page)
+    return re.findall(r"https?://|<link|\bsrc=|\bhref=|@import|\bfetch\(|XMLHttpRequest|import\(", page)
+
+
 def forbid(monkeypatch):
     """Forbid making files; the tests may run as a user whom nothing is forbidden."""
     original = os.open
@@ -184,10 +190,10 @@ def pairs(draw, gravity=("focal", "surface")):
     velocity = across / np.linalg.norm(across) * speed
     drift = 0.3 * draw(vectors)
     state = fullbody.State(
-        position=[place, place + separation],
-        velocity=[drift, drift + velocity],
-        attitude=[draw(quaternions), draw(quaternions)],
-        spin=[draw(vectors), draw(vectors)],
+        [place, place + separation],
+        [drift, drift + velocity],
+        [draw(quaternions), draw(quaternions)],
+        [draw(vectors), draw(vectors)],
     )
     return system, state
 
@@ -199,3 +205,10 @@ def pair_of_points(e, **options):
     )
     r, v = fullbody.KeplerElements(1.0, e, 0.5, 1.0, 2.0, 0.3).to_cartesian(1.0)
     return system, fullbody.State([np.zeros(3), r], [np.zeros(3), v], **options)
+
+
+def moon(axes, mass=1e-9, name=None, **options):
+    """A small body about a ball of mass one that does not rotate, at distance one and with n = 1."""
+    ball = fullbody.Component(diameter=0.1, mass=1.0, rotation_period=np.inf)
+    second = fullbody.Component(semi_axes=axes, mass=mass, name=name)
+    return fullbody.binary(ball, second, G=1.0 / (1 + mass), semi_major_axis=1.0, **options)

@@ -94,10 +94,10 @@ def tumbling(gravity="focal", **options):
     """Two triaxial ellipsoids near each other, tilted and tumbling."""
     bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.8, 0.6), 1.0), B=(fullbody.Ellipsoid(0.4, 0.7, 0.5), 0.4))
     state = fullbody.State.from_tait_bryan(
-        position=[[0.1, 0.0, 0.2], [2.6, 0.3, -0.4]],
-        velocity=[[0.0, -0.1, 0.02], [0.1, 0.7, 0.1]],
-        angles=[[0.2, -0.3, 0.9], [1.0, 0.4, -0.5]],
-        spin=[[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],
+        [[0.1, 0.0, 0.2], [2.6, 0.3, -0.4]],
+        [[0.0, -0.1, 0.02], [0.1, 0.7, 0.1]],
+        [[0.2, -0.3, 0.9], [1.0, 0.4, -0.5]],
+        [[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],
     )
     return fullbody.System(bodies, G=1.0, gravity=gravity, **options), state
 
@@ -108,10 +108,10 @@ def solids(first, second, distance, gravity="focal"):
     bodies = [fullbody.Body(SOLIDS[s], name=n, **({} if s == "composite" else {"mass": m})) for n, s, m in named]
     away = distance * np.array([0.7, 0.6, -0.39])
     state = fullbody.State.from_tait_bryan(
-        position=[-0.3 * away, 0.7 * away],
-        velocity=[[0.0, -0.1, 0.02], [0.1, 0.5, 0.1]],
-        angles=[[0.2, -0.3, 0.9], [1.0, 0.4, -0.5]],
-        spin=[[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],
+        [-0.3 * away, 0.7 * away],
+        [[0.0, -0.1, 0.02], [0.1, 0.5, 0.1]],
+        [[0.2, -0.3, 0.9], [1.0, 0.4, -0.5]],
+        [[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],
     )
     return fullbody.System(bodies, G=1.0, gravity=gravity), state
 

@@ -198,10 +198,10 @@ def case(seed):
     turn = rng.normal(size=(3, 4))
     count = len(bodies)
     state = fullbody.State(
-        position=[-0.3 * away, 0.7 * away, [2.0, -8.0, 1.0]][:count],
-        velocity=[-0.3 * along, 0.7 * along, [0.3, 0.1, 0.0]][:count],
-        attitude=(turn / np.linalg.norm(turn, axis=1, keepdims=True))[:count],
-        spin=rng.uniform(-0.5, 0.5, (count, 3)),
+        [-0.3 * away, 0.7 * away, [2.0, -8.0, 1.0]][:count],
+        [-0.3 * along, 0.7 * along, [0.3, 0.1, 0.0]][:count],
+        (turn / np.linalg.norm(turn, axis=1, keepdims=True))[:count],
+        rng.uniform(-0.5, 0.5, (count, 3)),
         time=0.2,
     )
     if "byorp" in [force.name for force in system.forces]:

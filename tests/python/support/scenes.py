@@ -16,9 +16,7 @@ def pair(mass=1e-2, small=(0.12, 0.10, 0.08), **options):
     system = fullbody.System(bodies, G=G, **options)
     r, v = np.array([1.0, 0, 0]), np.array([0, 1.0, 0.1])
     state = fullbody.State(
-        position=[-mass * r, (1 - mass) * r],
-        velocity=[-mass * v, (1 - mass) * v],
-        spin=[[0.3, -0.2, 5.0], [0.0, 0.05, 1.0]],
+        [-mass * r, (1 - mass) * r], [-mass * v, (1 - mass) * v], spin=[[0.3, -0.2, 5.0], [0.0, 0.05, 1.0]]
     )
     return system, state
 

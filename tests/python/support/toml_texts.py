@@ -1,5 +1,7 @@
 """Descriptions of systems in TOML that several tests read."""
 
+import fullbody
+
 KW4 = """
 [system]
 units = ["km", "hour", "kg"]
@@ -28,6 +30,14 @@ rtol = 1e-12
 until = "1 day"
 output = "30 min"
 """
+
+
+def read(tmp_path, text):
+    """Read a text as the file ``system.toml``."""
+    path = tmp_path / "system.toml"
+    path.write_text(text)
+    return fullbody.read_toml(path)
+
 
 PAIR = """
 [system]

@@ -5,6 +5,7 @@ import inspect
 import pickle
 import subprocess
 import sys
+import tomllib
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,35 +18,27 @@ from fullbody import PointMass, systems
 from fullbody.errors import InvalidInput
 from fullbody.setups import mean_period
 from fullbody.systems import _files
-from support import ready, refused
+from support import DATA, ready, refused
 
 pytestmark = pytest.mark.usefixtures("each_search_once")
 
 PUBLISHED = [
-    "antiope",
-    "didymos",
-    "didymos_after_dart",
-    "dinkinesh",
-    "eris_dysnomia",
-    "fg3_1996",
-    "haumea",
-    "kalliope_linus",
-    "lempo",
-    "patroclus_menoetius",
-    "pluto_charon",
-    "sn263_2001",
+    *("antiope", "didymos", "didymos_after_dart", "dinkinesh", "eris_dysnomia", "fg3_1996", "haumea"),
+    *("kalliope_linus", "lempo", "patroclus_menoetius", "pluto_charon", "sn263_2001"),
 ]
 
 
-def orbit(system, state, body=1):
-    r, v = state.position[body] - state.position[0], state.velocity[body] - state.velocity[0]
-    return fullbody.KeplerElements.from_cartesian(r, v, system.mu(0, body))
+def moving(state):
+    """Position and velocity of the second body from the first."""
+    return state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
 
 
-def orbit_pole(state, body=1):
-    r, v = state.position[body] - state.position[0], state.velocity[body] - state.velocity[0]
-    normal = np.cross(r, v)
-    return np.degrees(fullbody.frames.pole_angles(normal))
+def orbit(system, state):
+    return fullbody.KeplerElements.from_cartesian(*moving(state), system.mu(0, 1))
+
+
+def orbit_pole(state):
+    return np.degrees(fullbody.frames.pole_angles(np.cross(*moving(state))))
 
 
 #: The physical 1999 KW4 is tabulated too; its default frame is that of the orbit. Of two orbits no pole is known.
@@ -85,91 +78,8 @@ def test_completion_offers_what_is_documented():
         assert doi in getattr(systems, name).__doc__
 
 
-# As printed in the sources' abstracts, and for 2001 SN263 in Table 4 of Fang et al. (2011).
-PRINTED = {
-    # Table 2 of Ho et al. (2021), but for the semi-axes, which it rounds.
-    "kw4_ho2021": {
-        "mass of Alpha": "2.353e+12 kg",
-        "mass of Beta": "1.35e+11 kg",
-        "spin of Alpha": "0, 0, 2.2728 rad/h",
-        "spin of Beta": "0, 0, 0.3611 rad/h",
-        "angles of Alpha": "3.2, 0, 0 deg",
-        "semi-major axis of Beta": "2.548 km",
-        "eccentricity of Beta": "0.0004",
-        "inclination of Beta": "156.1 deg",
-        "ascending node of Beta": "105.4 deg",
-        "argument of periapsis of Beta": "319.7 deg",
-    },
-    "dp107_2000": {
-        "diameter of 2000 DP107": "0.863 +- 5 per cent km",
-        "mass of 2000 DP107": "4.656e+11 +- 0.43e11 kg",
-        "mass of secondary": "1.78e+10 +- 0.021e11 kg",
-        "rotation period of 2000 DP107": "2.7745 +- 0.0007 h",
-        "axes of secondary": "0.377, 0.314, 0.268 +- 6 per cent km",
-        "orbital period": "1.7556 +- 0.0015 day",
-        "semi-major axis": "2.659 +- 0.08 km",
-        "eccentricity": "0.019 +- 0.01",
-    },
-    "eris_dysnomia": {
-        "orbital period": "15.785899 +- 0.000050 day",
-        "density of the system (not used)": "2.43 +- 0.05 g/cm^3",
-    },
-    "vh_1991": {"orbital period": "32 h", "eccentricity": "0.05", "total mass by radar (not used)": "1.5e+12 kg"},
-    "kalliope_linus": {"diameter of Kalliope": "150 +- 5 km"},
-    "didymos_after_dart": {
-        "axis ratio a/b of Dimorphos": "1.3",
-        "axis ratio a/c of Dimorphos": "1.6",
-        "orbital period": "11.3674 +- 0.0004 h",
-        "eccentricity": "0.028 +- 0.016 (3 sigma)",
-        "semi-axes of Didymos (naidu2024)": "0.394, 0.394, 0.29 +- 0.011, 0.011, 0.016 km",
-        "apsidal precession (not used)": "6.7 +- 0.2 deg/day",
-    },
-    "dinkinesh": {"diameter of Dinkinesh": "719 +- 24 m", "orbital period": "52.67 +- 0.04 h"},
-    "antiope": {
-        "refined density (not used)": "1.28 +- 0.04 g/cm^3",
-        "mass by a model that is not convex (not used)": "9.14e+17 +- 0.62e17 kg",
-        "separation by that model (not used)": "176 +- 4 km",
-        "density by that model (not used)": "1.67 +- 0.23 g/cm^3",
-        "period by that model (not used)": "16.505046 +- 0.000005 h",
-        "pole (longitude, latitude) by that model (not used)": "199, 38 +- 5 deg",
-    },
-    "fg3_1996": {
-        "diameter of 1996 FG3": "1.69 +- 0.18, 0.12 km",
-        "diameter of secondary": "0.51 +- 0.03 km",
-        "semi-major axis (not used)": "2.8 +- 1.7, 0.7 km",
-        "orbital period": "16.1508 +- 0.0002 (3 sigma) h",
-        "pole (longitude, latitude)": "266, -83 +- 4 (3 sigma) deg",
-    },
-    "patroclus_menoetius": {
-        "GM of the system": "0.095 +- 0.0012 km^3/s^2",
-        "orbital period": "4.282753 +- 0.000023 day",
-        "semi-major axis (not used)": "692.5 +- 4.0 km",
-        "eccentricity": "0.004 +- 0.004",
-        "pole (right ascension, declination)": "178, -74.1 +- 0.5, 0.2 deg",
-    },
-    "pluto_charon": {
-        "radius of Pluto": "1188.3 +- 1.6 (2 sigma) km",
-        "radius of Charon": "606 +- 1.0 (2 sigma) km",
-        "GM of Pluto": "869.3 +- 0.4 km^3/s^2",
-        "GM of Charon": "106.1 +- 0.3 km^3/s^2",
-        "orbital period": "6.3872273 +- 0.0000003 day",
-        "inclination to the equator": "96.218 +- 0.008 deg",
-        "ascending node on the equator": "3.89249 +- 0.00012 rad",
-        "mean longitude": "4.50177 +- 0.00018 rad",
-    },
-    "sn263_2001": {
-        "diameter of Alpha": "2.5 +- 0.3 km",
-        "diameter of Beta": "0.77 +- 0.12 km",
-        "diameter of Gamma": "0.43 +- 0.14 km",
-        "rotation period of Alpha": "3.4256 +- 0.0002 h",
-        "rotation period of Beta": "13.43 +- 0.01 h",
-        "pole of Alpha": "309, -80 +- 15 deg",
-        "semi-major axis of Gamma": "3.804 km",
-        "inclination of Beta": "157.486 deg",
-        "inclination of Gamma": "165.045 deg",
-        "apsidal precession of Gamma (not used)": "1.1 deg/day",
-    },
-}
+#: Numbers as they are printed in the sources.
+PRINTED = tomllib.loads((DATA / "printed_numbers.toml").read_text())
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -186,8 +96,7 @@ def test_each_starts_at_rest_and_runs(name):
     np.testing.assert_allclose(masses @ state.position, 0.0, atol=1e-12 * scale)
     speed = np.abs(state.velocity).max() * masses.min()
     np.testing.assert_allclose(masses @ state.velocity, 0.0, atol=1e-12 * speed)
-    run = system.integrate(state, 10.0, output=5.0)
-    assert abs(run.energy_drift[-1]) < 1e-12
+    assert abs(system.integrate(state, 10.0, output=5.0).energy_drift[-1]) < 1e-12
     with_units, quantities = ready(name, units=True)
     np.testing.assert_allclose(with_units.masses.to_value("kg"), masses, rtol=1e-14)
     np.testing.assert_allclose(quantities.position.to_value("km"), state.position, rtol=1e-14)
@@ -226,11 +135,8 @@ def test_frames_are_turned_as_a_whole(name):
     # What does not depend on the frame.
     for state in (equatorial, plane):
         np.testing.assert_allclose(system.energy(state).total, system.energy(ecliptic).total, rtol=1e-9)
-        np.testing.assert_allclose(
-            np.linalg.norm(system.angular_momentum(state)),
-            np.linalg.norm(system.angular_momentum(ecliptic)),
-            rtol=1e-12,
-        )
+        sizes = [np.linalg.norm(system.angular_momentum(one)) for one in (state, ecliptic)]
+        np.testing.assert_allclose(*sizes, rtol=1e-12)
     # The plane is that of Gamma's orbit in the triple.
     near = plane.position[2 if name == "sn263_2001" else 1] - plane.position[0]
     np.testing.assert_allclose(near[2], 0.0, atol=1e-12 * np.linalg.norm(near))
@@ -254,28 +160,17 @@ def test_systems_in_other_units_are_the_same(name):
         assert {solid.semi_axes[0].unit for solid in solids} == {u.m}
         np.testing.assert_allclose((body.inertia / other.inertia).to_value(""), 1.0, rtol=1e-14)
     assert state.position.unit == u.m
-    for one, other in (
-        (state.position, start.position),
-        (state.velocity, start.velocity),
-        (state.spin, start.spin),
-        (system.G, usual.G),
-        (system.energy(state).total, usual.energy(start).total),
-    ):
+    both = ((system, state), (usual, start))
+    ours, theirs = ((t.position, t.velocity, t.spin, s.G, s.energy(t).total) for s, t in both)
+    for one, other in zip(ours, theirs, strict=True):
         assert one.unit != other.unit
         np.testing.assert_allclose(one.to_value(other.unit), other.value, rtol=1e-11)
     np.testing.assert_array_equal(state.attitude, start.attitude)
-    np.testing.assert_allclose(
-        system.integrate(state, "3 hour")[-1].position[1].to_value("km"),
-        usual.integrate(start, "3 hour")[-1].position[1].value,
-        rtol=1e-9,
-    )
-    for units, what in (
-        ("yes", "'yes'|'y'"),
-        (1, "is 1; expected"),
-        (("km", "kg", "hour"), "has 'kg'; expected a unit"),
-    ):
-        with pytest.raises(InvalidInput, match=f"units .*{what}"):
-            make(units=units)
+    end, usual_end = (s.integrate(t, "3 hour")[-1].position[1] for s, t in both)
+    np.testing.assert_allclose(end.to_value("km"), usual_end.value, rtol=1e-9)
+    wrong = ("yes", "'yes'|'y'"), (1, "is 1; expected"), (("km", "kg", "hour"), "has 'kg'; expected a unit")
+    for units, what in wrong:
+        refused(f"units .*{what}", make, units=units)
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021", "case1", "case2"])
@@ -289,8 +184,7 @@ def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
         refused(rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}", lambda: make(epoch="2001-05-25 TDB"))
         assert make(epoch=None)[0].options["epoch"] == own
     for option in ("G", "bodies", "gravty"):
-        with pytest.raises(InvalidInput, match=f"'{option}' is not an option of this system"):
-            make(**{option: 1.0})
+        refused(f"'{option}' is not an option of this system", make, **{option: 1.0})
 
 
 @pytest.mark.parametrize("name", ["kw4_ho2021", "case1", "case2"])
@@ -298,8 +192,7 @@ def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
     make = getattr(systems, name)
     assert make(frame=None)[0].frame is None
     for frame in ("equatorial", "ecliptic", "galactic"):
-        with pytest.raises(InvalidInput, match=f"frame is '{frame}'; expected"):
-            make(frame=frame)
+        refused(f"frame is '{frame}'; expected", make, frame=frame)
     # The orbit's plane is where it is.
     system, state = ready("kw4", frame="orbit")
     assert system.frame == "orbit"
@@ -307,12 +200,9 @@ def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
 
 
 def test_kw4_has_the_published_period_densities_and_poles():
-    """The period in the attraction of Alpha and Beta, densities, poles and semi-major axis of the publication.
-
-    To the first order of the figures the pull is G M/r^2 (1 + 3 q/r^2), q the sum of (A^2 + B^2 - 2 C^2)/20 of Alpha,
-    averaged over its turns, and (2 A^2 - B^2 - C^2)/10 of Beta, whose long axis points at Alpha. On a circle n^2 is
-    G M/r^3 (1 + 3 q/r^2).
-    """
+    # To the first order of the figures the pull is G M/r^2 (1 + 3 q/r^2), q the sum of (A^2 + B^2 - 2 C^2)/20 of Alpha,
+    # averaged over its turns, and (2 A^2 - B^2 - C^2)/10 of Beta, whose long axis points at Alpha. On a circle n^2 is
+    # G M/r^3 (1 + 3 q/r^2).
     facts = systems.published("kw4")
     system, state = ready("kw4")
     run = system.integrate(state, 1000.0, output=0.5)
@@ -341,11 +231,9 @@ def test_kw4_has_the_published_period_densities_and_poles():
 
 
 def test_the_equivalent_ellipsoids_of_kw4_are_those_of_its_radar_shapes():
-    """An ellipsoid with the volume and the ratios of the moments of inertia, by sums over tetrahedra from the origin.
-
-    A tetrahedron of corners 0, p, q, r has the volume V = p.(q x r)/6, and the mean of x x over it is
-    (s s + p p + q q + r r)/20 with s = p + q + r.
-    """
+    # An ellipsoid with the volume and the ratios of the moments of inertia, by sums over tetrahedra from the origin: of
+    # corners 0, p, q, r it has the volume V = p.(q x r)/6, and the mean of x x over it is (s s + p p + q q + r r)/20
+    # with s = p + q + r.
     system, _ = ready("kw4", shape="radar")
     nominal, _ = ready("kw4")
     for body, ellipsoid, faces in zip(system.bodies, nominal.bodies, (9168, 2292), strict=True):
@@ -366,13 +254,8 @@ def test_the_equivalent_ellipsoids_of_kw4_are_those_of_its_radar_shapes():
         assert 0.98 < (a + b - 2 * c) / 10 / (moments[2] - (moments[0] + moments[1]) / 2) < 1.0
 
 
-def test_didymos_has_the_published_numbers():
+def test_didymos_has_the_published_pole_and_epoch():
     system, state = ready("didymos")
-    # Daly et al. (2023): a total mass of 5.6e11 kg and a density of 2400 +- 300 kg/m^3. JPL's GM: 5.23e11 kg.
-    assert abs(system.masses.sum() - 5.6e11) < 0.1e11
-    assert abs(system.bodies[1].density / 1e9 - 2400) < 300
-    # Thomas et al. (2023): a mean separation of 1.206 +- 0.035 km; Daly et al. (2023): 1.189 +- 0.017 km at the impact.
-    assert abs(np.linalg.norm(state.position[1] - state.position[0]) - 1.206) < 0.01
     elements = orbit(system, state)
     # By the rotation about the node by the obliquity of J2000, 84381.406 arc seconds.
     ra, dec, eps = np.radians([69.700, -72.695, 84381.406 / 3600])
@@ -384,23 +267,15 @@ def test_didymos_has_the_published_numbers():
     apart = fullbody.frames.pole_vector(longitude, latitude) @ fullbody.frames.pole_vector(*np.radians([310, -84]))
     assert np.degrees(np.arccos(apart)) == pytest.approx(3.3, abs=0.05)
     assert system.epoch == Time("2022-09-26T23:14:24.183", scale="utc")
-    # Naidu et al. (2022), doi:10.48550/arXiv.2210.05101, from lightcurves alone: 11.9214869 +- 0.000028 h.
-    assert abs(systems.published("didymos")["orbital period"] - 11.9214869) < 0.000028
 
 
-def test_densities_and_axes_that_the_new_pairs_are_not_built_from():
-    for name, body, rel in (("dp107_2000", "2000 DP107", 0.01), ("dp107_2000", "secondary", 0.03)):
-        facts = systems.published(name)
-        assert ready(name)[0][body].density / 1e12 == pytest.approx(facts[f"density of {body} (not used)"], rel=rel)
-    for name, body in (("vh_1991", "1991 VH"), ("kalliope_linus", "Kalliope"), ("haumea", "Haumea")):
-        value = systems.published(name).values[f"density of {body} (not used)"]
-        assert abs(ready(name)[0][body].density / 1e12 - value.value) < float(value.uncertainty)
+def test_eris_and_dysnomia_have_the_published_density_and_pole():
     system, _ = ready("eris_dysnomia")
     volume = 4 / 3 * np.pi * (1163.0**3 + (615.0 / 2) ** 3)
     assert abs(system.masses.sum() / volume / 1e12 - 2.43) < 0.05
     # The angle between the pole of the orbit and that of the heliocentric one: 78.29 +- 0.65 degrees (their abstract).
     _, state = ready("eris_dysnomia", frame="ecliptic")
-    normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
+    normal = np.cross(*moving(state))
     i, node = np.radians([44.187, 35.8696])
     sun = np.array([np.sin(i) * np.sin(node), -np.sin(i) * np.cos(node), np.cos(i)])
     assert np.degrees(np.arccos(normal @ sun / np.linalg.norm(normal))) == pytest.approx(78.29, abs=0.65)
@@ -413,10 +288,8 @@ def test_periods_of_the_triples_beyond_neptune_are_published():
             inner = np.average(state.position[:place], axis=0, weights=system.masses[:place])
             drift = np.average(state.velocity[:place], axis=0, weights=system.masses[:place])
             mu = system.G * system.masses[: place + 1].sum()
-            orbit = fullbody.KeplerElements.from_cartesian(
-                state.position[place] - inner, state.velocity[place] - drift, mu=mu
-            )
-            days = 2 * np.pi * np.sqrt(orbit.a**3 / mu) / 24
+            r, v = state.position[place] - inner, state.velocity[place] - drift
+            days = 2 * np.pi * np.sqrt(fullbody.KeplerElements.from_cartesian(r, v, mu=mu).a ** 3 / mu) / 24
             assert days == pytest.approx(facts[f"orbital period of {moon} (not used)"], rel=0.006)
 
 
@@ -437,7 +310,7 @@ def quadrupole(shape):
     return ((shape.a**2 + shape.b**2) / 2 - shape.c**2) / 5
 
 
-def test_models_of_didymos_after_dart():
+def test_models_of_didymos_have_the_published_axes():
     models = ("v003", "daly2023", "naidu2024")
     current, plain, other = (systems.didymos_after_dart(model=model)[0] for model in models)
     assert ready("didymos_after_dart")[0] == current
@@ -455,21 +328,18 @@ def test_models_of_didymos_after_dart():
     ratios = [quadrupole(made.bodies[0].shape) / quadrupole(other.bodies[0].shape) for made in (current, plain)]
     assert [round(100 * (ratio - 1)) for ratio in ratios] == [1, 19]
     for model in ("naidu", None, np.ones(2)):
-        with pytest.raises(InvalidInput, match=r"model is .*; expected 'v003' or 'daly2023' or 'naidu2024'"):
-            systems.didymos_after_dart(model=model)
+        refused(r"model is .*; expected 'v003' or 'daly2023' or 'naidu2024'", systems.didymos_after_dart, model=model)
 
 
 @pytest.mark.parametrize("model", ["v003", "daly2023", "naidu2024"])
 def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
     lines = systems.didymos_after_dart.__doc__.splitlines()
-    factors, told = (
-        next(line.split()[-7:] for line in lines if line.startswith(name)) for name in ("spin by mean", model)
-    )
+    rows = (next(line for line in lines if line.startswith(name)) for name in ("spin by mean", model))
+    factors, told = (row.split()[-7:] for row in rows)
     system, state = ready("didymos_after_dart", model=model, frame="orbit")
     for factor, rate in list(zip(factors, told, strict=True))[::3]:
-        spin = state.spin.copy()
-        spin[1] *= float(factor)
-        run = system.integrate(state.replace(spin=spin), 60 * 24.0, output=0.05)
+        spin = state.spin * [[1.0], [float(factor)]]
+        run = system.integrate(state.replace(spin=spin), 60 * 24.0, output=0.25)
         r = run.position[:, 1] - run.position[:, 0]
         # A sine wave of the distance against the longitude, in each of the windows of two revolutions.
         longitude, distance = np.unwrap(np.arctan2(r[:, 1], r[:, 0])), np.linalg.norm(r, axis=1)
@@ -483,53 +353,43 @@ def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
             times.append(run.time[first:last].mean())
         found = np.degrees(np.polyfit(times, np.unwrap(phases), 1)[0]) * 24
         np.testing.assert_allclose(found, float(rate), rtol=0.03)
-        apsidal = np.degrees(fullbody.observables.orbit_precession(run[::10]).apsidal) * 24
+        apsidal = np.degrees(fullbody.observables.orbit_precession(run[::2]).apsidal) * 24
         assert f"{apsidal:.2f}" == rate
 
 
 def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos():
     system, state = systems.didymos_after_dart(tilt=1e-3)
-    run = system.integrate(state, 3000.0, output=0.5)
+    upright = ready("didymos_after_dart")[1]
+    x, _, z = state.rotation_matrix[1].T
+    line = state.position[0] - state.position[1]
+    np.testing.assert_allclose(x, line / np.linalg.norm(line), atol=1e-12)
+    np.testing.assert_allclose(np.arccos(z @ upright.rotation_matrix[1][:, 2]), 1e-3, rtol=1e-6)
+    still = system.integrate(upright, 200.0, output=2.0)
+    assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
+    refused("tilt is nan; expected an angle", systems.didymos_after_dart, tilt=float("nan"))
+    run = system.integrate(state, 1500.0, output=0.5)
     found = fullbody.observables.tumbles(run, limit=np.radians(30))
     assert found.angle == "roll"
     assert abs(found.time - 260) < 20
     roll = fullbody.observables.roll_pitch_yaw(run)[:, 0]
+    np.testing.assert_allclose(abs(roll[0]), 1e-3, rtol=1e-9)
     assert abs(run.time[np.argmax(abs(roll) > np.radians(5))] - 170) < 20
     # Not in the 260 hours that it takes to pass 30 degrees, nor in many times that.
     assert fullbody.observables.tumbles(run[:2000]).time is None
     assert (np.degrees(found.largest[1:]) < [30, 45]).all()
     line = run.position[:, 0] - run.position[:, 1]
-    matrix = np.array([fullbody.base.rotations.matrices(q) for q in run.attitude[:, 1]])
-    cosine = np.sum(matrix[:, :, 0] * line, axis=1) / np.linalg.norm(line, axis=1)
+    x = fullbody.base.rotations.matrices(run.attitude[:, 1])[:, :, 0]
+    cosine = np.sum(x * line, axis=1) / np.linalg.norm(line, axis=1)
     assert cosine.min() > np.cos(np.radians(50))
 
 
-def test_a_tilted_dimorphos_points_at_didymos():
-    angle = 1e-3
-    system, state = systems.didymos_after_dart(tilt=angle)
-    upright = ready("didymos_after_dart")[1]
-    x, _, z = state.rotation_matrix[1].T
-    line = state.position[0] - state.position[1]
-    np.testing.assert_allclose(x, line / np.linalg.norm(line), atol=1e-12)
-    np.testing.assert_allclose(np.arccos(z @ upright.rotation_matrix[1][:, 2]), angle, rtol=1e-6)
-    run = system.integrate(state, 200.0, output=2.0)
-    roll = fullbody.observables.roll_pitch_yaw(run)[:, 0]
-    np.testing.assert_allclose(abs(roll[0]), angle, rtol=1e-9)
-    assert np.abs(roll).max() > 50 * angle
-    still = system.integrate(upright, 200.0, output=2.0)
-    assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
-    refused("tilt is nan; expected an angle", lambda: systems.didymos_after_dart(tilt=float("nan")))
-
-
-def test_dinkinesh_has_the_published_numbers():
+def test_selam_has_the_published_lobes():
     system, state = ready("dinkinesh")
-    # Levison et al. (2024): effective diameters of the lobes of 212 +- 21 and 234 +- 23 m; 2.8e10 kg, by Wikipedia.
+    # Levison et al. (2024): effective diameters of the lobes of 212 +- 21 and 234 +- 23 m.
     inner, outer = system["Selam"].shape.parts
     for part, diameter, uncertainty in ((inner, 212.0, 21.0), (outer, 234.0, 23.0)):
         assert abs(2000.0 * np.cbrt(np.prod(part.shape.semi_axes)) - diameter) < uncertainty
-    np.testing.assert_allclose(system.masses[1], 2.8e10, rtol=0.03)
     np.testing.assert_allclose([inner.density, outer.density], system["Dinkinesh"].density, rtol=1e-14)
-    assert abs(orbit(system, state).a - 3.11) < 0.05
     # The inner lobe is the nearer one to Dinkinesh, and retrograde all of it.
     frame = system["Selam"].working_frame
     inwards = frame.position[0] + inner.position[0]
@@ -538,55 +398,81 @@ def test_dinkinesh_has_the_published_numbers():
     assert orbit_pole(state)[1] < -80
 
 
-def test_fg3_has_the_published_numbers():
-    system, state = ready("fg3_1996")
-    # Wolters et al. (2011): 2.8 (+1.7, -0.7) km. SiMDA: (4.27 +- 1.42)e12 kg.
-    assert 2.1 < orbit(system, state).a < 4.5
-    assert abs(system.masses.sum() - 4.27e12) < 1.42e12
-    np.testing.assert_allclose(orbit_pole(state), [266, -83], rtol=1e-9)
-    stretched, _ = systems.fg3_1996(secondary_ratios=(1.5, 1.1))
-    np.testing.assert_allclose(stretched.masses, system.masses, rtol=1e-14)
-    assert stretched.bodies[1].shape.a > 1.4 * stretched.bodies[1].shape.b
+#: Of a system: a number, as others publish it, and how far off it may be; in kg, g/cm^3, km, hours and degrees.
+ELSEWHERE = [
+    # Daly et al. (2023). JPL's GM: 5.23e11 kg.
+    *(("didymos", "mass", 5.6e11, 0.1e11), ("didymos", "density of Dimorphos", 2.4, 0.3)),
+    # Thomas et al. (2023): +- 0.035 km; Daly et al. (2023): 1.189 +- 0.017 km at the impact.
+    ("didymos", "separation", 1.206, 0.01),
+    # Naidu et al. (2022), doi:10.48550/arXiv.2210.05101, from lightcurves alone.
+    ("didymos", "period", 11.9214869, 0.000028),
+    # Levison et al. (2024), and by Wikipedia.
+    *(("dinkinesh", "semi-major axis", 3.11, 0.05), ("dinkinesh", "mass of Selam", 2.8e10, 0.08e10)),
+    # Wolters et al. (2011): 2.8 (+1.7, -0.7) km. SiMDA.
+    *(("fg3_1996", "semi-major axis", 3.3, 1.2), ("fg3_1996", "mass", 4.27e12, 1.42e12)),
+    ("fg3_1996", "pole", [266, -83], 1e-7),
+    # Brozovic et al. (2024).
+    ("patroclus_menoetius", "semi-major axis", 692.5, 4.0),
+    *(("patroclus_menoetius", "density of Patroclus", 1.05, 0.21), ("patroclus_menoetius", "pole", [178, -74.1], 1e-7)),
+    # Descamps et al. (2007), and Bartczak et al. (2014), doi:10.1093/mnras/stu1247.
+    *(("antiope", "density of Antiope", 1.25, 0.05), ("antiope", "mass", 8.3e17, 0.16e17)),
+    *(
+        ("antiope", "pole", [200, 38], 1e-7),
+        ("antiope", "pole", [199, 38], 5.0),
+        ("antiope", "period", 16.505046, 1e-4),
+    ),
+    # Nimmo et al. (2017), Brozovic & Jacobson (2024), Brozovic et al. (2015): planetocentric.
+    *(("pluto_charon", "density of Pluto", 1.854, 0.009), ("pluto_charon", "density of Charon", 1.701, 0.008)),
+    *(("pluto_charon", "pole", [133.0073, -6.2449], 0.03), ("pluto_charon", "semi-major axis", 19591.4, 6.0)),
+    # Published beside what they are built from.
+    *(("dp107_2000", "density of 2000 DP107", None, 0.01), ("dp107_2000", "density of secondary", None, 0.05)),
+    *(("vh_1991", "density of 1991 VH", None, None), ("kalliope_linus", "density of Kalliope", None, None)),
+    ("haumea", "density of Haumea", None, None),
+]
 
 
-def test_patroclus_has_the_published_numbers():
-    system, state = ready("patroclus_menoetius")
-    # Brozovic et al. (2024): 692.5 +- 4.0 km; 1.05 +- 0.21 g/cm^3.
-    assert abs(orbit(system, state).a - 692.5) < 4.0
-    assert abs(system.bodies[0].density / 1e12 - 1.05) < 0.21
+@pytest.mark.parametrize(("name", "what", "expected", "error"), ELSEWHERE)
+def test_systems_have_the_numbers_that_others_publish(name, what, expected, error):
+    (system, state), facts = ready(name), systems.published(name)
+    if expected is None:
+        value = facts.values[f"{what} (not used)"]
+        expected, error = value.value, error or float(value.uncertainty)
+    quantity, _, body = what.partition(" of ")
+    found = {
+        "mass": lambda: system[body].mass if body else system.masses.sum(),
+        "density": lambda: system[body].density / 1e12,
+        "separation": lambda: np.linalg.norm(moving(state)[0]),
+        "period": lambda: facts["orbital period"],
+        "semi-major axis": lambda: orbit(system, state).a,
+        "pole": lambda: orbit_pole(state),
+    }[quantity]()
+    np.testing.assert_allclose(found, expected, rtol=0, atol=error)
+
+
+def test_ratios_of_axes_change_no_mass():
+    system, _ = systems.fg3_1996(secondary_ratios=(1.5, 1.1))
+    np.testing.assert_allclose(system.masses, ready("fg3_1996")[0].masses, rtol=1e-14)
+    assert system.bodies[1].shape.a > 1.4 * system.bodies[1].shape.b
+    triple, _ = systems.sn263_2001(axis_ratios=((1.1, 1.05), (1.3, 1.1), (1.2, 1.0)))
+    np.testing.assert_allclose(triple.masses, ready("sn263_2001")[0].masses, rtol=1e-14)
+
+
+def test_patroclus_has_the_published_figures_and_an_older_pole():
     # Buie et al. (2015): both have the axial ratios 1.3 : 1.21 : 1.
-    for body in system.bodies:
+    for body in ready("patroclus_menoetius")[0]:
         axes = np.array(body.shape.semi_axes)
         np.testing.assert_allclose(axes / axes[2], [1.3, 1.21, 1.0], rtol=0.02)
-    np.testing.assert_allclose(orbit_pole(state), [178.0, -74.1], rtol=1e-9)
     # In ecliptic coordinates an older solution (Marchis et al. 2006) has (234 +- 5, -62 +- 1) degrees.
     assert np.abs(orbit_pole(ready("patroclus_menoetius", frame="ecliptic")[1]) - [234, -62]).max() < 6
 
 
-def test_antiope_has_the_published_numbers():
-    system, state = ready("antiope")
-    # Descamps et al. (2007): 1.25 +- 0.05 g/cm^3 and, for both together, 8.3e17 kg.
-    assert abs(system.bodies[0].density / 1e12 - 1.25) < 0.05
-    np.testing.assert_allclose(system.masses.sum(), 8.3e17, rtol=0.02)
-    np.testing.assert_allclose(orbit_pole(state), [200, 38], rtol=1e-9)
-    # Bartczak et al. (2014), doi:10.1093/mnras/stu1247: 16.505046 h; the pole (199, 38) +- 5; 176 +- 4 km, 9.14e17 kg.
-    np.testing.assert_allclose(systems.published("antiope")["orbital period"], 16.505046, atol=1e-4)
-    assert np.abs(orbit_pole(state) - [199, 38]).max() < 5
-
-
-def test_pluto_and_charon_have_the_published_numbers():
+def test_pluto_and_charon_have_the_published_longitude_and_face_each_other():
     system, state = ready("pluto_charon")
-    # Nimmo et al. (2017): 1854 and 1701 kg/m^3; Brozovic & Jacobson (2024): the pole (133.0073, -6.2449) degrees.
-    np.testing.assert_allclose([b.density / 1e9 for b in system.bodies], [1854, 1701], rtol=5e-3)
-    np.testing.assert_allclose(orbit_pole(state), [133.0073, -6.2449], atol=0.03)
     elements = orbit(system, state)
-    # 19591.4 km planetocentric by Brozovic et al. (2015).
-    np.testing.assert_allclose(elements.a, 19591.4, rtol=3e-4)
     # Published at that epoch: the mean longitude 4.50177, from the equinox along the equator and the orbit.
     np.testing.assert_allclose(elements.Omega + elements.omega + elements.M, 4.50177, rtol=1e-9)
-    x = state.rotation_matrix[0][:, 0]
-    r = state.position[1] - state.position[0]
-    np.testing.assert_allclose(x @ r / np.linalg.norm(r), 1.0, rtol=1e-14)
+    r = moving(state)[0]
+    np.testing.assert_allclose(state.rotation_matrix[0][:, 0] @ r / np.linalg.norm(r), 1.0, rtol=1e-14)
     _, ecliptic = ready("pluto_charon", frame="ecliptic")
     turned = fullbody.frames.rotate(state.position, "equatorial", "ecliptic")
     np.testing.assert_allclose(ecliptic.position, turned, rtol=1e-9)
@@ -635,14 +521,12 @@ def test_the_triple_has_the_published_numbers():
     pole = np.degrees(fullbody.frames.pole_angles(ecliptic.rotation_matrix[0][:, 2]))
     np.testing.assert_allclose(pole, [309, -80], rtol=1e-9)
     # Becker et al. (2015): 1.1 +- 0.2, 1.0 +- 0.4, 2.3 +- 1.3 g/cm^3.
-    densities = [body.density / 1e12 for body in system.bodies]
-    assert (np.abs(np.array(densities) - [1.1, 1.0, 2.3]) < [0.2, 0.4, 1.3]).all()
-    shaped, _ = systems.sn263_2001(axis_ratios=((1.1, 1.05), (1.3, 1.1), (1.2, 1.0)))
-    np.testing.assert_allclose(shaped.masses, system.masses, rtol=1e-14)
+    densities = np.array([body.density / 1e12 for body in system.bodies])
+    assert (np.abs(densities - [1.1, 1.0, 2.3]) < [0.2, 0.4, 1.3]).all()
 
 
 def test_the_periods_of_the_triple_are_told_as_they_are():
-    """By the angle that Beta goes in its mean plane, and Kepler's third law in SI."""
+    # By the angle that Beta goes in its mean plane, and Kepler's third law in SI.
     system, state = ready("sn263_2001")
     alpha, beta, gamma = 917.466e10, 24.039e10, 9.773e10
 
@@ -678,21 +562,10 @@ def test_the_apses_of_gamma_precess_as_documented(model, told):
     found = np.degrees(fullbody.observables.orbit_precession(run, body="Gamma").apsidal) * 24
     assert round(found, 2) == told
     assert f"{told} degrees a day" in systems.sn263_2001.__doc__
-    r, v = (name[:, 2] - name[:, 0] for name in (run.position, run.velocity))
-    mu = system.mu(0, 2)
-    vector = np.cross(v, np.cross(r, v)) / mu - r / np.linalg.norm(r, axis=1)[:, None]
-    # From the mean node line of Alpha's pole, in the mean plane, which hardly turns.
-    normal = np.cross(r, v).mean(axis=0)
-    x = np.cross([0.3, 0.2, 1.0], normal)
-    y = np.cross(normal, x) / np.linalg.norm(normal)
-    days = run.time.reshape(-1, 1)[: 100 * 48].reshape(100, 48).mean(axis=1) / 24
-    a, b = ((vector @ axis)[: 100 * 48].reshape(100, 48).mean(axis=1) for axis in (x, y))
-    slope = np.degrees(np.polyfit(days, np.unwrap(np.arctan2(b, a)), 1)[0])
-    np.testing.assert_allclose(found, slope, atol=0.05)
 
 
 def test_the_oblate_alpha_has_the_published_j2():
-    """A homogeneous spheroid has J2 = (a^2 - c^2)/(5 R^2), at the published volume."""
+    # A homogeneous spheroid has J2 = (a^2 - c^2)/(5 R^2), at the published volume.
     system, state = ready("sn263_2001", model="fang2011")
     shape = system.bodies[0].shape
     assert shape.a == shape.b > shape.c
@@ -705,8 +578,7 @@ def test_the_oblate_alpha_has_the_published_j2():
     with pytest.raises(InvalidInput, match=r"axis_ratios of Alpha are \(1\.1, 1\.0\) and model is 'fang2011'"):
         systems.sn263_2001(model="fang2011", axis_ratios=((1.1, 1.0), (1.0, 1.0), (1.0, 1.0)))
     for model in ("fang", None, np.ones(2)):
-        with pytest.raises(InvalidInput, match=r"model is .*; expected 'spheres' or 'fang2011'"):
-            systems.sn263_2001(model=model)
+        refused(r"model is .*; expected 'spheres' or 'fang2011'", systems.sn263_2001, model=model)
 
 
 @pytest.mark.parametrize(
@@ -714,14 +586,9 @@ def test_the_oblate_alpha_has_the_published_j2():
 )
 def test_axis_ratios_of_the_triple_are_three_pairs(ratios):
     what = r"^axis_ratios is .*; expected three pairs of numbers \(a/b, b/c\), of Alpha, of Beta and of Gamma$"
-    refused(what, lambda: systems.sn263_2001(axis_ratios=ratios))
-
-
-def test_axis_ratios_below_zero_name_the_body():
-    with pytest.raises(
-        InvalidInput, match=r"axis_ratios of Beta is \(1\.0, -1\.0\); expected finite numbers above zero"
-    ):
-        systems.sn263_2001(axis_ratios=((1, 1), (1, -1), (1, 1)))
+    refused(what, systems.sn263_2001, axis_ratios=ratios)
+    told = r"axis_ratios of Beta is \(1\.0, -1\.0\); expected finite numbers above zero"
+    refused(told, systems.sn263_2001, axis_ratios=((1, 1), (1, -1), (1, 1)))
 
 
 @pytest.mark.parametrize(
@@ -738,7 +605,6 @@ def test_what_is_no_text_is_refused_where_text_is_asked(call, what):
 
 
 def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
-    """Equal arguments give equal starts at once; the result is that of the search."""
     from fullbody.setups import binary as module
 
     searches = []
@@ -754,18 +620,15 @@ def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
 
 def test_the_pole_of_pluto_is_near_that_of_2024():
     facts = systems.published("pluto_charon")
-    ours = (
-        facts["ascending node on the equator"] - np.pi / 2,
-        np.pi / 2 - np.radians(facts["inclination to the equator"]),
-    )
+    i, node = np.radians(facts["inclination to the equator"]), facts["ascending node on the equator"]
     theirs = np.radians(facts["pole (right ascension, declination) of 2024 (not used)"])
-    apart = np.arccos(fullbody.frames.pole_vector(*ours) @ fullbody.frames.pole_vector(*theirs))
-    assert np.degrees(apart) == pytest.approx(0.031, abs=0.001)
+    poles = (fullbody.frames.pole_vector(*pole) for pole in ((node - np.pi / 2, np.pi / 2 - i), theirs))
+    assert np.degrees(np.arccos(np.dot(*poles))) == pytest.approx(0.031, abs=0.001)
     assert any("0.031 degrees" in text for text in facts.assumed)
 
 
 def test_systems_need_no_scipy_for_their_starts():
-    """Where a search for the mean period would need it, the file has what the search found."""
+    # Where a search for the mean period would need it, the file has what the search found.
     code = (
         "import sys; sys.modules.update(scipy=None, astropy=None); import fullbody\n"
         f"for name in {[name for name in PUBLISHED if name not in ('haumea', 'lempo', 'sn263_2001')]}:\n"
@@ -777,19 +640,10 @@ def test_systems_need_no_scipy_for_their_starts():
 @pytest.mark.parametrize(
     ("name", "options"),
     [
-        ("antiope", {}),
-        ("kw4", {"shape": "ellipsoid"}),
-        ("kw4", {"shape": "radar"}),
-        ("didymos", {}),
-        ("didymos", {"model": "daly2023"}),
-        ("didymos_after_dart", {}),
-        ("didymos_after_dart", {"model": "daly2023"}),
-        ("didymos_after_dart", {"model": "naidu2024"}),
-        ("dinkinesh", {}),
-        ("dp107_2000", {}),
-        ("kalliope_linus", {}),
-        ("vh_1991", {}),
-        ("patroclus_menoetius", {}),
+        *(("kw4", {"shape": "ellipsoid"}), ("kw4", {"shape": "radar"}), ("didymos", {"model": "daly2023"})),
+        *(("didymos_after_dart", {"model": model}) for model in ("daly2023", "naidu2024")),
+        *((name, {}) for name in ("antiope", "didymos", "didymos_after_dart", "dinkinesh", "dp107_2000")),
+        *((name, {}) for name in ("kalliope_linus", "vh_1991", "patroclus_menoetius")),
     ],
 )
 def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch):
@@ -823,9 +677,7 @@ def test_examples_of_the_documentation_run(name):
 
 
 def test_functions_follow_from_the_files():
-    assert list(inspect.signature(systems.didymos_after_dart).parameters) == [
-        *("model", "tilt", "frame", "sun", "units", "options")
-    ]
+    assert " ".join(inspect.signature(systems.didymos_after_dart).parameters) == "model tilt frame sun units options"
     assert inspect.signature(systems.case2).parameters["theta_0"].default == np.pi / 32
     assert pickle.loads(pickle.dumps(systems.didymos)) is systems.didymos
     assert systems.didymos.__name__ == "didymos"

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import rebound
 from astropy import units as u
+from astropy.coordinates import get_body_barycentric
 from fullbody import forces, systems
 from support import ready, refused
 
@@ -47,7 +48,7 @@ def test_the_orbit_about_the_sun_is_the_published_one(name):
 
 
 def test_didymos_at_the_impact_of_dart():
-    """It was 1.046 au from the Sun and 0.0757 au from the Earth, 11.3 million kilometres."""
+    # It was 1.046 au from the Sun and 0.0757 au from the Earth, 11.3 million kilometres.
     system, _ = ready("didymos", sun=True)
     assert np.linalg.norm(sun(system)) == pytest.approx(1.046, abs=1e-3)
     a, e, *degrees = systems.published("didymos")["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"]
@@ -60,15 +61,13 @@ def test_didymos_at_the_impact_of_dart():
 
 
 def test_kw4_takes_its_pole_and_epoch():
-    """The Earth was 0.0346 au away on 25 May 2019, 23:05; the plane is the one of the assumed pole."""
+    # The Earth was 0.0346 au away on 25 May 2019, 23:05; the plane is the one of the assumed pole.
     system, state = systems.kw4(sun=True, epoch="2019-05-25T23:05:00 TDB")
     lon, lat = np.radians([325.8, -61.8])
     pole = fullbody.frames.pole_vector(lon, lat)
     node = np.array([-np.sin(lon), np.cos(lon), 0.0])
     x, y, z = sun(system)
     ecliptic = x * node + y * np.cross(pole, node) + z * pole
-    from astropy.coordinates import get_body_barycentric
-
     away = get_body_barycentric("earth", system.epoch) - get_body_barycentric("sun", system.epoch)
     earth = fullbody.frames.rotate(away.xyz.to_value("au"), "equatorial", "ecliptic")
     # Elements of two years before, to four digits.
