@@ -13,7 +13,7 @@ from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["Loss", "Outliers", "loss_of"]
+__all__ = ["LINEAR", "Loss", "Outliers", "loss_of"]
 
 
 @dataclass(frozen=True)
@@ -105,14 +105,27 @@ class Loss:
         safe = np.where(small, 1.0, root)
         return np.sign(pulls) * root, np.where(small, np.sqrt(slope), slope * np.abs(pulls) / safe)
 
+    def total(self, pulls: Floats) -> float:
+        """Return the sum of the losses of pulls (M,)."""
+        return float(np.sum(self._of(pulls)[0]))
+
+    def influence(self, pulls: Floats) -> tuple[Floats, Floats]:
+        """Return the weights (M,) of pulls (M,), psi over the pulls, and the derivatives (M,) of psi, half the
+        derivative of the loss.
+        """
+        if self.linear:
+            return np.ones_like(pulls), np.ones_like(pulls)
+        _, slope, curvature = self._of(pulls)
+        return slope, slope + 2.0 * curvature * pulls**2
+
     def inflation(self, pulls: Floats, free: int) -> float:
         """Return the factor from the covariance of weighted least squares to that of an M-estimator.
 
         With psi half the derivative of the loss, it is the mean of psi^2 over the square of the mean of psi', where the
         information is that of the unweighted residuals (Huber & Ronchetti 2009, Robust Statistics, Eq. 7.82).
         """
-        _, slope, curvature = self._of(pulls)
-        psi, change = slope * pulls, slope + 2.0 * curvature * pulls**2
+        slope, change = self.influence(pulls)
+        psi = slope * pulls
         steep = float(change.mean())
         if not steep > 0.0 or len(pulls) <= free:
             raise InvalidInput(
@@ -131,3 +144,7 @@ def loss_of(argument: Any) -> Loss:
             f"loss is {argument!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
         )
     return Loss(argument, _KNOWN[argument])
+
+
+#: The loss of least squares.
+LINEAR = loss_of("linear")

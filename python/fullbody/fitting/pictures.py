@@ -81,10 +81,10 @@ class FitPlots:
 
         fit = self._fit
         if samples is None:
-            rows = fit.draws_as_array(whole(n, "n", len(fit.names) + 1), rng)
+            rows = fit.draws_as_array(whole(n, "n", len(fit.parameters) + 1), rng)
         else:
-            rows = np.stack([np.ravel(samples[name].values) for name in fit.names], axis=1)
-        units = [getattr(value, "unit", None) for value in fit.values.values()]
-        labels = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(fit.names, units, strict=True)]
-        truths = [float(getattr(value, "value", value)) for value in fit.values.values()]
+            rows = np.stack([np.ravel(samples[name].values) for name in fit.parameters.names], axis=1)
+        units = zip(fit.parameters.names, fit.parameters.units, strict=True)
+        labels = [name if unit is None else f"{name} [{unit}]" for name, unit in units]
+        truths = fit.numbers[: len(labels)].tolist()
         return corner.corner(rows, **{"labels": labels, "truths": truths} | kwargs)

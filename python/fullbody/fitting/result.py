@@ -24,6 +24,7 @@ from .uncertainty import Covariance, Derived, derived, sample
 
 if TYPE_CHECKING:
     from ..motion.run import Run
+    from .free import Parameters
     from .objective import Linearised, Objective
     from .pictures import FitPlots
 
@@ -126,31 +127,35 @@ class Fit(Tabled):
 
         problem, point, parameters = objective.problem, here.point, objective.parameters
         self._objective: Objective | None = objective
-        self.parameters, self.names, self.numbers = parameters, parameters.names, point.values
+        self.parameters = parameters
+        self._unknowns = tuple((one.name, one.unit) for one in point.inner.unknowns)
+        self.names = self.described.names
+        self.numbers = np.append(point.values, point.inner.values)
         self._of_setup = problem.of_setup
         self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
         self.observations, self.pulls = point.observations, point.pulls
-        self.residuals = [
-            problem.of(observation, point.run, "residuals" if hasattr(observation, "residuals") else "pulls")
-            for observation in point.observations
-        ]
+        self.residuals = problem.residuals(point)
+        self.linear = [problem.linear_values(point, i) for i in range(len(point.observations))]
         self.times = [observation.emission(self.system) for observation in point.observations]
         self.labels = tuple(repr(observation).partition("(")[0] for observation in point.observations)
         self.differenced, self.message, self.iterations = here.jacobian.differenced, message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
         at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(here.matrix, axis=0)))
-        self.at_bounds = tuple(name for name, is_at in zip(self.names, at, strict=True) if is_at)
+        self.at_bounds = tuple(name for name, is_at in zip(parameters.names, at, strict=True) if is_at)
         rows, priors = point.rows, np.isfinite(parameters.sigma)
         self.loss = 2.0 * here.cost
         pull = (point.values[priors] - parameters.mean[priors]) / parameters.sigma[priors]
         self.chi2 = float(np.sum(rows**2) + np.sum(pull**2))
-        self.dof = len(rows) + int(priors.sum()) - len(self.names) - problem.linear_unknowns(point)
+        self.dof = len(rows) + int(priors.sum()) - len(self.names)
         linear = objective.loss.linear
         is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
         self.p_value = float(chi2.sf(self.chi2, self.dof)) if is_distributed else None
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
-        covariance = Covariance(np.concatenate([shrink * here.jacobian.rows, here.rows]), parameters)
+        # Beside all others the linear unknowns have the correlations that they would have as parameters.
+        explicit = np.concatenate([here.jacobian.explicit, -point.inner.design], axis=1)
+        others = np.pad(here.rows, ((0, 0), (0, len(self._unknowns))))
+        covariance = Covariance(np.concatenate([shrink * explicit, others]), self.described)
         self.covariance, self.condition, self.unconstrained = (
             covariance.matrix,
             covariance.condition,
@@ -159,14 +164,19 @@ class Fit(Tabled):
         self.weakest = dict(zip(self.names, covariance.weakest.tolist(), strict=True))
 
     @property
+    def described(self) -> Parameters:
+        """The names, units, bounds and priors of the parameters, and of the linear unknowns after them."""
+        return self.parameters.extended(*zip(*self._unknowns, strict=True)) if self._unknowns else self.parameters
+
+    @property
     def values(self) -> dict[str, Any]:
-        """The parameters by name, with the units of their initial values."""
-        return self.parameters.named(self.numbers)
+        """The parameters by name, with the units of their initial values, and the linear unknowns after them."""
+        return self.described.named(self.numbers)
 
     @property
     def sigma(self) -> dict[str, Any]:
         """The standard errors of the parameters by name."""
-        return self.parameters.named(np.sqrt(np.diag(self.covariance)))
+        return self.described.named(np.sqrt(np.diag(self.covariance)))
 
     @property
     def correlation(self) -> Floats:
@@ -229,18 +239,19 @@ class Fit(Tabled):
         return paired(**{name: columns[name] for name in self._of_setup})
 
     def draws_as_array(self, n: Any, rng: Any) -> Floats:
-        """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
+        """Draw numbers (n, P) of the parameters, without linear unknowns, in their units; see :meth:`draw`."""
         count = whole(n, "n")
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
-        lower, upper, accepted = self.parameters.lower, self.parameters.upper, np.empty((0, len(self.numbers)))
-        errors = np.sqrt(np.diag(self.covariance))
+        size, lower, upper = len(self.parameters), self.parameters.lower, self.parameters.upper
+        accepted, covariance = np.empty((0, size)), self.covariance[:size, :size]
+        errors = np.sqrt(np.diag(covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
-        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
+        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
         for _ in range(_MOST_DRAWS):
-            drawn = self.numbers + scale * (random.normal(size=(count, len(scale))) @ factor.T)
+            drawn = self.numbers[:size] + scale * (random.normal(size=(count, len(scale))) @ factor.T)
             accepted = np.concatenate([accepted, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
             if len(accepted) >= count:
                 return accepted[:count]
@@ -274,11 +285,11 @@ class Fit(Tabled):
             point = objective.problem.point(numbers)
         except Refused:
             return nothing
-        vector = objective.vector(point)
-        density = -0.5 * float(vector @ vector)
+        density = objective.log_density(point)
         if not gradient:
             return density
-        return density, -objective.linearised(point, objective.problem.jacobian(point)).matrix.T @ vector
+        here = objective.linearised(point, objective.problem.jacobian(point))
+        return density, -here.matrix.T @ here.vector - here.jacobian.log_determinant
 
     def _minimised(self) -> Objective:
         if self._objective is None:
@@ -304,7 +315,7 @@ class Fit(Tabled):
         with need("observing", "a table"):
             from astropy.table import Table as AstropyTable
 
-        parameters, errors = self.parameters, np.sqrt(np.diag(self.covariance))
+        parameters, errors = self.described, np.sqrt(np.diag(self.covariance))
         units = [str(unit or "") for unit in parameters.units]
         columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
         meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
@@ -316,7 +327,7 @@ class Fit(Tabled):
             flags = (("at its bound", self.at_bounds), ("differenced", self.differenced))
             notes = [note for note, which in flags if name in which]
             value, error = _with_error(float(self.numbers[k]), float(np.sqrt(self.covariance[k, k])))
-            rows.append((name, value, error, str(self.parameters.units[k] or ""), ", ".join(notes)))
+            rows.append((name, value, error, str(self.described.units[k] or ""), ", ".join(notes)))
         about = [
             ("chi2", f"{self.chi2:.6g} for {self.dof} degrees of freedom"),
             ("p-value", "-" if self.p_value is None else f"{self.p_value:.3g}"),
@@ -340,7 +351,9 @@ class Fit(Tabled):
                 ]
                 for item in self.minima
             ]
-            tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.names), lines))
+            tables.append(
+                Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.parameters.names), lines)
+            )
         return tuple(tables)
 
     def __repr__(self) -> str:

@@ -122,8 +122,7 @@ def _fitted(
     with need("fit", "a fit"):
         from .solver import Solver
     free = Parameters(parameters)
-    problem = Problem(setup, free, observations, integrator)
-    objective = Objective(problem, loss_of(loss))
+    objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
     begins = _starts(free, starts, rng)
     solvers: list[Solver] = []
     with Progress(progress) as report:
@@ -192,14 +191,25 @@ def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
                 break
         else:
             minima.append((fit, 1))
-    return tuple(Minimum(lowest.values, lowest.loss, lowest.chi2, count, lowest.message) for lowest, count in minima)
+    return tuple(
+        Minimum(
+            lowest.parameters.named(lowest.numbers[: len(lowest.parameters)]),
+            lowest.loss,
+            lowest.chi2,
+            count,
+            lowest.message,
+        )
+        for lowest, count in minima
+    )
 
 
 def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
     """Return whether two fits have the same values within their errors, up to turns that change nothing."""
-    apart = fit.numbers - other.numbers
-    full_turn = np.array([problem.parameters.full_turn(k) for k in range(len(apart))])
+    count = len(problem.parameters)
+    values = fit.numbers[:count]
+    apart = values - other.numbers[:count]
+    full_turn = np.array([problem.parameters.full_turn(k) for k in range(count)])
     full_turns = np.round(apart / full_turn) * np.where(np.isfinite(full_turn), full_turn, 0.0)
-    if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))).all():
+    if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))[:count]).all():
         return False
-    return not full_turns.any() or problem.unchanged(fit.numbers, fit.numbers - full_turns)
+    return not full_turns.any() or problem.unchanged(values, values - full_turns)

@@ -136,9 +136,9 @@ class Solver:
 def _check_count(problem: Problem, point: EvaluatedPoint) -> None:
     """Raise an error for more parameters than data."""
     data = len(point.rows) + int(np.isfinite(problem.parameters.sigma).sum())
-    solved = problem.linear_unknowns(point)
+    solved = len(point.inner.unknowns)
     if data < len(problem.parameters) + solved:
-        also = f" and {solved} zero points" if solved else ""
+        also = f" and {solved} linear unknowns" if solved else ""
         raise InvalidInput(
             f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
             "priors; expected no more parameters than data"

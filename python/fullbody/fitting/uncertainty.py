@@ -88,7 +88,7 @@ def derived(fit: Any, function: Callable[[Any], Any], times: Any = ()) -> Derive
     Derived
         ``.value`` and ``.sigma`` (C,).
     """
-    problem, values = fit._minimised().problem, fit.numbers
+    problem, values = fit._minimised().problem, fit.numbers[: len(fit.parameters)]
     places = [problem.parameters.names.index(name) for name in problem.of_setup]
     made = problem.make(values)
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
@@ -137,9 +137,10 @@ def sample(
     with need("data", "a sample of the posterior distribution"):
         import xarray
 
-    length, least = whole(steps, "steps"), 2 * len(fit.names)
+    names = fit.parameters.names
+    length, least = whole(steps, "steps"), 2 * len(names)
     count = 2 * least if walkers is None else whole(walkers, "walkers", least)
-    ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
+    ensemble = emcee.EnsembleSampler(count, len(names), fit.log_posterior)
     random = generator(rng)
     with once():
         begin = fit.draws_as_array(count, random)
@@ -148,8 +149,7 @@ def sample(
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     found: dict[str, Any] = {}
-    for k, (name, value) in enumerate(fit.values.items()):
-        unit = getattr(value, "unit", None)
+    for k, (name, unit) in enumerate(zip(names, fit.parameters.units, strict=True)):
         found[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
     found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
     notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}

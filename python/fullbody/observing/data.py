@@ -12,13 +12,16 @@ from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.differences import difference
 from ..base.kinds import instance
+from ..base.limits import Limits
 from ..base.tables import Table, Tabled
-from ..base.units import need
+from ..base.units import UNITLESS, need, strip_to
+from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn, Rows, read_table
+from .linear import Held, LinearModel, LinearUnknown
 from .states import RetardedStates, retarded
 from .times import in_system
 from .vectors import Vectors, local_geometry
@@ -32,19 +35,10 @@ _SHARE = 1e-5
 
 
 class Errors(NamedTuple):
-    """The errors of K rows of C numbers, and the unknowns for which each prediction solves.
-
-    Attributes
-    ----------
-    covariance, without_jitter : ndarray, (K, C, C)
-        The covariance of each row, with and without a jitter.
-    design : ndarray, (K, C, L)
-        The derivatives of the predictions with respect to the L linear unknowns.
-    """
+    """The covariance (K, C, C) of the errors of K rows of C numbers, with and without a jitter."""
 
     covariance: Floats
     without_jitter: Floats
-    design: Floats
 
 
 class Observations(Tabled):
@@ -248,25 +242,97 @@ class Observations(Tabled):
 
         return difference(change, step)
 
-    def _project(self, values: Floats) -> Floats:
-        """Return derivatives (K, C, ...) of the predictions, including numbers that each prediction solves for."""
-        return values
-
-    def _residuals(self, run: Record) -> Floats:
-        return self._observed(run.system) - self._model(run.system, self._states(run))
-
     def _states(self, run: Record) -> dict[str, Any]:
         """Return the states of a run from which predictions follow."""
         local = local_geometry(self.geometry, run.system)
         return retarded(run, local, self._clock(run.system), f"time of {self._what()}")[0]
 
-    def predict(self, run: Record) -> Any:
+    def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
+        """Return the L unknowns on which the predictions depend linearly; none unless a class has some."""
+        return ()
+
+    def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
+        """Return the derivatives (K, C, L) of the predictions with respect to the linear unknowns."""
+        return np.zeros((*self._observed(system).shape, len(self._linear_unknowns(system))))
+
+    def _design_partials(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
+    ) -> tuple[Floats, dict[str, Floats]] | None:
+        """Return the derivatives of the design with respect to the states, (K, C, L, 12 N), and to parameters of the
+        system at given states, (K, C, L) by their names; ``None`` if the design does not depend on the motion.
+        """
+        return None
+
+    def _parts(self, run: Record) -> tuple[Floats, Floats, Floats]:
+        """Return predictions with all linear unknowns zero, (K, C), observed minus predicted values, and the design."""
+        states = self._states(run)
+        prediction = self._model(run.system, states)
+        return prediction, self._observed(run.system) - prediction, self._design(run.system, states)
+
+    def linear(self, run: Record) -> LinearModel:
+        """Return the pulls of a run as a function of the linear unknowns.
+
+        Parameters
+        ----------
+        run : Run
+
+        Returns
+        -------
+        LinearModel
+        """
+        _, residuals, design = self._parts(run)
+        white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), run.system)
+        return LinearModel(self._linear_unknowns(run.system), white[..., 0], white[..., 1:])
+
+    def _solved(self, run: Record, linear: Any) -> tuple[Floats, Floats, dict[str, Any]]:
+        """Return predictions and residuals (K, C), and the linear unknowns by name, solved for unless given."""
+        prediction, residuals, design = self._parts(run)
+        unknowns = self._linear_unknowns(run.system)
+        if linear is None:
+            white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), run.system)
+            model = LinearModel(unknowns, white[..., 0], white[..., 1:])
+            values, _ = model.solved()
+        else:
+            values = np.array([self._given(one, linear) for one in unknowns])
+        change = design @ values
+        named = zip(unknowns, values.tolist(), strict=True)
+        return (
+            prediction + change,
+            residuals - change,
+            {one.name: value if one.unit is None else value * one.unit for one, value in named},
+        )
+
+    def _given(self, unknown: LinearUnknown, linear: Any) -> float:
+        if not isinstance(linear, Mapping) or unknown.name not in linear:
+            raise InvalidInput(f"linear has no {unknown.name!r}; expected a dict with it, or None to solve for it")
+        value, what = linear[unknown.name], f"{unknown.name} of linear"
+        plain = value if unknown.unit is None else strip_to(value, unknown.unit, what)
+        return UNITLESS.number(plain, "number", what, Limits())
+
+    def linear_values(self, run: Record) -> dict[str, Any]:
+        """Return the linear unknowns at which chi2 of a run is least, by their names; empty where there are none.
+
+        Parameters
+        ----------
+        run : Run
+
+        Raises
+        ------
+        InvalidInput
+            If the data do not tell them apart.
+        """
+        return self._solved(run, None)[2]
+
+    def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Compute the predictions of a run at the times of the observations.
 
         Parameters
         ----------
         run : Run
             A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
+        linear : dict, optional
+            The linear unknowns, such as zero points, as :meth:`linear_values` returns them; those at which chi2 of
+            these observations is least unless given.
 
         Returns
         -------
@@ -279,11 +345,11 @@ class Observations(Tabled):
         InvalidInput
             If the run, or the geometry, does not cover the times.
         """
-        return self._attach(self._model(run.system, self._states(run)), run.system)
+        return self._attach(self._solved(run, linear)[0], run.system)
 
-    def residuals(self, run: Record) -> Any:
+    def residuals(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Return the observations minus the predictions, in the form of :meth:`predict`."""
-        return self._attach(self._residuals(run), run.system)
+        return self._attach(self._solved(run, linear)[1], run.system)
 
     def pulls(self, run: Record) -> Floats:
         """Return the residuals (K, C) made independent of each other and divided by their standard errors.
@@ -291,11 +357,12 @@ class Observations(Tabled):
         They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
         of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
         """
-        return self._whiten(self._residuals(run), run.system)
+        return self.linear(run).solved()[1]
 
-    def _whiten(self, values: Floats, system: SystemLike) -> Floats:
+    def _whiten(self, values: Floats, system: SystemLike, transposed: bool = False) -> Floats:
         """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
         factor = np.linalg.cholesky(self._covariance(system))
+        factor = np.swapaxes(factor, 1, 2) if transposed else factor
         flat = values.reshape(*values.shape[:2], -1)
         return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
 
@@ -318,35 +385,56 @@ class Observations(Tabled):
             ``run.derivative_of(data.pulls)`` gives them, but from the partial derivatives of the predictions instead of
             differences.
         """
+        model = self.linear(run)
+        projection, size = model.projection(), model.pulls.size
+        held = Held(*model.solved(), np.zeros_like(model.design))
+        by = self.linear_derivatives(run, held)
+
+        def projected(columns: Floats) -> Floats:
+            found = projection.derivative(columns[:size], columns[size:-1])
+            return found.reshape(*model.pulls.shape, *columns.shape[1:])
+
+        by_parameter = {name: projected(column[:, None])[..., 0] for name, column in by.by_parameter.items()}
+        return FunctionDerivatives(held.rows, projected(by.start), by_parameter)
+
+    def linear_derivatives(self, run: Record, held: Held) -> FunctionDerivatives:
+        """Compute the derivatives of what :meth:`LinearModel.contracted` returns, as :meth:`derivatives` does."""
         system = run.system
         index = run.indices(self._emission(system), f"time of {self._what()}")
         states = {name: run.arrays[name][index] for name in ("position", "velocity", "attitude", "spin")}
+        tangents = [run.transition[index], *(values[index][..., None] for values in run.sensitivity.values())]
+        names = list(run.sensitivity)
         by_state, direct = self._partials(system, states, run.parameters)
-
-        def of_pulls(values: Floats) -> Floats:
-            return -self._whiten(self._project(values), system)
-
-        moved = {
-            name: (by_state @ values[index][:, :, None])[..., 0] + direct[name]
-            for name, values in run.sensitivity.items()
-        }
-        columns = of_pulls(np.stack(list(moved.values()), axis=-1)) if moved else np.zeros(0)
-        by_parameter = {name: columns[..., k] for k, name in enumerate(moved)}
-        return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[index]), by_parameter)
-
-    @property
-    def linear_unknowns(self) -> int:
-        """The number of unknowns for which each prediction solves, which count as parameters of a fit."""
-        return 0
-
-    def _design(self, system: SystemLike) -> Floats:
-        """Return the derivatives (K, C, L) of the predictions with respect to these unknowns."""
-        return np.zeros((*self._observed(system).shape, 0))
+        of_design = self._design_partials(system, states, run.parameters)
+        sums = len(held.values) + 1
+        if of_design is not None:
+            changes, direct_changes = of_design
+            by_state = by_state + np.einsum("kclj,l->kcj", changes, held.values)
+            direct = {name: direct[name] + direct_changes[name] @ held.values for name in names}
+            back = self._whiten(np.concatenate([held.rows[..., None], held.design], axis=-1), system, transposed=True)
+            weighted = np.einsum("kc,kclj->lkj", back[..., 0], changes)
+            total = np.einsum("kcl,kclj->kj", back[..., 1:], changes)
+            contracted = np.concatenate([weighted, total[None]])
+        found = []
+        for name, tangent in zip([None, *names], tangents, strict=True):
+            moved = by_state @ tangent
+            if name is not None:
+                moved = moved + direct[name][..., None]
+            part = np.zeros((held.rows.size + sums, tangent.shape[-1]))
+            part[: held.rows.size] = -self._whiten(moved, system).reshape(held.rows.size, -1)
+            if of_design is not None:
+                part[held.rows.size :] = np.tensordot(contracted, tangent, ((1, 2), (0, 1)))
+                if name is not None:
+                    part[held.rows.size : -1, 0] += np.einsum("kc,kcl->l", back[..., 0], direct_changes[name])
+                    part[-1, 0] += np.vdot(back[..., 1:], direct_changes[name])
+            found.append(part)
+        by_parameter = {name: part[:, 0] for name, part in zip(names, found[1:], strict=True)}
+        return FunctionDerivatives(np.zeros(held.rows.size + sums), found[0], by_parameter)
 
     def errors(self, system: SystemLike) -> Errors:
         """Return the errors of the rows, with and without a jitter, in the system's units."""
         original = self if self._original is None else self._original
-        return Errors(self._covariance(system), original._covariance(system), self._design(system))
+        return Errors(self._covariance(system), original._covariance(system))
 
     def with_errors_of(self, other: Self) -> Self:
         """Return the observations with the standard errors of others of the same rows."""
