@@ -14,6 +14,8 @@ __all__ = ["Projection"]
 #: The ratio of the smallest to the largest singular value of a design, with columns of length one, below which a
 #: combination of its unknowns is lost: its error would be larger than those of the data by the inverse.
 _SINGULAR = 1e-8
+#: The length of a column relative to that of the longest one below which it has no effect.
+_NOTHING = 1e-12
 #: The smallest coefficient of a lost combination that an error names, relative to the largest.
 _NAMED = 0.1
 
@@ -36,7 +38,8 @@ class Projection:
 
     def __init__(self, design: Floats, names: Sequence[str]) -> None:
         norms = np.linalg.norm(design, axis=0)
-        scaled = design / np.where(norms > 0.0, norms, 1.0)
+        # A column of rounding errors, such as of sines at multiples of pi, is none.
+        scaled = design / np.where(norms > _NOTHING * norms.max(initial=0.0), norms, np.inf)
         self.basis, factor = np.linalg.qr(scaled)
         if len(names):
             _, sizes, vectors = np.linalg.svd(factor)
