@@ -136,7 +136,8 @@ def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnkno
             if key not in places:
                 places[key] = len(unknowns)
                 is_alone = one.shared or local.count(one.name) == 1
-                unknowns.append(one if is_alone else one._replace(name=f"{one.name} of observations[{i}]"))
+                name = one.name if is_alone else f"{one.name} of observations[{i}]"
+                unknowns.append(LinearUnknown(name, one.unit, one.shared))
             own.append(places[key])
         columns.append(np.array(own, dtype=np.intp))
     return columns, tuple(unknowns)

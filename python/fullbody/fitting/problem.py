@@ -16,7 +16,7 @@ from ..base.kinds import function
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
-from ..observing.linear import Held
+from ..observing.linear import Held, LinearModel
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record, joined
 from ..typing import Floats
@@ -28,7 +28,6 @@ from .noise import log_determinant, relative, without_jitter
 
 if TYPE_CHECKING:
     from ..motion.run import Run
-    from ..observing.linear import LinearModel
     from ..record.integrators import Integrator
 
 __all__ = ["EvaluatedPoint", "Observed", "Problem", "PullJacobian", "Refused"]
@@ -94,7 +93,9 @@ class EvaluatedPoint:
         if not self.errors:
             return 0.0
         models = [
-            model._replace(design=without_jitter(self.errors[i], model.design)) if i in self.errors else model
+            LinearModel(model.unknowns, model.pulls, without_jitter(self.errors[i], model.design))
+            if i in self.errors
+            else model
             for i, model in enumerate(self.models)
         ]
         narrow = Inner(models, LINEAR).projection.log_determinant

@@ -42,7 +42,7 @@ class Minimum:
     Attributes
     ----------
     values : dict
-        The parameters at the minimum.
+        The parameters at the minimum, without linear unknowns; a fit can start there.
     loss : float
         The sum that is minimised, which is chi2 unless a loss is not linear or a jitter is free.
     chi2 : float
@@ -65,13 +65,17 @@ class Fit(Tabled):
     Attributes
     ----------
     names : tuple of str
-        The parameters, in the order of all arrays.
+        The P parameters and the L linear unknowns of the observations, such as zero points, in the order of all arrays.
     values, sigma : dict
         Values and standard errors by name, with the units of the initial values. The error of a parameter in a
         combination that the data do not constrain is infinite.
-    numbers : ndarray, (P,)
+    numbers : ndarray, (P + L,)
         The values in these units.
-    covariance, correlation : ndarray, (P, P)
+    linear : list of dict
+        The linear unknowns of each of the observations, by the names that it has for them: what its ``predict`` and
+        ``residuals`` take as ``linear``. An unknown of several observations that is not shared has a longer name in
+        ``names``.
+    covariance, correlation : ndarray, (P + L, P + L)
         In the units of the values. For a loss that is not linear the covariance is that of an M-estimator. Rows and
         columns of unconstrained parameters are zero beside the diagonal.
     chi2 : float
@@ -79,7 +83,7 @@ class Fit(Tabled):
     loss : float
         The sum that was minimised: of the losses of the pulls, and of the logarithms of determinants if jitter is free.
     dof : int
-        Data and priors minus parameters and linear unknowns such as zero points.
+        Data and priors minus parameters and linear unknowns.
     p_value : float or None
         Probability of a larger chi2, for a linear loss, errors without free parameters and at least one degree of
         freedom.
@@ -261,12 +265,13 @@ class Fit(Tabled):
         """Compute the logarithm of the posterior density, up to a constant that depends on the data and their errors.
 
         It is minus half the sum of the losses, of the squares of the priors' pulls, and of the logarithms of variances
-        where a jitter is free.
+        where a jitter is free, integrated over linear unknowns.
 
         Parameters
         ----------
         values : dict or array_like, (P,)
-            By name with units, or numbers in the order of ``names`` and the units of ``values``.
+            The parameters without linear unknowns, as ``minima`` has them: by name with units, or numbers in their
+            order and the units of ``values``.
         gradient : bool
             Whether to compute the derivatives with respect to the parameters too.
 
@@ -275,6 +280,11 @@ class Fit(Tabled):
         float, or (float, ndarray (P,))
             Minus infinity outside the bounds and where the setup refuses the values or a run ends with an error, with
             a gradient of zero: the density is zero there.
+
+        Raises
+        ------
+        InvalidInput
+            For linear unknowns under a loss that is not linear, over which the density has no integral in closed form.
         """
         objective, parameters = self._minimised(), self.parameters
         numbers = parameters.numbers(values)

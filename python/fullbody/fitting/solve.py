@@ -56,6 +56,7 @@ def fit(
     observations : Astrometry, Photometry, RadarAstrometry, Measured, or a list of them
         Observations may also be a function of parameters that returns them: ``lambda jitter: data.with_jitter(jitter)``
         frees a jitter, ``lambda albedo: observing.Photometry(..., albedo={"Alpha": 1.0, "Beta": albedo})`` an albedo.
+        Their linear unknowns, such as zero points, are no parameters: each evaluation solves for them.
     integrator : Integrator, optional
         :class:`fullbody.Verner98` unless given.
     loss : {"linear", "soft_l1", "huber", "cauchy", "arctan"}, Outliers or callable

@@ -128,8 +128,8 @@ def sample(
     Returns
     -------
     xarray.Dataset
-        Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the first
-        step on.
+        Parameters, without linear unknowns, and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz
+        takes them, from the first step on.
     """
     choice(sampler, "sampler", ("emcee",))
     with need("fit", "a sample of the posterior distribution"):

@@ -4,26 +4,17 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import instance
 from ..base.tables import Table, Tabled
 from ..base.units import need
-from ..model.context import SystemLike
-from ..typing import Floats
 from .columns import DataColumn, Rows, read_table
 from .predictions import Predictions
 from .vectors import Vectors
 
-__all__ = ["Errors", "Observations"]
-
-
-class Errors(NamedTuple):
-    """The covariance (K, C, C) of the errors of K rows of C numbers, with and without a jitter."""
-
-    covariance: Floats
-    without_jitter: Floats
+__all__ = ["Observations"]
 
 
 class Observations(Predictions, Tabled):
@@ -50,8 +41,6 @@ class Observations(Predictions, Tabled):
         super().__init__(rows.times, instance(geometry, what, Vectors, "an observing.Geometry"))
         self.rows = rows.kept
         self.missing = rows.missing
-        #: These observations before a jitter was added.
-        self._original: Self | None = None
 
     @classmethod
     def from_table(
@@ -121,11 +110,6 @@ class Observations(Predictions, Tabled):
 
     def __len__(self) -> int:
         return len(self.rows)
-
-    def errors(self, system: SystemLike) -> Errors:
-        """Return the errors of the rows, with and without a jitter, in the system's units."""
-        original = self if self._original is None else self._original
-        return Errors(self._covariance(system), original._covariance(system))
 
     def with_errors_of(self, other: Self) -> Self:
         """Return the observations with the standard errors of others of the same rows."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,12 +21,19 @@ from .states import RetardedStates, retarded
 from .times import in_system
 from .vectors import Vectors, local_geometry
 
-__all__ = ["Predictions"]
+__all__ = ["Errors", "Predictions"]
 
 #: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
 _STEP = 1e-100
 #: The step of a difference, relative to the natural size of a parameter.
 _SHARE = 1e-5
+
+
+class Errors(NamedTuple):
+    """The covariance (K, C, C) of the errors of K rows of C numbers, with and without a jitter."""
+
+    covariance: Floats
+    without_jitter: Floats
 
 
 class Predictions:
@@ -41,6 +48,8 @@ class Predictions:
     def __init__(self, times: Any, geometry: Vectors) -> None:
         self.times, self.geometry = times, geometry
         self._clocks: dict[Any, Floats] = {}
+        #: These observations before a jitter was added.
+        self._original: Predictions | None = None
 
     def _what(self) -> str:
         return type(self).__name__
@@ -333,3 +342,8 @@ class Predictions:
             found.append(part)
         by_parameter = {name: part[:, 0] for name, part in zip(names, found[1:], strict=True)}
         return FunctionDerivatives(np.zeros(held.rows.size + sums), found[0], by_parameter)
+
+    def errors(self, system: SystemLike) -> Errors:
+        """Return the errors of the rows, with and without a jitter, in the system's units."""
+        original = self if self._original is None else self._original
+        return Errors(self._covariance(system), original._covariance(system))

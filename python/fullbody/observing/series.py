@@ -39,10 +39,9 @@ class RotationSeries(Declared):
     The rotation angle is that about the z-axis from the direction in the middle between observer and Sun, the bisector
     of the phase angle, to the x-axis of the body. A period of the series is thus a synodic one.
 
-    The series multiplies the light of all bodies of the system. While another body is hidden, or dark, the amplitude in
-    magnitudes is in fact larger, since less light is constant: the depth of an event is wrong by up to the amplitude of
-    the series times the depth. In the same way the shape of the body remains that of the system in its shadows and
-    occultations, which the series does not change.
+    The series multiplies the light of all bodies of the system, although the light of a satellite has no part in it: as
+    a share, the depth of an event of the satellite is wrong by up to the amplitude of the series (0.92 of it in
+    magnitudes). Shadows and occultations remain those of the shape that the body has in the system.
 
     Examples
     --------
