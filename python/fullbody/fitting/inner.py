@@ -17,10 +17,11 @@ import numpy.typing as npt
 from ..base.projection import Projection
 from ..errors import InvalidInput
 from ..observing.linear import Held, LinearModel, LinearUnknown
+from ..record.displaced import FunctionDerivatives
 from ..typing import Floats
 from .losses import Loss
 
-__all__ = ["Inner", "model_of"]
+__all__ = ["Inner", "model_of", "padded"]
 
 #: The change of pulls at which the solution for a robust loss has converged, absolute and relative, and the limit.
 _CLOSE, _RELATIVE, _MOST = 1e-9, 1e-13, 200
@@ -121,6 +122,16 @@ class Inner:
             return contracted[:-1]
         curvature = None if self._is_linear else self._curvature
         return self.projection.derivative(contracted[: len(self.pulls)], contracted[len(self.pulls) : -1], curvature)
+
+
+def padded(by: FunctionDerivatives) -> FunctionDerivatives:
+    """Return derivatives of pulls as those of the contracted numbers of observations without linear unknowns."""
+
+    def column(values: Floats) -> Floats:
+        return np.append(values.reshape(-1, values.shape[-1]), np.zeros((1, values.shape[-1])), axis=0)
+
+    by_parameter = {name: column(values[..., None])[:, 0] for name, values in by.by_parameter.items()}
+    return FunctionDerivatives(by.value, column(by.start), by_parameter)
 
 
 def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnknown, ...]]:

@@ -9,7 +9,8 @@ import numpy as np
 from ..errors import InvalidInput
 from ..typing import Floats
 from . import noise
-from .problem import EvaluatedPoint, Problem, PullJacobian
+from .point import EvaluatedPoint, PullJacobian
+from .problem import Problem
 
 __all__ = ["Linearised", "Objective"]
 

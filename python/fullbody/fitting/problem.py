@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -22,15 +20,17 @@ from ..record.record import Record, joined
 from ..typing import Floats
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
-from .inner import Inner, model_of
+from .inner import Inner, model_of, padded
 from .losses import LINEAR, Loss
-from .noise import log_determinant, relative, without_jitter
+from .noise import relative
+from .point import EvaluatedPoint, PullJacobian
+from .signature import arguments_of, taken
 
 if TYPE_CHECKING:
     from ..motion.run import Run
     from ..record.integrators import Integrator
 
-__all__ = ["EvaluatedPoint", "Observed", "Problem", "PullJacobian", "Refused"]
+__all__ = ["Observed", "Problem", "Refused"]
 
 
 #: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull; and those of
@@ -55,77 +55,6 @@ class Observed(Protocol):
 
 class Refused(Exception):
     """Values of parameters at which there is no prediction; the text gives the reason."""
-
-
-@dataclass
-class EvaluatedPoint:
-    """Predictions at values (P,) of the parameters.
-
-    The run has samples at all times that the observations need; there are the pulls of each of the observations as
-    functions of their linear unknowns, the solution for these, and the errors of those observations that are functions
-    of parameters, by their index.
-    """
-
-    values: Floats
-    made: SetupResult
-    run: Run
-    observations: list[Any]
-    models: list[LinearModel]
-    inner: Inner
-    errors: dict[int, Any]
-
-    @property
-    def rows(self) -> Floats:
-        """Return all pulls as one array (M,)."""
-        return self.inner.pulls
-
-    @property
-    def pulls(self) -> list[Floats]:
-        """Return the pulls of each of the observations in their shape."""
-        parts = zip(self.inner.split(self.rows), self.models, strict=True)
-        return [part.reshape(model.pulls.shape) for part, model in parts]
-
-    @property
-    def log_determinant(self) -> float:
-        """Return the logarithms of the determinants of the errors and of the information about linear unknowns, both
-        minus those without a jitter.
-        """
-        if not self.errors:
-            return 0.0
-        models = [
-            LinearModel(model.unknowns, model.pulls, without_jitter(self.errors[i], model.design))
-            if i in self.errors
-            else model
-            for i, model in enumerate(self.models)
-        ]
-        narrow = Inner(models, LINEAR).projection.log_determinant
-        widened = sum(map(log_determinant, self.errors.values()))
-        return max(0.0, widened + self.inner.projection.log_determinant - narrow)
-
-
-@dataclass
-class PullJacobian:
-    """Derivatives of a point with respect to P parameters.
-
-    Attributes
-    ----------
-    rows : ndarray, (M, P)
-        Derivatives of the pulls, for constant errors and with the linear unknowns that follow.
-    explicit : ndarray, (M, P)
-        Derivatives of the pulls for constant linear unknowns.
-    log_determinant : ndarray, (P,)
-        Half the derivatives of the logarithm of the determinant of the information about linear unknowns.
-    noise : dict of dict of ndarray, (K, C, C)
-        The relative changes of the covariances of errors, by the index of the parameter and of the observations.
-    differenced : dict of str
-        The parameters that were differenced, with the reason.
-    """
-
-    rows: Floats
-    explicit: Floats
-    log_determinant: Floats
-    noise: dict[int, dict[int, Floats]]
-    differenced: dict[str, str]
 
 
 class Problem:
@@ -160,12 +89,14 @@ class Problem:
         self.setup, self.parameters, self.integrator, self.loss = setup, parameters, integrator, loss
         self.entries = listed
         names = parameters.names
-        self.of_setup = _taken(setup, names)
+        self.of_setup = taken(setup, names)
         #: The parameters of each of those observations that are functions.
-        self.of_observations = [_taken(item, names) if callable(item) else () for item in listed]
+        self.of_observations = [taken(item, names) if callable(item) else () for item in listed]
         used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
         if unused := [name for name in names if name not in used]:
-            arguments = sorted(name for name, item in _arguments(setup).items() if item.kind is not item.VAR_POSITIONAL)
+            arguments = sorted(
+                name for name, item in arguments_of(setup).items() if item.kind is not item.VAR_POSITIONAL
+            )
             raise InvalidInput(
                 f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
                 f"{suggestion(unused[0], arguments, 'some')}"
@@ -353,7 +284,7 @@ class Problem:
                     break
                 if arguments:
                     return by
-                return _padded(by)
+                return padded(by)
         return part.derivative_of(lambda run: model_of(observation, run).contracted(held))
 
     def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
@@ -469,41 +400,3 @@ class Problem:
 
 def _is_observed(observation: Any) -> bool:
     return hasattr(observation, "pulls") and hasattr(observation, "emission")
-
-
-def _padded(by: FunctionDerivatives) -> FunctionDerivatives:
-    """Return derivatives of pulls as those of the contracted numbers of observations without linear unknowns."""
-
-    def column(values: Floats) -> Floats:
-        return np.append(values.reshape(-1, values.shape[-1]), np.zeros((1, values.shape[-1])), axis=0)
-
-    by_parameter = {name: column(values[..., None])[:, 0] for name, values in by.by_parameter.items()}
-    return FunctionDerivatives(by.value, column(by.start), by_parameter)
-
-
-def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
-    try:
-        return inspect.signature(function).parameters
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(
-            f"{function!r} has arguments that Python cannot list; expected a function of Python"
-        ) from error
-
-
-def _taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the parameters that a function takes, after checking that it needs no others."""
-    arguments = _arguments(function)
-    if any(argument.kind is argument.VAR_KEYWORD for argument in arguments.values()):
-        return tuple(names)
-    for name, observation in arguments.items():
-        if observation.kind is observation.POSITIONAL_ONLY:
-            raise InvalidInput(f"{function!r} takes {name} by its position alone; expected arguments that have names")
-        if (
-            observation.default is observation.empty
-            and observation.kind is not observation.VAR_POSITIONAL
-            and name not in names
-        ):
-            raise InvalidInput(f"parameters has no {name!r}, which {function!r} needs; it has {', '.join(names)}")
-    return tuple(
-        name for name in names if name in arguments and arguments[name].kind is not inspect.Parameter.VAR_POSITIONAL
-    )

@@ -10,7 +10,8 @@ from scipy.optimize import least_squares
 from ..errors import InvalidInput
 from ..typing import Floats
 from .objective import Linearised, Objective
-from .problem import EvaluatedPoint, Problem, Refused
+from .point import EvaluatedPoint
+from .problem import Problem, Refused
 
 __all__ = ["Solver"]
 
