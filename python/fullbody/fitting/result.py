@@ -127,7 +127,7 @@ class Fit(Tabled):
     starts: int
 
     def __init__(self, objective: Objective, here: Linearised, message: str, iterations: int) -> None:
-        from scipy.stats import chi2
+        from scipy.special import chdtrc
 
         problem, point, parameters = objective.problem, here.point, objective.parameters
         self._objective: Objective | None = objective
@@ -154,7 +154,7 @@ class Fit(Tabled):
         self.dof = len(rows) + int(priors.sum()) - len(self.names)
         linear = objective.loss.linear
         is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
-        self.p_value = float(chi2.sf(self.chi2, self.dof)) if is_distributed else None
+        self.p_value = float(chdtrc(self.dof, self.chi2)) if is_distributed else None
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
         # Beside all others the linear unknowns have the correlations that they would have as parameters.
         explicit = np.concatenate([here.jacobian.explicit, -point.inner.design], axis=1)

@@ -21,6 +21,7 @@ from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
+from .predictions import DesignArgument
 from .series import RotationSeries, rotation_angle
 from .states import DISTANT, RetardedStates, refuse_near
 from .vectors import Vectors, local_geometry
@@ -232,20 +233,20 @@ class Photometry(Observations):
         middle /= np.linalg.norm(middle, axis=1, keepdims=True)
         return rotation_angle(system.context.names[body], attitude[:, body], states["spin"][:, body], middle)
 
-    def _design_partials(
+    def _design_arguments(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
-    ) -> tuple[Floats, dict[str, Floats]] | None:
+    ) -> list[DesignArgument]:
         if self.rotation is None:
-            return None
+            return []
         angle, by_rotation = self._rotation_angle(system, states)
         rotation = np.zeros_like(states["spin"])
         rotation[:, system.context.index(self.rotation.body, "body of RotationSeries")] = by_rotation
         by_state, pull = _by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
-        steep = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
-        steep[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
-        masses = {f"mass of {body}": k for k, body in enumerate(system.context.names)}
-        direct = {n: steep * (pull[:, None, [masses[n]]] if n in masses else 0.0) for n in parameters}
-        return steep[..., None] * by_state[:, None, None], direct
+        slope = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
+        slope[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
+        masses = {f"mass of {body}": pull[:, [k]] for k, body in enumerate(system.context.names)}
+        direct = {name: masses.get(name, np.zeros((len(self), 1))) for name in parameters}
+        return [DesignArgument(slope, by_state[:, None], direct)]
 
     def _observed(self, system: SystemLike) -> Floats:
         return self.magnitude[:, None]

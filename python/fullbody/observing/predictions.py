@@ -21,7 +21,7 @@ from .states import RetardedStates, retarded
 from .times import in_system
 from .vectors import Vectors, local_geometry
 
-__all__ = ["Errors", "Predictions"]
+__all__ = ["DesignArgument", "Errors", "Predictions"]
 
 #: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
 _STEP = 1e-100
@@ -34,6 +34,24 @@ class Errors(NamedTuple):
 
     covariance: Floats
     without_jitter: Floats
+
+
+class DesignArgument(NamedTuple):
+    """A number of each of K rows of C numbers through which the design depends on the motion.
+
+    Attributes
+    ----------
+    slope : ndarray, (K, C, L)
+        The derivatives of the design with respect to the number.
+    by_state : ndarray, (K, C, 12 N)
+        The derivatives of the number with respect to the states.
+    direct : dict of ndarray, (K, C)
+        Those with respect to parameters of the system at given states.
+    """
+
+    slope: Floats
+    by_state: Floats
+    direct: dict[str, Floats]
 
 
 class Predictions:
@@ -167,13 +185,11 @@ class Predictions:
         """Return the derivatives (K, C, L) of the predictions with respect to the linear unknowns."""
         return np.zeros((*self._observed(system).shape, len(self._linear_unknowns(system))))
 
-    def _design_partials(
+    def _design_arguments(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
-    ) -> tuple[Floats, dict[str, Floats]] | None:
-        """Return the derivatives of the design with respect to the states, (K, C, L, 12 N), and to parameters of the
-        system at given states, (K, C, L) by their names; ``None`` if the design does not depend on the motion.
-        """
-        return None
+    ) -> list[DesignArgument]:
+        """Return the numbers through which the design depends on the motion; none unless a class has some."""
+        return []
 
     def _parts(self, run: Record) -> tuple[Floats, Floats, Floats]:
         """Return predictions with all linear unknowns zero, (K, C), observed minus predicted values, and the design."""
@@ -314,34 +330,34 @@ class Predictions:
         system = run.system
         index = run.indices(self._emission(system), f"time of {self._what()}")
         states = {name: run.arrays[name][index] for name in ("position", "velocity", "attitude", "spin")}
-        tangents = [run.transition[index], *(values[index][..., None] for values in run.sensitivity.values())]
         names = list(run.sensitivity)
-        by_state, direct = self._partials(system, states, run.parameters)
-        of_design = self._design_partials(system, states, run.parameters)
-        sums = len(held.values) + 1
-        if of_design is not None:
-            changes, direct_changes = of_design
-            by_state = by_state + np.einsum("kclj,l->kcj", changes, held.values)
-            direct = {name: direct[name] + direct_changes[name] @ held.values for name in names}
-            back = self._whiten(np.concatenate([held.rows[..., None], held.design], axis=-1), system, transposed=True)
-            weighted = np.einsum("kc,kclj->lkj", back[..., 0], changes)
-            total = np.einsum("kcl,kclj->kj", back[..., 1:], changes)
-            contracted = np.concatenate([weighted, total[None]])
-        found = []
-        for name, tangent in zip([None, *names], tangents, strict=True):
-            moved = by_state @ tangent
-            if name is not None:
-                moved = moved + direct[name][..., None]
-            part = np.zeros((held.rows.size + sums, tangent.shape[-1]))
-            part[: held.rows.size] = -self._whiten(moved, system).reshape(held.rows.size, -1)
-            if of_design is not None:
-                part[held.rows.size :] = np.tensordot(contracted, tangent, ((1, 2), (0, 1)))
-                if name is not None:
-                    part[held.rows.size : -1, 0] += np.einsum("kc,kcl->l", back[..., 0], direct_changes[name])
-                    part[-1, 0] += np.vdot(back[..., 1:], direct_changes[name])
-            found.append(part)
-        by_parameter = {name: part[:, 0] for name, part in zip(names, found[1:], strict=True)}
-        return FunctionDerivatives(np.zeros(held.rows.size + sums), found[0], by_parameter)
+        tangents = [run.transition[index], *(values[index][..., None] for values in run.sensitivity.values())]
+        tangent = np.concatenate(tangents, axis=-1)
+        start = tangent.shape[-1] - len(names)
+
+        def moved(by_state: Floats, direct: Mapping[str, Floats]) -> Floats:
+            """Return derivatives (K, C, 12 N + names) by the start and the parameters."""
+            found = np.asarray(by_state @ tangent)
+            for k, name in enumerate(names, start):
+                found[..., k] += direct[name]
+            return found
+
+        change = moved(*self._partials(system, states, run.parameters))
+        size, count = held.rows.size, len(held.values)
+        found = np.zeros((size + count + 1, tangent.shape[-1]))
+        arguments = self._design_arguments(system, states, run.parameters)
+        if arguments:
+            weights = np.concatenate([held.rows[..., None], held.design], axis=-1)
+            back = self._whiten(weights, system, transposed=True)
+        for argument in arguments:
+            by = moved(argument.by_state, argument.direct)
+            change += (argument.slope @ held.values)[..., None] * by
+            flat = by.reshape(size, -1)
+            found[size:-1] += (back[..., :1] * argument.slope).reshape(size, count).T @ flat
+            found[-1] += np.sum(back[..., 1:] * argument.slope, axis=-1).ravel() @ flat
+        found[:size] = -self._whiten(change, system).reshape(size, -1)
+        by_parameter = {name: found[:, k] for k, name in enumerate(names, start)}
+        return FunctionDerivatives(np.zeros(len(found)), found[:, :start], by_parameter)
 
     def errors(self, system: SystemLike) -> Errors:
         """Return the errors of the rows, with and without a jitter, in the system's units."""
