@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
 from ..base.kinds import function
-from ..errors import InvalidInput
+from ..errors import InvalidInput, WarnedOnce
 from ..model.state import State
 from ..motion.system import System
 from ..observing.linear import Held, LinearModel
@@ -86,7 +86,9 @@ class Problem:
                     f"observations has {observation!r}; expected those of fullbody.observing, or a "
                     "function of parameters that returns some"
                 )
-        self.setup, self.parameters, self.integrator, self.loss = setup, parameters, integrator, loss
+        #: The setup shows each of its warnings once, in the fit and in what is computed from it later.
+        self.setup = setup if isinstance(setup, WarnedOnce) else WarnedOnce(setup)
+        self.parameters, self.integrator, self.loss = parameters, integrator, loss
         self.entries = listed
         names = parameters.names
         self.of_setup = taken(setup, names)

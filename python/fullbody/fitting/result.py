@@ -115,7 +115,8 @@ class Fit(Tabled):
     starts : int
         The number of starts.
     message : str
-        The reason why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise.
+        The reason why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise. Where it is
+        not empty, tables show no standard errors, since ``sigma`` and ``covariance`` are those of another point.
     iterations, runs, refused : int
         Numbers of iterations; of runs, those with derivatives and those of differences included; and of proposals that
         were refused, in all starts.
@@ -320,15 +321,22 @@ class Fit(Tabled):
     def to_table(self) -> Any:
         """Return an astropy ``Table`` with a row for each parameter: name, value, error, unit and bounds.
 
-        Its ``meta`` has chi2, the degrees of freedom and the correlation.
+        Its ``meta`` has chi2, the degrees of freedom and the correlation. Errors are masked, and the correlation is left
+        out, if the solver stopped before it was at a minimum.
         """
         with need("observing", "a table"):
+            from astropy.table import MaskedColumn
             from astropy.table import Table as AstropyTable
 
         parameters, errors = self.described, np.sqrt(np.diag(self.covariance))
         units = [str(unit or "") for unit in parameters.units]
         columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
-        meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
+        meta: dict[str, Any] = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof}
+        if self.message:
+            columns["sigma"] = MaskedColumn(errors, mask=True)
+            meta["message"] = self.message
+        else:
+            meta["correlation"] = self.correlation.tolist()
         return AstropyTable(columns | {"min": parameters.lower, "max": parameters.upper}, meta=meta)
 
     def _tables(self) -> tuple[Table, ...]:
@@ -337,6 +345,8 @@ class Fit(Tabled):
             flags = (("at its bound", self.at_bounds), ("differenced", self.differenced))
             notes = [note for note, which in flags if name in which]
             value, error = _with_error(float(self.numbers[k]), float(np.sqrt(self.covariance[k, k])))
+            if self.message:
+                value, error = f"{self.numbers[k]:.8g}", "-"
             rows.append((name, value, error, str(self.described.units[k] or ""), ", ".join(notes)))
         about = [
             ("chi2", f"{self.chi2:.6g} for {self.dof} degrees of freedom"),
@@ -350,7 +360,11 @@ class Fit(Tabled):
             *((f"{name} differenced", reason) for name, reason in self.differenced.items()),
         ]
         tables = [
-            Table("Fit", ("parameter", "value", "error", "unit", "note"), rows),
+            Table(
+                "Fit, not at a minimum" if self.message else "Fit",
+                ("parameter", "value", "error", "unit", "note"),
+                rows,
+            ),
             Table("Quality", (), [(what, text) for what, text in about if text]),
         ]
         if len(self.minima) > 1:

@@ -38,6 +38,7 @@ def fit(
     loss: str | Outliers | Callable[[Any], Any] = "linear",
     starts: int | Sequence[Mapping[str, Any]] = 1,
     rng: int | np.random.Generator | None = None,
+    proposals: int | None = None,
     progress: bool | str | Callable[..., Any] = False,
 ) -> Fit:
     """Fit the parameters of a setup to observations by least squares.
@@ -67,6 +68,9 @@ def fit(
         between the bounds of each parameter, or over its prior if it has no bounds.
     rng : int or numpy Generator, optional
         The random numbers of starts, needed if ``starts`` is a number above one.
+    proposals : int, optional
+        The largest number of proposed values of the parameters, refused ones included, from each start; a hundred for
+        each parameter unless given. A fit that stops there has a ``Fit.message`` and shows no errors.
     progress : bool, str or callable
         Whether to show the number of runs and chi2, or a title; or a function of (done, total, description): the number
         of runs, ``None``, and a text with chi2.
@@ -87,7 +91,8 @@ def fit(
     Warns
     -----
     InconsistentInput
-        If the data leave a combination of parameters unconstrained, and if the solver reaches its limit of steps.
+        If the data leave a combination of parameters unconstrained, and if the solver stops before it is at a minimum.
+        Warnings of the setup are shown once.
 
     Notes
     -----
@@ -114,12 +119,21 @@ def fit(
     (2.0, 39)
     """
     with once():
-        return _fitted(setup, parameters, observations, integrator, loss, starts, rng, progress)
+        return _fitted(setup, parameters, observations, integrator, loss, starts, rng, proposals, progress)
 
 
 def _fitted(
-    setup: Any, parameters: Any, observations: Any, integrator: Any, loss: Any, starts: Any, rng: Any, progress: Any
+    setup: Any,
+    parameters: Any,
+    observations: Any,
+    integrator: Any,
+    loss: Any,
+    starts: Any,
+    rng: Any,
+    proposals: Any,
+    progress: Any,
 ) -> Fit:
+    limit = None if proposals is None else whole(proposals, "proposals")
     with need("fit", "a fit"):
         from .solver import Solver
     free = Parameters(parameters)
@@ -128,7 +142,7 @@ def _fitted(
     solvers: list[Solver] = []
     with Progress(progress) as report:
         for begin in begins:
-            solver = Solver(objective, report)
+            solver = Solver(objective, report, limit)
             try:
                 solver.solve(begin)
             except Refused as error:

@@ -41,8 +41,8 @@ class Solver:
     interrupted : bool
     """
 
-    def __init__(self, objective: Objective, report: Any) -> None:
-        self._objective, self._report = objective, report
+    def __init__(self, objective: Objective, report: Any, proposals: int | None = None) -> None:
+        self._objective, self._report, self._proposals = objective, report, proposals
         self._problem, self._parameters = objective.problem, objective.parameters
         self._last: EvaluatedPoint | None = None
         self.best: Linearised | None = None
@@ -67,7 +67,7 @@ class Solver:
                 return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
 
             bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
-            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15}
+            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "max_nfev": self._proposals}
             # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
             # minimum is judged below by the distance that is left, not by these warnings.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
