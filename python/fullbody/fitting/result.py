@@ -321,8 +321,8 @@ class Fit(Tabled):
     def to_table(self) -> Any:
         """Return an astropy ``Table`` with a row for each parameter: name, value, error, unit and bounds.
 
-        Its ``meta`` has chi2, the degrees of freedom and the correlation. Errors are masked, and the correlation is left
-        out, if the solver stopped before it was at a minimum.
+        Its ``meta`` has chi2, the degrees of freedom and the correlation. If the solver stopped before it was at a
+        minimum, errors are masked and the correlation is left out.
         """
         with need("observing", "a table"):
             from astropy.table import MaskedColumn

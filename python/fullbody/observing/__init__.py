@@ -17,7 +17,8 @@ from .laws import HG, HG1G2, Hapke, Lambert, LommelSeeliger, LommelSeeligerLambe
 from .light_curve import light_curve, zero_point
 from .linear import Held, LinearModel, LinearUnknown
 from .measured import Measured
-from .mutual import MutualEvent, mutual_events, occultation
+from .mutual import mutual_events, occultation
+from .mutual_event import MutualEvent, MutualEvents
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
 from .series import RotationSeries
@@ -37,6 +38,7 @@ __all__ = [
     "LommelSeeligerLambert",
     "Measured",
     "MutualEvent",
+    "MutualEvents",
     "Photometry",
     "RadarAstrometry",
     "RangeAndRate",
