@@ -83,11 +83,14 @@ class Light:
 
     Attributes
     ----------
+    whole : bool
+        Whether there are all magnitudes.
     table : DataFrame
     geometry : Geometry
     """
 
     def __init__(self, every: int = 1) -> None:
+        self.whole = every == 1
         self.table = pd.read_csv(PATH)[::every]
         column = {name: self.table[name].to_numpy() for name in self.table}
         self._times = Time(column["jd_tdb"], format="jd", scale="tdb")

@@ -125,10 +125,11 @@ def _text(numbers: dict[str, Any], rows: list[Verdict], found: Results) -> str:
     return f"""# The mutual events of Kalliope and Linus
 
 {numbers["program"]}{", a draft: some magnitudes" if numbers["draft"] else ""}. Four light curves of 27 to \
-29 November 2021, fitted by a Fourier series of order 10 in the rotation angle of Kalliope, a zero point for each curve, \
-and the events of two ellipsoids that move in their exact gravity. Linus has a radius of {shown(best, "radius")} km and \
-{shown(best, "albedo")} of the albedo of Kalliope. Errors are those of the fit times the root of chi2 over the degrees \
-of freedom, here {scale(best):.2f}. Nothing is tuned. Radii are in km and angles in degrees, poles in the ecliptic.
+29 November 2021, fitted by a Fourier series of order 10 in the rotation angle of Kalliope, a zero point for each \
+curve, and the events of two ellipsoids that move in their exact gravity. Linus has a radius of \
+{shown(best, "radius")} km and {shown(best, "albedo")} of the albedo of Kalliope. Errors are those of the fit times \
+the root of chi2 over the degrees of freedom, here {scale(best):.2f}. Nothing is tuned. Radii are in km, angles in \
+degrees, poles in the ecliptic.
 
 ## Fits
 
