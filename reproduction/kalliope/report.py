@@ -23,9 +23,9 @@ DAYS = ("begin", "umbra_begin", "total_begin", "deepest", "total_end", "umbra_en
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
-    """Fit everything and write the report; a draft takes every third magnitude and one start."""
-    light = Light(3 if draft else 1)
-    found = study(light, starts=not draft, draws=3 if draft else 24)
+    """Fit everything and write the report; a draft takes every fifth magnitude, one start and few steps."""
+    light = Light(5 if draft else 1)
+    found = study(light, starts=False, draws=3, proposals=15) if draft else study(light)
     rows = verdicts(found)
     best = found.fits["with Linus' albedo"]
     drawn = {"curves": figures.curves(light, best), "losses": figures.losses(light, best)}

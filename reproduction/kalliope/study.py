@@ -64,12 +64,19 @@ class Results:
     table: QTable
 
 
-def _fit(start: Mapping[str, Any], data: Any, starts: Sequence[Mapping[str, Any]], gravity: str = "focal") -> Fit:
+def _fit(
+    start: Mapping[str, Any],
+    data: Any,
+    starts: Sequence[Mapping[str, Any]],
+    gravity: str = "focal",
+    *,
+    proposals: int,
+) -> Fit:
     free = functools.partial(setup, gravity=gravity)
-    return fullbody.fit(free, start, data, integrator=INTEGRATOR, starts=starts, proposals=PROPOSALS)
+    return fullbody.fit(free, start, data, integrator=INTEGRATOR, starts=starts, proposals=proposals)
 
 
-def study(light: Light, starts: bool = True, draws: int = DRAWS) -> Results:
+def study(light: Light, starts: bool = True, draws: int = DRAWS, proposals: int = PROPOSALS) -> Results:
     """Fit the models from the simplest on; each continues from the starts, not from the others.
 
     Parameters
@@ -77,26 +84,28 @@ def study(light: Light, starts: bool = True, draws: int = DRAWS) -> Results:
     light : Light
     starts : bool
         Whether to start from all of the grid; otherwise from its best point alone.
-    draws : int
-        Number of draws for the errors of contacts.
+    draws, proposals : int
+        Numbers of draws for the errors of contacts, and the limit on proposals from each start.
     """
+    some = functools.partial(_fit, proposals=proposals)
+    at_pole = functools.partial(_at_pole, proposals=proposals)
     grid = [START | {"longitude": x, "phase": y} for x in LONGITUDES for y in PHASES]
     data = light.data()
     best = min(grid, key=lambda start: _chi2(start, data))
     begins = grid if starts else [best]
     fits = {
-        "ellipsoids alone": _at_pole(best, light.data(order=0), ("radius", "longitude", "phase")),
-        "a series, without events": _at_pole(best, light.data(mutual=False), ("phase",)),
-        "a series and events, on a circle": _fit(best, data, begins, "point"),
-        "a series and events, in exact gravity": _fit(best, data, begins),
+        "ellipsoids alone": at_pole(best, light.data(order=0), ("radius", "longitude", "phase")),
+        "a series, without events": at_pole(best, light.data(mutual=False), ("phase",)),
+        "a series and events, on a circle": some(best, data, begins, "point"),
+        "a series and events, in exact gravity": some(best, data, begins),
     }
-    fits["at the published pole"] = _at_pole(best, data, ("radius", "longitude", "phase"))
+    fits["at the published pole"] = at_pole(best, data, ("radius", "longitude", "phase"))
     begun = time.process_time()
-    alone = _fit(best, data, [best])
+    alone = some(best, data, [best])
     seconds = time.process_time() - begun
     found = fits["a series and events, in exact gravity"].minima[0].values
     start = {**found, "albedo": 1.0}
-    free = _fit(start, lambda albedo: light.data(albedo=albedo), [start])
+    free = some(start, lambda albedo: light.data(albedo=albedo), [start])
     fits["with Linus' albedo"] = free
     return Results(light, fits, seconds, alone.iterations, events(light, free, draws))
 
@@ -106,7 +115,7 @@ def _chi2(start: Mapping[str, Any], data: observing.Photometry) -> float:
     return float(np.sum(problem.point(problem.parameters.start).rows ** 2))
 
 
-def _at_pole(start: Mapping[str, Any], data: observing.Photometry, free: Sequence[str]) -> Fit:
+def _at_pole(start: Mapping[str, Any], data: observing.Photometry, free: Sequence[str], *, proposals: int) -> Fit:
     """Fit some of the parameters and keep the others, among them the published pole."""
     kept: Callable[..., Any] = functools.partial(
         setup, **{name: value for name, value in start.items() if name not in free}
@@ -115,7 +124,7 @@ def _at_pole(start: Mapping[str, Any], data: observing.Photometry, free: Sequenc
     def some(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
         return kept(**parameters)
 
-    return fullbody.fit(some, {name: start[name] for name in free}, data, integrator=INTEGRATOR, proposals=PROPOSALS)
+    return fullbody.fit(some, {name: start[name] for name in free}, data, integrator=INTEGRATOR, proposals=proposals)
 
 
 def scale(fit: Fit) -> float:
