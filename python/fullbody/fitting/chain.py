@@ -23,9 +23,6 @@ from ..motion.system import System
 from ..typing import Floats
 from .free import Parameters
 
-__all__ = ["Chain", "SetupDerivatives", "SetupResult"]
-
-
 #: The relative rounding error of numbers.
 _ROUNDING = 1e-13
 

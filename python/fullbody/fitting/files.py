@@ -19,7 +19,7 @@ from ..record.integrators import rebuild
 from .free import Free, Parameters
 
 #: The attribute that marks a file as a fit, and the number of the format, the only one that is read.
-FORMAT = ("fullbody_fit", 1)
+FORMAT = ("fullbody_fit", 2)
 #: The attributes of a fit that JSON can hold.
 _PLAIN: tuple[str, ...] = ("chi2", "loss", "dof", "p_value", "condition", "weakest", "unconstrained", "differenced")
 _PLAIN += ("at_bounds", "starts", "message", "iterations", "runs", "refused", "last_refusal", "labels", "_of_setup")
@@ -35,6 +35,10 @@ def described(fit: Any) -> dict[str, Any]:
         **{name: getattr(fit, name) for name in _PLAIN},
         "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, limits, strict=True)},
         "units": [None if unit is None else str(unit) for unit in parameters.units],
+        "unknowns": [
+            (name, None if unit is None else str(unit))
+            for name, unit in zip(fit.described.names, fit.described.units, strict=True)
+        ][len(parameters) :],
         "minima": [
             (*parameters.numbers(item.values).tolist(), item.loss, item.chi2, item.starts, item.message)
             for item in fit.minima
@@ -79,7 +83,7 @@ def contents(content: Content) -> dict[str, Any]:
     system = content.parsed("fullbody_system", system_of)
     attributes: dict[str, Any] = content.parsed("fullbody_results", lambda results: _attributes(results, system))
     shapes = attributes.pop("shapes")
-    count, samples = len(attributes["parameters"]), [shape[0] for shape in shapes]
+    count, samples = len(attributes["names"]), [shape[0] for shape in shapes]
     sizes = [int(np.prod(shape[1:])) for shape in shapes]
     square: dict[str, int | None] = {"parameter": count, "other_parameter": count}
     covariance = content.numbers("covariance", square, missing=True)
@@ -106,13 +110,16 @@ def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
         start, lower, upper, mean, sigma = (united(number, unit) for number in row)
         free[name] = Free(start, min=lower, max=upper, prior=None if sigma is None else (mean, sigma))
     parameters, context = Parameters(free), system.context
+    unknowns = tuple((name, None if unit is None else unit_named(unit)) for name, unit in results["unknowns"])
     time, *arrays = results["state"]
     core = _core.State(time, *(np.array(values, dtype=np.float64) for values in arrays))
     minima = [(parameters.named(np.array(row[: len(free)])), *row[len(free) :]) for row in results["minima"]]
     return {
         **{name: results[name] for name in _PLAIN},
         "parameters": parameters,
-        "names": parameters.names,
+        "names": (*parameters.names, *(name for name, _ in unknowns)),
+        "_unknowns": unknowns,
+        "linear": [],
         **{name: tuple(results[name]) for name in ("at_bounds", "labels", "_of_setup")},
         "minima": minima,
         "state": wrap(core, context),

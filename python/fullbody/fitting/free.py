@@ -106,6 +106,14 @@ class Parameters:
             setattr(found, what, getattr(self, what)[places])
         return found
 
+    def extended(self, names: Sequence[str], units: Sequence[Any]) -> Parameters:
+        """Return these parameters and further ones, which have neither bounds nor priors."""
+        found = copy.copy(self)
+        found.names, found.units = (*self.names, *names), (*self.units, *units)
+        for what, value in (("start", 0.0), ("lower", -np.inf), ("upper", np.inf), ("mean", 0.0), ("sigma", np.inf)):
+            setattr(found, what, np.append(getattr(self, what), np.full(len(names), value)))
+        return found
+
     def named(self, values: Floats) -> dict[str, Any]:
         """Return values (P,), or columns (P, n), by their names with their units."""
         plain = (float(value) if np.ndim(value) == 0 else value for value in values)

@@ -18,7 +18,8 @@ from ..typing import Floats
 class Outliers:
     """A loss for data of which some are wrong: minus the logarithm of a mixture of two normal distributions.
 
-    For z, a residual over its error, the likelihood goes as (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
+    With z a residual divided by its error, the likelihood is proportional to
+    (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
 
     Parameters
     ----------
@@ -69,7 +70,10 @@ _KNOWN: dict[str, Callable[[Floats], Floats]] = {
 
 
 class Loss:
-    """A loss of pulls: a solver of least squares takes the signed root of the loss in place of each."""
+    """A loss function of pulls, each of which is replaced by the signed root of its loss.
+
+    The sum of the squares of these roots is the sum of the losses, so that a solver of least squares takes them.
+    """
 
     def __init__(self, argument: Any, function: Callable[[Floats], Any]) -> None:
         self.argument = argument
@@ -99,14 +103,27 @@ class Loss:
         safe = np.where(small, 1.0, root)
         return np.sign(pulls) * root, np.where(small, np.sqrt(slope), slope * np.abs(pulls) / safe)
 
+    def total(self, pulls: Floats) -> float:
+        """Return the sum of the losses of pulls (M,)."""
+        return float(np.sum(self._of(pulls)[0]))
+
+    def influence(self, pulls: Floats) -> tuple[Floats, Floats]:
+        """Return the weights (M,) of pulls (M,), psi over the pulls, and the derivatives (M,) of psi, half the
+        derivative of the loss.
+        """
+        if self.linear:
+            return np.ones_like(pulls), np.ones_like(pulls)
+        _, slope, curvature = self._of(pulls)
+        return slope, slope + 2.0 * curvature * pulls**2
+
     def inflation(self, pulls: Floats, free: int) -> float:
         """Return the factor from the covariance of weighted least squares to that of an M-estimator.
 
         With psi half the derivative of the loss, it is the mean of psi^2 over the square of the mean of psi', where the
         information is that of the unweighted residuals (Huber & Ronchetti 2009, Robust Statistics, Eq. 7.82).
         """
-        _, slope, curvature = self._of(pulls)
-        psi, change = slope * pulls, slope + 2.0 * curvature * pulls**2
+        slope, change = self.influence(pulls)
+        psi = slope * pulls
         steep = float(change.mean())
         if not steep > 0.0 or len(pulls) <= free:
             raise InvalidInput(
@@ -125,3 +142,7 @@ def loss_of(argument: Any) -> Loss:
             f"loss is {argument!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
         )
     return Loss(argument, _KNOWN[argument])
+
+
+#: The loss of least squares.
+LINEAR = loss_of("linear")

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InvalidInput
 from ..typing import Floats
 from . import noise
-from .losses import Loss
-from .problem import EvaluatedPoint, Problem, PullJacobian
-
-__all__ = ["Linearised", "Objective"]
+from .point import EvaluatedPoint, PullJacobian
+from .problem import Problem
 
 
 @dataclass
@@ -42,14 +41,14 @@ class Objective:
     errors.
     """
 
-    def __init__(self, problem: Problem, loss: Loss) -> None:
-        self.problem, self.loss, self.parameters = problem, loss, problem.parameters
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.loss, self.parameters = problem, problem.loss, problem.parameters
         self._weights = np.diag(np.where(np.isfinite(self.parameters.sigma), 1.0 / self.parameters.sigma, 0.0))
 
     def vector(self, point: EvaluatedPoint) -> Floats:
         """Return the components (R,): of pulls, errors and priors, and P zeros in the rows of the information."""
         prior = self._weights @ (point.values - self.parameters.mean)
-        parts = [self.loss.roots(point.rows)[0], np.sqrt(point.log_determinants), prior, np.zeros(len(prior))]
+        parts = [self.loss.roots(point.rows)[0], np.sqrt([point.log_determinant]), prior, np.zeros(len(prior))]
         return np.concatenate(parts)
 
     def linearised(self, point: EvaluatedPoint, jacobian: PullJacobian) -> Linearised:
@@ -63,28 +62,35 @@ class Objective:
         gradient, information, widths = self._noise(point, jacobian, roots * weights)
         values, vectors = np.linalg.eigh(information)
         own = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
-        determinants = np.zeros((len(point.errors), len(gradient)))
-        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinants, own])
+        determinant = np.zeros((1, len(gradient)))
+        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinant, own])
         norms = np.sqrt(np.maximum(np.sum(matrix**2, axis=0), widths))
         matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
         return Linearised(point, jacobian, vector, matrix, own, norms)
 
+    def log_density(self, point: EvaluatedPoint) -> float:
+        """Return the logarithm of the posterior density, integrated over the linear unknowns, up to a constant.
+
+        The integral of a normal density over L unknowns of design A is (2 pi)^(L/2) det(A^T A)^(-1/2) times its
+        largest value.
+        """
+        if not self.loss.linear and point.inner.unknowns:
+            raise InvalidInput(
+                f"loss is {self.loss.argument!r}, for which the integral over linear unknowns such as "
+                f"{point.inner.unknowns[0].name} has no closed form; expected loss='linear'"
+            )
+        prior = self._weights @ (point.values - self.parameters.mean)
+        losses = float(np.sum(self.loss.roots(point.rows)[0] ** 2) + prior @ prior)
+        widened = sum(map(noise.log_determinant, point.errors.values()))
+        volume = len(point.inner.unknowns) * np.log(2.0 * np.pi) - point.inner.projection.log_determinant
+        return 0.5 * (volume - losses - widened)
+
     def _noise(self, point: EvaluatedPoint, jacobian: PullJacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
         """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
-        gradient, information, widths = (
-            np.zeros_like(point.values),
-            np.zeros((len(point.values),) * 2),
-            0.0 * point.values,
+        count, split = len(point.values), point.inner.split
+        found = noise.derivatives(
+            count, jacobian.noise, split(point.inner.projection.basis), split(point.rows), split(by_pulls)
         )
-        parts = np.split(by_pulls, np.cumsum([part.size for part in point.pulls])[:-1])
-        for i, errors in point.errors.items():
-            which = [k for k, changes in jacobian.noise.items() if i in changes]
-            if which:
-                changes = np.array([jacobian.noise[k][i] for k in which])
-                found = noise.derivatives(errors, point.pulls[i].reshape(errors.covariance.shape[:2]), changes)
-                gradient[which] += found.pulls.reshape(len(which), -1) @ parts[i] + 0.5 * found.log_determinant
-                information[np.ix_(which, which)] += found.information
-                # The information about a jitter vanishes with it, but not the length over which it changes the errors.
-                size = np.maximum(np.abs(point.values[which]), 1e-300)
-                widths[which] += 0.5 * np.abs(found.log_determinant) / size
-        return gradient, information, widths
+        # The information about a jitter vanishes with it, but not the length over which it changes the errors.
+        widths = 0.5 * np.abs(found.log_determinant) / np.maximum(np.abs(point.values), 1e-300)
+        return found.gradient, found.information, widths

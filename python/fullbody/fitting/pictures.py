@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 
 from ..base.kinds import whole
-from ..base.units import need, plain
+from ..base.units import need
 from ..plots._style import LINES, grid, matplotlib, panels
 
 
 class FitPlots:
-    """The plots of a fit."""
+    """The plots of a fit.
+
+    Parameters
+    ----------
+    fit : Fit
+    """
 
     def __init__(self, fit: Any) -> None:
         self._fit = fit
@@ -23,15 +28,20 @@ class FitPlots:
         Parameters
         ----------
         ax : array of matplotlib Axes, optional
-            One for each of the observations, which are returned.
+            Axes to draw on, one for each of the observations.
         **kwargs
             Passed to ``Axes.plot``.
+
+        Returns
+        -------
+        ndarray of Axes, or the axes given
         """
         fit = self._fit
         flat, result = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
         for axes, label, times, pulls in zip(flat, fit.labels, fit.times, fit.pulls, strict=True):
-            unit, across = getattr(times, "unit", None), plain(times)
+            unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
+            across = np.asarray(getattr(times, "value", times))
             if len(across) != len(columns):
                 # A measured value has no time.
                 across = np.full(len(columns), across.max(initial=0.0))
@@ -51,9 +61,10 @@ class FitPlots:
         Parameters
         ----------
         samples : xarray.Dataset, optional
-            What :meth:`fullbody.fitting.Fit.sample` returns; by default ``n`` draws from the normal distribution of the
-            fit.
+            What :meth:`fullbody.fitting.Fit.sample` returns; draws from the normal distribution of the fit unless
+            given.
         n : int
+            Number of these draws.
         rng : int or numpy Generator
         **kwargs
             Passed to ``corner.corner``.
@@ -68,10 +79,10 @@ class FitPlots:
 
         fit = self._fit
         if samples is None:
-            rows = fit.draws_as_array(whole(n, "n", len(fit.names) + 1), rng)
+            rows = fit.draws_as_array(whole(n, "n", len(fit.parameters) + 1), rng)
         else:
-            rows = np.stack([np.ravel(samples[name].values) for name in fit.names], axis=1)
-        units = [getattr(value, "unit", None) for value in fit.values.values()]
-        labels = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(fit.names, units, strict=True)]
-        truths = [float(plain(value)) for value in fit.values.values()]
+            rows = np.stack([np.ravel(samples[name].values) for name in fit.parameters.names], axis=1)
+        units = zip(fit.parameters.names, fit.parameters.units, strict=True)
+        labels = [name if unit is None else f"{name} [{unit}]" for name, unit in units]
+        truths = fit.numbers[: len(labels)].tolist()
         return corner.corner(rows, **{"labels": labels, "truths": truths} | kwargs)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -13,20 +11,24 @@ import numpy.typing as npt
 from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
 from ..base.kinds import function
-from ..errors import InvalidInput
+from ..errors import InvalidInput, WarnedOnce
 from ..model.state import State
 from ..motion.system import System
+from ..observing.linear import Held, LinearModel
+from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record, joined
 from ..typing import Floats
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
-from .noise import log_determinant, relative
+from .inner import Inner, model_of, padded
+from .losses import LINEAR, Loss
+from .noise import relative
+from .point import EvaluatedPoint, PullJacobian
+from .signature import arguments_of, taken
 
 if TYPE_CHECKING:
     from ..motion.run import Run
     from ..record.integrators import Integrator
-
-__all__ = ["EvaluatedPoint", "Observed", "Problem", "PullJacobian", "Refused"]
 
 
 #: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull; and those of
@@ -37,8 +39,9 @@ _ROUNDING, _NOISE, _ROUNDING_OF_ERRORS = 1e-13, 1e-8, 1e-14
 class Observed(Protocol):
     """The methods that a fit calls on observations; any class that has them can be fitted.
     A class may also have the method ``derivatives(run)``, with the result of ``run.derivative_of(observed.pulls)``, the
-    number ``linear_unknowns``, and the methods ``errors(system)`` and ``with_errors_of(observed)``, by which a fit
-    takes parameters of errors into account.
+    methods ``linear(run)`` and ``linear_derivatives(run, held)``, which give the pulls as a function of unknowns that
+    are solved for, and the methods ``errors(system)`` and ``with_errors_of(observed)``, by which a fit takes parameters
+    of errors into account.
     """
 
     def emission(self, system: System) -> Any:
@@ -52,51 +55,6 @@ class Refused(Exception):
     """Values of parameters at which there is no prediction; the text gives the reason."""
 
 
-@dataclass
-class EvaluatedPoint:
-    """Predictions at values (P,) of the parameters.
-
-    The run has samples at all times that the observations need; there are the pulls of each of the observations, and
-    the errors of those observations that are functions of parameters, by their index.
-    """
-
-    values: Floats
-    made: SetupResult
-    run: Run
-    observations: list[Any]
-    pulls: list[Floats]
-    errors: dict[int, Any]
-
-    @property
-    def rows(self) -> Floats:
-        """Return all pulls as one array."""
-        return np.concatenate([np.ravel(part) for part in self.pulls])
-
-    @property
-    def log_determinants(self) -> Floats:
-        """Return the logarithms of the determinants of the errors, zero without a jitter."""
-        return np.array([max(0.0, log_determinant(errors)) for errors in self.errors.values()])
-
-
-@dataclass
-class PullJacobian:
-    """Derivatives of a point with respect to P parameters.
-
-    Attributes
-    ----------
-    rows : ndarray, (M, P)
-        Derivatives of the pulls, for constant errors.
-    noise : dict of dict of ndarray, (K, C, C)
-        The relative changes of the covariances of errors, by the index of the parameter and of the observations.
-    differenced : dict of str
-        The parameters that were differenced, with the reason.
-    """
-
-    rows: Floats
-    noise: dict[int, dict[int, Floats]] = field(default_factory=dict)
-    differenced: dict[str, str] = field(default_factory=dict)
-
-
 class Problem:
     """The setup, the parameters and the observations of a fit.
 
@@ -105,7 +63,12 @@ class Problem:
     """
 
     def __init__(
-        self, setup: Callable[..., Any], parameters: Parameters, observations: Any, integrator: Integrator | None
+        self,
+        setup: Callable[..., Any],
+        parameters: Parameters,
+        observations: Any,
+        integrator: Integrator | None,
+        loss: Loss = LINEAR,
     ) -> None:
         function(setup, "setup")
         entry = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
@@ -121,15 +84,19 @@ class Problem:
                     f"observations has {observation!r}; expected those of fullbody.observing, or a "
                     "function of parameters that returns some"
                 )
-        self.setup, self.parameters, self.integrator = setup, parameters, integrator
+        #: The setup shows each of its warnings once, in the fit and in what is computed from it later.
+        self.setup = setup if isinstance(setup, WarnedOnce) else WarnedOnce(setup)
+        self.parameters, self.integrator, self.loss = parameters, integrator, loss
         self.entries = listed
         names = parameters.names
-        self.of_setup = _taken(setup, names)
+        self.of_setup = taken(setup, names)
         #: The parameters of each of those observations that are functions.
-        self.of_observations = [_taken(item, names) if callable(item) else () for item in listed]
+        self.of_observations = [taken(item, names) if callable(item) else () for item in listed]
         used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
         if unused := [name for name in names if name not in used]:
-            arguments = sorted(name for name, item in _arguments(setup).items() if item.kind is not item.VAR_POSITIONAL)
+            arguments = sorted(
+                name for name, item in arguments_of(setup).items() if item.kind is not item.VAR_POSITIONAL
+            )
             raise InvalidInput(
                 f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
                 f"{suggestion(unused[0], arguments, 'some')}"
@@ -190,8 +157,8 @@ class Problem:
         made = self.make(values)
         observations = self.observations(values)
         run = self._run(made, observations, derivatives)
-        pulls = [_finite(self.of(observation, run, "pulls"), observation) for observation in observations]
-        count = sum(part.size for part in pulls)
+        models = self._models(run, observations)
+        count = sum(model.pulls.size for model in models)
         if self._count is None:
             self._count = count
         if count != self._count:
@@ -204,7 +171,10 @@ class Problem:
             for i, observation in enumerate(observations)
             if self.of_observations[i] and hasattr(observation, "errors")
         }
-        return EvaluatedPoint(values.copy(), made, run, observations, pulls, errors)
+        return EvaluatedPoint(values.copy(), made, run, observations, models, Inner(models, self.loss), errors)
+
+    def _models(self, run: Run, observations: list[Any]) -> list[LinearModel]:
+        return [model_of(observation, self._part(run, observation)) for observation in observations]
 
     def times(self, made: SetupResult, observations: list[Any]) -> Floats:
         """Return all times at which the observations need samples, in numbers of the system's units."""
@@ -235,14 +205,32 @@ class Problem:
         """Return a run with samples at the times of observations."""
         return self._run(made, observations, None)
 
-    def of(self, observation: Any, run: Record, what: str) -> Any:
-        """Call a method of observations with the samples of a run at the times of these observations."""
-        return getattr(observation, what)(run[run.indices(self._emission(observation, run.system))])
+    def residuals(self, point: EvaluatedPoint) -> list[Any]:
+        """Return the residuals of each of the observations, in their units, or their pulls if it has no others."""
+        found = []
+        for i, (observation, pulls) in enumerate(zip(point.observations, point.pulls, strict=True)):
+            if hasattr(observation, "linear"):
+                linear = self.linear_values(point, i)
+                found.append(observation.residuals(self._part(point.run, observation), linear))
+            elif hasattr(observation, "residuals"):
+                found.append(observation.residuals(self._part(point.run, observation)))
+            else:
+                found.append(pulls)
+        return found
+
+    def linear_values(self, point: EvaluatedPoint, i: int) -> dict[str, Any]:
+        """Return the linear unknowns of one of the observations by the names that it has for them."""
+        both = zip(point.models[i].unknowns, point.inner.local(i).tolist(), strict=True)
+        return {one.name: value if one.unit is None else value * one.unit for one, value in both}
+
+    def _part(self, run: Record, observation: Any) -> Any:
+        """Return the samples of a run at the times of observations."""
+        return run[run.indices(self._emission(observation, run.system))]
 
     def jacobian(self, point: EvaluatedPoint) -> PullJacobian:
         """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""
         names = self.parameters.names
-        rows = np.zeros((len(point.rows), len(names)))
+        rows = np.zeros((len(point.rows) + len(point.inner.unknowns) + 1, len(names)))
         noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
         columns = [names.index(name) for name in self.of_setup]
@@ -267,70 +255,71 @@ class Problem:
                 rows[:, k] += change
                 if by_observations:
                     noise[k] = by_observations
-        return PullJacobian(rows, noise, differenced)
+        inner = point.inner
+        return PullJacobian(inner.derivative(rows), rows[: len(inner.pulls)], rows[-1], noise, differenced)
 
     def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> Floats:
-        """Return the exact derivatives (M, P) of the pulls with respect to the parameters of the setup."""
+        """Return the exact derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup."""
         run = point.run
         if not run.is_differentiated or not {*made.system} <= {*run.sensitivity}:
             run = self._run(point.made, point.observations, tuple(made.system))
         parts = []
-        for observation in point.observations:
-            by = self._derivatives(observation, run)
-            part = by.start.reshape(by.value.size, -1) @ made.start
+        for observation, held in zip(point.observations, point.inner.held, strict=True):
+            by = self._derivatives(observation, held, run)
+            part = by.start @ made.start
             for name, changes in made.system.items():
                 part += np.outer(by.by_parameter[name], changes)
             parts.append(part)
-        return np.concatenate(parts)
+        return point.inner.gathered(parts)
 
-    def _derivatives(self, observation: Any, run: Run) -> Any:
-        part = run[run.indices(self._emission(observation, run.system))]
-        if hasattr(observation, "derivatives"):
-            try:
-                return observation.derivatives(part)
-            except InvalidInput:
-                # This is so for the light of polyhedra, which is not differentiated.
-                pass
-        return part.derivative_of(observation.pulls)
+    def _derivatives(self, observation: Any, held: Held, run: Run) -> FunctionDerivatives:
+        """Return the derivatives of what the model of observations contracts."""
+        part = self._part(run, observation)
+        for name, *arguments in (("linear_derivatives", held), ("derivatives",)):
+            if hasattr(observation, name):
+                try:
+                    by = getattr(observation, name)(part, *arguments)
+                except InvalidInput:
+                    # This is so for the light of polyhedra, which is not differentiated.
+                    break
+                if arguments:
+                    return by
+                return padded(by)
+        return part.derivative_of(lambda run: model_of(observation, run).contracted(held))
 
     def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
         """Return the derivatives with respect to a parameter that observations take, of the same run.
 
-        They are those of the pulls (M,), and the relative changes (K, C, C) of covariances by the index of the
-        observations.
+        They are those of the contracted pulls (M + L + 1,), and the relative changes (K, C, C) of covariances by the
+        index of the observations.
         """
         name, system = self.parameters.names[k], point.made.system
         changing = [i for i, names in enumerate(self.of_observations) if name in names]
-        rows = [np.zeros(part.size) for part in point.pulls]
         if not changing:
-            return np.concatenate(rows), {}
+            return np.zeros(len(point.rows) + len(point.inner.unknowns) + 1), {}
+        base = point.inner.contracted(point.models)
 
         def shifted(by: float) -> Floats:
-            moved = self.observations(self.parameters.shifted(point.values, k, by))
+            moved, models = self.observations(self.parameters.shifted(point.values, k, by)), list(point.models)
             parts = []
             for i in changing:
-                observation, base, errors = moved[i], point.observations[i], point.errors.get(i)
-                observation = observation if errors is None else observation.with_errors_of(base)
-                parts.append(np.ravel(_finite(self.of(observation, point.run, "pulls"), observation) - point.pulls[i]))
+                observation, errors = moved[i], point.errors.get(i)
+                observation = observation if errors is None else observation.with_errors_of(point.observations[i])
+                models[i] = model_of(observation, self._part(point.run, observation))
                 if errors is not None:
                     now = moved[i].errors(system)
                     parts.append(relative(errors.covariance, now.covariance).ravel())
                     parts.append(relative(errors.without_jitter, now.without_jitter).ravel())
-            return np.concatenate(parts)
+            return np.concatenate([point.inner.contracted(models) - base, *parts])
 
-        sizes = []
-        for i in changing:
-            sizes.append((point.pulls[i].size, _ROUNDING * self._largest(point)))
-            if i in point.errors:
-                sizes += [(point.errors[i].covariance.size, _ROUNDING_OF_ERRORS)] * 2
-        noise = np.concatenate([np.full(size, rounding) for size, rounding in sizes])
-        groups = np.repeat(np.arange(len(sizes)), [size for size, _ in sizes])
-        parts = iter(
-            np.split(self._derivative(shifted, point, k, noise, groups), np.cumsum([s for s, _ in sizes])[:-1])
-        )
+        scale, kinds = point.inner.sizes()
+        sizes = [point.errors[i].covariance.size for i in changing if i in point.errors for _ in range(2)]
+        noise = np.concatenate([_ROUNDING * scale, np.full(sum(sizes), _ROUNDING_OF_ERRORS)])
+        groups = np.concatenate([kinds, 3 + np.repeat(np.arange(len(sizes)), sizes)])
+        found = self._derivative(shifted, point, k, noise, groups)
+        parts = iter(np.split(found[len(base) :], np.cumsum(sizes)[:-1]))
         changes: dict[int, Floats] = {}
         for i in changing:
-            rows[i] = next(parts)
             if i in point.errors:
                 change, stated = next(parts), next(parts)
                 if stated.any():
@@ -340,19 +329,17 @@ class Problem:
                     )
                 if change.any():
                     changes[i] = change.reshape(point.errors[i].covariance.shape)
-        return np.concatenate(rows), changes
+        return found[: len(base)], changes
 
     def _by_runs(self, point: EvaluatedPoint, k: int) -> Floats:
-        """Return derivatives (M,) of the pulls with respect to a parameter, from complete runs."""
+        """Return derivatives (M + L + 1,) of the contracted pulls with respect to a parameter, from complete runs."""
+        base = point.inner.contracted(point.models)
 
         def shifted(by: float) -> Floats:
-            return self._point(self.parameters.shifted(point.values, k, by)).rows - point.rows
+            return point.inner.contracted(self._point(self.parameters.shifted(point.values, k, by)).models) - base
 
-        noise = np.full(len(point.rows), _NOISE * self._largest(point))
-        return self._derivative(shifted, point, k, noise, np.zeros(len(noise), dtype=int))
-
-    def _largest(self, point: EvaluatedPoint) -> float:
-        return max(1.0, float(np.abs(point.rows).max(initial=0.0)))
+        scale, kinds = point.inner.sizes()
+        return self._derivative(shifted, point, k, _NOISE * scale, kinds)
 
     def _derivative(
         self,
@@ -398,10 +385,6 @@ class Problem:
         sizes = np.append(observation.sizes(), np.abs(list(observation.parameters.values())))
         return bool((np.abs(apart) <= 1e-9 * sizes).all())
 
-    def linear_unknowns(self, point: EvaluatedPoint) -> int:
-        """Return the number of unknowns for which the predictions at a point are solved."""
-        return sum(getattr(observed, "linear_unknowns", 0) for observed in point.observations)
-
     def limits(self, values: Floats) -> str:
         """Return the bounds, as text, that would keep a fit at values (P,) from those that were refused last."""
         sides = []
@@ -417,38 +400,3 @@ class Problem:
 
 def _is_observed(observation: Any) -> bool:
     return hasattr(observation, "pulls") and hasattr(observation, "emission")
-
-
-def _finite(pulls: Any, observation: Any) -> Floats:
-    made = np.asarray(pulls, dtype=np.float64)
-    if not np.isfinite(made).all():
-        raise InvalidInput(f"{observation!r} has predictions that are not finite")
-    return made
-
-
-def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
-    try:
-        return inspect.signature(function).parameters
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(
-            f"{function!r} has arguments that Python cannot list; expected a function of Python"
-        ) from error
-
-
-def _taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the parameters that a function takes, after checking that it needs no others."""
-    arguments = _arguments(function)
-    if any(argument.kind is argument.VAR_KEYWORD for argument in arguments.values()):
-        return tuple(names)
-    for name, observation in arguments.items():
-        if observation.kind is observation.POSITIONAL_ONLY:
-            raise InvalidInput(f"{function!r} takes {name} by its position alone; expected arguments that have names")
-        if (
-            observation.default is observation.empty
-            and observation.kind is not observation.VAR_POSITIONAL
-            and name not in names
-        ):
-            raise InvalidInput(f"parameters has no {name!r}, which {function!r} needs; it has {', '.join(names)}")
-    return tuple(
-        name for name in names if name in arguments and arguments[name].kind is not inspect.Parameter.VAR_POSITIONAL
-    )

@@ -20,14 +20,13 @@ from ..motion.simulation import Simulation
 from ..typing import Floats
 from . import files
 from .problem import Refused
-from .uncertainty import Covariance, Derived, derived, sample
+from .uncertainty import Covariance, derived, sample
 
 if TYPE_CHECKING:
     from ..motion.run import Run
+    from .free import Parameters
     from .objective import Linearised, Objective
     from .pictures import FitPlots
-
-__all__ = ["Derived", "Fit", "Minimum", "fit_in"]
 
 
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
@@ -41,7 +40,7 @@ class Minimum:
     Attributes
     ----------
     values : dict
-        The parameters at the minimum.
+        The parameters at the minimum, without linear unknowns; a fit can start there.
     loss : float
         The sum that is minimised, which is chi2 unless a loss is not linear or a jitter is free.
     chi2 : float
@@ -64,13 +63,17 @@ class Fit(Tabled):
     Attributes
     ----------
     names : tuple of str
-        The parameters, in the order of all arrays.
+        The P parameters and the L linear unknowns of the observations, such as zero points, in the order of all arrays.
     values, sigma : dict
         Values and standard errors by name, with the units of the initial values. The error of a parameter in a
         combination that the data do not constrain is infinite.
-    numbers : ndarray, (P,)
+    numbers : ndarray, (P + L,)
         The values in these units.
-    covariance, correlation : ndarray, (P, P)
+    linear : list of dict
+        The linear unknowns of each of the observations, by the names that it has for them: what its ``predict`` and
+        ``residuals`` take as ``linear``. An unknown of several observations that is not shared has a longer name in
+        ``names``.
+    covariance, correlation : ndarray, (P + L, P + L)
         In the units of the values. For a loss that is not linear the covariance is that of an M-estimator. Rows and
         columns of unconstrained parameters are zero beside the diagonal.
     chi2 : float
@@ -78,7 +81,7 @@ class Fit(Tabled):
     loss : float
         The sum that was minimised: of the losses of the pulls, and of the logarithms of determinants if jitter is free.
     dof : int
-        Data and priors minus parameters and linear unknowns such as zero points.
+        Data and priors minus parameters and linear unknowns.
     p_value : float or None
         Probability of a larger chi2, for a linear loss, errors without free parameters and at least one degree of
         freedom.
@@ -110,7 +113,8 @@ class Fit(Tabled):
     starts : int
         The number of starts.
     message : str
-        The reason why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise.
+        The reason why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise. Where it is
+        not empty, tables show no standard errors, since ``sigma`` and ``covariance`` are those of another point.
     iterations, runs, refused : int
         Numbers of iterations; of runs, those with derivatives and those of differences included; and of proposals that
         were refused, in all starts.
@@ -122,35 +126,39 @@ class Fit(Tabled):
     starts: int
 
     def __init__(self, objective: Objective, here: Linearised, message: str, iterations: int) -> None:
-        from scipy.stats import chi2
+        from scipy.special import chdtrc
 
         problem, point, parameters = objective.problem, here.point, objective.parameters
         self._objective: Objective | None = objective
-        self.parameters, self.names, self.numbers = parameters, parameters.names, point.values
+        self.parameters = parameters
+        self._unknowns = tuple((one.name, one.unit) for one in point.inner.unknowns)
+        self.names = self.described.names
+        self.numbers = np.append(point.values, point.inner.values)
         self._of_setup = problem.of_setup
         self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
         self.observations, self.pulls = point.observations, point.pulls
-        self.residuals = [
-            problem.of(observation, point.run, "residuals" if hasattr(observation, "residuals") else "pulls")
-            for observation in point.observations
-        ]
+        self.residuals = problem.residuals(point)
+        self.linear = [problem.linear_values(point, i) for i in range(len(point.observations))]
         self.times = [observation.emission(self.system) for observation in point.observations]
         self.labels = tuple(repr(observation).partition("(")[0] for observation in point.observations)
         self.differenced, self.message, self.iterations = here.jacobian.differenced, message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
         at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(here.matrix, axis=0)))
-        self.at_bounds = tuple(name for name, is_at in zip(self.names, at, strict=True) if is_at)
+        self.at_bounds = tuple(name for name, is_at in zip(parameters.names, at, strict=True) if is_at)
         rows, priors = point.rows, np.isfinite(parameters.sigma)
         self.loss = 2.0 * here.cost
         pull = (point.values[priors] - parameters.mean[priors]) / parameters.sigma[priors]
         self.chi2 = float(np.sum(rows**2) + np.sum(pull**2))
-        self.dof = len(rows) + int(priors.sum()) - len(self.names) - problem.linear_unknowns(point)
+        self.dof = len(rows) + int(priors.sum()) - len(self.names)
         linear = objective.loss.linear
         is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
-        self.p_value = float(chi2.sf(self.chi2, self.dof)) if is_distributed else None
+        self.p_value = float(chdtrc(self.dof, self.chi2)) if is_distributed else None
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
-        covariance = Covariance(np.concatenate([shrink * here.jacobian.rows, here.rows]), parameters)
+        # Beside all others the linear unknowns have the correlations that they would have as parameters.
+        explicit = np.concatenate([here.jacobian.explicit, -point.inner.design], axis=1)
+        others = np.pad(here.rows, ((0, 0), (0, len(self._unknowns))))
+        covariance = Covariance(np.concatenate([shrink * explicit, others]), self.described)
         self.covariance, self.condition, self.unconstrained = (
             covariance.matrix,
             covariance.condition,
@@ -159,14 +167,19 @@ class Fit(Tabled):
         self.weakest = dict(zip(self.names, covariance.weakest.tolist(), strict=True))
 
     @property
+    def described(self) -> Parameters:
+        """The names, units, bounds and priors of the parameters, and of the linear unknowns after them."""
+        return self.parameters.extended(*zip(*self._unknowns, strict=True)) if self._unknowns else self.parameters
+
+    @property
     def values(self) -> dict[str, Any]:
-        """The parameters by name, with the units of their initial values."""
-        return self.parameters.named(self.numbers)
+        """The parameters by name, with the units of their initial values, and the linear unknowns after them."""
+        return self.described.named(self.numbers)
 
     @property
     def sigma(self) -> dict[str, Any]:
         """The standard errors of the parameters by name."""
-        return self.parameters.named(np.sqrt(np.diag(self.covariance)))
+        return self.described.named(np.sqrt(np.diag(self.covariance)))
 
     @property
     def correlation(self) -> Floats:
@@ -229,18 +242,19 @@ class Fit(Tabled):
         return paired(**{name: columns[name] for name in self._of_setup})
 
     def draws_as_array(self, n: Any, rng: Any) -> Floats:
-        """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
+        """Draw numbers (n, P) of the parameters, without linear unknowns, in their units; see :meth:`draw`."""
         count = whole(n, "n")
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
-        lower, upper, accepted = self.parameters.lower, self.parameters.upper, np.empty((0, len(self.numbers)))
-        errors = np.sqrt(np.diag(self.covariance))
+        size, lower, upper = len(self.parameters), self.parameters.lower, self.parameters.upper
+        accepted, covariance = np.empty((0, size)), self.covariance[:size, :size]
+        errors = np.sqrt(np.diag(covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
-        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
+        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
         for _ in range(_MOST_DRAWS):
-            drawn = self.numbers + scale * (random.normal(size=(count, len(scale))) @ factor.T)
+            drawn = self.numbers[:size] + scale * (random.normal(size=(count, len(scale))) @ factor.T)
             accepted = np.concatenate([accepted, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
             if len(accepted) >= count:
                 return accepted[:count]
@@ -250,12 +264,13 @@ class Fit(Tabled):
         """Compute the logarithm of the posterior density, up to a constant that depends on the data and their errors.
 
         It is minus half the sum of the losses, of the squares of the priors' pulls, and of the logarithms of variances
-        where a jitter is free.
+        where a jitter is free, integrated over linear unknowns.
 
         Parameters
         ----------
         values : dict or array_like, (P,)
-            By name with units, or numbers in the order of ``names`` and the units of ``values``.
+            The parameters without linear unknowns, as ``minima`` has them: by name with units, or numbers in their
+            order and the units of ``values``.
         gradient : bool
             Whether to compute the derivatives with respect to the parameters too.
 
@@ -264,6 +279,11 @@ class Fit(Tabled):
         float, or (float, ndarray (P,))
             Minus infinity outside the bounds and where the setup refuses the values or a run ends with an error, with
             a gradient of zero: the density is zero there.
+
+        Raises
+        ------
+        InvalidInput
+            For linear unknowns under a loss that is not linear, over which the density has no integral in closed form.
         """
         objective, parameters = self._minimised(), self.parameters
         numbers = parameters.numbers(values)
@@ -274,11 +294,11 @@ class Fit(Tabled):
             point = objective.problem.point(numbers)
         except Refused:
             return nothing
-        vector = objective.vector(point)
-        density = -0.5 * float(vector @ vector)
+        density = objective.log_density(point)
         if not gradient:
             return density
-        return density, -objective.linearised(point, objective.problem.jacobian(point)).matrix.T @ vector
+        here = objective.linearised(point, objective.problem.jacobian(point))
+        return density, -here.matrix.T @ here.vector - here.jacobian.log_determinant
 
     def _minimised(self) -> Objective:
         if self._objective is None:
@@ -299,15 +319,22 @@ class Fit(Tabled):
     def to_table(self) -> Any:
         """Return an astropy ``Table`` with a row for each parameter: name, value, error, unit and bounds.
 
-        Its ``meta`` has chi2, the degrees of freedom and the correlation.
+        Its ``meta`` has chi2, the degrees of freedom and the correlation. If the solver stopped before it was at a
+        minimum, errors are masked and the correlation is left out.
         """
         with need("observing", "a table"):
+            from astropy.table import MaskedColumn
             from astropy.table import Table as AstropyTable
 
-        parameters, errors = self.parameters, np.sqrt(np.diag(self.covariance))
+        parameters, errors = self.described, np.sqrt(np.diag(self.covariance))
         units = [str(unit or "") for unit in parameters.units]
         columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
-        meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
+        meta: dict[str, Any] = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof}
+        if self.message:
+            columns["sigma"] = MaskedColumn(errors, mask=True)
+            meta["message"] = self.message
+        else:
+            meta["correlation"] = self.correlation.tolist()
         return AstropyTable(columns | {"min": parameters.lower, "max": parameters.upper}, meta=meta)
 
     def _tables(self) -> tuple[Table, ...]:
@@ -316,7 +343,9 @@ class Fit(Tabled):
             flags = (("at its bound", self.at_bounds), ("differenced", self.differenced))
             notes = [note for note, which in flags if name in which]
             value, error = _with_error(float(self.numbers[k]), float(np.sqrt(self.covariance[k, k])))
-            rows.append((name, value, error, str(self.parameters.units[k] or ""), ", ".join(notes)))
+            if self.message:
+                value, error = f"{self.numbers[k]:.8g}", "-"
+            rows.append((name, value, error, str(self.described.units[k] or ""), ", ".join(notes)))
         about = [
             ("chi2", f"{self.chi2:.6g} for {self.dof} degrees of freedom"),
             ("p-value", "-" if self.p_value is None else f"{self.p_value:.3g}"),
@@ -329,7 +358,11 @@ class Fit(Tabled):
             *((f"{name} differenced", reason) for name, reason in self.differenced.items()),
         ]
         tables = [
-            Table("Fit", ("parameter", "value", "error", "unit", "note"), rows),
+            Table(
+                "Fit, not at a minimum" if self.message else "Fit",
+                ("parameter", "value", "error", "unit", "note"),
+                rows,
+            ),
             Table("Quality", (), [(what, text) for what, text in about if text]),
         ]
         if len(self.minima) > 1:
@@ -340,7 +373,9 @@ class Fit(Tabled):
                 ]
                 for item in self.minima
             ]
-            tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.names), lines))
+            tables.append(
+                Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.parameters.names), lines)
+            )
         return tuple(tables)
 
     def __repr__(self) -> str:

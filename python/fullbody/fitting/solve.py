@@ -1,4 +1,4 @@
-"""Fits by least squares, by steps of a trust region from one start or from many."""
+"""Fits by least squares, from one start or from many."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
 from ..typing import Floats
 from .free import Parameters
 from .losses import Outliers, loss_of
-from .objective import Linearised, Objective
-from .problem import EvaluatedPoint, Observed, Problem, Refused
+from .objective import Objective
+from .problem import Observed, Problem, Refused
 from .result import Fit, Minimum
 
 if TYPE_CHECKING:
@@ -25,12 +25,6 @@ if TYPE_CHECKING:
 
 #: The largest difference, in units of each parameter's error, between two fits at the same minimum.
 _SAME = 0.1
-#: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
-#: parameters at which it stops if rounding errors prevent that.
-_CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
-#: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
-#: relative to it, that rounding errors hide.
-_FAR, _HIDDEN = 0.03, 1e-11
 
 
 def fit(
@@ -42,6 +36,7 @@ def fit(
     loss: str | Outliers | Callable[[Any], Any] = "linear",
     starts: int | Sequence[Mapping[str, Any]] = 1,
     rng: int | np.random.Generator | None = None,
+    proposals: int | None = None,
     progress: bool | str | Callable[..., Any] = False,
 ) -> Fit:
     """Fit the parameters of a setup to observations by least squares.
@@ -60,6 +55,7 @@ def fit(
     observations : Astrometry, Photometry, RadarAstrometry, Measured, or a list of them
         Observations may also be a function of parameters that returns them: ``lambda jitter: data.with_jitter(jitter)``
         frees a jitter, ``lambda albedo: observing.Photometry(..., albedo={"Alpha": 1.0, "Beta": albedo})`` an albedo.
+        Their linear unknowns, such as zero points, are no parameters: each evaluation solves for them.
     integrator : Integrator, optional
         :class:`fullbody.Verner98` unless given.
     loss : {"linear", "soft_l1", "huber", "cauchy", "arctan"}, Outliers or callable
@@ -67,8 +63,12 @@ def fit(
         function takes squares (...) and returns the loss with two derivatives (3, ...).
     starts : int or list of dict
         The starts themselves, or their number: the first has the given values, the others are spread by Latin hypercube
-        between the bounds of each parameter, or over its prior if it has no bounds; they need ``rng``.
+        between the bounds of each parameter, or over its prior if it has no bounds.
     rng : int or numpy Generator, optional
+        The random numbers of starts, needed if ``starts`` is a number above one.
+    proposals : int, optional
+        The largest number of proposed values of the parameters, refused ones included, from each start; a hundred for
+        each parameter unless given. A fit that stops there has a ``Fit.message`` and shows no errors.
     progress : bool, str or callable
         Whether to show the number of runs and chi2, or a title; or a function of (done, total, description): the number
         of runs, ``None``, and a text with chi2.
@@ -82,14 +82,15 @@ def fit(
     Raises
     ------
     InvalidInput
-        For more parameters than data, a setup that jumps or rounds, and starts that are all refused.
+        For invalid arguments, more parameters than data, a setup that jumps or rounds, and starts that are all refused.
     Interrupted
         On Ctrl-C before there is anything to return.
 
     Warns
     -----
     InconsistentInput
-        If the data leave a combination of parameters unconstrained, and if the solver reaches its limit of steps.
+        If the data leave a combination of parameters unconstrained, and if the solver stops before it is at a minimum.
+        Warnings of the setup are shown once.
 
     Notes
     -----
@@ -115,16 +116,31 @@ def fit(
     >>> round(found.values["mass"], 6), found.dof
     (2.0, 39)
     """
+    with once():
+        return _fitted(setup, parameters, observations, integrator, loss, starts, rng, proposals, progress)
+
+
+def _fitted(
+    setup: Any,
+    parameters: Any,
+    observations: Any,
+    integrator: Any,
+    loss: Any,
+    starts: Any,
+    rng: Any,
+    proposals: Any,
+    progress: Any,
+) -> Fit:
+    limit = None if proposals is None else whole(proposals, "proposals")
     with need("fit", "a fit"):
-        import scipy.optimize  # noqa: F401
-    with once(), Progress(progress) as report:
-        free = Parameters(parameters)
-        problem = Problem(setup, free, observations, integrator)
-        objective = Objective(problem, loss_of(loss))
-        begins = _starts(free, starts, rng)
-        solvers: list[_Solver] = []
+        from .solver import Solver
+    free = Parameters(parameters)
+    objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
+    begins = _starts(free, starts, rng)
+    solvers: list[Solver] = []
+    with Progress(progress) as report:
         for begin in begins:
-            solver = _Solver(objective, report)
+            solver = Solver(objective, report, limit)
             try:
                 solver.solve(begin)
             except Refused as error:
@@ -135,17 +151,17 @@ def fit(
                 solvers.append(solver)
             if solver.interrupted:
                 break
-        if not solvers:
-            if problem.differentiated or not problem.refused:
-                raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
-            raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
-        fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
-        best = min(fits, key=lambda other: other.loss)
-        best.minima, best.starts = _minima(problem, fits), len(begins)
-        if best.message:
-            caution(f"the fit was {best.message}", InconsistentInput)
-        elif best.unconstrained is not None:
-            caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
+    if not solvers:
+        if problem.differentiated or not problem.refused:
+            raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
+        raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
+    fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
+    best = min(fits, key=lambda other: other.loss)
+    best.minima, best.starts = _minima(problem, fits), len(begins)
+    if best.message:
+        caution(f"the fit was {best.message}", InconsistentInput)
+    elif best.unconstrained is not None:
+        caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
     return best
 
 
@@ -188,132 +204,25 @@ def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
                 break
         else:
             minima.append((fit, 1))
-    return tuple(Minimum(lowest.values, lowest.loss, lowest.chi2, count, lowest.message) for lowest, count in minima)
+    return tuple(
+        Minimum(
+            lowest.parameters.named(lowest.numbers[: len(lowest.parameters)]),
+            lowest.loss,
+            lowest.chi2,
+            count,
+            lowest.message,
+        )
+        for lowest, count in minima
+    )
 
 
 def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
     """Return whether two fits have the same values within their errors, up to turns that change nothing."""
-    apart = fit.numbers - other.numbers
-    full_turn = np.array([problem.parameters.full_turn(k) for k in range(len(apart))])
+    count = len(problem.parameters)
+    values = fit.numbers[:count]
+    apart = values - other.numbers[:count]
+    full_turn = np.array([problem.parameters.full_turn(k) for k in range(count)])
     full_turns = np.round(apart / full_turn) * np.where(np.isfinite(full_turn), full_turn, 0.0)
-    if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))).all():
+    if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))[:count]).all():
         return False
-    return not full_turns.any() or problem.unchanged(fit.numbers, fit.numbers - full_turns)
-
-
-class _Converged(Exception):
-    """The solver is at a minimum."""
-
-
-class _Solver:
-    """The residuals of a problem in the form that scipy's solver takes.
-
-    It keeps the ``best`` values so far with their derivatives, and a ``message`` with the reason why it stopped before
-    it was at a minimum.
-    """
-
-    def __init__(self, objective: Objective, report: Any) -> None:
-        self._objective, self._report = objective, report
-        self._problem, self._parameters = objective.problem, objective.parameters
-        self._last: EvaluatedPoint | None = None
-        self.best: Linearised | None = None
-        self.message, self.iterations, self.interrupted = "", 0, False
-        self._distance, self._accepted = np.inf, False
-
-    def solve(self, start: Floats) -> None:
-        """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
-        from scipy.optimize import least_squares
-
-        try:
-            self._last = self._problem.point(start)
-            _check_count(self._problem, self._last)
-            first = [self._linearised(start)]
-            reach = self._problem.reach(start)
-            # The first trust region allows changes by all of the parameters' sizes.
-            scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
-            begin = reach / scale
-
-            def residuals(x: Floats) -> Floats:
-                return self._residuals(start + scale * (x - begin))
-
-            def jacobian(x: Floats) -> Floats:
-                return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
-
-            bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
-            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15}
-            # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
-            # minimum is judged below by the distance that is left, not by these warnings.
-            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                solution = least_squares(residuals, begin, jacobian, bounds, **options)
-            why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
-            if why and self.best is not None:
-                why += self._problem.limits(self.best.point.values)
-            if solution.status <= 0:
-                self.message = f"stopped after {solution.nfev} proposals, the limit{why}"
-            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * solution.cost:
-                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
-        except _Converged:
-            pass
-        except KeyboardInterrupt:
-            self.interrupted = True
-            self.message = "interrupted: the values are the best so far, not those of a minimum"
-
-    def _residuals(self, values: Floats) -> Floats:
-        if self._last is None or not np.array_equal(self._last.values, values):
-            try:
-                # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
-                self._last = self._problem.point(values, differentiated=self._accepted)
-            except Refused:
-                if self.best is None:
-                    raise
-                return np.full(len(self.best.vector), np.nan)
-            finally:
-                self._accepted = False
-                self._show()
-        return self._objective.vector(self._last)
-
-    def _linearised(self, values: Floats) -> Linearised:
-        if self._last is None or not np.array_equal(self._last.values, values):
-            self._last = self._problem.point(values)
-        here = self._objective.linearised(self._last, self._problem.jacobian(self._last))
-        if self.best is None or here.cost <= self.best.cost:
-            self.best = here
-        self.iterations += 1
-        self._accepted = True
-        self._show()
-        self._distance = self._step(here)
-        if self._distance < _CLOSE:
-            raise _Converged
-        return here
-
-    def _step(self, here: Linearised) -> float:
-        """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
-        norms = np.linalg.norm(here.matrix, axis=0)
-        free = norms > 0.0
-        scaled = here.matrix / np.where(free, norms, 1.0)
-        low, high = self._parameters.at_bounds(here.point.values, norms)
-        for _ in range(len(norms)):
-            step = np.zeros(len(norms))
-            step[free] = np.linalg.lstsq(scaled[:, free], -here.vector, rcond=1e-12)[0]
-            out = free & (((step < 0.0) & low) | ((step > 0.0) & high))
-            if not out.any():
-                break
-            free = free & ~out
-        return float(np.linalg.norm(scaled @ step))
-
-    def _show(self) -> None:
-        if self._report is not None and self.best is not None:
-            runs = self._problem.runs + self._problem.differentiated
-            self._report(runs, None, f"chi2 {2.0 * self.best.cost:.8g}")
-
-
-def _check_count(problem: Problem, point: EvaluatedPoint) -> None:
-    """Raise an error for more parameters than data."""
-    data = len(point.rows) + int(np.isfinite(problem.parameters.sigma).sum())
-    solved = problem.linear_unknowns(point)
-    if data < len(problem.parameters) + solved:
-        also = f" and {solved} zero points" if solved else ""
-        raise InvalidInput(
-            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
-            "priors; expected no more parameters than data"
-        )
+    return not full_turns.any() or problem.unchanged(values, values - full_turns)

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.arguments import generator
 from ..base.kinds import choice, whole
 from ..base.units import need
-from ..errors import once
+from ..errors import InvalidInput, once
 from ..observing.measured import Measured
 from ..typing import Floats
 from .free import Parameters
@@ -65,14 +65,33 @@ def _combination(vector: Floats, norms: Floats, parameters: Parameters) -> str:
 
 
 class Derived(NamedTuple):
-    """A quantity derived from the parameters of a fit, with its standard error to first order."""
+    """A quantity derived from the parameters of a fit, with its standard error.
+
+    Attributes
+    ----------
+    value : float, ndarray or Quantity
+        The value at the parameters of the fit.
+    sigma : float, ndarray or Quantity
+        The standard error to first order, or the standard deviation of the ``draws``.
+    draws : ndarray, Quantity or None
+        The values (n, ...) for samples of the posterior distribution.
+    """
 
     value: Any
     sigma: Any
+    draws: Any = None
 
 
-def derived(fit: Any, function: Callable[[Any], Any], times: Any = ()) -> Derived:
-    """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
+def derived(
+    fit: Any,
+    function: Callable[[Any], Any],
+    times: Any = (),
+    *,
+    samples: xarray.Dataset | None = None,
+    n: int = 100,
+    rng: int | np.random.Generator | None = None,
+) -> Derived:
+    """Return a quantity that follows from the fitted motion, with its standard error by the chain rule or by samples.
 
     Parameters
     ----------
@@ -80,18 +99,40 @@ def derived(fit: Any, function: Callable[[Any], Any], times: Any = ()) -> Derive
         A smooth function of a :class:`fullbody.Run` that returns a number, a Quantity or an array (C,).
     times : astropy Time, or array_like or Quantity, (K,), optional
         The times at which the run is sampled; none for a function of the system alone.
+    samples : xarray.Dataset, optional
+        What :meth:`sample` returns, without the steps before it has settled. The function is then computed for draws of
+        it, and need not be smooth.
+    n : int
+        The number of these draws.
+    rng : int or numpy Generator, optional
+        The random numbers that choose the draws, needed with ``samples``.
 
     Returns
     -------
     Derived
-        ``.value`` and ``.sigma`` (C,).
+        ``.value`` and ``.sigma`` (C,); with ``samples`` also the values of the ``.draws`` (n, C).
     """
-    problem, values = fit._minimised().problem, fit.numbers
+    problem, values = fit._minimised().problem, fit.numbers[: len(fit.parameters)]
     places = [problem.parameters.names.index(name) for name in problem.of_setup]
-    made = problem.make(values)
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
-    run = problem.sampled(made, [probe])
-    value = function(run)
+
+    def quantity(values: Floats) -> Any:
+        return function(problem.sampled(problem.make(values), [probe]))
+
+    value = quantity(values)
+    if samples is not None:
+        rows = np.stack([np.ravel(samples[name].values) for name in problem.parameters.names], axis=1)
+        if rng is None:
+            raise InvalidInput(
+                f"rng is None, but {n} draws of samples are chosen; expected a whole number or a Generator"
+            )
+        chosen = generator(rng).choice(len(rows), whole(n, "n", 2, len(rows)), replace=False)
+        with once():
+            draws = [quantity(row) for row in rows[np.sort(chosen)]]
+        unit = getattr(value, "unit", None)
+        plain = np.array(draws if unit is None else [draw.to_value(unit) for draw in draws])
+        every = plain if unit is None else plain * unit
+        return Derived(value, every.std(axis=0, ddof=1), every)
     unit = getattr(value, "unit", 1.0)
     # The derivatives are those of the pulls of a measured value of the same size, whose error is one.
     measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
@@ -126,8 +167,8 @@ def sample(
     Returns
     -------
     xarray.Dataset
-        Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the first
-        step on.
+        Parameters, without linear unknowns, and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz
+        takes them, from the first step on.
     """
     choice(sampler, "sampler", ("emcee",))
     with need("fit", "a sample of the posterior distribution"):
@@ -135,9 +176,10 @@ def sample(
     with need("data", "a sample of the posterior distribution"):
         import xarray
 
-    length, least = whole(steps, "steps"), 2 * len(fit.names)
+    names = fit.parameters.names
+    length, least = whole(steps, "steps"), 2 * len(names)
     count = 2 * least if walkers is None else whole(walkers, "walkers", least)
-    ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
+    ensemble = emcee.EnsembleSampler(count, len(names), fit.log_posterior)
     random = generator(rng)
     with once():
         begin = fit.draws_as_array(count, random)
@@ -146,8 +188,7 @@ def sample(
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     found: dict[str, Any] = {}
-    for k, (name, value) in enumerate(fit.values.items()):
-        unit = getattr(value, "unit", None)
+    for k, (name, unit) in enumerate(zip(names, fit.parameters.units, strict=True)):
         found[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
     found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
     notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}

@@ -15,10 +15,13 @@ from .brightness import BrightnessDerivatives, brightness, brightness_derivative
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LommelSeeliger, LommelSeeligerLambert
 from .light_curve import light_curve, zero_point
+from .linear import Held, LinearModel, LinearUnknown
 from .measured import Measured
-from .mutual import MutualEvent, mutual_events, occultation
+from .mutual import mutual_events, occultation
+from .mutual_event import MutualEvent, MutualEvents
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
+from .series import RotationSeries
 
 __all__ = [
     "HG",
@@ -27,14 +30,19 @@ __all__ = [
     "BrightnessDerivatives",
     "Geometry",
     "Hapke",
+    "Held",
     "Lambert",
+    "LinearModel",
+    "LinearUnknown",
     "LommelSeeliger",
     "LommelSeeligerLambert",
     "Measured",
     "MutualEvent",
+    "MutualEvents",
     "Photometry",
     "RadarAstrometry",
     "RangeAndRate",
+    "RotationSeries",
     "brightness",
     "brightness_derivatives",
     "light_curve",

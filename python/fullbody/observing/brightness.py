@@ -18,9 +18,6 @@ from ..model.state import State, strip
 from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
-__all__ = ["BrightnessDerivatives", "Epochs", "Photometer", "brightness", "brightness_derivatives", "of_unit_sphere"]
-
-
 #: The step in the difference of a phase function: as a share of the angle to 0 and 180 degrees, and at least, radians.
 _STEP, _LEAST = 2e-4, 1e-7
 #: The largest radius of the Sun, in radians, that causes no warning if it is a plain number.

@@ -11,8 +11,6 @@ from ..model.context import SystemLike
 from ..model.shapes import Ellipsoid, PointMass, Sphere
 from ..typing import Floats
 
-__all__ = ["photocentre", "semi_axes"]
-
 #: The least cosine; smaller ones are replaced by it.
 _LEAST = 1e-12
 

@@ -3,51 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, NamedTuple, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
-import numpy as np
-
-from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
-from ..base.differences import difference
 from ..base.kinds import instance
 from ..base.tables import Table, Tabled
 from ..base.units import need
-from ..model.context import SystemLike
-from ..record.derivatives import FunctionDerivatives
-from ..record.record import Record
-from ..typing import Floats
 from .columns import DataColumn, Rows, read_table
-from .states import RetardedStates, retarded
-from .times import in_system
-from .vectors import Vectors, local_geometry
-
-__all__ = ["Errors", "Observations"]
-
-#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
-_STEP = 1e-100
-#: The step of a difference, relative to the natural size of a parameter.
-_SHARE = 1e-5
+from .predictions import Predictions
+from .vectors import Vectors
 
 
-class Errors(NamedTuple):
-    """The errors of K rows of C numbers, and the unknowns for which each prediction solves.
-
-    Attributes
-    ----------
-    covariance, without_jitter : ndarray, (K, C, C)
-        The covariance of each row, with and without a jitter.
-    design : ndarray, (K, C, L)
-        The derivatives of the predictions with respect to the L linear unknowns.
-    """
-
-    covariance: Floats
-    without_jitter: Floats
-    design: Floats
-
-
-class Observations(Tabled):
+class Observations(Predictions, Tabled):
     """Base of the observations of a system: K rows in the order of time, each of C numbers with their errors.
 
     Attributes
@@ -67,14 +35,10 @@ class Observations(Tabled):
     _error_names: ClassVar[tuple[str, ...]] = ("_sigma",)
 
     def __init__(self, rows: Rows, geometry: Any) -> None:
-        self.times = rows.times
+        what = f"geometry of {type(self).__name__}"
+        super().__init__(rows.times, instance(geometry, what, Vectors, "an observing.Geometry"))
         self.rows = rows.kept
         self.missing = rows.missing
-        what = f"geometry of {type(self).__name__}"
-        self.geometry: Vectors = instance(geometry, what, Vectors, "an observing.Geometry")
-        self._clocks: dict[Any, Floats] = {}
-        #: These observations before a jitter was added.
-        self._original: Self | None = None
 
     @classmethod
     def from_table(
@@ -144,209 +108,6 @@ class Observations(Tabled):
 
     def __len__(self) -> int:
         return len(self.rows)
-
-    def _what(self) -> str:
-        return type(self).__name__
-
-    def emission(self, system: SystemLike) -> Any:
-        """Return the times of a system's clock at which the observed light left its barycentre: runs need states there.
-
-        Parameters
-        ----------
-        system : System
-
-        Returns
-        -------
-        ndarray or Quantity, (K,)
-        """
-        return system.context.units.attach(self._emission(system), "time")
-
-    def _emission(self, system: SystemLike) -> Floats:
-        return local_geometry(self.geometry, system).emission(self._clock(system))
-
-    def _clock(self, system: SystemLike) -> Floats:
-        """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
-        key = system.context.epoch, system.context.units.names
-        if key not in self._clocks:
-            self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
-        return self._clocks[key]
-
-    def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
-        """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
-        known_names = system.context.masses if masses is None else masses
-        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known_names, states)
-
-    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
-        """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
-
-        Positions and velocities may be several for each time, (..., K, N, 3).
-        """
-        raise NotImplementedError
-
-    def _observed(self, system: SystemLike) -> Floats:
-        """Return the observed values (K, C), in the numbers of the predictions."""
-        raise NotImplementedError
-
-    def _covariance(self, system: SystemLike) -> Floats:
-        """Return the covariance (K, C, C) of each row, in the numbers of the predictions."""
-        raise NotImplementedError
-
-    def _attach(self, values: Floats, system: SystemLike) -> Any:
-        """Return predictions or residuals with the units of the observations."""
-        raise NotImplementedError
-
-    def _depends_on_figures(self) -> bool:
-        """Return whether predictions depend on the shapes and attitudes of bodies."""
-        return False
-
-    def _partials(
-        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
-    ) -> tuple[Floats, dict[str, Floats]]:
-        """Return derivatives of the predictions with respect to the states, and to parameters of the system at given
-        states.
-
-        The former are (K, C, 12 N), in the components of tangent vectors. The predictions are analytic functions of the
-        states: a step along the imaginary axis gives their derivatives to the last digits. The latter are (K, C) by
-        the names of the parameters.
-        """
-        count, kinds = len(system.context), ("position", "velocity")
-        by_state = np.zeros((*self._observed(system).shape, 12 * count))
-        for body in range(count):
-            # All six components of a body take one call, which costs hardly more than one component.
-            moved: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
-            for kind, name in enumerate(kinds):
-                for axis in range(3):
-                    moved[name][3 * kind + axis, :, body, axis] += 1j * _STEP
-            by = self._model(system, moved).imag / _STEP
-            by_state[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
-            for axis in range(3 if self._depends_on_figures() else 0):
-                attitude = states["attitude"].astype(np.complex128)
-                attitude[:, body] += 1j * _STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
-                rotated: dict[str, Any] = {**states, "attitude": attitude}
-                by_state[..., 12 * body + 6 + axis] = self._model(system, rotated).imag / _STEP
-        return by_state, {name: self._partial(system, states, name) for name in parameters}
-
-    def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
-        """Return derivatives (K, C) of the predictions with respect to a parameter of the system at given states.
-
-        A mass acts through the barycentre, along the imaginary axis; any other change of the bodies is differenced.
-        """
-        kind, _, body = parameter.partition(" of ")
-        if kind == "mass" and body in system.context.names:
-            masses = system.context.masses.astype(np.complex128)
-            masses[system.context.names.index(body)] += 1j * _STEP
-            return np.asarray(self._model(system, states, masses).imag / _STEP)
-        if kind.startswith("semi-axis") and not self._depends_on_figures():
-            return np.zeros(self._observed(system).shape)
-        step = _SHARE * system.context.natural_size(parameter)
-        prediction = self._model(system, states)
-
-        def change(by: float) -> Floats:
-            changed = system.changed(parameter, by)
-            alike = changed.context.core.bodies == system.context.core.bodies
-            return np.asarray(0.0 * prediction if alike else self._model(changed, states) - prediction)
-
-        return difference(change, step)
-
-    def _project(self, values: Floats) -> Floats:
-        """Return derivatives (K, C, ...) of the predictions, including numbers that each prediction solves for."""
-        return values
-
-    def _residuals(self, run: Record) -> Floats:
-        return self._observed(run.system) - self._model(run.system, self._states(run))
-
-    def _states(self, run: Record) -> dict[str, Any]:
-        """Return the states of a run from which predictions follow."""
-        local = local_geometry(self.geometry, run.system)
-        return retarded(run, local, self._clock(run.system), f"time of {self._what()}")[0]
-
-    def predict(self, run: Record) -> Any:
-        """Compute the predictions of a run at the times of the observations.
-
-        Parameters
-        ----------
-        run : Run
-            A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
-
-        Returns
-        -------
-        ndarray, Quantity or a pair of them
-            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north,
-            :class:`RadarAstrometry` a :class:`RangeAndRate`, and :class:`Photometry` magnitudes (K,).
-
-        Raises
-        ------
-        InvalidInput
-            If the run, or the geometry, does not cover the times.
-        """
-        return self._attach(self._model(run.system, self._states(run)), run.system)
-
-    def residuals(self, run: Record) -> Any:
-        """Return the observations minus the predictions, in the form of :meth:`predict`."""
-        return self._attach(self._residuals(run), run.system)
-
-    def pulls(self, run: Record) -> Floats:
-        """Return the residuals (K, C) made independent of each other and divided by their standard errors.
-
-        They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
-        of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
-        """
-        return self._whiten(self._residuals(run), run.system)
-
-    def _whiten(self, values: Floats, system: SystemLike) -> Floats:
-        """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
-        factor = np.linalg.cholesky(self._covariance(system))
-        flat = values.reshape(*values.shape[:2], -1)
-        return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
-
-    def chi2(self, run: Record) -> float:
-        """Return the sum of the squares of the :meth:`pulls`."""
-        return float(np.sum(self.pulls(run) ** 2))
-
-    def derivatives(self, run: Record) -> FunctionDerivatives:
-        """Compute the derivatives of the :meth:`pulls` by the start of a run and by its parameters.
-
-        Parameters
-        ----------
-        run : Run
-            A run that was integrated with ``derivatives=`` and has samples at the times :meth:`emission`.
-
-        Returns
-        -------
-        FunctionDerivatives
-            Derivatives (K, C, 12 N) with respect to the start and (K, C) by each parameter, as
-            ``run.derivative_of(data.pulls)`` gives them, but from the partial derivatives of the predictions instead of
-            differences.
-        """
-        system = run.system
-        index = run.indices(self._emission(system), f"time of {self._what()}")
-        states = {name: run.arrays[name][index] for name in ("position", "velocity", "attitude", "spin")}
-        by_state, direct = self._partials(system, states, run.parameters)
-
-        def of_pulls(values: Floats) -> Floats:
-            return -self._whiten(self._project(values), system)
-
-        moved = {
-            name: (by_state @ values[index][:, :, None])[..., 0] + direct[name]
-            for name, values in run.sensitivity.items()
-        }
-        columns = of_pulls(np.stack(list(moved.values()), axis=-1)) if moved else np.zeros(0)
-        by_parameter = {name: columns[..., k] for k, name in enumerate(moved)}
-        return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[index]), by_parameter)
-
-    @property
-    def linear_unknowns(self) -> int:
-        """The number of unknowns for which each prediction solves, which count as parameters of a fit."""
-        return 0
-
-    def _design(self, system: SystemLike) -> Floats:
-        """Return the derivatives (K, C, L) of the predictions with respect to these unknowns."""
-        return np.zeros((*self._observed(system).shape, 0))
-
-    def errors(self, system: SystemLike) -> Errors:
-        """Return the errors of the rows, with and without a jitter, in the system's units."""
-        original = self if self._original is None else self._original
-        return Errors(self._covariance(system), original._covariance(system), self._design(system))
 
     def with_errors_of(self, other: Self) -> Self:
         """Return the observations with the standard errors of others of the same rows."""

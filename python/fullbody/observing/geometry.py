@@ -17,8 +17,6 @@ from .vectors import Vectors
 if TYPE_CHECKING:
     from ..orbit.elements import KeplerElements
 
-__all__ = ["Geometry"]
-
 
 class Geometry(Vectors):
     """Vectors from a system's barycentre to the observer and to the Sun, with a cubic spline between the given times.

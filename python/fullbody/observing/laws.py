@@ -15,8 +15,6 @@ from ..base.units import UNITLESS, need, numbers
 from ..errors import InvalidInput
 from ..typing import Floats
 
-__all__ = ["HG", "HG1G2", "Hapke", "Lambert", "Law", "LommelSeeliger", "LommelSeeligerLambert"]
-
 
 @dataclass(frozen=True, eq=False)
 class Law(Declared):

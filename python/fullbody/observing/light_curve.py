@@ -21,8 +21,6 @@ from .vectors import Vectors, local_geometry
 if TYPE_CHECKING:
     from .laws import Law
 
-__all__ = ["light_curve", "zero_point"]
-
 #: The diameter in km of a white sphere of absolute magnitude zero, and the astronomical unit in km.
 _WHITE, _AU = 1329.0, 149597870.7
 #: The number of times between two looks at Ctrl-C: a few milliseconds of two ellipsoids.

@@ -18,8 +18,6 @@ from ..record.record import Record
 from ..typing import Floats
 from .times import in_system
 
-__all__ = ["Measured"]
-
 
 class Measured(Tabled):
     """A measured value, or several, of a function of a run: a period, a pole, a rate of precession, an amplitude.

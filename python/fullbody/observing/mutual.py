@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,69 +11,43 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.kinds import choice
+from ..base.limits import Limits
+from ..base.units import UNITLESS
 from ..errors import InvalidInput, interruptible
 from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
-from ..typing import Floats
+from ..typing import Array, Floats
+from .light_curve import light_curve
+from .mutual_event import MutualEvent, MutualEvents
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
 
 if TYPE_CHECKING:
-    from ..typing import Scalar
-
-__all__ = ["KINDS", "MutualEvent", "mutual_events", "occultation"]
+    from .laws import Law
 
 #: Kinds of events, and the sign of the light's way: toward the distant point or from there.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
 #: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
 _ROWS = 64
+#: The number of points on the limb of the Sun, and that between them at which contacts are interpolated.
+_LIMB, _FINE = 16, 64
+#: The number of magnitudes in a search for the greatest depth, each of which narrows it down to two intervals, and the
+#: number of searches.
+_DEPTHS, _SEARCHES = 33, 4
 #: The number of iterations of a light time, each of which gains the digits of c over the bodies' speed.
 _ITERATIONS = 4
 
 
-@dataclass(frozen=True, slots=True)
-class MutualEvent:
-    """A body that another one hides from the observer, or from the Sun.
-
-    Times are those at which the observer sees it, in the system's clock: numbers, or Quantities since the epoch. The
-    outlines of the bodies overlap from ``begin`` to ``end``, as seen from a point (the Sun counts as one); how much of
-    the hidden part faces the observer is another question, which a light curve answers.
-
-    Attributes
-    ----------
-    kind : str
-        ``"occultation"`` (by a body between it and the observer) or ``"eclipse"`` (by one between it and the Sun).
-    body, by : str
-        Names of the hidden body and of the other one.
-    begin, end : float, Quantity or None
-        ``None`` where the run, or the geometry, begins or ends within the event.
-    total_begin, total_end : float, Quantity or None
-        First and last time of totality, when the whole outline is hidden; ``None`` if it never is, or where the run
-        begins or ends within it.
-    """
-
-    kind: str
-    body: str
-    by: str
-    begin: Scalar | None
-    end: Scalar | None
-    total_begin: Scalar | None = None
-    total_end: Scalar | None = None
-
-    @property
-    def middle(self) -> Scalar | None:
-        """The middle between ``begin`` and ``end``; ``None`` if one of them is ``None``."""
-        return None if self.begin is None or self.end is None else 0.5 * (self.begin + self.end)
-
-    @property
-    def duration(self) -> Scalar | None:
-        """Time from ``begin`` to ``end``; ``None`` where one of them is."""
-        return None if self.begin is None or self.end is None else self.end - self.begin
-
-
 @interruptible("a search for mutual events")
-def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
+def mutual_events(
+    run: Record,
+    geometry: Vectors,
+    *,
+    sun_radius: Any = 0.0,
+    law: Law | dict[str, Law] | None = None,
+    albedo: float | Array | dict[str, Any] = 1.0,
+) -> MutualEvents:
     """All occultations and eclipses among the bodies of a run, in the order of time.
 
     Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
@@ -87,10 +62,18 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     geometry : Geometry
         Events are those in the time that both the run and the geometry cover. Without the Sun there are occultations
         alone.
+    sun_radius : float, Quantity or str
+        Angular radius of the Sun's disc, radians: 0.00465 at 1 au. With it eclipses have the contacts of the penumbra
+        and of the umbra; zero for a Sun that is a point.
+    law : Law or dict, optional
+        The scattering law, with which events have their depth in magnitudes; without it they have none.
+    albedo : float, array_like or dict
+        Option of :func:`brightness` for the depths.
 
     Returns
     -------
-    list of MutualEvent
+    MutualEvents
+        A list of :class:`MutualEvent`, with the method ``to_table``.
 
     Raises
     ------
@@ -128,9 +111,13 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
             f"the run, from {attach(first, 'time')} to {attach(last, 'time')}, and the geometry, from "
             f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
         )
+    radius = UNITLESS.number(sun_radius, "angle", "sun_radius", Limits(least=0.0, below=0.5 * np.pi))
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry.has_sun]
     pairs = [(i, j) for i in range(len(system.context)) for j in range(len(system.context)) if i != j]
-    asked = [(kind, i, j, total) for kind in kinds for i, j in pairs for total in (False, True)]
+    points = {kind: range(_LIMB if radius > 0.0 and kind == "eclipse" else 1) for kind in kinds}
+    asked = [
+        (kind, i, j, total, q) for kind in kinds for i, j in pairs for total in (False, True) for q in points[kind]
+    ]
     towards = {}
     weights = system.context.masses / system.context.masses.sum()
     for kind in kinds:
@@ -139,18 +126,18 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
         refuse_near(system, local, what, np.array(toward), centre, states["attitude"], np.array(knots), 1.0, 1.0)
-        towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, local.distant, False)
-    conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
+        for q, limb in enumerate(_limb(np.array(toward), radius if len(points[kind]) > 1 else 0.0)):
+            slowness = KINDS[kind] / local.light_speed
+            towards[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
+    conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in asked]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
     intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
     found = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
-        totals = intervals[kind, i, j, True]
-        for interval in intervals[kind, i, j, False]:
-            within = [ends for ends in totals if interval[0] <= ends[0] and ends[1] <= interval[1]]
-            found.append(([*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))], kind, i, j))
+        seen, totals = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
+        found += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
     found.sort(key=lambda one: one[0][:2])
-    times = np.array([one[0] for one in found]).reshape(-1, 4)
+    times = np.array([one[0] for one in found]).reshape(-1, 6)
     hidden = np.array([i for _, _, i, _ in found], dtype=np.intp)
     eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in found], dtype=bool)
     known = ~(np.isnan(times) | np.isin(times, span))
@@ -160,10 +147,92 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     def attached(time: float, is_known: bool) -> Any:
         return system.context.units.attach(float(time), "time") if is_known else None
 
-    return [
+    events = [
         MutualEvent(kind, system.context.names[i], system.context.names[j], *map(attached, row, mask))
         for (_, kind, i, j), row, mask in zip(found, times, known, strict=True)
     ]
+    if law is not None:
+        edges = local.arrival(np.array(span))
+        ends = [np.where(known[:, k], times[:, k], edges[k]) for k in (0, 1)]
+
+        def loss(moments: Floats) -> Floats:
+            options: dict[str, Any] = {"law": law, "albedo": albedo, "sun_radius": sun_radius}
+            when = system.context.units.attach(moments, "time")
+            hidden, free = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
+            return hidden - free
+
+        for k, (first, last) in enumerate(zip(*ends, strict=True)):
+            moment, depth = _deepest(loss, first, last)
+            events[k] = replace(events[k], depth=depth, deepest=attached(moment, True))
+    return MutualEvents(events, system)
+
+
+def _limb(toward: Floats, radius: float) -> list[Floats]:
+    """Return vectors (T, 3) to points on the limb of a disc of an angular radius about vectors, or to its centre."""
+    if radius == 0.0:
+        return [toward]
+    length = np.linalg.norm(toward, axis=1, keepdims=True)
+    # The two axes across turn with the direction, without jumps, from those of the first one.
+    least = np.eye(3)[np.argmin(np.abs(toward[0]))]
+    first = np.cross(toward, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(toward / length, first)
+    angles = 2.0 * np.pi * np.arange(_LIMB) / _LIMB
+    return [toward + np.tan(radius) * length * (np.cos(a) * first + np.sin(a) * second) for a in angles]
+
+
+def _contacts(
+    seen: list[list[tuple[float, float]]], totals: list[list[tuple[float, float]]], span: list[float]
+) -> list[list[float]]:
+    """Return begin, end, those of totality and those of the umbra of events, nan where there is none.
+
+    The lists have the intervals in which a body is hidden, and totally so, from each of several points.
+    """
+    found: list[list[float]] = []
+    groups: list[list[tuple[int, float, float]]] = []
+    for begin, end, q in sorted((*interval, q) for q, own in enumerate(seen) for interval in own):
+        if groups and begin <= max(group[2] for group in groups[-1]):
+            groups[-1].append((q, begin, end))
+        else:
+            groups.append([(q, begin, end)])
+    for group in groups:
+        begins, ends = np.full((2, len(seen)), np.nan)
+        for q, begin, end in group:
+            begins[q], ends[q] = np.fmin(begins[q], begin), np.fmax(ends[q], end)
+        first, last = _extreme(begins, -1.0, span), _extreme(ends, 1.0, span)
+        inner = [[ends for ends in own if first <= ends[0] and ends[1] <= last] for own in totals]
+        total = umbra = (np.nan, np.nan)
+        if all(inner):
+            total = (
+                _extreme(np.array([own[0][0] for own in inner]), 1.0, span),
+                _extreme(np.array([own[-1][1] for own in inner]), -1.0, span),
+            )
+        if len(seen) > 1 and not np.isnan(begins).any():
+            umbra = _extreme(begins, 1.0, span), _extreme(ends, -1.0, span)
+        pairs = (pair if pair[0] < pair[1] else (np.nan, np.nan) for pair in (total, umbra))
+        found.append([first, last, *next(pairs), *next(pairs)])
+    return found
+
+
+def _extreme(times: Floats, sign: float, span: list[float]) -> float:
+    """Return the latest (sign 1) or first (-1) of times for points around a limb, interpolated between these.
+
+    Where some of the points have no time, or one at an end of the span, it is that of a point.
+    """
+    if len(times) > 1 and not (np.isnan(times).any() or np.isin(times, span).any()):
+        middle = times.mean()
+        times = middle + np.fft.irfft(np.fft.rfft(times - middle), _FINE * len(times)) * _FINE
+    return float(sign * np.nanmax(sign * times))
+
+
+def _deepest(loss: Callable[[Floats], Floats], first: float, last: float) -> tuple[float, float]:
+    """Return the time between two at which a loss of light is largest, and the loss."""
+    for _ in range(_SEARCHES):
+        times = np.linspace(first, last, _DEPTHS)
+        losses = loss(times)
+        k = int(np.argmax(losses))
+        first, last = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
+    return float(times[k]), float(losses[k])
 
 
 def _arrivals(

@@ -8,24 +8,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.foreign import are_dates, shown
-from ..base.kinds import flag
+from ..base.kinds import choice, flag, instance
 from ..base.limits import Limits
 from ..base.units import UNITLESS, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..record.record import Record
 from ..typing import Floats
 from .brightness import Epochs, Photometer
 from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
+from .linear import LinearUnknown
+from .predictions import DesignArgument
+from .series import RotationSeries, rotation_angle
 from .states import DISTANT, RetardedStates, refuse_near
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
-
-__all__ = ["Photometry"]
 
 #: The length of a gap, in hours, that separates two nights.
 _GAP = 8.0
@@ -47,23 +49,37 @@ class Photometry(Observations):
     law, albedo, mutual, sun_radius
         Options of :func:`brightness`.
     zero : "free" or float
-        The zero point, which is added to the magnitudes of :func:`light_curve`. With ``"free"`` each night has its own
-        zero point, at which chi2 is least: the weighted mean of observed minus computed magnitudes.
+        The zero point, which is added to the magnitudes of :func:`light_curve`. With ``"free"`` each night has its own.
     night : array_like, (K,), optional
         Labels of the nights. Without them a night ends with a gap of more than eight hours; times that are plain
         numbers are one night.
+    airmass : array_like, (K,), optional
+        Airmasses, in which each night then has a free slope, its extinction.
+    drift : "free", optional
+        Whether each night has a free slope in time, in magnitudes per unit of time, from the mean of its times.
+    phase_slope : "free", optional
+        Whether the magnitudes have a free slope in the phase angle, per radian, one for all nights.
+    rotation : RotationSeries, optional
+        A free Fourier series in the rotation angle of a body.
     reduced : bool
         Whether the magnitudes are reduced to unit distances from the observer and from the Sun.
 
     Raises
     ------
     InvalidInput
-        For a geometry without the Sun, errors that are not above zero, an unknown kind of zero point.
+        For a geometry without the Sun, errors that are not above zero, an unknown kind of zero point. When a run is
+        compared: for free slopes, series and zero points that the data do not tell apart, such as a slope in airmass of
+        a night at one airmass.
 
     Warns
     -----
     InconsistentInput
         For rows that are left out.
+
+    Notes
+    -----
+    Free zero points, slopes and series are linear in magnitudes: they are solved for wherever a run is compared with
+    the data, at the least chi2, and a fit of other parameters takes no iterations for them.
 
     Examples
     --------
@@ -80,7 +96,12 @@ class Photometry(Observations):
     (True, array([14.5]))
     """
 
-    _columns = (DataColumn("magnitude"), DataColumn("sigma"), DataColumn("night", required=False, kind="labels"))
+    _columns = (
+        DataColumn("magnitude"),
+        DataColumn("sigma"),
+        DataColumn("night", required=False, kind="labels"),
+        DataColumn("airmass", required=False, kind="numbers"),
+    )
     _error_names = ("sigma",)
 
     def __init__(
@@ -96,10 +117,16 @@ class Photometry(Observations):
         sun_radius: Any = 0.0,
         zero: str | float = "free",
         night: Any = None,
+        airmass: Any = None,
+        drift: str | None = None,
+        phase_slope: str | None = None,
+        rotation: RotationSeries | None = None,
         reduced: bool = True,
     ) -> None:
-        columns = (("magnitude", magnitude), ("sigma", sigma))
+        columns = [("magnitude", magnitude), ("sigma", sigma)]
         numbers = {name: column(value, name, "mag")[0] for name, value in columns}
+        if airmass is not None:
+            numbers["airmass"] = column(airmass, "airmass", "")[0]
         refuse_rounded(magnitude, numbers["magnitude"], numbers["sigma"], "magnitude of Photometry")
         rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
@@ -114,6 +141,12 @@ class Photometry(Observations):
         if not (isinstance(zero, str) and zero == "free"):
             UNITLESS.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
         self.zero = zero
+        self.airmass = None if airmass is None else rows.of("airmass")
+        self.drift = choice(drift, "drift", ("free", None))
+        self.phase_slope = choice(phase_slope, "phase_slope", ("free", None))
+        if rotation is not None:
+            instance(rotation, "rotation", RotationSeries, "a RotationSeries")
+        self.rotation = rotation
         if night is not None and np.shape(night) != (rows.given,):
             raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")
         if night is None or all(label is None for label in np.asarray(night)):
@@ -128,9 +161,11 @@ class Photometry(Observations):
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
+        if self.airmass is not None:
+            columns["airmass"] = self.airmass
         return columns, {"zero": self.zero}
 
-    def zero_points(self, run: Any) -> Floats:
+    def zero_points(self, run: Record) -> Floats:
         """Compute the zero point of each of ``nights`` for a run.
 
         Parameters
@@ -141,37 +176,75 @@ class Photometry(Observations):
         -------
         ndarray, (number of nights,)
         """
-        return self._zeros(super()._residuals(run))[:, 0]
-
-    @property
-    def linear_unknowns(self) -> int:
-        """The number of zero points that are solved for, which count as parameters of a fit."""
-        return len(self.nights) if self.zero == "free" else 0
-
-    def _design(self, system: SystemLike) -> Floats:
-        return np.eye(len(self.nights))[self._night, None, : self.linear_unknowns]
-
-    def _zeros(self, values: Floats) -> Floats:
-        """Return weighted means (nights, ...) of values (K, ...) by night, or the zero point itself if it was given."""
         if self.zero != "free":
-            return np.full((len(self.nights), *values.shape[1:]), float(self.zero))
-        weights = self.sigma**-2.0
-        sums = np.zeros((len(self.nights), *values.shape[1:]))
-        np.add.at(sums, self._night, values * weights.reshape(-1, *[1] * (values.ndim - 1)))
-        total = np.bincount(self._night, weights)
-        return np.asarray(sums / total.reshape(-1, *[1] * (values.ndim - 1)))
+            return np.full(len(self.nights), float(self.zero))
+        return np.array(list(self.linear_values(run).values())[: len(self.nights)])
 
-    def _project(self, values: Floats) -> Floats:
-        """Return derivatives of the predictions, including those of the zero points."""
-        return values - self._zeros(values)[self._night] if self.zero == "free" else values
+    def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
+        found = [LinearUnknown(f"zero point of {night}") for night in self.nights if self.zero == "free"]
+        if self.airmass is not None:
+            found += [LinearUnknown(f"airmass slope of {night}") for night in self.nights]
+        if self.drift is not None:
+            units = system.context.units
+            per_time = units.unit("time") ** -1 if units.defined else None
+            found += [LinearUnknown(f"drift of {night}", per_time) for night in self.nights]
+        if self.phase_slope is not None:
+            found.append(LinearUnknown("phase slope"))
+        if self.rotation is not None:
+            name = system.context.names[system.context.index(self.rotation.body, "body of RotationSeries")]
+            found += [LinearUnknown(one, shared=True) for one in self.rotation.names(name)]
+        return tuple(found)
 
-    def _residuals(self, run: Any) -> Floats:
-        result = super()._residuals(run)
-        return np.asarray(result - self._zeros(result)[self._night])
+    def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
+        night = np.eye(len(self.nights))[self._night]
+        columns = [night] if self.zero == "free" else []
+        if self.airmass is not None:
+            columns.append(night * self.airmass[:, None])
+        if self.drift is not None:
+            times = self._clock(system)
+            middle = np.bincount(self._night, times) / np.bincount(self._night)
+            columns.append(night * (times - middle[self._night])[:, None])
+        if self.phase_slope is not None:
+            columns.append(self._phase_angle(system)[:, None])
+        if self.rotation is not None:
+            columns.append(self.rotation.terms(self._rotation_angle(system, states)[0])[0])
+        return np.concatenate(columns, axis=1)[:, None] if columns else np.zeros((len(self), 1, 0))
 
-    def predict(self, run: Any) -> Floats:
-        """Return the magnitudes (K,) that a run predicts, with the zero points of its nights."""
-        return np.asarray(self.magnitude - self.residuals(run))
+    def _directions(self, system: SystemLike) -> tuple[Floats, Floats]:
+        """Return unit vectors (K, 3) from the barycentre to the observer and to the Sun."""
+        local, times = local_geometry(self.geometry, system), self._clock(system)
+        vectors = local.observer(times), local.sun(times)
+        toward, sunward = (vector / np.linalg.norm(vector, axis=1, keepdims=True) for vector in vectors)
+        return toward, sunward
+
+    def _phase_angle(self, system: SystemLike) -> Floats:
+        toward, sunward = self._directions(system)
+        return np.asarray(2.0 * np.arctan2(*(np.linalg.norm(toward + s * sunward, axis=1) for s in (-1.0, 1.0))))
+
+    def _rotation_angle(self, system: SystemLike, states: dict[str, Floats]) -> tuple[Floats, Floats]:
+        """Return the rotation angle (K,) of the body of the series, and its derivatives (K, 3) by its rotation."""
+        assert self.rotation is not None
+        body = system.context.index(self.rotation.body, "body of RotationSeries")
+        retarded = self._retarded(system, states)
+        attitude = retarded.attitude(states["attitude"], states["spin"])
+        middle = np.sum(self._directions(system), axis=0)
+        middle /= np.linalg.norm(middle, axis=1, keepdims=True)
+        return rotation_angle(system.context.names[body], attitude[:, body], states["spin"][:, body], middle)
+
+    def _design_arguments(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
+    ) -> list[DesignArgument]:
+        if self.rotation is None:
+            return []
+        angle, by_rotation = self._rotation_angle(system, states)
+        rotation = np.zeros_like(states["spin"])
+        rotation[:, system.context.index(self.rotation.body, "body of RotationSeries")] = by_rotation
+        by_state, pull = _by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
+        slope = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
+        slope[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
+        masses = {f"mass of {body}": pull[:, [k]] for k, body in enumerate(system.context.names)}
+        direct = {name: masses.get(name, np.zeros((len(self), 1))) for name in parameters}
+        return [DesignArgument(slope, by_state[:, None], direct)]
 
     def _observed(self, system: SystemLike) -> Floats:
         return self.magnitude[:, None]
@@ -192,7 +265,8 @@ class Photometry(Observations):
         retarded = self._retarded(system, states, masses)
         view = self._view(system, states, retarded)
         total = self._total(self._photometer(system).brightness(view))
-        return magnitudes(total, view.to_observer, view.to_sun, self.reduced)[:, None]
+        zero = 0.0 if self.zero == "free" else float(self.zero)
+        return magnitudes(total, view.to_observer, view.to_sun, self.reduced)[:, None] + zero
 
     def _view(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> Epochs:
         """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
@@ -217,40 +291,54 @@ class Photometry(Observations):
     ) -> tuple[Floats, dict[str, Floats]]:
         """Return derivatives (K, 1, 12 N) of the predictions with respect to the states, and (K, 1) by parameters.
 
-        The photometer gives the derivatives with respect to poses and semi-axes. Let e be the unit vector from a body
-        to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a change r' of the
-        position, which also changes the time at which the light left.
+        The photometer gives the derivatives with respect to poses and semi-axes.
         """
         retarded = self._retarded(system, states)
         result = self._photometer(system).derivatives(self._view(system, states, retarded))
         factor = -2.5 / np.log(10.0) / self._total(result.brightness)
         position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
-        way = retarded.observer[:, None] - retarded.centre
-        toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
-        later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
-        speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
-        position = position + toward * (later / speed)[..., None]
-        delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-        moving, spin = delay * position, delay * rotation
-        parts = [
-            position - weights * position.sum(axis=1, keepdims=True),
-            moving - weights * moving.sum(axis=1, keepdims=True),
-            rotation + np.cross(delay * states["spin"], rotation),
-            spin,
-        ]
+        by_state, pull = _by_states(system, states, retarded, position, rotation)
         axes: dict[str, Floats] = {
-            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, position, [k]]
-            for position, body in enumerate(system.context.names)
+            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, place, [k]]
+            for place, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
-        # A mass moves the barycentre, relative to which the directions and distances of observer and Sun are given.
-        pull = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
-        axes |= {f"mass of {body}": -pull[:, [k]] for k, body in enumerate(system.context.names)}
+        axes |= {f"mass of {body}": pull[:, [k]] for k, body in enumerate(system.context.names)}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
-        return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct
+        return by_state[:, None], direct
 
     def _described(self) -> list[tuple[str, str]]:
-        return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), ("law", repr(self.law))]
+        free = [("drift", self.drift), ("phase slope", self.phase_slope), ("rotation", self.rotation)]
+        free += [("airmass slope", None if self.airmass is None else "free")]
+        given = [(what, str(value)) for what, value in free if value is not None]
+        return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), *given, ("law", repr(self.law))]
+
+
+def _by_states(
+    system: SystemLike, states: dict[str, Floats], retarded: RetardedStates, position: Floats, rotation: Floats
+) -> tuple[Floats, Floats]:
+    """Return derivatives (K, 12 N) with respect to states, and (K, N) to masses, of K numbers.
+
+    Their derivatives with respect to retarded positions and rotation vectors, (K, N, 3), are given. Let e be the unit
+    vector from a body to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a
+    change r' of the position, which also changes the time at which the light left. A mass moves the barycentre,
+    relative to which the directions and distances of observer and Sun are given.
+    """
+    way = retarded.observer[:, None] - retarded.centre
+    toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
+    speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
+    position = position + toward * (later / speed)[..., None]
+    delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
+    moving, spin = delay * position, delay * rotation
+    parts = [
+        position - weights * position.sum(axis=1, keepdims=True),
+        moving - weights * moving.sum(axis=1, keepdims=True),
+        rotation + np.cross(delay * states["spin"], rotation),
+        spin,
+    ]
+    pull = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
+    return np.concatenate(parts, axis=-1).reshape(len(way), -1), -pull
 
 
 def _nights(times: Any) -> Any:

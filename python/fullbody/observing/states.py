@@ -14,9 +14,6 @@ from ..record.record import Record
 from ..typing import Floats
 from .vectors import SystemGeometry
 
-__all__ = ["DISTANT", "RetardedStates", "refuse_near", "retarded"]
-
-
 #: Brightnesses need an observer who is farther from a body than its radius by this factor: all of its surface is seen
 #: along one direction, and at that distance they are off by about 0.3 %.
 DISTANT = 300.0

@@ -39,7 +39,7 @@ def check(fits, truth):
     assert np.abs(pulls.std(axis=0) - 1.0).max() < 5 / np.sqrt(2 * count)
     # All parameters together: chi2 of the truth is higher than the least one by a number with the distribution of
     # chi2, whatever the parameters are, where the distance in a covariance depends on how they are chosen.
-    apart = [-2.0 * one.log_posterior(truth) - one.chi2 for one in fits]
+    apart = [2.0 * (one.log_posterior(one.minima[0].values) - one.log_posterior(truth)) for one in fits]
     distances = kstest(apart, chi2_distribution(len(truth)).cdf)
     uniform = kstest([one.p_value for one in fits], "uniform")
     print(f"p of the rises of chi2 {distances.pvalue:.3f}, of the p-values {uniform.pvalue:.3f}")

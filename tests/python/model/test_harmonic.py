@@ -163,7 +163,8 @@ def test_three_bodies_attract_pair_by_pair():
     ]
     position = [[0.0, 0.0, 0.0], [2.8, 0.4, -0.3], [-1.0, 3.0, 0.8]]
     zeros = np.zeros((3, 3))
-    state = State(position, zeros, attitude=[rotation(rng) for _ in bodies], spin=zeros)
+    attitude = rng.normal(size=(3, 4))
+    state = State(position, zeros, attitude / np.linalg.norm(attitude, axis=1)[:, None])
     exact, found = (System(bodies, G=1.0, gravity=gravity).interactions(state) for gravity in ("surface", "harmonic"))
     scale = np.abs(exact.force).max()
     np.testing.assert_allclose(found.force, exact.force, rtol=0.0, atol=3e-14 * scale)

@@ -1,0 +1,179 @@
+"""The linear unknowns of all observations of a fit, solved for at values of its other parameters.
+
+With z the pulls for linear unknowns of zero and A their design, the unknowns b have the least sum of the losses of
+z - A b. The solver of the fit sees these pulls alone, with their exact derivatives (variable projection, Golub &
+Pereyra 1973), so that linear unknowns cost neither iterations nor runs.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.projection import Projection
+from ..errors import InvalidInput
+from ..observing.linear import Held, LinearModel, LinearUnknown
+from ..record.derivatives import FunctionDerivatives
+from ..typing import Floats
+from .losses import Loss
+
+#: The change of pulls at which the solution for a robust loss has converged, absolute and relative, and the limit.
+_CLOSE, _RELATIVE, _MOST = 1e-9, 1e-13, 200
+
+
+def model_of(observation: Any, run: Any) -> LinearModel:
+    """Return the pulls of observations as a function of their linear unknowns; other classes may have none."""
+    if hasattr(observation, "linear"):
+        model: LinearModel = observation.linear(run)
+    else:
+        pulls = np.asarray(observation.pulls(run), dtype=np.float64)
+        model = LinearModel((), pulls, np.zeros((*pulls.shape, 0)))
+    if not (np.isfinite(model.pulls).all() and np.isfinite(model.design).all()):
+        raise InvalidInput(f"{observation!r} has predictions that are not finite")
+    return model
+
+
+class Inner:
+    """The M pulls of all observations, and the L linear unknowns at which the sum of their losses is least.
+
+    Parameters
+    ----------
+    models : sequence of LinearModel
+    loss : Loss
+
+    Attributes
+    ----------
+    unknowns : tuple of LinearUnknown
+        The linear unknowns; those of one name in several observations are one if they are shared.
+    values : ndarray, (L,)
+    pulls : ndarray, (M,)
+    projection : Projection
+    held : list of Held
+        What is constant in the derivatives of each of the models.
+    """
+
+    def __init__(self, models: Sequence[LinearModel], loss: Loss) -> None:
+        self._sizes = [model.pulls.size for model in models]
+        self._columns, self.unknowns = _joined(models)
+        design = np.zeros((sum(self._sizes), len(self.unknowns)))
+        ends = np.cumsum([0, *self._sizes])
+        self._rows = [slice(first, last) for first, last in itertools.pairwise(ends)]
+        for model, rows, columns in zip(models, self._rows, self._columns, strict=True):
+            design[rows, columns] = model.design.reshape(model.pulls.size, len(columns))
+        numbers = np.concatenate([model.pulls.ravel() for model in models])
+        self.design = design
+        self.projection = Projection(design, [one.name for one in self.unknowns])
+        basis = self.projection.basis
+        coordinates = basis.T @ numbers
+        if not loss.linear and self.unknowns:
+            coordinates = _robust(numbers, basis, coordinates, loss)
+        self.values = self.projection.unknowns(coordinates)
+        self.pulls = numbers - basis @ coordinates
+        slope, self._curvature = loss.influence(self.pulls)
+        psi, inverse = slope * self.pulls, self.projection.inverse
+        self.held = [
+            Held(
+                self.values[columns],
+                psi[rows].reshape(model.pulls.shape),
+                inverse[rows][:, columns].reshape(model.design.shape),
+            )
+            for model, rows, columns in zip(models, self._rows, self._columns, strict=True)
+        ]
+        self._is_linear = loss.linear
+
+    def split(self, rows: Floats) -> list[Floats]:
+        """Return the parts (M_i, ...) of an array (M, ...) that belong to each of the models."""
+        return [rows[which] for which in self._rows]
+
+    def local(self, index: int) -> Floats:
+        """Return the linear unknowns of one of the models, in its order."""
+        return self.values[self._columns[index]]
+
+    def gathered(self, parts: Sequence[Floats]) -> Floats:
+        """Return numbers (M + L + 1, ...) of all models together from those that each of them contracts."""
+        count = len(self.pulls)
+        found = np.zeros((count + len(self.unknowns) + 1, *parts[0].shape[1:]))
+        for part, rows, columns, size in zip(parts, self._rows, self._columns, self._sizes, strict=True):
+            found[rows] = part[:size]
+            found[count + columns] += part[size:-1]
+            found[-1] += part[-1]
+        return found
+
+    def contracted(self, models: Sequence[LinearModel]) -> Floats:
+        """Return what other models contract, (M + L + 1,)."""
+        return self.gathered([model.contracted(held) for model, held in zip(models, self.held, strict=True)])
+
+    def sizes(self) -> tuple[Floats, npt.NDArray[np.intp]]:
+        """Return the sizes (M + L + 1,) of contracted numbers, to which rounding is relative, and their kinds."""
+        rows = np.full(len(self.pulls), max(1.0, float(np.abs(self.pulls).max(initial=0.0))))
+        columns = np.linalg.norm(self.design, axis=0) * max(1.0, float(np.linalg.norm(self.pulls)))
+        kinds = np.repeat([0, 1, 2], [len(rows), len(columns), 1])
+        return np.concatenate([rows, columns, [1.0 + len(columns)]]), kinds
+
+    def derivative(self, contracted: Floats) -> Floats:
+        """Return the derivatives (M, P) of the pulls from those of the contracted numbers, (M + L + 1, P)."""
+        if not self.unknowns:
+            return contracted[:-1]
+        curvature = None if self._is_linear else self._curvature
+        return self.projection.derivative(contracted[: len(self.pulls)], contracted[len(self.pulls) : -1], curvature)
+
+
+def padded(by: FunctionDerivatives) -> FunctionDerivatives:
+    """Return derivatives of pulls as those of the contracted numbers of observations without linear unknowns."""
+
+    def column(values: Floats) -> Floats:
+        return np.append(values.reshape(-1, values.shape[-1]), np.zeros((1, values.shape[-1])), axis=0)
+
+    by_parameter = {name: column(values[..., None])[:, 0] for name, values in by.by_parameter.items()}
+    return FunctionDerivatives(by.value, column(by.start), by_parameter)
+
+
+def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnknown, ...]]:
+    """Return the places of each model's unknowns among those of all models, and these."""
+    local = [one.name for model in models for one in model.unknowns if not one.shared]
+    places: dict[tuple[int, str], int] = {}
+    unknowns: list[LinearUnknown] = []
+    columns = []
+    for i, model in enumerate(models):
+        own = []
+        for one in model.unknowns:
+            key = (-1 if one.shared else i, one.name)
+            if key not in places:
+                places[key] = len(unknowns)
+                is_alone = one.shared or local.count(one.name) == 1
+                name = one.name if is_alone else f"{one.name} of observations[{i}]"
+                unknowns.append(LinearUnknown(name, one.unit, one.shared))
+            own.append(places[key])
+        columns.append(np.array(own, dtype=np.intp))
+    return columns, tuple(unknowns)
+
+
+def _robust(numbers: Floats, basis: Floats, coordinates: Floats, loss: Loss) -> Floats:
+    """Return the coordinates (L,) in an orthonormal basis (M, L) at which a sum of losses has its minimum.
+
+    Newton's steps are replaced by those of reweighted least squares, which never raise the sum of a loss that is
+    concave in the squares, where they do not lower it.
+    """
+    pulls = numbers - basis @ coordinates
+    cost = loss.total(pulls)
+    for _ in range(_MOST):
+        slope, curvature = loss.influence(pulls)
+        gradient = basis.T @ (slope * pulls)
+        for weights in (curvature, slope):
+            matrix = (weights[:, None] * basis).T @ basis
+            if np.linalg.eigvalsh(matrix)[0] <= 0.0:
+                continue
+            step = np.linalg.solve(matrix, gradient)
+            moved = pulls - basis @ step
+            if (lower := loss.total(moved)) <= cost:
+                break
+        else:
+            return coordinates
+        coordinates, pulls, cost = coordinates + step, moved, lower
+        if np.linalg.norm(step) <= _CLOSE + _RELATIVE * np.linalg.norm(coordinates):
+            return coordinates
+    raise InvalidInput(f"the linear unknowns have no minimum of the loss {loss.argument!r} within {_MOST} steps")

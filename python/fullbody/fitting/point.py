@@ -1,0 +1,87 @@
+"""The pulls of a fit at values of its parameters, and their derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..observing.linear import LinearModel
+from ..typing import Floats
+from .chain import SetupResult
+from .inner import Inner
+from .losses import LINEAR
+from .noise import log_determinant, without_jitter
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+
+
+@dataclass
+class EvaluatedPoint:
+    """Predictions at values (P,) of the parameters.
+
+    The run has samples at all times that the observations need; there are the pulls of each of the observations as
+    functions of their linear unknowns, the solution for these, and the errors of those observations that are functions
+    of parameters, by their index.
+    """
+
+    values: Floats
+    made: SetupResult
+    run: Run
+    observations: list[Any]
+    models: list[LinearModel]
+    inner: Inner
+    errors: dict[int, Any]
+
+    @property
+    def rows(self) -> Floats:
+        """Return all pulls as one array (M,)."""
+        return self.inner.pulls
+
+    @property
+    def pulls(self) -> list[Floats]:
+        """Return the pulls of each of the observations in their shape."""
+        parts = zip(self.inner.split(self.rows), self.models, strict=True)
+        return [part.reshape(model.pulls.shape) for part, model in parts]
+
+    @property
+    def log_determinant(self) -> float:
+        """Return the logarithms of the determinants of the errors and of the information about linear unknowns, both
+        minus those without a jitter.
+        """
+        if not self.errors:
+            return 0.0
+        models = [
+            LinearModel(model.unknowns, model.pulls, without_jitter(self.errors[i], model.design))
+            if i in self.errors
+            else model
+            for i, model in enumerate(self.models)
+        ]
+        narrow = Inner(models, LINEAR).projection.log_determinant
+        widened = sum(map(log_determinant, self.errors.values()))
+        return max(0.0, widened + self.inner.projection.log_determinant - narrow)
+
+
+@dataclass
+class PullJacobian:
+    """Derivatives of a point with respect to P parameters.
+
+    Attributes
+    ----------
+    rows : ndarray, (M, P)
+        Derivatives of the pulls, for constant errors and with the linear unknowns that follow.
+    explicit : ndarray, (M, P)
+        Derivatives of the pulls for constant linear unknowns.
+    log_determinant : ndarray, (P,)
+        Half the derivatives of the logarithm of the determinant of the information about linear unknowns.
+    noise : dict of dict of ndarray, (K, C, C)
+        The relative changes of the covariances of errors, by the index of the parameter and of the observations.
+    differenced : dict of str
+        The parameters that were differenced, with the reason.
+    """
+
+    rows: Floats
+    explicit: Floats
+    log_determinant: Floats
+    noise: dict[int, dict[int, Floats]]
+    differenced: dict[str, str]

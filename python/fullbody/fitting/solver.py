@@ -1,0 +1,143 @@
+"""The solver of a fit: steps of a trust region from one start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ..errors import InvalidInput
+from ..typing import Floats
+from .objective import Linearised, Objective
+from .point import EvaluatedPoint
+from .problem import Problem, Refused
+
+#: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
+#: parameters at which it stops if rounding errors prevent that.
+_CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
+#: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
+#: relative to it, that rounding errors hide.
+_FAR, _HIDDEN = 0.03, 1e-11
+
+
+class _Converged(Exception):
+    """The solver is at a minimum."""
+
+
+class Solver:
+    """The residuals of a problem in the form that scipy's solver takes, with the best values so far.
+
+    Attributes
+    ----------
+    best : Linearised or None
+        The lowest values so far, with their derivatives.
+    message : str
+        The reason why the solver stopped before it was at a minimum; empty otherwise.
+    iterations : int
+    interrupted : bool
+    """
+
+    def __init__(self, objective: Objective, report: Any, proposals: int | None = None) -> None:
+        self._objective, self._report, self._proposals = objective, report, proposals
+        self._problem, self._parameters = objective.problem, objective.parameters
+        self._last: EvaluatedPoint | None = None
+        self.best: Linearised | None = None
+        self.message, self.iterations, self.interrupted = "", 0, False
+        self._distance, self._accepted = np.inf, False
+
+    def solve(self, start: Floats) -> None:
+        """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
+        try:
+            self._last = self._problem.point(start)
+            _check_count(self._problem, self._last)
+            first = [self._linearised(start)]
+            reach = self._problem.reach(start)
+            # The first trust region allows changes by all of the parameters' sizes.
+            scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
+            begin = reach / scale
+
+            def residuals(x: Floats) -> Floats:
+                return self._residuals(start + scale * (x - begin))
+
+            def jacobian(x: Floats) -> Floats:
+                return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
+
+            bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
+            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "max_nfev": self._proposals}
+            # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
+            # minimum is judged below by the distance that is left, not by these warnings.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                solution = least_squares(residuals, begin, jacobian, bounds, **options)
+            why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
+            if why and self.best is not None:
+                why += self._problem.limits(self.best.point.values)
+            if solution.status <= 0:
+                self.message = f"stopped after {solution.nfev} proposals, the limit{why}"
+            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * solution.cost:
+                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
+        except _Converged:
+            pass
+        except KeyboardInterrupt:
+            self.interrupted = True
+            self.message = "interrupted: the values are the best so far, not those of a minimum"
+
+    def _residuals(self, values: Floats) -> Floats:
+        if self._last is None or not np.array_equal(self._last.values, values):
+            try:
+                # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
+                self._last = self._problem.point(values, differentiated=self._accepted)
+            except Refused:
+                if self.best is None:
+                    raise
+                return np.full(len(self.best.vector), np.nan)
+            finally:
+                self._accepted = False
+                self._show()
+        return self._objective.vector(self._last)
+
+    def _linearised(self, values: Floats) -> Linearised:
+        if self._last is None or not np.array_equal(self._last.values, values):
+            self._last = self._problem.point(values)
+        here = self._objective.linearised(self._last, self._problem.jacobian(self._last))
+        if self.best is None or here.cost <= self.best.cost:
+            self.best = here
+        self.iterations += 1
+        self._accepted = True
+        self._show()
+        self._distance = self._step(here)
+        if self._distance < _CLOSE:
+            raise _Converged
+        return here
+
+    def _step(self, here: Linearised) -> float:
+        """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
+        norms = np.linalg.norm(here.matrix, axis=0)
+        free = norms > 0.0
+        scaled = here.matrix / np.where(free, norms, 1.0)
+        low, high = self._parameters.at_bounds(here.point.values, norms)
+        for _ in range(len(norms)):
+            step = np.zeros(len(norms))
+            step[free] = np.linalg.lstsq(scaled[:, free], -here.vector, rcond=1e-12)[0]
+            out = free & (((step < 0.0) & low) | ((step > 0.0) & high))
+            if not out.any():
+                break
+            free = free & ~out
+        return float(np.linalg.norm(scaled @ step))
+
+    def _show(self) -> None:
+        if self._report is not None and self.best is not None:
+            runs = self._problem.runs + self._problem.differentiated
+            self._report(runs, None, f"chi2 {2.0 * self.best.cost:.8g}")
+
+
+def _check_count(problem: Problem, point: EvaluatedPoint) -> None:
+    """Raise an error for more parameters than data."""
+    data = len(point.rows) + int(np.isfinite(problem.parameters.sigma).sum())
+    solved = len(point.inner.unknowns)
+    if data < len(problem.parameters) + solved:
+        also = f" and {solved} linear unknowns" if solved else ""
+        raise InvalidInput(
+            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
+            "priors; expected no more parameters than data"
+        )

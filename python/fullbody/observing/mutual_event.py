@@ -1,0 +1,140 @@
+"""A mutual event of two bodies with its contacts, and lists of them as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.epochs import to_time
+from ..base.units import need
+from ..model.context import SystemLike
+from .times import seconds
+
+if TYPE_CHECKING:
+    from ..typing import Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class MutualEvent:
+    """A body that another one hides from the observer, or from the Sun.
+
+    Times are those at which the observer sees it, in the system's clock: numbers, or Quantities since the epoch. The
+    outlines of the bodies overlap from ``begin`` to ``end``, as seen from a point; how much of the hidden part faces
+    the observer is another question, which ``depth`` and a light curve answer.
+
+    Attributes
+    ----------
+    kind : str
+        ``"occultation"`` (by a body between it and the observer) or ``"eclipse"`` (by one between it and the Sun).
+    body, by : str
+        Names of the hidden body and of the other one.
+    begin, end : float, Quantity or None
+        ``None`` where the run, or the geometry, begins or ends within the event. Of an eclipse by the Sun's disc they
+        are the contacts with the penumbra.
+    total_begin, total_end : float, Quantity or None
+        First and last time of totality, when the whole outline is hidden, in an eclipse from all of the Sun's disc;
+        ``None`` if it never is, or where the run begins or ends within it.
+    umbra_begin, umbra_end : float, Quantity or None
+        First and last time at which a part of the body is hidden from all of the Sun's disc; ``None`` if none is, and
+        for occultations and a Sun without a disc.
+    depth : float or None
+        The largest loss of the light of all bodies in the event, in magnitudes, by all events at that time.
+    deepest : float, Quantity or None
+        The time of this loss.
+    """
+
+    kind: str
+    body: str
+    by: str
+    begin: Scalar | None
+    end: Scalar | None
+    total_begin: Scalar | None = None
+    total_end: Scalar | None = None
+    umbra_begin: Scalar | None = None
+    umbra_end: Scalar | None = None
+    depth: float | None = None
+    deepest: Scalar | None = None
+
+    @property
+    def middle(self) -> Scalar | None:
+        """The middle between ``begin`` and ``end``; ``None`` if one of them is ``None``."""
+        return None if self.begin is None or self.end is None else 0.5 * (self.begin + self.end)
+
+    @property
+    def duration(self) -> Scalar | None:
+        """Time from ``begin`` to ``end``; ``None`` where one of them is."""
+        return None if self.begin is None or self.end is None else self.end - self.begin
+
+
+#: The times of an event in the order in which they come, besides that of its greatest depth.
+_CONTACTS = ("begin", "umbra_begin", "total_begin", "total_end", "umbra_end", "end")
+
+
+class MutualEvents(list[MutualEvent]):
+    """A list of mutual events in the order of time, made by :func:`mutual_events`.
+
+    Parameters
+    ----------
+    events : iterable of MutualEvent
+    system : System
+        The system whose clock the times are of.
+    """
+
+    def __init__(self, events: Iterable[MutualEvent], system: SystemLike) -> None:
+        super().__init__(events)
+        self._system = system
+
+    def to_table(self) -> Any:
+        """Return an astropy ``QTable`` with a row for each event.
+
+        It has the columns ``kind``, ``body`` and ``by``, the contacts ``begin``, ``umbra_begin``, ``total_begin``,
+        ``total_end``, ``umbra_end`` and ``end``, and ``deepest`` and ``depth`` in magnitudes. Times are dates in UTC
+        if the system has an epoch, by the clock of the observer. They are masked where there are none, and columns of
+        times that no event has are left out.
+
+        Examples
+        --------
+        >>> import astropy.units as u, fullbody
+        >>> from fullbody import observing
+        >>> system, state = fullbody.systems.didymos(units=True)
+        >>> run = system.with_options(epoch="2022-09-26 TDB").integrate(state, "8 h", dense=True)
+        >>> view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
+        >>> events = observing.mutual_events(run, observing.Geometry([-1.0, 2.0] * u.day, **view))
+        >>> events.to_table()["kind", "body", "end"][:1].pformat()[-1].split()[:3]
+        ['eclipse', 'Didymos', '2022-09-26']
+        """
+        with need("observing", "a table"):
+            from astropy.table import MaskedColumn, QTable
+
+        found = QTable({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
+        for name in (*_CONTACTS, "deepest"):
+            times = [getattr(event, name) for event in self]
+            if any(time is not None for time in times) or name in ("begin", "end"):
+                found[name] = self._column(times)
+        depths = [event.depth for event in self]
+        if any(depth is not None for depth in depths):
+            found["depth"] = MaskedColumn([0.0 if depth is None else depth for depth in depths], unit="mag")
+            found["depth"].mask = [depth is None for depth in depths]
+        return found
+
+    def _column(self, times: list[Any]) -> Any:
+        """Return times as a column, with those masked that do not exist."""
+        context = self._system.context
+        plain = np.array([0.0 if time is None else context.units.strip(time, "time", "time") for time in times])
+        mask = np.array([time is None for time in times], dtype=bool)
+        if context.epoch is None:
+            from astropy.table import MaskedColumn
+
+            unit = context.units.unit("time") if context.units.defined else None
+            return MaskedColumn(plain, mask=mask, unit=unit)
+        from astropy.time import TimeDelta
+
+        since = TimeDelta(plain * seconds(self._system, "a table of events"), format="sec")
+        dates = (to_time(context.epoch).tdb + since).utc.copy()
+        dates.format = "iso"
+        if mask.any():
+            dates[mask] = np.ma.masked
+        return dates

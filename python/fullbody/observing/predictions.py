@@ -1,0 +1,363 @@
+"""Predictions of observations from a run, their linear unknowns, and the derivatives of both."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base import rotations
+from ..base.differences import difference
+from ..base.limits import Limits
+from ..base.units import UNITLESS, strip_to
+from ..errors import InvalidInput
+from ..model.context import SystemLike
+from ..record.derivatives import FunctionDerivatives
+from ..record.record import Record
+from ..typing import Floats
+from .linear import Held, LinearModel, LinearUnknown
+from .states import RetardedStates, retarded
+from .times import in_system
+from .vectors import Vectors, local_geometry
+
+#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
+_STEP = 1e-100
+#: The step of a difference, relative to the natural size of a parameter.
+_SHARE = 1e-5
+
+
+class Errors(NamedTuple):
+    """The covariance (K, C, C) of the errors of K rows of C numbers, with and without a jitter."""
+
+    covariance: Floats
+    without_jitter: Floats
+
+
+class DesignArgument(NamedTuple):
+    """A number of each of K rows of C numbers through which the design depends on the motion.
+
+    Attributes
+    ----------
+    slope : ndarray, (K, C, L)
+        The derivatives of the design with respect to the number.
+    by_state : ndarray, (K, C, 12 N)
+        The derivatives of the number with respect to the states.
+    direct : dict of ndarray, (K, C)
+        Those with respect to parameters of the system at given states.
+    """
+
+    slope: Floats
+    by_state: Floats
+    direct: dict[str, Floats]
+
+
+class Predictions:
+    """Base of observations of K rows of C numbers: predictions for them, and comparison with what was observed.
+
+    Attributes
+    ----------
+    times : astropy Time, Quantity or ndarray, (K,)
+    geometry : Geometry
+    """
+
+    def __init__(self, times: Any, geometry: Vectors) -> None:
+        self.times, self.geometry = times, geometry
+        self._clocks: dict[Any, Floats] = {}
+        #: These observations before a jitter was added.
+        self._original: Predictions | None = None
+
+    def _what(self) -> str:
+        return type(self).__name__
+
+    def emission(self, system: SystemLike) -> Any:
+        """Return the times of a system's clock at which the observed light left its barycentre: runs need states there.
+
+        Parameters
+        ----------
+        system : System
+
+        Returns
+        -------
+        ndarray or Quantity, (K,)
+        """
+        return system.context.units.attach(self._emission(system), "time")
+
+    def _emission(self, system: SystemLike) -> Floats:
+        return local_geometry(self.geometry, system).emission(self._clock(system))
+
+    def _clock(self, system: SystemLike) -> Floats:
+        """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
+        key = system.context.epoch, system.context.units.names
+        if key not in self._clocks:
+            self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
+        return self._clocks[key]
+
+    def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
+        """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
+        known_names = system.context.masses if masses is None else masses
+        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known_names, states)
+
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
+        """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
+
+        Positions and velocities may be several for each time, (..., K, N, 3).
+        """
+        raise NotImplementedError
+
+    def _observed(self, system: SystemLike) -> Floats:
+        """Return the observed values (K, C), in the numbers of the predictions."""
+        raise NotImplementedError
+
+    def _covariance(self, system: SystemLike) -> Floats:
+        """Return the covariance (K, C, C) of each row, in the numbers of the predictions."""
+        raise NotImplementedError
+
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
+        """Return predictions or residuals with the units of the observations."""
+        raise NotImplementedError
+
+    def _depends_on_figures(self) -> bool:
+        """Return whether predictions depend on the shapes and attitudes of bodies."""
+        return False
+
+    def _partials(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
+    ) -> tuple[Floats, dict[str, Floats]]:
+        """Return derivatives of the predictions with respect to the states, and to parameters of the system at given
+        states.
+
+        The former are (K, C, 12 N), in the components of tangent vectors. The predictions are analytic functions of the
+        states: a step along the imaginary axis gives their derivatives to the last digits. The latter are (K, C) by
+        the names of the parameters.
+        """
+        count, kinds = len(system.context), ("position", "velocity")
+        by_state = np.zeros((*self._observed(system).shape, 12 * count))
+        for body in range(count):
+            # All six components of a body take one call, which costs hardly more than one component.
+            moved: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
+            for kind, name in enumerate(kinds):
+                for axis in range(3):
+                    moved[name][3 * kind + axis, :, body, axis] += 1j * _STEP
+            by = self._model(system, moved).imag / _STEP
+            by_state[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
+            for axis in range(3 if self._depends_on_figures() else 0):
+                attitude = states["attitude"].astype(np.complex128)
+                attitude[:, body] += 1j * _STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
+                rotated: dict[str, Any] = {**states, "attitude": attitude}
+                by_state[..., 12 * body + 6 + axis] = self._model(system, rotated).imag / _STEP
+        return by_state, {name: self._partial(system, states, name) for name in parameters}
+
+    def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
+        """Return derivatives (K, C) of the predictions with respect to a parameter of the system at given states.
+
+        A mass acts through the barycentre, along the imaginary axis; any other change of the bodies is differenced.
+        """
+        kind, _, body = parameter.partition(" of ")
+        if kind == "mass" and body in system.context.names:
+            masses = system.context.masses.astype(np.complex128)
+            masses[system.context.names.index(body)] += 1j * _STEP
+            return np.asarray(self._model(system, states, masses).imag / _STEP)
+        if kind.startswith("semi-axis") and not self._depends_on_figures():
+            return np.zeros(self._observed(system).shape)
+        step = _SHARE * system.context.natural_size(parameter)
+        prediction = self._model(system, states)
+
+        def change(by: float) -> Floats:
+            changed = system.changed(parameter, by)
+            alike = changed.context.core.bodies == system.context.core.bodies
+            return np.asarray(0.0 * prediction if alike else self._model(changed, states) - prediction)
+
+        return difference(change, step)
+
+    def _states(self, run: Record) -> dict[str, Any]:
+        """Return the states of a run from which predictions follow."""
+        local = local_geometry(self.geometry, run.system)
+        return retarded(run, local, self._clock(run.system), f"time of {self._what()}")[0]
+
+    def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
+        """Return the L unknowns on which the predictions depend linearly; none unless a class has some."""
+        return ()
+
+    def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
+        """Return the derivatives (K, C, L) of the predictions with respect to the linear unknowns."""
+        return np.zeros((*self._observed(system).shape, len(self._linear_unknowns(system))))
+
+    def _design_arguments(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
+    ) -> list[DesignArgument]:
+        """Return the numbers through which the design depends on the motion; none unless a class has some."""
+        return []
+
+    def _parts(self, run: Record) -> tuple[Floats, Floats, Floats]:
+        """Return predictions with all linear unknowns zero, (K, C), observed minus predicted values, and the design."""
+        states = self._states(run)
+        prediction = self._model(run.system, states)
+        return prediction, self._observed(run.system) - prediction, self._design(run.system, states)
+
+    def linear(self, run: Record) -> LinearModel:
+        """Return the pulls of a run as a function of the linear unknowns.
+
+        Parameters
+        ----------
+        run : Run
+
+        Returns
+        -------
+        LinearModel
+        """
+        _, residuals, design = self._parts(run)
+        white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), run.system)
+        return LinearModel(self._linear_unknowns(run.system), white[..., 0], white[..., 1:])
+
+    def _solved(self, run: Record, linear: Any) -> tuple[Floats, Floats, dict[str, Any]]:
+        """Return predictions and residuals (K, C), and the linear unknowns by name, solved for unless given."""
+        prediction, residuals, design = self._parts(run)
+        unknowns = self._linear_unknowns(run.system)
+        if linear is None:
+            white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), run.system)
+            model = LinearModel(unknowns, white[..., 0], white[..., 1:])
+            values, _ = model.solved()
+        else:
+            values = np.array([self._given(one, linear) for one in unknowns])
+        change = design @ values
+        named = zip(unknowns, values.tolist(), strict=True)
+        return (
+            prediction + change,
+            residuals - change,
+            {one.name: value if one.unit is None else value * one.unit for one, value in named},
+        )
+
+    def _given(self, unknown: LinearUnknown, linear: Any) -> float:
+        if not isinstance(linear, Mapping) or unknown.name not in linear:
+            raise InvalidInput(f"linear has no {unknown.name!r}; expected a dict with it, or None to solve for it")
+        value, what = linear[unknown.name], f"{unknown.name} of linear"
+        plain = value if unknown.unit is None else strip_to(value, unknown.unit, what)
+        return UNITLESS.number(plain, "number", what, Limits())
+
+    def linear_values(self, run: Record) -> dict[str, Any]:
+        """Return the linear unknowns at which chi2 of a run is least, by their names; empty where there are none.
+
+        Parameters
+        ----------
+        run : Run
+
+        Raises
+        ------
+        InvalidInput
+            If the data do not tell them apart.
+        """
+        return self._solved(run, None)[2]
+
+    def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
+        """Compute the predictions of a run at the times of the observations.
+
+        Parameters
+        ----------
+        run : Run
+            A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
+        linear : dict, optional
+            The linear unknowns, such as zero points, as :meth:`linear_values` returns them; those at which chi2 of
+            these observations is least unless given.
+
+        Returns
+        -------
+        ndarray, Quantity or a pair of them
+            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north,
+            :class:`RadarAstrometry` a :class:`RangeAndRate`, and :class:`Photometry` magnitudes (K,).
+
+        Raises
+        ------
+        InvalidInput
+            If the run, or the geometry, does not cover the times.
+        """
+        return self._attach(self._solved(run, linear)[0], run.system)
+
+    def residuals(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
+        """Return the observations minus the predictions, in the form of :meth:`predict`."""
+        return self._attach(self._solved(run, linear)[1], run.system)
+
+    def pulls(self, run: Record) -> Floats:
+        """Return the residuals (K, C) made independent of each other and divided by their standard errors.
+
+        They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
+        of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
+        """
+        return self.linear(run).solved()[1]
+
+    def _whiten(self, values: Floats, system: SystemLike, transposed: bool = False) -> Floats:
+        """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
+        factor = np.linalg.cholesky(self._covariance(system))
+        factor = np.swapaxes(factor, 1, 2) if transposed else factor
+        flat = values.reshape(*values.shape[:2], -1)
+        return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
+
+    def chi2(self, run: Record) -> float:
+        """Return the sum of the squares of the :meth:`pulls`."""
+        return float(np.sum(self.pulls(run) ** 2))
+
+    def derivatives(self, run: Record) -> FunctionDerivatives:
+        """Compute the derivatives of the :meth:`pulls` by the start of a run and by its parameters.
+
+        Parameters
+        ----------
+        run : Run
+            A run that was integrated with ``derivatives=`` and has samples at the times :meth:`emission`.
+
+        Returns
+        -------
+        FunctionDerivatives
+            Derivatives (K, C, 12 N) with respect to the start and (K, C) by each parameter, as
+            ``run.derivative_of(data.pulls)`` gives them, but from the partial derivatives of the predictions instead of
+            differences.
+        """
+        model = self.linear(run)
+        projection, size = model.projection(), model.pulls.size
+        held = Held(*model.solved(), np.zeros_like(model.design))
+        by = self.linear_derivatives(run, held)
+
+        def projected(columns: Floats) -> Floats:
+            found = projection.derivative(columns[:size], columns[size:-1])
+            return found.reshape(*model.pulls.shape, *columns.shape[1:])
+
+        by_parameter = {name: projected(column[:, None])[..., 0] for name, column in by.by_parameter.items()}
+        return FunctionDerivatives(held.rows, projected(by.start), by_parameter)
+
+    def linear_derivatives(self, run: Record, held: Held) -> FunctionDerivatives:
+        """Compute the derivatives of what :meth:`LinearModel.contracted` returns, as :meth:`derivatives` does."""
+        system = run.system
+        index = run.indices(self._emission(system), f"time of {self._what()}")
+        states = {name: run.arrays[name][index] for name in ("position", "velocity", "attitude", "spin")}
+        names = list(run.sensitivity)
+        tangents = [run.transition[index], *(values[index][..., None] for values in run.sensitivity.values())]
+        tangent = np.concatenate(tangents, axis=-1)
+        start = tangent.shape[-1] - len(names)
+
+        def moved(by_state: Floats, direct: Mapping[str, Floats]) -> Floats:
+            """Return derivatives (K, C, 12 N + names) by the start and the parameters."""
+            found = np.asarray(by_state @ tangent)
+            for k, name in enumerate(names, start):
+                found[..., k] += direct[name]
+            return found
+
+        change = moved(*self._partials(system, states, run.parameters))
+        size, count = held.rows.size, len(held.values)
+        found = np.zeros((size + count + 1, tangent.shape[-1]))
+        arguments = self._design_arguments(system, states, run.parameters)
+        if arguments:
+            weights = np.concatenate([held.rows[..., None], held.design], axis=-1)
+            back = self._whiten(weights, system, transposed=True)
+        for argument in arguments:
+            by = moved(argument.by_state, argument.direct)
+            change += (argument.slope @ held.values)[..., None] * by
+            flat = by.reshape(size, -1)
+            found[size:-1] += (back[..., :1] * argument.slope).reshape(size, count).T @ flat
+            found[-1] += np.sum(back[..., 1:] * argument.slope, axis=-1).ravel() @ flat
+        found[:size] = -self._whiten(change, system).reshape(size, -1)
+        by_parameter = {name: found[:, k] for k, name in enumerate(names, start)}
+        return FunctionDerivatives(np.zeros(len(found)), found[:, :start], by_parameter)
+
+    def errors(self, system: SystemLike) -> Errors:
+        """Return the errors of the rows, with and without a jitter, in the system's units."""
+        original = self if self._original is None else self._original
+        return Errors(self._covariance(system), original._covariance(system))

@@ -1,0 +1,25 @@
+"""``python -m reproduction.kalliope``: the light of Kalliope and Linus fitted, and the table of their mutual events."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from ..publishing import command
+from .report import write
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Fit and report."""
+    text = (
+        "Fit four light curves of (22) Kalliope and Linus of November 2021, with their mutual events and a Fourier "
+        "series of Kalliope's rotation, and write report.md, figures, events.ecsv and numbers.json, with a verdict on "
+        "the published numbers. Takes a minute or two."
+    )
+    return command("kalliope", text, "out/kalliope", write, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,126 @@
+"""Kalliope and Linus as two bodies, their start from a few parameters, and their light curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pandas as pd
+from astropy.time import Time
+from fullbody import observing
+from scipy.spatial.transform import Rotation
+
+__all__ = ["AXES", "EPOCH", "INTEGRATOR", "PERIOD", "ROTATION", "START", "A", "Light", "setup"]
+
+PATH = Path(__file__).parents[2] / "tests" / "data" / "observations" / "kalliope" / "light_curves.csv"
+EPOCH = Time(2459547.7, format="jd", scale="tdb")
+#: The gravitational constant in km^3 / (kg day^2).
+G = 6.6743e-20 * 86400.0**2
+#: The axes of Kalliope in km, the separation in km, the periods of the orbit and of the rotation in days: not fitted.
+AXES, A, PERIOD, ROTATION = (103.5, 72.5, 61.0), 1063.0, 3.59571, 0.17284169
+#: The published pole and diameter of Linus in km, from which fits start; the phases are found from a grid of starts.
+START = {"radius": 14.0, "longitude": 0.0, "pole_longitude": 195.6, "pole_latitude": 2.2, "phase": 0.0}
+INTEGRATOR = fullbody.Verner98(rtol=1e-11, atol=1e-11)
+
+
+def setup(
+    radius: float,
+    longitude: float,
+    pole_longitude: float,
+    pole_latitude: float,
+    phase: float,
+    gravity: str = "focal",
+) -> tuple[fullbody.System, fullbody.State]:
+    """Return the system and its state at the epoch.
+
+    Linus is a sphere of the density of Kalliope, which starts on the circle of the published separation and period
+    about the pole of Kalliope. The total mass is that of such a circle of two points.
+
+    Parameters
+    ----------
+    radius : float
+        Radius of Linus in km.
+    longitude, phase : float
+        Angles in degrees along the equator, from the direction that the pole's longitude gives, to Linus and to the
+        longest axis of Kalliope.
+    pole_longitude, pole_latitude : float
+        The pole of the orbit and of Kalliope in the ecliptic, in degrees.
+    gravity : str
+        The gravity of the system; ``"point"`` keeps the orbit a circle.
+    """
+    share = radius**3 / (radius**3 + np.prod(AXES))
+    total = 4.0 * np.pi**2 * A**3 / PERIOD**2 / G
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(*AXES), mass=(1.0 - share) * total, name="Kalliope"),
+        fullbody.Body(fullbody.Sphere(radius), mass=share * total, name="Linus"),
+    ]
+    units = ("km", "day", "kg")
+    system = fullbody.System(bodies, G=G, units=units, frame="ecliptic", epoch=EPOCH, gravity=gravity)
+    orbit, body = (
+        Rotation.from_euler("zyz", [angle, 90.0 - pole_latitude, pole_longitude], degrees=True)
+        for angle in (longitude, phase)
+    )
+    apart, rate = np.array([[-share], [1.0 - share]]), 2.0 * np.pi / PERIOD
+    state = fullbody.State.from_scipy(
+        position=orbit.apply(apart * [A, 0.0, 0.0]),
+        velocity=orbit.apply(apart * [0.0, A * rate, 0.0]),
+        rotation=Rotation.concatenate([body, orbit]),
+        spin=[[0.0, 0.0, 2.0 * np.pi / ROTATION], [0.0, 0.0, rate]],
+    )
+    return system, state
+
+
+class Light:
+    """The light curves as observations.
+
+    Parameters
+    ----------
+    every : int
+        Every how many magnitudes one is taken.
+
+    Attributes
+    ----------
+    whole : bool
+        Whether there are all magnitudes.
+    table : DataFrame
+    geometry : Geometry
+    """
+
+    def __init__(self, every: int = 1) -> None:
+        self.whole = every == 1
+        self.table = pd.read_csv(PATH)[::every]
+        column = {name: self.table[name].to_numpy() for name in self.table}
+        self._times = Time(column["jd_tdb"], format="jd", scale="tdb")
+        sun = np.stack([column[f"sun_{axis}_au"] for axis in "xyz"], axis=1) * u.au
+        self.geometry = observing.Geometry.from_radec(
+            self._times,
+            ra=column["ra_deg"] * u.deg,
+            dec=column["dec_deg"] * u.deg,
+            distance=column["distance_au"] * u.au,
+            to_sun=sun,
+        )
+        self._sun_radius = float(np.arcsin(695700.0 / np.linalg.norm(sun.to_value("km"), axis=1).mean()))
+        self._column = column
+
+    @property
+    def sun_radius(self) -> float:
+        """The mean angular radius of the Sun at Kalliope, in radians."""
+        return self._sun_radius
+
+    def data(self, order: int = 10, albedo: float = 1.0, **options: Any) -> observing.Photometry:
+        """Return the photometry, with a series of an order (none for zero), and Linus' albedo over Kalliope's."""
+        series = observing.RotationSeries("Kalliope", order) if order else None
+        return observing.Photometry(
+            self._times,
+            self._column["magnitude"],
+            self._column["sigma"],
+            geometry=self.geometry,
+            night=self._column["night"],
+            rotation=series,
+            albedo={"Kalliope": 1.0, "Linus": albedo},
+            reduced=False,
+            **options,
+        )

@@ -1,0 +1,127 @@
+"""Mutual events with their depths, the contacts of penumbra and umbra, and their tables."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from astropy.time import Time
+from fullbody import observing
+from support import refused
+
+A, R1, R2, ALPHA = 10.0, 1.5, 1.0, 0.02
+FAR = observing.Geometry([-20.0, 20.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 0, 0], light_time=False)
+
+
+def circular(inclination=0.0, units=None, until=7.5, **options):
+    """Two spheres on a circle of radius 10 and period 2 pi, behind each other at 1.5 pi and 0.5 pi."""
+    bodies = [
+        fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in zip((R1, R2), (0.7, 0.3), "AB", strict=True)
+    ]
+    system = fullbody.System(bodies, G=A**3, gravity="point", units=units, **options)
+    r, v = A * np.array([0.0, 1.0, 0.0]), A * np.array([-np.cos(inclination), 0.0, -np.sin(inclination)])
+    state = fullbody.State(position=np.outer([-0.3, 0.7], r), velocity=np.outer([-0.3, 0.7], v))
+    return system.integrate(state, until, dense=True)
+
+
+def test_contacts_of_penumbra_and_umbra_of_spheres_are_those_of_geometry():
+    """Seen from a point of the limb at an angle to the centre, the conjunction comes earlier or later by that angle."""
+    eclipses = [e for e in observing.mutual_events(circular(), FAR, sun_radius=ALPHA) if e.kind == "eclipse"]
+    outer, inner = np.arcsin((R1 + R2) / A), np.arcsin((R1 - R2) / A)
+    for event, middle in zip(eclipses, (0.5 * np.pi, 1.5 * np.pi), strict=True):
+        contacts = [event.begin, event.umbra_begin, event.umbra_end, event.end]
+        expected = middle + np.array([-outer - ALPHA, -outer + ALPHA, outer - ALPHA, outer + ALPHA])
+        np.testing.assert_allclose(contacts, expected, atol=2e-7)
+    first, second = eclipses
+    expected = 0.5 * np.pi + np.array([-1.0, 1.0]) * (inner - ALPHA)
+    np.testing.assert_allclose([first.total_begin, first.total_end], expected, atol=2e-7)
+    assert second.total_begin is None
+    # An occultation does not depend on the Sun.
+    plain, disc = (
+        [e for e in observing.mutual_events(circular(), FAR, sun_radius=s) if e.kind == "occultation"]
+        for s in (0.0, ALPHA)
+    )
+    assert plain == disc
+    assert plain[0].umbra_begin is None
+
+
+def test_contacts_of_an_inclined_orbit_are_those_of_shadows_that_are_wider_and_narrower():
+    """The penumbra of distant spheres is wider than the shadow by the distance times the angle, to its second order."""
+    inclination, alpha = 0.1, 1e-3
+    events = observing.mutual_events(circular(inclination), FAR, sun_radius=alpha)
+    event = next(e for e in events if e.kind == "eclipse")
+    for contact, sign in ((event.begin, 1.0), (event.umbra_begin, -1.0)):
+        t = contact - 0.5 * np.pi
+        across = A * np.sqrt(np.sin(t) ** 2 + np.cos(t) ** 2 * np.sin(inclination) ** 2)
+        along = np.sqrt(A**2 - across**2)
+        assert across - sign * along * alpha == pytest.approx(R1 + R2, abs=5.0 * A * alpha**2)
+
+
+def test_an_eclipse_by_the_penumbra_alone_has_no_umbra():
+    inclination = np.arcsin((R1 + R2 + 0.5 * A * ALPHA) / A)
+    assert [e for e in observing.mutual_events(circular(inclination), FAR) if e.kind == "eclipse"] == []
+    found = [e for e in observing.mutual_events(circular(inclination), FAR, sun_radius=ALPHA) if e.kind == "eclipse"]
+    assert [e.by for e in found] == ["A", "B"]
+    for event in found:
+        assert event.umbra_begin is event.umbra_end is event.total_begin is None
+        # At conjunction the centres are half a penumbra farther apart than the sum of the radii.
+        assert event.begin < event.middle < event.end
+        assert event.middle % np.pi == pytest.approx(0.5 * np.pi, abs=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_the_depth_of_an_event_of_even_discs_is_that_of_the_area_it_hides(ratio):
+    """At phase angle zero Lommel and Seeliger's law makes discs evenly bright, of the albedo times the area."""
+    options = {"law": observing.LommelSeeliger(), "albedo": {"A": 1.0, "B": ratio}}
+    view = observing.Geometry([-20.0, 20.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 1e-9, 0], light_time=False)
+    behind, before = (e for e in observing.mutual_events(circular(), view, **options) if e.kind == "occultation")
+    whole = R1**2 + ratio * R2**2
+    assert behind.depth == pytest.approx(2.5 * np.log10(whole / R1**2), abs=1e-6)
+    assert before.depth == pytest.approx(2.5 * np.log10(whole / (whole - R2**2)), abs=1e-6)
+    assert behind.total_begin < behind.deepest < behind.total_end
+    assert observing.mutual_events(circular(), view)[0].depth is None
+
+
+def test_the_depth_of_a_partial_event_is_the_lens_that_it_hides():
+    inclination = 0.2
+    options = {"law": observing.LommelSeeliger()}
+    view = observing.Geometry([-20.0, 20.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 0, 1e-9], light_time=False)
+    event = next(e for e in observing.mutual_events(circular(inclination), view, **options) if e.kind == "occultation")
+    d = A * np.sin(inclination)
+    halves = [np.arccos((d * d + r * r - s * s) / (2 * d * r)) for r, s in ((R1, R2), (R2, R1))]
+    lens = sum(r * r * (h - np.sin(h) * np.cos(h)) for r, h in zip((R1, R2), halves, strict=True))
+    whole = np.pi * (R1**2 + R2**2)
+    assert event.depth == pytest.approx(2.5 * np.log10(whole / (whole - lens)), abs=1e-6)
+    assert event.deepest == pytest.approx(0.5 * np.pi, abs=1e-3)
+
+
+def test_a_table_of_events_has_dates_in_utc():
+    epoch = "2021-11-28 TDB"
+    run = circular(units=("km", "hour", "kg"), epoch=epoch, until=4.7)
+    view = observing.Geometry([-20.0, 20.0] * u.h, to_observer=[1.0, 0, 0], to_sun=[1.0, 0.2, 0], light_time=False)
+    events = observing.mutual_events(run, view, sun_radius=0.3 * u.deg, law=observing.LommelSeeliger())
+    table = events.to_table()
+    assert table.colnames[:4] == ["kind", "body", "by", "begin"]
+    assert set(table.colnames[4:]) == {
+        "umbra_begin",
+        "total_begin",
+        "total_end",
+        "umbra_end",
+        "end",
+        "deepest",
+        "depth",
+    }
+    assert list(table["kind"]) == [event.kind for event in events]
+    # UTC was 37 s behind TAI, and TDB is 32.184 s ahead of that, to 2 ms.
+    expected = Time("2021-11-28T00:00:00", scale="utc") + [event.begin.to_value("s") - 69.184 for event in events] * u.s
+    assert np.abs((table["begin"] - expected).to_value("s")).max() < 2e-3
+    assert table["begin"].scale == "utc"
+    assert table["depth"].unit == u.mag
+    assert list(table["umbra_begin"].mask) == [event.umbra_begin is None for event in events]
+    # The run ends within the last of the events.
+    assert list(table["end"].mask) == [event.end is None for event in events]
+    assert table["end"].mask[-1]
+    plain = observing.mutual_events(circular(), FAR).to_table()
+    assert plain["begin"][0] == pytest.approx(0.5 * np.pi - np.arcsin((R1 + R2) / A))
+    assert "depth" not in plain.colnames
+    assert len(observing.mutual_events(circular(1.0), FAR).to_table()) == 0
+    refused("sun_radius is -0.1", lambda: observing.mutual_events(run, view, sun_radius=-0.1))
