@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -153,10 +154,40 @@ def once() -> Iterator[None]:
             _warned.reset(token)
 
 
+class WarnedOnce:
+    """A function whose warnings are shown once for each kind: texts that differ in numbers alone are of one kind.
+
+    Parameters
+    ----------
+    function : callable
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        functools.update_wrapper(self, function)
+        self._function = function
+        self._shown: set[tuple[type[Warning], str]] = set()
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        """Call the function."""
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                return self._function(*arguments, **options)
+        finally:
+            for one in caught:
+                kind = _kind(one.category, str(one.message))
+                if kind not in self._shown:
+                    self._shown.add(kind)
+                    warnings.showwarning(one.message, one.category, one.filename, one.lineno)
+
+
+def _kind(category: type[Warning], message: str) -> tuple[type[Warning], str]:
+    return category, re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "0", message)
+
+
 def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
     """Issue a warning that refers to the line outside of this package from which it follows; see :func:`once`."""
     if (warned := _warned.get()) is not None:
-        kind = (category, re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "0", message))
+        kind = _kind(category, message)
         if kind in warned:
             return
         warned.add(kind)
