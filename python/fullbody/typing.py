@@ -88,5 +88,5 @@ if TYPE_CHECKING:
 else:
     Array, Scalar = np.ndarray, float
 
-#: Plain numbers, for the annotations of this package.
+#: An array of plain numbers, for the annotations of this package.
 Floats = npt.NDArray[np.float64]

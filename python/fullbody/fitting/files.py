@@ -1,4 +1,4 @@
-"""Fits as files: NetCDF through xarray."""
+"""Saving and loading of fits as NetCDF files, through xarray."""
 
 from __future__ import annotations
 
@@ -21,18 +21,42 @@ from .free import Free, Parameters
 #: The attribute that marks a file as a fit, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_fit", 2)
 #: The attributes of a fit that JSON can hold.
-_PLAIN: tuple[str, ...] = ("chi2", "loss", "dof", "p_value", "condition", "weakest", "unconstrained", "differenced")
-_PLAIN += ("at_bounds", "starts", "message", "iterations", "runs", "refused", "last_refusal", "labels", "_of_setup")
+_JSON_ATTRIBUTES: tuple[str, ...] = (
+    "chi2",
+    "loss",
+    "dof",
+    "p_value",
+    "condition",
+    "weakest",
+    "unconstrained",
+    "differenced",
+)
+_JSON_ATTRIBUTES += (
+    "at_bounds",
+    "starts",
+    "message",
+    "iterations",
+    "runs",
+    "refused",
+    "last_refusal",
+    "labels",
+    "_of_setup",
+)
+#: The arrays of a state.
 _STATE = ("position", "velocity", "attitude", "spin")
-_LIMITS = ("start", "lower", "upper", "mean", "sigma")
+#: The numbers of a free parameter, in the order in which a file contains them.
+_PARAMETER_COLUMNS = ("start", "lower", "upper", "mean", "sigma")
 
 
-def described(fit: Any) -> dict[str, Any]:
-    """Return all of a fit that JSON can hold: all but its arrays."""
+def description(fit: Any) -> dict[str, Any]:
+    """Return the part of a fit that JSON can hold: everything but its arrays."""
     parameters, context = fit.parameters, fit.system.context
-    core, limits = strip(fit.state, context), zip(*(getattr(parameters, name) for name in _LIMITS), strict=True)
+    core, limits = (
+        strip(fit.state, context),
+        zip(*(getattr(parameters, name) for name in _PARAMETER_COLUMNS), strict=True),
+    )
     return {
-        **{name: getattr(fit, name) for name in _PLAIN},
+        **{name: getattr(fit, name) for name in _JSON_ATTRIBUTES},
         "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, limits, strict=True)},
         "units": [None if unit is None else str(unit) for unit in parameters.units],
         "unknowns": [
@@ -73,12 +97,12 @@ def save(fit: Any, path: Any) -> None:
     names = {name: (name, list(fit.names)) for name in ("parameter", "other_parameter")}
     attributes = {"title": "fullbody fit", "fullbody_version": version(), FORMAT[0]: FORMAT[1]}
     attributes |= {"fullbody_system": json.dumps(fit.system.context.describe())}
-    attributes |= {"fullbody_results": json.dumps(described(fit))}
+    attributes |= {"fullbody_results": json.dumps(description(fit))}
     write(netcdf().Dataset(variables, names, attributes), path)
 
 
 def contents(content: Content) -> dict[str, Any]:
-    """Return the attributes of the fit in a file."""
+    """Return the attributes of the fit in a file, by name."""
     content.check_format(*FORMAT)
     system = content.parsed("fullbody_system", system_of)
     attributes: dict[str, Any] = content.parsed("fullbody_results", lambda results: _attributes(results, system))
@@ -99,15 +123,15 @@ def contents(content: Content) -> dict[str, Any]:
 
 
 def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
-    """Return attributes of a fit from their description in JSON."""
+    """Return the attributes of a fit that :func:`description` wrote, by name."""
     units = [None if unit is None else unit_named(unit) for unit in results["units"]]
 
-    def united(number: float, unit: Any) -> Any:
+    def with_unit(number: float, unit: Any) -> Any:
         return None if not np.isfinite(number) else number if unit is None else number * unit
 
     free = {}
     for (name, row), unit in zip(results["parameters"].items(), units, strict=True):
-        start, lower, upper, mean, sigma = (united(number, unit) for number in row)
+        start, lower, upper, mean, sigma = (with_unit(number, unit) for number in row)
         free[name] = Free(start, min=lower, max=upper, prior=None if sigma is None else (mean, sigma))
     parameters, context = Parameters(free), system.context
     unknowns = tuple((name, None if unit is None else unit_named(unit)) for name, unit in results["unknowns"])
@@ -115,7 +139,7 @@ def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
     core = _core.State(time, *(np.array(values, dtype=np.float64) for values in arrays))
     minima = [(parameters.named(np.array(row[: len(free)])), *row[len(free) :]) for row in results["minima"]]
     return {
-        **{name: results[name] for name in _PLAIN},
+        **{name: results[name] for name in _JSON_ATTRIBUTES},
         "parameters": parameters,
         "names": (*parameters.names, *(name for name, _ in unknowns)),
         "_unknowns": unknowns,

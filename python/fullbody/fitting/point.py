@@ -10,7 +10,7 @@ from ..typing import Floats
 from .chain import SetupResult
 from .inner import Inner
 from .losses import LINEAR
-from .noise import log_determinant, without_jitter
+from .noise import design_without_jitter, log_determinant
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -52,7 +52,7 @@ class EvaluatedPoint:
         if not self.errors:
             return 0.0
         models = [
-            LinearModel(model.unknowns, model.pulls, without_jitter(self.errors[i], model.design))
+            LinearModel(model.unknowns, model.pulls, design_without_jitter(self.errors[i], model.design))
             if i in self.errors
             else model
             for i, model in enumerate(self.models)

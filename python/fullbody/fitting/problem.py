@@ -22,7 +22,7 @@ from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
 from .inner import Inner, model_of, padded
 from .losses import LINEAR, Loss
-from .noise import relative
+from .noise import relative_change
 from .point import EvaluatedPoint, PullJacobian
 from .signature import arguments_of, taken
 
@@ -308,8 +308,8 @@ class Problem:
                 models[i] = model_of(observation, self._part(point.run, observation))
                 if errors is not None:
                     now = moved[i].errors(system)
-                    parts.append(relative(errors.covariance, now.covariance).ravel())
-                    parts.append(relative(errors.without_jitter, now.without_jitter).ravel())
+                    parts.append(relative_change(errors.covariance, now.covariance).ravel())
+                    parts.append(relative_change(errors.without_jitter, now.without_jitter).ravel())
             return np.concatenate([point.inner.contracted(models) - base, *parts])
 
         scale, kinds = point.inner.sizes()

@@ -196,7 +196,7 @@ class Fit(Tabled):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Fit):
             return NotImplemented
-        return files.described(self) == files.described(other) and all(
+        return files.description(self) == files.description(other) and all(
             len(mine) == len(others) and all(map(same, mine, others))
             for mine, others in ((self.pulls, other.pulls), (self.times, other.times))
         )

@@ -35,12 +35,13 @@ _GM = {
     "pluto": 975.5,
 }
 #: The largest error of the cubic spline, relative to the distance.
-_ERROR = 1e-9
-#: The longest step for planets in s, a ninth of the month.
-_PLANETS = 3.0 * 86400.0
-#: The number of steps beyond either end, so that the ends of the spline lie outside the path.
+_SPLINE_ERROR = 1e-9
+#: The longest step in s of a table of a planet, a ninth of the month.
+_MAX_PLANET_STEP = 3.0 * 86400.0
+#: The number of rows beyond either end of the path, since a spline has larger errors near the ends of its table.
 _MARGIN = 8
-_MOST = 200_000
+#: The maximum number of rows of a table.
+_MAX_ROWS = 200_000
 
 
 def path(
@@ -56,63 +57,68 @@ def path(
     system_units = Units(units)
     start = epochs.date(date, "date")
     axes = _axes(frame)
-    from_sun, longest = about_sun(orbit, start, start if epoch is None else epochs.date(epoch, "epoch"), system_units)
+    from_sun, max_step = about_sun(orbit, start, start if epoch is None else epochs.date(epoch, "epoch"), system_units)
 
     def relative(times: Floats) -> Floats:
-        """Return positions in km at times in seconds from the date."""
-        away = -from_sun(times)
+        """Return positions (T, 3) in km relative to the system, at times (T,) in seconds from the date."""
+        position = -from_sun(times)
         if body != "sun":
             dates = start + times * u.s
             planet = barycentric(body, dates, ephemeris) - barycentric("sun", dates, ephemeris)
-            away += planet @ rotation("equatorial", "ecliptic").T
-        return np.asarray(away @ axes.T)
+            position += planet @ rotation("equatorial", "ecliptic").T
+        return np.asarray(position @ axes.T)
 
     length = _seconds(duration, system_units)
     if body != "sun":
-        longest = min(longest, _PLANETS)
+        max_step = min(max_step, _MAX_PLANET_STEP)
     ends = min(length, 0.0), max(length, 0.0)
-    times, positions = dense_table(relative, *ends, longest, f"duration of the path of {body}")
-    # A matrix has no name that a system could be compared with.
-    named = {"frame": frame} if isinstance(frame, str) else {}
+    times, positions = dense_table(relative, *ends, max_step, f"duration of the path of {body}")
+    # A rotation matrix has no name to compare with the frame of a system.
+    frame_name = {"frame": frame} if isinstance(frame, str) else {}
     arguments = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
     if system_units.defined:
         kinds = {"mu": "mu", "times": "time", "positions": "length"}
         arguments = {key: system_units.strip(value, kinds[key], key) for key, value in arguments.items()}
         arguments["mu"] = float(arguments["mu"])
-    return {"name": body.title(), **arguments, **named}
+    return {"name": body.title(), **arguments, **frame_name}
 
 
 def dense_table(
-    relative: Callable[[Floats], Floats], first: float, last: float, longest: float, what: str, margin: int = _MARGIN
+    relative: Callable[[Floats], Floats], first: float, last: float, max_step: float, what: str, margin: int = _MARGIN
 ) -> tuple[Floats, Floats]:
-    """Choose times in even steps, dense enough for a cubic spline with an error of 1e-9 of the distance.
+    """Return times (T,) in even steps and positions (T, 3) for a cubic spline with an error of 1e-9 of the distance.
 
-    The error of a spline between even knots is a 384th of the fourth difference. Steps of about a period would not
-    resolve the motion, so that a longest step is given.
+    The error of a spline between even knots is a 384th of the fourth difference. Fourth differences over steps of about
+    a period do not show the motion, so that ``max_step`` limits the steps. ``relative`` returns positions at times; the
+    table has ``margin`` rows before ``first`` and after ``last``; ``what`` is the subject of the error message.
     """
-    step = min((last - first) / 64, longest)
+    step = min((last - first) / 64, max_step)
     while True:
         count = int(np.ceil((last - first) / step)) + 1
         if margin == 0:
-            # The table has no row beyond its ends.
+            # Without a margin the last row is exactly at the end.
             step = (last - first) / (count - 1)
         count += 2 * margin
-        if count > _MOST:
-            raise InvalidInput(f"{what} needs more than {_MOST} rows; expected a shorter one")
+        if count > _MAX_ROWS:
+            raise InvalidInput(f"{what} needs more than {_MAX_ROWS} rows; expected a shorter one")
         times = np.asarray(first + step * (np.arange(count) - margin), dtype=np.float64)
         positions = relative(times)
         fourth = np.linalg.norm(np.diff(positions, n=4, axis=0), axis=1)
         error = float((fourth / 384 / np.linalg.norm(positions[2:-2], axis=1)).max())
         # The first and the last pieces of a spline have larger errors.
         error *= 1.0 if margin else 10.0
-        if error <= _ERROR:
+        if error <= _SPLINE_ERROR:
             return times, positions
         # The error is proportional to the fourth power of the step.
-        step *= min(0.9 * (_ERROR / error) ** 0.25, 0.9)
+        step *= min(0.9 * (_SPLINE_ERROR / error) ** 0.25, 0.9)
 
 
 def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tuple[Callable[[Floats], Floats], float]:
-    """Return the system's path from the Sun, in km by seconds, ecliptic of J2000, and an eighth of its period."""
+    """Return the heliocentric motion of a system and an eighth of its period in seconds.
+
+    The motion is a function from times (T,) in seconds after ``start`` to positions (T, 3) in km along the ecliptic of
+    J2000. The elements are those at ``epoch``.
+    """
     if not isinstance(orbit, KeplerElements):
         raise InvalidInput(f"orbit is {orbit!r}; expected the KeplerElements of the system about the Sun")
     if orbit.frame is not None and not (isinstance(orbit.frame, str) and orbit.frame == "ecliptic"):
@@ -129,14 +135,14 @@ def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tupl
     angle = Units().number
     e, i, node, argument, mean = (angle(getattr(orbit, key), "angle", key) for key in ("e", "i", "Omega", "omega", "M"))
     rate = np.sqrt(_GM["sun"] / abs(a) ** 3)
-    late = (start - epoch).to_value("s")
+    elapsed = (start - epoch).to_value("s")
 
     def position_at(times: Floats) -> Floats:
-        anomaly = mean + rate * (times + late)
+        anomaly = mean + rate * (times + elapsed)
         if e < 1.0:
             anomaly = np.remainder(anomaly, 2 * np.pi)
-        same = np.ones_like(times)
-        orbits = KeplerElements(a * same, e * same, i * same, node * same, argument * same, anomaly)
+        ones = np.ones_like(times)
+        orbits = KeplerElements(a * ones, e * ones, i * ones, node * ones, argument * ones, anomaly)
         return np.asarray(orbits.to_cartesian(_GM["sun"])[0])
 
     return position_at, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
@@ -150,14 +156,14 @@ def barycentric(body: Any, times: Time, ephemeris: Any) -> Floats:
         if ephemeris != "builtin":
             import_module("jplephem")
         try:
-            arguments = get_body_barycentric(body, times, ephemeris=ephemeris)
+            position = get_body_barycentric(body, times, ephemeris=ephemeris)
         except (AttributeError, KeyError, ValueError, TypeError, OSError) as error:
             raise InvalidInput(f"{body} is not available from the ephemeris {ephemeris!r}: {error}") from error
-    return np.asarray(arguments.xyz.to_value("km").T, dtype=np.float64)
+    return np.asarray(position.xyz.to_value("km").T, dtype=np.float64)
 
 
 def _axes(frame: Any) -> Floats:
-    """Return the matrix from the ecliptic of J2000 to the axes of the system."""
+    """Return the matrix (3, 3) from the ecliptic of J2000 to the axes of the system."""
     if isinstance(frame, str):
         return rotation("ecliptic", frame)
     matrix = numbers(frame, "frame")
@@ -167,6 +173,7 @@ def _axes(frame: Any) -> Floats:
 
 
 def _seconds(duration: Any, system_units: Units) -> float:
+    """Return a duration, a Quantity, text or a number in the system's unit of time, in seconds."""
     units = system_units if system_units.defined else Units(("km", "s", "kg"))
     number = units.number(duration, "time", "duration")
     if not is_quantity(duration) and not isinstance(duration, str) and not system_units.defined:

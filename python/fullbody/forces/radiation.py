@@ -18,24 +18,24 @@ from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
 
-#: Force divided by pressure and squared radius, for a coefficient of one.
+#: The force of BYORP for a coefficient of one, divided by the pressure and the squared radius.
 _BYORP = {
     "jacobson_scheeres_2011": 1.0,
     "quillen_2022": 1.0,
     "steinberg_sari_2011": 2.0 * pi / 3.0,
     "wang_hou_2021": 2.0 * pi / 3.0,
 }
-#: Torque divided by pressure and cubed radius, for a coefficient of one.
+#: The torque of YORP for a coefficient of one, divided by the pressure and the cubed radius.
 _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
-#: The pressure of sunlight at 1 au, and the torques by it and the cubed radius, from the roundest body to the least
-#: round one near the Sun, that cause no warning.
-_SUNLIGHT, _COEFFICIENTS = "4.54e-6 Pa", (1e-6, 10.0)
+#: The pressure of sunlight at 1 au, and the limits of a torque divided by this pressure and the cubed radius, from a
+#: nearly round body to an irregular one near the Sun; torques outside them cause a warning.
+_SOLAR_PRESSURE, _TORQUE_RANGE = "4.54e-6 Pa", (1e-6, 10.0)
 #: Normalisations of YORP that are rates of the spin, either directly or through pressure times radius over mass.
 _RATES = ("acceleration", "rossi_2009")
 
 
 def torque_dimension(normalization: str | None) -> str:
-    """Return the dimension of the torques of :class:`Yorp` by their normalisation; coefficients are pure numbers."""
+    """Return the dimension of ``along`` and ``across`` of :class:`Yorp`; coefficients of papers are pure numbers."""
     return {None: "torque", "acceleration": "angular acceleration"}.get(normalization, "number")
 
 
@@ -80,9 +80,9 @@ class Yorp(Force):
         The body that the torque acts on.
     along, across : float, Quantity or array_like
         Components along and across the spin: torques, unless ``normalization`` says otherwise; one value, or one at
-        each obliquity. A positive one across raises the obliquity. It vanishes for a spin along ``pole``, which defines
-        no such direction; a run in which a torque that does not vanish there drives the spin to the pole raises
-        :class:`fullbody.errors.ForceFailed`.
+        each obliquity. A positive ``across`` raises the obliquity. The direction across is not defined for a spin along
+        ``pole``, where this component is zero. A run in which an ``across`` that does not tend to zero there drives the
+        spin to the pole raises :class:`fullbody.errors.ForceFailed`.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, interpolated by a cubic spline.
     pole : array_like, (3,)
@@ -148,7 +148,7 @@ class Yorp(Force):
         return described | {"obliquity": obliquity, "along": torque("along"), "across": torque("across")}
 
     def _factor(self, context: Context, on: int) -> float:
-        """Return the torque for a value of one."""
+        """Return the factor that converts ``along`` and ``across`` in units of the system to torques."""
         if self.normalization is None:
             return 1.0
         body = context.bodies[on]
@@ -164,14 +164,14 @@ class Yorp(Force):
 
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
-        """Yield a warning of a torque that sunlight cannot exert, or that has no effect."""
+        """Yield a warning of a torque that is too large for sunlight, or so small that its unit may be wrong."""
         volume = context.bodies[context.names.index(described["on"])].volume
         if not context.units.defined or volume == 0.0:
             return
-        unit = context.units.number(_SUNLIGHT, "pressure", "pressure") * 0.75 * volume / pi
+        unit = context.units.number(_SOLAR_PRESSURE, "pressure", "pressure") * 0.75 * volume / pi
         size = float(np.abs([described["along"], described["across"]]).max()) / unit
-        if 0.0 < size < _COEFFICIENTS[0] or size > _COEFFICIENTS[1]:
-            least, most = _COEFFICIENTS
+        if 0.0 < size < _TORQUE_RANGE[0] or size > _TORQUE_RANGE[1]:
+            least, most = _TORQUE_RANGE
             yield (
                 f"the torque of {described['name']} is {size:.2g} times the pressure of sunlight at 1 au and the cube "
                 f"of the body's radius; expected {least:g} to {most:g}: check its unit; a coefficient has a "
@@ -197,19 +197,19 @@ class Yorp(Force):
 
 
 class _Components(Number):
-    """The kind of three components along the axes of a secondary, or of the middle one alone."""
+    """Checks and converts three components along the axes of a secondary, or the middle one alone."""
 
     __slots__ = ()
 
     def unitless(self, value: Any, what: str, units: Units) -> Any:
-        """Return the three components in a system's units."""
+        """Return the three components as plain numbers in a system's units."""
         array = units.numbers(value, self.dimension, what, limits=self.limits)
         if array.shape not in ((), (3,)):
             raise InvalidInput(f"{what} has shape {array.shape}; expected a finite number, or three")
         return array.tolist() if array.shape else [0.0, float(array), 0.0]
 
     def attached(self, value: Any, units: Units) -> Any:
-        """Return what was given: one component, or three."""
+        """Return the components with units: the middle one alone if the others are zero."""
         outwards, along, up = value if isinstance(value, list) else (0.0, value, 0.0)
         return units.attach(np.array(value) if outwards or up else along, self.dimension)
 
@@ -233,10 +233,10 @@ class Byorp(Force):
     on, about : int or str
         The secondary, and the body that it orbits.
     force : float, Quantity, str or array_like, (3,)
-        The components of the force, or the one along the motion alone: a positive one enlarges the orbit. Either this
-        or ``coefficient`` is given.
+        The components of the force, or the one along the motion alone, which enlarges the orbit if it is positive.
+        Either this or ``coefficient`` is required.
     coefficient : float or array_like, (3,)
-        The same, dimensionless, with the ``normalization`` and the ``pressure`` that go with it.
+        The components as dimensionless coefficients, which need ``normalization`` and ``pressure``.
     normalization : str
         The definition of the coefficient: ``"jacobson_scheeres_2011"``, ``"quillen_2022"``, ``"steinberg_sari_2011"``
         or ``"wang_hou_2021"``. They differ by 2 pi / 3, see Notes.
@@ -309,14 +309,14 @@ class Byorp(Force):
         return super()._of_core({name: value for name, value in described.items() if name not in absent}, units)
 
 
-def _check_normalization(force: Yorp | Byorp, known_names: Iterable[str], needs_light: bool) -> None:
-    """Refuse an unknown normalisation, and light that is missing or has no use."""
+def _check_normalization(force: Yorp | Byorp, names: Iterable[str], needs_pressure: bool) -> None:
+    """Refuse an unknown normalisation, a missing pressure, and arguments of coefficients without a coefficient."""
     if force.normalization is not None:
-        choice(force.normalization, f"normalization of {force.name}", known_names)
-    if needs_light and force.pressure is None:
+        choice(force.normalization, f"normalization of {force.name}", names)
+    if needs_pressure and force.pressure is None:
         expected = "expected that of sunlight, such as fullbody.forces.solar_pressure('0.64 au', 0.69)"
         raise InvalidInput(f"pressure of {force.name} is not given; {expected}")
-    useless = ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ()))
-    for role in () if needs_light else useless:
+    unused = ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ()))
+    for role in () if needs_pressure else unused:
         if (value := getattr(force, role)) is not None:
             raise InvalidInput(f"{role} of {force.name} is {value!r}; expected none without a coefficient")

@@ -3,7 +3,7 @@
 A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"eclipj2000"`` (SPICE's ECLIPJ2000),
 ``"equatorial"`` (the ICRS), or is a frame of astropy that differs from them by a rotation alone (``"galactic"``,
 ``BarycentricMeanEcliptic(equinox="J2015")``); frames that move or belong to an observer are refused. Only directions
-are converted: the origin stays the system's own.
+are converted; positions keep their origin.
 
 SPICE's ECLIPJ2000 is the ICRF turned about its x-axis by 84381.448 arc seconds. The mean ecliptic of J2000 of astropy
 (IAU 2006, with the bias of the frame) lies 0.04 arc seconds, 2e-7 rad, from it.
@@ -26,6 +26,7 @@ from ..typing import Array, Floats
 
 __all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "rotate_state", "rotation"]
 
+#: Names of frames here, with those in astropy.
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
 #: The matrix from the ICRF to SPICE's ECLIPJ2000.
 _ECLIPJ2000 = rotations.matrices(rotations.about_axis(0, -np.deg2rad(84381.448 / 3600.0)))
@@ -66,8 +67,8 @@ def rotation(origin: Any, target: Any) -> Floats:
             raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}")
     if "eclipj2000" in (origin, target):
         from_origin, to_target = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
-        through = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
-        return np.asarray(to_target @ rotation(*through) @ from_origin.T)
+        via_equator = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
+        return np.asarray(to_target @ rotation(*via_equator) @ from_origin.T)
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)
     try:
@@ -82,7 +83,7 @@ def rotation(origin: Any, target: Any) -> Floats:
 
 
 def rotate(vectors: Any, origin: Any, target: Any) -> Array:
-    """Convert vectors (..., 3), numbers or a Quantity, from one frame to another, as for :func:`rotation`.
+    """Convert vectors (..., 3), numbers or a Quantity, between two frames; those of :func:`rotation` are accepted.
 
     Examples
     --------
@@ -90,13 +91,15 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     >>> fullbody.frames.rotate([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    given = gathered(vectors, "vectors")
-    UNITLESS.numbers(getattr(given, "value", given), "number", "vectors", ("...", 3))
-    return given @ rotation(origin, target).T
+    components = gathered(vectors, "vectors")
+    UNITLESS.numbers(getattr(components, "value", components), "number", "vectors", ("...", 3))
+    return components @ rotation(origin, target).T
 
 
 def rotate_state(state: State, origin: Any, target: Any) -> State:
-    """Convert a state from one frame to another: positions, velocities and attitudes; spins are in body frames.
+    """Convert positions, velocities and attitudes of a state between two frames.
+
+    Spins are in body frames and do not change. The frames are those that :func:`rotation` accepts.
 
     Examples
     --------
@@ -106,11 +109,11 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     array([-0.397777,  0.917482])
     """
     matrix = rotation(origin, target)
-    return turned(instance(state, "state", State), matrix, rotations.quaternion(matrix))
+    return rotated(instance(state, "state", State), matrix, rotations.quaternion(matrix))
 
 
-def turned(state: State, matrix: Floats, quaternion: Floats) -> State:
-    """Return a state whose positions, velocities and attitudes are turned by a rotation, given in both forms."""
+def rotated(state: State, matrix: Floats, quaternion: Floats) -> State:
+    """Return a state with positions, velocities and attitudes rotated by a matrix (3, 3) and its quaternion (4,)."""
     return state.replace(
         position=state.position @ matrix.T,
         velocity=state.velocity @ matrix.T,
@@ -149,9 +152,9 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
 
 
 def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
-    """Convert a pole's longitude and latitude, in radians or Quantities, to another frame, as for :func:`rotation`.
+    """Convert a pole's longitude and latitude, in radians or Quantities, from one frame to another.
 
-    The angles are in radians, or Quantities if ``longitude`` is one.
+    The frames are those that :func:`rotation` accepts. Results are in radians, or Quantities if ``longitude`` is one.
 
     Examples
     --------
@@ -168,8 +171,9 @@ def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tupl
 
 
 def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
-    """Return the attitude of a body, ``[w, x, y, z]`` into the frame of its pole, from the pole's longitude and
-    latitude.
+    """Return the attitude of a body from its pole: the quaternion (4,), ``[w, x, y, z]``, from the body frame.
+
+    Plain numbers are radians. The quaternion leads to the frame in which the pole's direction is given.
 
     Parameters
     ----------

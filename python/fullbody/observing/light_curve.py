@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from .laws import Law
 
 #: The diameter in km of a white sphere of absolute magnitude zero, and the astronomical unit in km.
-_WHITE, _AU = 1329.0, 149597870.7
-#: The number of times between two looks at Ctrl-C: a few milliseconds of two ellipsoids.
-_PART = 2048
+_WHITE_DIAMETER, _AU = 1329.0, 149597870.7
+#: The number of times between two interrupt checks, which takes a few milliseconds for two ellipsoids.
+_CHUNK = 2048
 
 
 @interruptible("a light curve")
@@ -47,7 +47,7 @@ def light_curve(
     run : Run
         A run with ``dense=True``.
     times : astropy Time, or array_like or Quantity, (K,)
-        Times when the light arrives.
+        Times at which the light arrives at the observer.
     geometry : Geometry
         A geometry that includes the Sun.
     law, albedo, mutual, sun_radius
@@ -68,15 +68,16 @@ def light_curve(
     Interrupted
         On Ctrl-C.
     InvalidInput
-        For times outside the geometry's span or the run, a geometry without the Sun, and an observer or a Sun
-        nearer to a body than about 300 times its radius.
+        For times outside the span of the geometry or of the run, for a geometry without the Sun, and for an observer or
+        a Sun nearer to a body than about 300 times its radius.
 
     Notes
     -----
-    Each body is shown as it was when its light left it towards the observer, from its own direction and distance; its
-    magnitude is reduced to the barycentre's distances. A shadow is cast from where a body was when the light passed it,
-    as in :func:`mutual_events`; only its rotation in that time is neglected. All of a body's surface is seen along one
-    direction, which is wrong by up to twice its radius over the distance.
+    Each body is at its position and attitude when its light left it, and is seen along the direction and from the
+    distance of its own centre; magnitudes are reduced by the distances of the barycentre. A body casts its shadow from
+    its position when the sunlight passed it, as in :func:`mutual_events`; only its rotation until the light left the
+    other body is neglected. The use of one direction for the whole surface of a body has an error of up to twice its radius
+    over the distance.
 
     Examples
     --------
@@ -91,23 +92,23 @@ def light_curve(
     """
     system = run.system
     local = local_geometry(geometry, system)
-    when = np.atleast_1d(in_system(times, system, "times"))
-    if when.ndim != 1:
-        raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
+    arrival = np.atleast_1d(in_system(times, system, "times"))
+    if arrival.ndim != 1:
+        raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = []
-    for part in np.array_split(when, max(1, -(-len(when) // _PART))):
-        states, then = retarded(run, local, part, "time of a light curve")
-        attitude = then.attitude(states["attitude"], states["spin"])
+    result = []
+    for part in np.array_split(arrival, max(1, -(-len(arrival) // _CHUNK))):
+        states, retarded_states = retarded(run, local, part, "time of a light curve")
+        attitude = retarded_states.attitude(states["attitude"], states["spin"])
         to_sun = local.sun(part)
-        for what, place in (("observer", then.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, place, then.centre, attitude, part, 1.0, DISTANT + 1.0)
-        beta = then.velocity / then.light_speed
-        epochs = Epochs(part, then.centre, attitude, then.observer, to_sun, beta, local.distant)
+        for what, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
+            refuse_near(system, local, what, vector, retarded_states.centre, attitude, part, 1.0, DISTANT + 1.0)
+        beta = retarded_states.velocity / retarded_states.light_speed
+        epochs = Epochs(part, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
         light = photometer.brightness(epochs)
         total = light if per_body else light.sum(axis=1)
-        found.append(magnitudes(total, then.observer, to_sun, reduced))
-    return np.concatenate(found)
+        result.append(magnitudes(total, retarded_states.observer, to_sun, reduced))
+    return np.concatenate(result)
 
 
 def zero_point(
@@ -131,18 +132,19 @@ def zero_point(
     law, albedo
         Options of the same light curve; with a geometric albedo one law for all bodies.
     reduced : bool
-        Whether the light curve is reduced to unit distances. For one that is not, with ``reduced=False``, the sum is
-        the magnitude as observed.
+        Whether the light curve is reduced to unit distances. With ``reduced=False`` the sum of its magnitude
+        and the zero point is the apparent magnitude.
 
     Returns
     -------
     float
-        What is added to the magnitudes, as ``zero=`` of :class:`Photometry` does it.
+        The number to add to the magnitudes; :class:`Photometry` accepts it as ``zero=``.
 
     Raises
     ------
     InvalidInput
-        If not exactly one of the two is given, and for a system without units that needs them.
+        Unless exactly one of ``geometric_albedo`` and ``H`` is given, and if the distances need units that the system
+        does not have.
 
     Notes
     -----
@@ -169,27 +171,27 @@ def zero_point(
     photometer = Photometer(system, law, albedo, False, 0.0)
     if H is None:
         p = UNITLESS.number(geometric_albedo, "number", "geometric_albedo", POSITIVE)
-        if any(one != photometer.laws[0] for one in photometer.laws):
+        if any(body_law != photometer.laws[0] for body_law in photometer.laws):
             raise InvalidInput("law differs between bodies beside a geometric_albedo; expected one law for all, or H")
         unit = kilometres(system, "a geometric albedo")
-        zero = 5.0 * np.log10(_WHITE / unit) - 2.5 * np.log10(4.0 * p / of_unit_sphere(photometer.laws[0]))
+        zero = 5.0 * np.log10(_WHITE_DIAMETER / unit) - 2.5 * np.log10(4.0 * p / of_unit_sphere(photometer.laws[0]))
     else:
         radii = np.cbrt([0.75 * body.volume / np.pi for body in system.context.bodies])
-        whole = sum(
-            share * of_unit_sphere(one) * radius**2
-            for share, one, radius in zip(photometer.albedo, photometer.laws, radii, strict=True)
+        total = sum(
+            body_albedo * of_unit_sphere(body_law) * radius**2
+            for body_albedo, body_law, radius in zip(photometer.albedo, photometer.laws, radii, strict=True)
         )
-        if not whole > 0.0:
+        if not total > 0.0:
             raise InvalidInput("the bodies have no size or no albedo; expected light from one or more")
-        zero = UNITLESS.number(H, "number", "H", FINITE) + 2.5 * np.log10(whole)
+        zero = UNITLESS.number(H, "number", "H", FINITE) + 2.5 * np.log10(total)
     return float(zero if reduced else zero - 10.0 * np.log10(_AU / kilometres(system, "a magnitude as observed")))
 
 
 def magnitudes(light: Floats, to_observer: Floats, to_sun: Floats, reduced: bool) -> Floats:
-    """Return the magnitudes (K,) or (K, N) of brightnesses in squared length."""
+    """Return the magnitudes (K,) or (K, N) of brightnesses in squared length; the vectors are (K, 3)."""
     with np.errstate(divide="ignore"):
-        found = -2.5 * np.log10(light)
+        result = -2.5 * np.log10(light)
     if not reduced:
-        far = 5.0 * np.log10(np.linalg.norm(to_observer, axis=1) * np.linalg.norm(to_sun, axis=1))
-        found = found + (far if found.ndim == 1 else far[:, None])
-    return np.asarray(found)
+        distances = 5.0 * np.log10(np.linalg.norm(to_observer, axis=1) * np.linalg.norm(to_sun, axis=1))
+        result = result + (distances if result.ndim == 1 else distances[:, None])
+    return np.asarray(result)

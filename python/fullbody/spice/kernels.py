@@ -1,7 +1,8 @@
 """Runs as kernels: positions as an SPK, and attitudes as a CK with its clock and its frames.
 
-The SPK is of type 13, Hermite interpolation between uneven times, and the CK of type 5, the same for quaternions. Type
-3 turns evenly from one time to the next; for 1e-12 rad it would need several times a second of a tumbling body.
+The SPK is of type 13, Hermite interpolation between uneven times, and the CK is of type 5, the same for quaternions. A
+CK of type 3 has a constant angular velocity between two nodes. For an error of 1e-12 rad it would need several nodes a
+second for a tumbling body.
 """
 
 from __future__ import annotations
@@ -24,19 +25,21 @@ from ..typing import Floats
 from .state import Conventions, body_numbers, message_of, number, spiceypy
 
 #: The tolerances of the interpolation between the nodes, km and rad.
-_POSITION, _ANGLE = 1e-9, 1e-12
+_POSITION_TOLERANCE, _ANGLE_TOLERANCE = 1e-9, 1e-12
 #: Ticks per second: a power of two, so that seconds past J2000 become ticks without rounding.
 _TICKS = 1024
-_SECONDS = 2**32
-#: The longest name of a frame, which leaves space for what kernels write before it.
-_LONGEST = 26
+#: The number of seconds to which the clock of a CK counts.
+_CLOCK_RANGE = 2**32
+#: The maximum length of a frame's name: a variable of a kernel has 32 characters, of which ``FRAME_`` takes six.
+_MAX_NAME_LENGTH = 26
 #: A function from samples of a run to values (K, N, C) in SPICE's units and their rates per second.
 Curve = Callable[[dict[str, Floats]], tuple[Floats, Floats]]
 
-#: The number of nodes that a polynomial fits with value and rate: its degree is 11, which all versions of readers take.
+#: The number of nodes of which a polynomial fits value and rate: its degree is 11, which all versions of SPICE read.
 _WINDOW = 6
-#: The number of times that the nodes may be doubled, from two steps of the run per node.
-_DOUBLINGS = 8
+#: The maximum number of doublings of the nodes, from one node for two steps of the run.
+_MAX_DOUBLINGS = 8
+#: The number of points at which the interpolation error is evaluated at once, to limit the memory.
 _CHUNK = 4096
 
 
@@ -60,17 +63,17 @@ def to_spk(run: Record, path: Any, ids: dict[str, int], barycentre: int) -> Path
     Returns
     -------
     Path
-        The file.
+        The path of the file.
 
     Raises
     ------
     InvalidInput
-        If the system has no units, epoch or frame, if a number is not valid, and if the run covers no span of time.
+        If the system has no units, epoch or frame, if a number is not valid, and if the run has no duration.
 
     Warns
     -----
     PrecisionWarning
-        If the error of interpolated positions is larger; the message gives it.
+        If the error of interpolated positions is larger than 1e-9 km; the message gives it.
 
     Examples
     --------
@@ -83,9 +86,9 @@ def to_spk(run: Record, path: Any, ids: dict[str, int], barycentre: int) -> Path
     ...     path = str(run.to_spk(f"{folder}/didymos.bsp", ids, barycentre=20065803))
     ...     spiceypy.furnsh(path)
     ...     after_an_hour = 8304 * 86400.0 + 3600.0
-    ...     found, light_time = spiceypy.spkgeo(120065803, after_an_hour, "ECLIPJ2000", 920065803)
+    ...     state_vector, light_time = spiceypy.spkgeo(120065803, after_an_hour, "ECLIPJ2000", 920065803)
     ...     spiceypy.unload(path)
-    >>> float(abs(found[:3] - (run(1.0).position[1] - run(1.0).position[0]).value).max()) < 1e-6
+    >>> float(abs(state_vector[:3] - (run(1.0).position[1] - run(1.0).position[0]).value).max()) < 1e-6
     True
     """
     check_suffix(path, (".bsp",))
@@ -93,13 +96,15 @@ def to_spk(run: Record, path: Any, ids: dict[str, int], barycentre: int) -> Path
     bodies, centre = body_numbers(ids, run.context.names), number(barycentre, "barycentre")
     if centre in bodies.values():
         raise InvalidInput(f"barycentre is {centre}, the id of a body; expected the number of the system as a whole")
-    result = nodes(run, conventions, centres(conventions, run.context.masses), _POSITION, "{:.1e} km".format)
+    result = nodes(
+        run, conventions, position_curve(conventions, run.context.masses), _POSITION_TOLERANCE, "{:.1e} km".format
+    )
     spice = spiceypy()
     first, last = float(result.et[0]), float(result.et[-1])
-    with binary(path, "spkopn", run) as handle:
+    with new_kernel(path, "spkopn", run) as handle:
         for k, body in bodies.items():
             states = np.hstack([result.values[:, k], result.rates[:, k]])
-            # The name of a segment has at most forty characters of ASCII.
+            # The name of a segment has at most forty ASCII characters.
             segment = (first, last, run.context.names[k].encode("ascii", "replace").decode()[:40], result.degree)
             spice.spkw13(handle, body, centre, "J2000", *segment, len(states), states, result.et)
     return as_path(path)
@@ -126,7 +131,7 @@ def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path
     Returns
     -------
     tuple of Path
-        The three files.
+        The paths of the three files: CK, clock and frames.
 
     Raises
     ------
@@ -136,7 +141,7 @@ def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path
     Warns
     -----
     PrecisionWarning
-        If the error of interpolated angles is larger; the message gives it.
+        If the error of interpolated angles is larger than that; the message gives it.
 
     Examples
     --------
@@ -157,46 +162,49 @@ def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path
     bodies = body_numbers(ids, run.context.names)
     frames = _frame_names(bodies, run.context.names)
     # A quaternion changes by half the angle.
-    result = nodes(run, conventions, attitudes(conventions), 0.5 * _ANGLE, lambda change: f"{2.0 * change:.1e} rad")
+    result = nodes(
+        run, conventions, attitude_curve(conventions), 0.5 * _ANGLE_TOLERANCE, lambda change: f"{2.0 * change:.1e} rad"
+    )
     spice = spiceypy()
     clock = -abs(next(iter(bodies.values())))
     # The clock starts at an integer, which text kernels hold exactly.
     zero = math.floor(result.et[0])
     ticks = (result.et - zero) * _TICKS
-    if ticks[-1] >= _SECONDS * _TICKS:
-        raise InvalidInput(f"the run covers {result.et[-1] - zero:.1e} s; SPICE's clock counts to {_SECONDS:.1e} s")
+    if ticks[-1] >= _CLOCK_RANGE * _TICKS:
+        raise InvalidInput(f"the run covers {result.et[-1] - zero:.1e} s; SPICE's clock counts to {_CLOCK_RANGE:.1e} s")
     file = as_path(path)
     text = file.with_suffix(".tsc"), file.with_suffix(".tf")
-    with replacing(text[0]) as first, replacing(text[1]) as second, binary(file, "ckopn", run) as handle:
+    with replacing(text[0]) as first, replacing(text[1]) as second, new_kernel(file, "ckopn", run) as handle:
         first.write_text(_clock_kernel(clock, zero), encoding="ascii")
         second.write_text(_frame_kernel(bodies, frames, clock), encoding="ascii")
         for k, body in bodies.items():
             packets = np.hstack([result.values[:, k], result.rates[:, k]])
-            segment = (result.degree, ticks[0], ticks[-1], _frame(body), "J2000", True, frames[k])
+            segment = (result.degree, ticks[0], ticks[-1], _frame_number(body), "J2000", True, frames[k])
             spice.ckw05(handle, 0, *segment, ticks, packets, 1.0 / _TICKS, 1, ticks[:1])
     return file, *text
 
 
-def _frame(body: int) -> int:
-    """Return the number of the frame fixed to a body, which is a spacecraft's number, below zero, times a thousand."""
+def _frame_number(body: int) -> int:
+    """Return the number of a body's frame: minus the body's, or a thousand times that of a spacecraft, which is below zero."""
     return -body if body > 0 else 1000 * body
 
 
 def _frame_names(bodies: dict[int, int], names: tuple[str, ...]) -> dict[int, str]:
+    """Return the names of the frames fixed to bodies, by the indices of the bodies."""
     result = {k: re.sub(r"[^A-Z0-9]+", "_", names[k].upper()).strip("_") + "_FIXED" for k in bodies}
     for k, name in result.items():
-        if name == "_FIXED" or len(name) > _LONGEST or list(result.values()).count(name) > 1:
+        if name == "_FIXED" or len(name) > _MAX_NAME_LENGTH or list(result.values()).count(name) > 1:
             raise InvalidInput(
-                f"the name of {names[k]} gives {name!r} for its frame in SPICE; expected one of its own, of at most "
-                f"{_LONGEST} characters: give the body another name"
+                f"the name of {names[k]} gives {name!r} for its frame in SPICE; expected a unique one, of at most "
+                f"{_MAX_NAME_LENGTH} characters: give the body another name"
             )
-        if not abs(_frame(bodies[k])) < 2**31:
+        if not abs(_frame_number(bodies[k])) < 2**31:
             raise InvalidInput(f"the id of {names[k]} is {bodies[k]}; expected one above {-(2**31) // 1000}")
     return result
 
 
 def _clock_kernel(clock: int, zero: int) -> str:
-    """Return the text of a clock kernel that counts ticks of TDB from a given time."""
+    """Return the text of a clock kernel that counts ticks of TDB from ``zero``, in seconds of TDB past J2000."""
     return f"""KPL/SCLK
 
 The clock of a CK kernel by fullbody {version()}: seconds of TDB and their {_TICKS}th parts from the run's first on.
@@ -207,11 +215,11 @@ SCLK_KERNEL_ID               = ( @2000-01-01 )
 SCLK_DATA_TYPE_{-clock}      = ( 1 )
 SCLK01_TIME_SYSTEM_{-clock}  = ( 1 )
 SCLK01_N_FIELDS_{-clock}     = ( 2 )
-SCLK01_MODULI_{-clock}       = ( {_SECONDS} {_TICKS} )
+SCLK01_MODULI_{-clock}       = ( {_CLOCK_RANGE} {_TICKS} )
 SCLK01_OFFSETS_{-clock}      = ( 0 0 )
 SCLK01_OUTPUT_DELIM_{-clock} = ( 1 )
 SCLK_PARTITION_START_{-clock} = ( 0 )
-SCLK_PARTITION_END_{-clock}  = ( {_SECONDS * _TICKS} )
+SCLK_PARTITION_END_{-clock}  = ( {_CLOCK_RANGE * _TICKS} )
 SCLK01_COEFFICIENTS_{-clock} = ( 0 {zero} 1 )
 
 \\begintext
@@ -222,7 +230,7 @@ def _frame_kernel(bodies: dict[int, int], frames: dict[int, str], clock: int) ->
     """Return the text of a frame kernel with the frames fixed to the bodies, along their principal axes."""
     parts = [f"KPL/FK\n\nFrames along the principal axes of bodies, by fullbody {version()}.\n\n\\begindata\n"]
     for k, body in bodies.items():
-        name, code = frames[k], _frame(body)
+        name, code = frames[k], _frame_number(body)
         parts.append(
             f"""
 FRAME_{name} = {code}
@@ -241,8 +249,8 @@ NAIF_BODY_CODE += ( {body} )
 
 
 @contextmanager
-def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
-    """Yield the handle of a new kernel that replaces ``path``; its comments tell its origin."""
+def new_kernel(path: Any, opener: str, run: Record) -> Iterator[int]:
+    """Yield the handle of a new kernel that replaces ``path``, with comments on the run and the program."""
     spice = spiceypy()
     with replacing(path) as temporary:
         # SPICE creates its files itself.
@@ -252,7 +260,7 @@ def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
             handle = getattr(spice, opener)(str(temporary), "fullbody", 0)
             lines = [f"Written by fullbody {version()}.", f"System: {run.system!r}", f"Integrator: {run.integrator!r}"]
             lines += [f"Epoch of the system: {run.system.options['epoch']}, its frame: {run.context.frame}"]
-            # Kernels hold only characters of ASCII.
+            # Comments in kernels have only ASCII characters.
             spice.dafac(handle, [line.encode("ascii", "backslashreplace").decode()[:1000] for line in lines])
             yield handle
         except spice.utils.exceptions.SpiceyError as error:
@@ -264,7 +272,7 @@ def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
 
 
 class Nodes(NamedTuple):
-    """Nodes: times in seconds past J2000 (K,), values and rates (K, N, C), and the polynomials' degree."""
+    """Nodes: times (K,) in seconds of TDB past J2000, values and rates (K, N, C), and the degree of the polynomials."""
 
     et: Floats
     values: Floats
@@ -272,19 +280,22 @@ class Nodes(NamedTuple):
     degree: int
 
 
-def centres(conventions: Conventions, masses: Floats) -> Curve:
-    """Return the function to positions in km from the barycentre, in the axes of J2000."""
+def position_curve(conventions: Conventions, masses: Floats) -> Curve:
+    """Return the function from samples to positions in km from the barycentre, and velocities in km/s, along J2000."""
     weights = masses / masses.sum()
 
-    def about(vectors: Floats) -> Floats:
+    def from_barycentre(vectors: Floats) -> Floats:
         relative = vectors - np.einsum("n,knc->kc", weights, vectors)[:, None]
         return np.asarray(relative @ conventions.axes.T * conventions.km)
 
-    return lambda samples: (about(samples["position"]), about(samples["velocity"]) / conventions.second)
+    return lambda samples: (
+        from_barycentre(samples["position"]),
+        from_barycentre(samples["velocity"]) / conventions.second,
+    )
 
 
-def attitudes(conventions: Conventions) -> Curve:
-    """Return the function to quaternions from the axes of J2000 to those of the bodies, without jumps of the sign."""
+def attitude_curve(conventions: Conventions) -> Curve:
+    """Return the function from samples to quaternions, J2000 to body frames, continuous in sign, and to their rates."""
     axes = rotations.quaternion(conventions.axes)
 
     def curve(samples: dict[str, Floats]) -> tuple[Floats, Floats]:
@@ -297,15 +308,18 @@ def attitudes(conventions: Conventions) -> Curve:
 def nodes(
     run: Record, conventions: Conventions, curve: Curve, tolerance: float, error_text: Callable[[float], str]
 ) -> Nodes:
-    """Return nodes so close that the interpolation is within the tolerance, or the samples, or warn."""
+    """Return nodes for an interpolation error within the tolerance; for a run that is not dense, the samples.
+
+    A warning gives a larger error.
+    """
     if run.dense is None:
-        et, values, rates = _of_samples(run, conventions, curve)
+        et, values, rates = _sample_nodes(run, conventions, curve)
         result = Nodes(et, values, rates, _degree(len(et)))
-        # Samples beyond the last node are left out.
-        odd = len(et) - 1 + len(et) % 2
-        error = _error(et[:odd], values[:odd], rates[:odd])
+        # The error is that of every other sample; for an even number the last one has no node after it.
+        count = len(et) - 1 + len(et) % 2
+        error = _error(et[:count], values[:count], rates[:count])
         reason = (
-            "the run has no continuous solution, and every second of its samples follows from the others only to "
+            "the run has no continuous solution, and every other sample follows from the others only to "
             f"within {error_text(error)}; integrate with dense=True, or with output= at a shorter spacing"
         )
     else:
@@ -319,31 +333,35 @@ def nodes(
         if not first < last:
             raise InvalidInput(f"the run covers {last - first:.1g} s; a kernel needs a stretch of time")
         intervals = max(_WINDOW, run.statistics.steps // 2)
-        for _ in range(_DOUBLINGS):
+        for _ in range(_MAX_DOUBLINGS):
             et = np.linspace(first, last, 2 * intervals + 1)
             times = conventions.time(et)
             values, rates = curve(run.dense.core.states(times))
             error = _error(et, values, rates)
-            # The remaining error is the rounding of the times.
-            floor = 2.0 * np.spacing(np.abs(times).max()) * conventions.second * np.abs(rates).max()
-            tolerance = max(tolerance, floor)
-            # The error may be larger elsewhere between the nodes.
-            if error <= max(0.1 * tolerance, floor):
+            # The rounding of the times limits the accuracy.
+            rounding = 2.0 * np.spacing(np.abs(times).max()) * conventions.second * np.abs(rates).max()
+            tolerance = max(tolerance, rounding)
+            # The factor allows for larger errors elsewhere between the nodes.
+            if error <= max(0.1 * tolerance, rounding):
                 break
             intervals *= 2
         result = Nodes(et[::2].copy(), values[::2], rates[::2], _degree(intervals + 1))
-        reason = f"the kernel is off by {error_text(error)} between its nodes; the run's solution is too rough for less"
+        reason = (
+            f"the kernel is off by {error_text(error)} between its nodes; the run's solution is not smooth enough for a "
+            "smaller error"
+        )
     if error > tolerance:
         caution(reason, PrecisionWarning)
     return result
 
 
 def _degree(count: int) -> int:
+    """Return the degree of the polynomials for a number of nodes."""
     return 2 * min(_WINDOW, count // 2 * 2) - 1
 
 
-def _of_samples(run: Record, conventions: Conventions, curve: Curve) -> tuple[Floats, Floats, Floats]:
-    """Return times, values and rates of the samples, forward in time."""
+def _sample_nodes(run: Record, conventions: Conventions, curve: Curve) -> tuple[Floats, Floats, Floats]:
+    """Return times in seconds past J2000, values and rates of the samples, forward in time."""
     record = run.arrays
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
     samples = {name: record[name][order] for name in ("time", "position", "velocity", "attitude", "spin")}
@@ -353,27 +371,27 @@ def _of_samples(run: Record, conventions: Conventions, curve: Curve) -> tuple[Fl
             f"the run has {len(et)} samples; a kernel needs three or more, at least 2e-7 s apart, or dense=True"
         )
     values, rates = curve(samples)
-    # Seconds past J2000 are rounded to 1e-7 s, in which a fast spin turns by more than the tolerance.
-    late = ((et - conventions.epoch) - samples["time"] * conventions.second)[:, None, None]
-    return et, values + rates * late, rates + np.gradient(rates, et, axis=0) * late
+    # Seconds past J2000 are rounded to 1e-7 s, in which a fast rotator turns by more than the tolerance.
+    rounding = ((et - conventions.epoch) - samples["time"] * conventions.second)[:, None, None]
+    return et, values + rates * rounding, rates + np.gradient(rates, et, axis=0) * rounding
 
 
 def _error(et: Floats, values: Floats, rates: Floats) -> float:
-    """Return the largest distance of every second value from the interpolation between the others."""
+    """Return the largest distance between every other value and the interpolation of the rest."""
     distance = 0.0
     for start in range(1, len(et), 2 * _CHUNK):
         odd = slice(start, start + 2 * _CHUNK, 2)
-        off = _hermite(et[::2], values[::2], rates[::2], et[odd]) - values[odd]
-        distance = max(distance, float(np.linalg.norm(off, axis=-1).max()))
+        deviation = _hermite(et[::2], values[::2], rates[::2], et[odd]) - values[odd]
+        distance = max(distance, float(np.linalg.norm(deviation, axis=-1).max()))
     return distance
 
 
-def _hermite(et: Floats, values: Floats, rates: Floats, at: Floats) -> Any:
-    """Evaluate at given times the polynomials through the nodes about each time, which are chosen as by SPICE."""
+def _hermite(et: Floats, values: Floats, rates: Floats, times: Floats) -> Any:
+    """Evaluate at times (M,) the Hermite polynomials through the nodes about each time, chosen as SPICE chooses them."""
     window = (_degree(len(et)) + 1) // 2 or 1
-    first = np.clip(np.searchsorted(et, at) - window // 2, 0, len(et) - window)
+    first = np.clip(np.searchsorted(et, times) - window // 2, 0, len(et) - window)
     use = first[:, None] + np.arange(window)
-    x = at[:, None] - et[use]
+    x = times[:, None] - et[use]
     between = et[use][:, :, None] - et[use][:, None, :] + np.eye(window)
     ratio = x[:, None, :] / between
     slope = (1.0 / between).sum(axis=2) - 1.0

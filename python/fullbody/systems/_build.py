@@ -12,7 +12,7 @@ from ..base.kinds import flag
 from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
-from ..frames import rotate_state, rotation, turned
+from ..frames import rotate_state, rotated, rotation
 from ..model.description import functions
 from ..model.force import rebuilt
 from ..model.state import State, strip, wrap
@@ -63,7 +63,7 @@ def ready(
     system = system.with_options(frame=frame)
     plane = _plane(described) if frame is not None else (0.0, 0.0)
     if frame == "orbit" and not planar:
-        state = turned(state, rotations.matrices(_into(plane)), _into(plane))
+        state = rotated(state, rotations.matrices(_into(plane)), _into(plane))
     elif frame not in (None, "orbit", published):
         state = rotate_state(state, published, frame)
     system, state = _in_units(system, state, units)

@@ -1,4 +1,4 @@
-"""Runs as files and datasets: exact, atomic, with units; what cannot be read says which file."""
+"""Saved runs, xarray datasets and pandas frames are exact and have units; errors name the file."""
 
 import fullbody
 import numpy as np
@@ -7,7 +7,7 @@ from astropy import units as u
 from fullbody import Body, Ellipsoid, PointMass, Sphere
 from support import refused
 
-NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum", "potential_energy")
+ARRAYS = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum", "potential_energy")
 
 
 def small_run(**options):
@@ -15,13 +15,13 @@ def small_run(**options):
     return system.integrate(state, 10.0, output=2.0)
 
 
-def other_runs():
+def runs_by_kind():
     bodies = [
         Body(Ellipsoid(0.3, 0.2, 0.1), density=1.1, name="Größe 1999 KW₄"),
         Body(Sphere(0.1), mass=1 / 3),
         Body(PointMass(), mass=1e-7, name="probe"),
     ]
-    three = fullbody.State(
+    state_of_three = fullbody.State(
         [[0, 0, 0], [3, 0, 0], [0, 7, 1]],
         [[0, 0, 0], [0, 0.3, 0], [0.2, 0, 0]],
         spin=[[0.1, 0.2, 0.3]] * 3,
@@ -33,36 +33,37 @@ def other_runs():
         [Body(Sphere(100 * u.m), density=2 * u.g / u.cm**3), Body(PointMass(), mass=1 * u.t)],
         units=("km", "hour", "kg"),
     )
-    pair = fullbody.State([[0, 0, 0], [1, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
+    state_of_pair = fullbody.State([[0, 0, 0], [1, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
     return {
         "plain": small_run(),
         "tait_bryan": small_run(attitude_chart="tait_bryan", gravity="multipole:4"),
-        "three bodies": system.integrate(three, 1.0, integrator=fullbody.Verner98.to_roundoff()),
+        "three bodies": system.integrate(state_of_three, 1.0, integrator=fullbody.Verner98.to_roundoff()),
         "units": with_units.integrate(state, 3 * u.hour, output=1 * u.hour),
-        "bodies of quantities": with_quantities.integrate(pair, 0.01),
+        "bodies of quantities": with_quantities.integrate(state_of_pair, 0.01),
         "backwards": fullbody.systems.case2()[0].integrate(fullbody.systems.case2()[1], -3.0),
         "no samples": fullbody.systems.case2()[0].integrate(fullbody.systems.case2()[1], 3.0, output=[]),
     }
 
 
-@pytest.mark.parametrize("name", other_runs())
-def test_load_gives_back_every_bit(name, tmp_path):
-    run = other_runs()[name]
+@pytest.mark.parametrize("name", runs_by_kind())
+def test_a_loaded_run_equals_the_saved_one_bit_for_bit(name, tmp_path):
+    run = runs_by_kind()[name]
     run.save(tmp_path / "run.nc")
-    again = fullbody.load(tmp_path / "run.nc")
-    for part in NAMES:
-        assert np.array_equal(getattr(again, part), getattr(run, part)), part
-        assert getattr(getattr(again, part), "unit", None) == getattr(getattr(run, part), "unit", None)
-    assert again == run
-    assert again.system == run.system
-    assert again.statistics == run.statistics
-    assert again.integrator == run.integrator
-    assert again.system.names == run.system.names
+    loaded = fullbody.load(tmp_path / "run.nc")
+    for name_of_array in ARRAYS:
+        actual, expected = getattr(loaded, name_of_array), getattr(run, name_of_array)
+        assert np.array_equal(actual, expected), name_of_array
+        assert getattr(actual, "unit", None) == getattr(expected, "unit", None)
+    assert loaded == run
+    assert loaded.system == run.system
+    assert loaded.statistics == run.statistics
+    assert loaded.integrator == run.integrator
+    assert loaded.system.names == run.system.names
     if len(run):
-        assert again[-1] == run[-1]
+        assert loaded[-1] == run[-1]
 
 
-def test_a_name_is_text_or_a_path_that_ends_as_netcdf_does(tmp_path, monkeypatch):
+def test_save_takes_text_or_a_path_that_ends_in_nc_or_nc4(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = small_run()
     for name in ("run.txt", "run", "run.nc.gz", "run.sim"):
@@ -75,7 +76,7 @@ def test_a_name_is_text_or_a_path_that_ends_as_netcdf_does(tmp_path, monkeypatch
     assert [path.name for path in tmp_path.iterdir()] == ["RUN.NC4"]
 
 
-def test_dataset_has_names_units_and_provenance():
+def test_xarray_dataset_has_names_units_and_provenance():
     system, state = fullbody.systems.kw4(units=True)
     run = system.integrate(state, 2.0, output=1.0)
     data = run.to_xarray()
@@ -102,7 +103,7 @@ def test_dataset_has_names_units_and_provenance():
     assert any("Ho, Wold" in str(value) for value in data.attrs.values())
 
 
-def test_pandas_holds_every_number(kw4_run):
+def test_pandas_frame_contains_every_number(kw4_run):
     frame = kw4_run.to_pandas()
     assert frame.shape == (101, 2 * 13 + 4 + 3)
     assert np.array_equal(frame.index, kw4_run.time.value)
@@ -118,13 +119,13 @@ def test_pandas_holds_every_number(kw4_run):
     assert kw4_run[:0].to_pandas().shape == (0, 2 * 13 + 4 + 3)
 
 
-def test_pandas_without_units_and_names(triple_run):
+def test_pandas_frame_of_unnamed_bodies_has_numbered_names_and_no_units(triple_run):
     frame = triple_run.to_pandas()
     assert np.array_equal(frame["position", "body 1", "x"], triple_run.position[:, 1, 0])
     assert frame.attrs["units"] == {}
 
 
-def test_settings_of_any_integrator_are_kept(tmp_path):
+def test_settings_of_an_integrator_are_read_from_netcdf_and_toml(tmp_path):
     system, state = fullbody.systems.kw4(units=True)
     run = system.integrate(state, 1.0, integrator=fullbody.SymplecticSplitting(30 * u.min, "ABA1064"))
     run.save(tmp_path / "run.nc")
@@ -141,7 +142,7 @@ def test_settings_of_any_integrator_are_kept(tmp_path):
     refused(r"integrator\.step: is missing; LieGroupVariational needs it", lambda: fullbody.read_toml(toml))
 
 
-def test_an_unknown_integrator_is_named(kw4_run, tmp_path, monkeypatch):
+def test_the_error_for_an_unknown_integrator_names_file_and_integrator(kw4_run, tmp_path, monkeypatch):
     kw4_run.save(tmp_path / "run.nc")
     monkeypatch.setattr(fullbody.record.integrators, "__all__", [])
     refused(r"run\.nc is not .*integrator is 'Verner98'; expected one of ", lambda: fullbody.load(tmp_path / "run.nc"))

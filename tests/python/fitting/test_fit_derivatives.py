@@ -1,4 +1,4 @@
-"""The derivatives of residuals, by the chain rule, against differences of complete runs."""
+"""The Jacobian of residuals, by the chain rule, agrees with finite differences of complete runs."""
 
 import astropy.units as u
 import fullbody
@@ -12,59 +12,59 @@ from support.fits import QUICK, VIEW, dimorphos, kw4, noisy, view
 from support.flows import central_of_state
 
 
-def differences(problem, values, k, step):
-    """Derivatives of fourth order of all rows, by complete runs."""
-    return central_of_state(lambda by: problem.point(values + by * np.eye(len(values))[k]).rows, step)
+def central_differences(problem, values, k, step):
+    """Derivatives (R,) of all residuals with respect to parameter k, by fourth-order differences of complete runs."""
+    return central_of_state(lambda change: problem.point(values + change * np.eye(len(values))[k]).rows, step)
 
 
-def compared(setup, start, observations, steps):
-    """The largest deviation of each parameter's derivatives from differences, over the largest derivative."""
+def relative_errors(setup, start, observations, steps):
+    """The largest error of the derivatives by each parameter, relative to the largest derivative, from differences."""
     problem = Problem(setup, Parameters(start), observations, fullbody.Verner98())
     values = problem.parameters.start
-    slopes = problem.jacobian(problem.point(values))
-    assert not slopes.differenced
-    found = {}
+    jacobian = problem.jacobian(problem.point(values))
+    assert not jacobian.differenced
+    errors = {}
     for k, name in enumerate(start):
-        expected = differences(problem, values, k, steps[name])
+        expected = central_differences(problem, values, k, steps[name])
         assert np.abs(expected).max() > 0.1 / steps[name] * 1e-6
-        found[name] = float(np.abs(slopes.rows[:, k] - expected).max() / np.abs(expected).max())
-    return found
+        errors[name] = float(np.abs(jacobian.rows[:, k] - expected).max() / np.abs(expected).max())
+    return errors
 
 
-def test_jacobian_of_radar_is_that_of_complete_runs():
+def test_jacobian_of_radar_agrees_with_differences_of_runs():
     start = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.06, "libration": 0.05}
-    # Before and after the epoch of the state.
+    # The times lie before and after the epoch of the initial state.
     times = np.linspace(-30.0, 35.0, 14) * u.h
-    # At 0.05 au ranges are rounded to 1 um, which differences of runs would have a part in.
+    # At 0.05 au ranges are rounded to 1 um. At 0.01 of that distance the rounding does not affect differences of runs.
     geometry = view(40.0, share=0.01)
     zero = np.zeros(14)
-    both = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
+    values = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
     data = [
-        observing.RadarAstrometry(times, **both, body="Beta", about="Alpha", geometry=geometry),
+        observing.RadarAstrometry(times, **values, body="Beta", about="Alpha", geometry=geometry),
         observing.RadarAstrometry(times[:4], range=zero[:4] * u.km, sigma=75 * u.m, body="Alpha", geometry=geometry),
     ]
     steps = {"mass": 3e-4, "ratio": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 1e-2, "libration": 2e-2}
-    assert max(compared(kw4, start, data, steps).values()) < 1e-6
+    assert max(relative_errors(kw4, start, data, steps).values()) < 1e-6
 
 
-def test_jacobian_of_light_curves_is_that_of_complete_runs():
+def test_jacobian_of_light_curves_agrees_with_differences_of_runs():
     start = {"b": 0.87, "c": 0.66, "longitude": 310.0, "latitude": -80.0, "period": 11.92, "phase": 0.4}
-    # Away from contacts, where light is not smooth.
     system, state = dimorphos(**start)
     geometry = view(30.0, sun=True)
     run = system.integrate(state, 26.0, dense=True)
     times = np.linspace(2.0, 24.0, 40) * u.h
-    found = observing.mutual_events(run, geometry)
-    contacts = [time for event in found for time in (event.begin, event.end, event.total_begin, event.total_end)]
+    events = observing.mutual_events(run, geometry)
+    contacts = [time for event in events for time in (event.begin, event.end, event.total_begin, event.total_end)]
+    # Times near contacts are left out, since the brightness is not smooth there.
     near = [any(abs(time - contact) < 0.1 * u.h for contact in contacts if contact is not None) for time in times]
     times = times[~np.array(near)]
     data = observing.Photometry(times, np.zeros(len(times)), 0.01, geometry=geometry)
     steps = {"b": 1e-4, "c": 1e-4, "longitude": 1e-2, "latitude": 1e-2, "period": 1e-4, "phase": 1e-4}
     assert len(times) > 20
-    assert max(compared(dimorphos, start, [data], steps).values()) < 1e-6
+    assert max(relative_errors(dimorphos, start, [data], steps).values()) < 1e-6
 
 
-def test_jacobian_of_astrometry_and_measured_values_is_that_of_complete_runs():
+def test_jacobian_of_astrometry_and_measured_values_agrees_with_differences_of_runs():
     start = {"mass": 2.353, "a": 2.55, "c": 0.6735, "tilt": 0.3, "libration": 0.1}
     times = np.linspace(5.0, 35.0, 10) * u.h
     zero = np.zeros(10) * u.mas
@@ -74,20 +74,20 @@ def test_jacobian_of_astrometry_and_measured_values_is_that_of_complete_runs():
         observing.Measured("mean distance", lambda run: run.elements().a.mean(), 2.5 * u.km, 1 * u.m, times),
     ]
     steps = {"mass": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 1e-2, "libration": 1e-2}
-    assert max(compared(kw4, start, data, steps).values()) < 1e-6
+    assert max(relative_errors(kw4, start, data, steps).values()) < 1e-6
 
 
-def test_a_start_that_moves_in_time_is_differentiated():
-    def setup(late):
+def test_the_time_of_the_initial_state_can_be_a_parameter():
+    def setup(start_time):
         system, state = kw4()
-        return system, state.replace(time=late)
+        return system, state.replace(time=start_time)
 
     times = np.linspace(5.0, 35.0, 10) * u.h
     data = noisy(np.random.default_rng(0), *kw4(), times, 40.0)
-    assert compared(setup, {"late": 0.1}, [data], {"late": 3e-3})["late"] < 1e-6
+    assert relative_errors(setup, {"start_time": 0.1}, [data], {"start_time": 3e-3})["start_time"] < 1e-6
 
 
-def test_what_runs_cannot_be_differentiated_by_is_differenced_and_named():
+def test_a_parameter_without_exact_derivatives_uses_differences_and_is_listed():
 
     def setup(radius, c):
         system, state = kw4(c=c)
@@ -96,27 +96,27 @@ def test_what_runs_cannot_be_differentiated_by_is_differenced_and_named():
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(5.0, 35.0, 10) * u.h, 40.0)
     problem = Problem(setup, Parameters({"radius": 0.8, "c": 0.67}), [data], None)
-    slopes = problem.jacobian(problem.point(problem.parameters.start))
-    assert list(slopes.differenced) == ["radius"]
-    assert "radius" in slopes.differenced["radius"]
-    expected = differences(problem, problem.parameters.start, 0, 3e-2)
-    np.testing.assert_allclose(slopes.rows[:, 0], expected, atol=1e-4 * np.abs(expected).max())
+    jacobian = problem.jacobian(problem.point(problem.parameters.start))
+    assert list(jacobian.differenced) == ["radius"]
+    assert "radius" in jacobian.differenced["radius"]
+    expected = central_differences(problem, problem.parameters.start, 0, 3e-2)
+    np.testing.assert_allclose(jacobian.rows[:, 0], expected, atol=1e-4 * np.abs(expected).max())
 
 
-def test_a_setup_that_changes_a_method_of_gravity_is_differenced():
+def test_a_parameter_that_changes_a_setting_of_gravity_uses_differences():
     def setup(c, tolerance):
         system, state = kw4(c=c)
         return system.with_options(gravity_tolerance=tolerance), state
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(5.0, 35.0, 10) * u.h, 40.0)
     problem = Problem(setup, Parameters({"c": 0.67, "tolerance": 1e-12}), [data], QUICK)
-    slopes = problem.jacobian(problem.point(problem.parameters.start))
-    assert slopes.differenced == {
+    jacobian = problem.jacobian(problem.point(problem.parameters.start))
+    assert jacobian.differenced == {
         "tolerance": "it changes settings gravity_tolerance, by which motions are not differentiated"
     }
 
 
-def test_forces_of_functions_that_take_a_parameter_are_not_overlooked():
+def test_a_parameter_of_a_force_function_uses_differences():
     def setup(push):
         system, state = kw4()
         force = fullbody.forces.Function(lambda time, state: np.array([[0.0] * 3, [push * 1e9, 0.0, 0.0]]), name="push")
@@ -124,26 +124,26 @@ def test_forces_of_functions_that_take_a_parameter_are_not_overlooked():
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(1.0, 5.0, 6) * u.h, 40.0)
     problem = Problem(setup, Parameters({"push": 1.0}), [data], fullbody.Verner65(rtol=1e-9, atol=1e-9))
-    slopes = problem.jacobian(problem.point(problem.parameters.start))
-    assert "function of the force push" in slopes.differenced["push"]
-    assert np.abs(slopes.rows).max() > 1e-3
+    jacobian = problem.jacobian(problem.point(problem.parameters.start))
+    assert "function of the force push" in jacobian.differenced["push"]
+    assert np.abs(jacobian.rows).max() > 1e-3
 
 
-def test_observations_of_a_users_class_need_two_methods():
+def test_observations_of_a_users_class_need_only_emission_and_pulls():
     class Distances:
         def emission(self, system):
             return [10.0, 20.0, 30.0] * u.h
 
         def pulls(self, run):
-            apart = (run.position[:, 1] - run.position[:, 0]).to_value("km")
-            return (2.5 - np.linalg.norm(apart, axis=1)) / 0.001
+            separation = (run.position[:, 1] - run.position[:, 0]).to_value("km")
+            return (2.5 - np.linalg.norm(separation, axis=1)) / 0.001
 
     steps = {"mass": 3e-4, "a": 2e-4}
-    assert max(compared(kw4, {"mass": 2.353, "a": 2.55}, Distances(), steps).values()) < 1e-6
+    assert max(relative_errors(kw4, {"mass": 2.353, "a": 2.55}, Distances(), steps).values()) < 1e-6
 
 
 @pytest.mark.parametrize("name", ["mass", "c"])
-def test_composites_are_differentiated_by_their_parts(name):
+def test_derivatives_by_masses_and_positions_of_a_composites_parts_agree_with_differences(name):
     def setup(mass=1.0, c=0.3):
         parts = [fullbody.Part(fullbody.Sphere(0.2), mass=m, position=[x, 0, 0]) for m, x in ((mass, 0.2), (1.0, -c))]
         bodies = body_list(A=(fullbody.Composite(parts), None), B=(fullbody.PointMass(), 0.1))
@@ -152,28 +152,30 @@ def test_composites_are_differentiated_by_their_parts(name):
 
     options = {"sigma": 0.01, "body": 1, "about": 0, "geometry": VIEW}
     data = observing.RadarAstrometry(np.linspace(1.0, 8.0, 6), range=np.zeros(6), **options)
-    assert compared(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
+    assert relative_errors(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
 
 
-def test_the_parameters_of_a_system_change_as_a_setup_changes_it():
-    def setup(a, share):
+def test_derivatives_of_system_parameters_by_fitted_parameters_follow_from_the_setup():
+    def setup(a, part_mass):
         egg = fullbody.Body(fullbody.Ellipsoid(a, 0.8, 0.6), density=2.0, name="egg")
-        both = ((share, 0.3), (3.0 - share, -0.3))
-        parts = [fullbody.Part(fullbody.Sphere(0.2), mass=mass, position=[x, 0.0, 0.0]) for mass, x in both]
+        masses_and_positions = ((part_mass, 0.3), (3.0 - part_mass, -0.3))
+        parts = [
+            fullbody.Part(fullbody.Sphere(0.2), mass=mass, position=[x, 0.0, 0.0]) for mass, x in masses_and_positions
+        ]
         system = fullbody.System([egg, fullbody.Body(fullbody.Composite(parts), name="pair")], G=1.0)
         return system, fullbody.State([[0.0] * 3, [9.0, 0.0, 0.0]], [[0.0] * 3] * 2)
 
     data = observing.RadarAstrometry([1.0], range=[0.0], sigma=0.01, body=1, about=0, geometry=VIEW)
-    problem = Problem(setup, Parameters({"a": 1.0, "share": 1.0}), [data], None)
+    problem = Problem(setup, Parameters({"a": 1.0, "part_mass": 1.0}), [data], None)
     values = problem.parameters.start
-    found = problem._chain.at(problem.make(values), values)
+    derivatives = problem._chain.at(problem.make(values), values)
     expected = {
         "semi-axis a of egg": [1.0, 0.0],
         "mass of egg": [2.0 * 4.0 / 3.0 * np.pi * 0.8 * 0.6, 0.0],
         "mass of part 0 of pair": [0.0, 1.0],
         "mass of part 1 of pair": [0.0, -1.0],
     }
-    assert not found.undifferentiable
-    assert found.system.keys() == expected.keys()
+    assert not derivatives.undifferentiable
+    assert derivatives.system.keys() == expected.keys()
     for name, row in expected.items():
-        np.testing.assert_allclose(found.system[name], row, rtol=1e-10, atol=0.0)
+        np.testing.assert_allclose(derivatives.system[name], row, rtol=1e-10, atol=0.0)

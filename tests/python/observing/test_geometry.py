@@ -1,4 +1,4 @@
-"""Vectors to the observer and to the Sun: catalogues, closed forms, kernels, and what is refused."""
+"""Vectors to the observer and to the Sun agree with catalogues, closed forms and kernels; invalid input is refused."""
 
 import warnings
 
@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from support import DATA, refused
 from support.eris import EPOCH, ERIS
 
+#: The speed of light in km/s.
 C = 299792.458
 
 
@@ -32,85 +33,87 @@ def dates(catalogue):
 
 
 def system_of(**options):
-    """Two points far apart, whose gravity is nothing."""
+    """A system of two points, A and B, with negligible gravity."""
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m, name=name) for m, name in ((1.0, "A"), (3.0, "B"))]
     return fullbody.System(bodies, G=1e-30, gravity="point", **options)
 
 
-def test_orbit_about_the_sun_gives_the_places_of_a_catalogue(catalogue):
+def test_an_orbit_about_the_sun_gives_the_distances_and_directions_of_a_catalogue(catalogue):
     geometry = observing.Geometry.from_orbit(ERIS, EPOCH, span=dates(catalogue))
-    away = -fullbody.frames.rotate(geometry.to_observer(dates(catalogue)), "ecliptic", "equatorial")
-    distance = np.linalg.norm(away, axis=1).to_value("au")
-    # The semi-major axis is given to 1e-4 of itself.
+    from_observer = -fullbody.frames.rotate(geometry.to_observer(dates(catalogue)), "ecliptic", "equatorial")
+    distance = np.linalg.norm(from_observer, axis=1).to_value("au")
+    # The published semi-major axis has a relative precision of 1e-4.
     np.testing.assert_allclose(distance, catalogue["dist"], rtol=1e-4)
-    ra, dec = fullbody.frames.pole_angles(away)
-    off = np.hypot(ra - np.radians(15 * catalogue["RA-Primary"]), dec - np.radians(catalogue["DEC-Primary"]))
+    ra, dec = fullbody.frames.pole_angles(from_observer)
+    error = np.hypot(ra - np.radians(15 * catalogue["RA-Primary"]), dec - np.radians(catalogue["DEC-Primary"]))
     near = np.array(catalogue["time"]) < 2454000
-    # Within half a year of the elements' epoch to the digits of the elements; after nine years Jupiter moves the Sun.
-    assert np.degrees(off[near]).max() * 3600 < 0.5
-    assert np.degrees(off).max() * 3600 < 60
+    # Within half a year of the elements' epoch the error is that of their digits; in nine years Jupiter moves the Sun.
+    assert np.degrees(error[near]).max() * 3600 < 0.5
+    assert np.degrees(error).max() * 3600 < 60
     listed = {"ra": catalogue["RA-Primary"] * u.hourangle, "dec": catalogue["DEC-Primary"] * u.deg}
-    given = observing.Geometry.from_radec(dates(catalogue), **listed, distance=catalogue["dist"] * u.au)
-    direct = -fullbody.frames.rotate(given.to_observer(dates(catalogue)[near]), "equatorial", "ecliptic")
+    from_catalogue = observing.Geometry.from_radec(dates(catalogue), **listed, distance=catalogue["dist"] * u.au)
+    direct = -fullbody.frames.rotate(from_catalogue.to_observer(dates(catalogue)[near]), "equatorial", "ecliptic")
     np.testing.assert_allclose(-geometry.to_observer(dates(catalogue)[near]), direct, rtol=1e-4)
 
 
-def test_light_time_and_spline_of_an_orbit_against_a_root_of_the_equation_of_light():
+def test_vectors_of_an_orbit_agree_with_a_numerical_solution_of_the_light_time_equation():
     span = Time(["2022-09-01", "2022-11-01"], scale="tdb")
     orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(x * u.deg for x in (3.408, 73.196, 319.319, 330.0)))
-    seen = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
-    sent = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, light_time=False)
-    turn = fullbody.frames.rotation("equatorial", "ecliptic")
+    at_arrival = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
+    at_emission = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, light_time=False)
+    rotation = fullbody.frames.rotation("equatorial", "ecliptic")
     mu = 1.32712440041279419e11
 
     def barycentric(name, date):
-        return turn @ get_body_barycentric(name, date, ephemeris="builtin").xyz.to_value("km")
+        return rotation @ get_body_barycentric(name, date, ephemeris="builtin").xyz.to_value("km")
 
-    def place(date):
-        late = (date - Time("2022-09-26", scale="tdb")).to_value("s")
+    def position(date):
+        elapsed = (date - Time("2022-09-26", scale="tdb")).to_value("s")
         a = orbit.a.to_value("km")
         angles = [x.to_value("rad") for x in (orbit.i, orbit.Omega, orbit.omega, orbit.M)]
-        moved = fullbody.KeplerElements(a, orbit.e, *angles[:3], angles[3] + np.sqrt(mu / a**3) * late)
-        return barycentric("sun", date) + moved.to_cartesian(mu)[0]
+        propagated = fullbody.KeplerElements(a, orbit.e, *angles[:3], angles[3] + np.sqrt(mu / a**3) * elapsed)
+        return barycentric("sun", date) + propagated.to_cartesian(mu)[0]
 
-    def solved(way):
-        delay = brentq(lambda t: t - np.linalg.norm(way(t)) / C, 0.0, 1000.0, xtol=1e-9)
-        return way(delay), delay
+    def light_path(vector):
+        """The vector, a function of the light time, at the root of the light-time equation, and the light time."""
+        delay = brentq(lambda t: t - np.linalg.norm(vector(t)) / C, 0.0, 1000.0, xtol=1e-9)
+        return vector(delay), delay
 
     for day in (0.0, 13.21, 30.7, 60.999):
         date = span[0] + day * u.day
-        expected, delay = solved(lambda delay, date=date: barycentric("earth", date) - place(date - delay * u.s))
+        expected, delay = light_path(lambda delay, date=date: barycentric("earth", date) - position(date - delay * u.s))
         scale = np.linalg.norm(expected)
-        assert np.linalg.norm(seen.to_observer(date).value - expected) < 2e-9 * scale
-        sun = barycentric("sun", date - delay * u.s) - place(date - delay * u.s)
-        assert np.linalg.norm(seen.to_sun(date).value - sun) < 2e-9 * np.linalg.norm(sun)
-        expected, _ = solved(lambda delay, date=date: barycentric("earth", date + delay * u.s) - place(date))
-        assert np.linalg.norm(sent.to_observer(date).value - expected) < 2e-9 * scale
+        assert np.linalg.norm(at_arrival.to_observer(date).value - expected) < 2e-9 * scale
+        sun = barycentric("sun", date - delay * u.s) - position(date - delay * u.s)
+        assert np.linalg.norm(at_arrival.to_sun(date).value - sun) < 2e-9 * np.linalg.norm(sun)
+        expected, _ = light_path(lambda delay, date=date: barycentric("earth", date + delay * u.s) - position(date))
+        assert np.linalg.norm(at_emission.to_observer(date).value - expected) < 2e-9 * scale
 
 
-def test_place_on_the_earth_is_as_far_from_its_centre_as_it_is(monkeypatch):
+def test_an_observatory_keeps_its_distance_from_the_earths_centre_and_rotates_at_the_sidereal_rate(monkeypatch):
     # Astropy 6 would download the newest rotation of the Earth; its own table contains 2022.
     monkeypatch.setattr(iers.conf, "auto_download", False)
     span = Time(["2022-10-01", "2022-10-03"], scale="tdb")
     orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(x * u.deg for x in (3.4, 73.2, 319.3, 330.0)))
     site = EarthLocation.from_geodetic(10 * u.deg, 50 * u.deg, 100 * u.m)
-    centre, here = (
+    geocentric, topocentric = (
         observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, observer=observer)
         for observer in ("earth", site)
     )
     times = span[0] + np.linspace(0.0, 2.0, 40) * u.day
-    away = fullbody.frames.rotate(here.to_observer(times) - centre.to_observer(times), "ecliptic", "equatorial")
+    site_vector = topocentric.to_observer(times) - geocentric.to_observer(times)
+    site_vector = fullbody.frames.rotate(site_vector, "ecliptic", "equatorial")
     expected = np.linalg.norm([site.x.to_value("km"), site.y.to_value("km"), site.z.to_value("km")])
-    # The system moves while the light goes from the place to the centre: by 1e-4 of the way.
-    np.testing.assert_allclose(np.linalg.norm(away, axis=1).value, expected, rtol=3e-4)
-    angle = np.unwrap(np.arctan2(away[:, 1], away[:, 0]).value)
-    sidereal = np.polyfit(np.linspace(0.0, 2.0, 40), angle, 1)[0] / (2 * np.pi)
-    # The pole of date is 2e-3 rad from that of the axes.
-    assert sidereal == pytest.approx(1.00273790935, abs=5e-4)
+    # The asteroid moves by 1e-4 of the distance in the time that light takes from the site to the centre of the Earth.
+    np.testing.assert_allclose(np.linalg.norm(site_vector, axis=1).value, expected, rtol=3e-4)
+    angle = np.unwrap(np.arctan2(site_vector[:, 1], site_vector[:, 0]).value)
+    rate = np.polyfit(np.linspace(0.0, 2.0, 40), angle, 1)[0] / (2 * np.pi)
+    # The pole of the Earth at that date is 2e-3 rad from that of J2000.
+    assert rate == pytest.approx(1.00273790935, abs=5e-4)
 
 
-def test_bodies_on_straight_lines_are_seen_where_the_equation_of_light_has_them():
-    # A hundredth of the speed of light, so that no approximation by small speeds passes.
+def test_directions_of_bodies_in_uniform_motion_solve_the_light_time_equation():
+    # The speeds are a hundredth of that of light, so that approximations for small speeds fail the test.
     system = system_of(units=("km", "s", "kg"), frame="equatorial")
     r, v = np.array([[3.0e4, -2.0e4, 5.0e3], [0, 0, 0]]), np.array([[1500.0, 2500.0, -800.0], [0, 0, 0]])
     r[1], v[1] = -r[0] / 3, -v[0] / 3
@@ -121,21 +124,21 @@ def test_bodies_on_straight_lines_are_seen_where_the_equation_of_light_has_them(
     times = np.array([5.0, 12.5, 30.0])
     data = observing.Astrometry(times * u.s, np.zeros(3), np.zeros(3), 1.0, body="A", about="B", geometry=geometry)
 
-    def seen(k, t):
-        late = brentq(lambda late: late - np.linalg.norm(d - r[k] - v[k] * (t - late)) / C, 0.0, 20.0, xtol=1e-15)
-        return r[k] + v[k] * (t - late) - d
+    def from_observer(k, t):
+        delay = brentq(lambda x: x - np.linalg.norm(d - r[k] - v[k] * (t - x)) / C, 0.0, 20.0, xtol=1e-15)
+        return r[k] + v[k] * (t - delay) - d
 
     for t, (east, north) in zip(times, data.predict(run), strict=True):
-        about, body = seen(1, t), seen(0, t)
-        toward = about / np.linalg.norm(about)
-        parallel = np.cross([0, 0, 1], toward) / np.hypot(toward[0], toward[1])
-        depth = body @ toward
+        about, body = from_observer(1, t), from_observer(0, t)
+        line_of_sight = about / np.linalg.norm(about)
+        parallel = np.cross([0, 0, 1], line_of_sight) / np.hypot(line_of_sight[0], line_of_sight[1])
+        depth = body @ line_of_sight
         np.testing.assert_allclose(east, body @ parallel / depth, rtol=1e-9)
-        np.testing.assert_allclose(north, body @ np.cross(toward, parallel) / depth, rtol=1e-9)
+        np.testing.assert_allclose(north, body @ np.cross(line_of_sight, parallel) / depth, rtol=1e-9)
     np.testing.assert_allclose(data.emission(system).to_value("s"), times - np.linalg.norm(d) / C, rtol=1e-14)
 
 
-def test_time_scales_differ_as_they_do():
+def test_utc_times_of_observations_are_converted_to_tdb():
     # TT - UTC was 69.184 s in 2022, and TDB differs from TT by less than 2 ms.
     system = system_of(units=True, epoch="2022-09-26T00:00:00 TDB", frame="ecliptic")
     span = Time(["2022-09-25", "2022-09-28"], scale="tdb")
@@ -144,43 +147,43 @@ def test_time_scales_differ_as_they_do():
     assert data.emission(system).to_value("s")[0] == pytest.approx(69.184, abs=2e-3)
 
 
-def test_frames_of_geometry_and_system_do_not_change_what_is_seen():
+def test_predictions_do_not_depend_on_the_frames_of_geometry_and_system():
     vectors = np.array([[0.1, 0.02, -0.03], [0.101, 0.019, -0.03]])
-    seen = []
-    for of_geometry in ("ecliptic", "equatorial"):
-        for of_system in ("ecliptic", "equatorial"):
+    predictions = []
+    for geometry_frame in ("ecliptic", "equatorial"):
+        for system_frame in ("ecliptic", "equatorial"):
             system, state = fullbody.systems.didymos(units=True)
-            system = system.with_options(frame=of_system)
-            state = fullbody.frames.rotate_state(state, "ecliptic", of_system)
-            to_observer = fullbody.frames.rotate(vectors, "ecliptic", of_geometry) * u.au
-            geometry = observing.Geometry([0.0, 1.0] * u.day, to_observer=to_observer, frame=of_geometry)
+            system = system.with_options(frame=system_frame)
+            state = fullbody.frames.rotate_state(state, "ecliptic", system_frame)
+            to_observer = fullbody.frames.rotate(vectors, "ecliptic", geometry_frame) * u.au
+            geometry = observing.Geometry([0.0, 1.0] * u.day, to_observer=to_observer, frame=geometry_frame)
             data = observing.Astrometry([10.0] * u.h, [0.0], [0.0], 1.0, geometry=geometry)
-            seen.append(data.predict(system.integrate(state, 12.0, dense=True)))
-    np.testing.assert_allclose(seen, [seen[0]] * 4, rtol=1e-9)
+            predictions.append(data.predict(system.integrate(state, 12.0, dense=True)))
+    np.testing.assert_allclose(predictions, [predictions[0]] * 4, rtol=1e-9)
 
 
-def test_geometry_from_the_systems_own_sun_is_that_of_its_orbit():
+def test_geometry_from_a_systems_third_body_sun_equals_that_from_its_orbit():
     angles = [x * u.deg for x in (3.408, 73.196, 319.319, 330.0)]
     orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *angles)
     span = Time(["2022-09-27", "2022-10-10"], scale="tdb")
     system = system_of(units=True, epoch="2022-09-26 TDB", frame="ecliptic")
     sun = fullbody.forces.ThirdBody(mu=1.32712440041279419e11 * u.km**3 / u.s**2, orbit=orbit, of="system", name="Sun")
     system = system.with_forces([sun])
-    own = observing.Geometry.from_system(system, span=span)
-    other = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
+    from_system = observing.Geometry.from_system(system, span=span)
+    from_orbit = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
     times = span[0] + [0.0, 3.3, 13.0] * u.day
-    # The masses of the bodies are part of the own orbit's mu: 4e-19 of it.
+    # In the system the mu of the orbit includes the masses of the bodies, 4e-19 of it.
     for name in ("to_observer", "to_sun"):
-        np.testing.assert_allclose(getattr(own, name)(times), getattr(other, name)(times), rtol=1e-7)
+        np.testing.assert_allclose(getattr(from_system, name)(times), getattr(from_orbit, name)(times), rtol=1e-7)
 
 
 def test_spice_kernel_of_uniform_motion_gives_the_closed_form(tmp_path):
-    start, speed = np.array([1.5e8, 2.0e7, -3.0e6]), np.array([12.0, -25.0, 4.0])
+    start, velocity = np.array([1.5e8, 2.0e7, -3.0e6]), np.array([12.0, -25.0, 4.0])
     earth = np.array([1.2e8, -8.0e7, 1.0e5])
     path, length = str(tmp_path / "line.bsp"), 4.0e5
     handle = spiceypy.spkopn(path, "line", 0)
     et = 7.0e8
-    for body, r, v in ((20065803, start, speed), (399, earth, np.zeros(3)), (10, np.zeros(3), np.zeros(3))):
+    for body, r, v in ((20065803, start, velocity), (399, earth, np.zeros(3)), (10, np.zeros(3), np.zeros(3))):
         ends = np.array([et - length, et + length])
         states = np.hstack([r + v * (ends - et)[:, None], np.broadcast_to(v, (2, 3))])
         spiceypy.spkw13(handle, body, 0, "J2000", ends[0], ends[1], "line", 3, 2, states, ends)
@@ -189,17 +192,17 @@ def test_spice_kernel_of_uniform_motion_gives_the_closed_form(tmp_path):
     geometry = observing.Geometry.from_spice(20065803, span=zero + [0.0, 2.0] * u.day, kernels=[path])
     for day in (0.0, 1.234, 2.0):
         t = day * 86400.0
-        delay = brentq(lambda late, t=t: late - np.linalg.norm(earth - start - speed * (t - late)) / C, 0.0, 2000.0)
-        expected = earth - start - speed * (t - delay)
-        found = geometry.to_observer(zero + day * u.day)
-        np.testing.assert_allclose(found.to_value("km"), expected, rtol=1e-9)
-        sun = -(start + speed * (t - delay))
+        delay = brentq(lambda x, t=t: x - np.linalg.norm(earth - start - velocity * (t - x)) / C, 0.0, 2000.0)
+        expected = earth - start - velocity * (t - delay)
+        vector = geometry.to_observer(zero + day * u.day)
+        np.testing.assert_allclose(vector.to_value("km"), expected, rtol=1e-9)
+        sun = -(start + velocity * (t - delay))
         np.testing.assert_allclose(geometry.to_sun(zero + day * u.day).to_value("km"), sun, rtol=1e-9)
     with pytest.raises(InvalidInput, match="kernels do not contain the position of 20065803"):
         observing.Geometry.from_spice(20065803, span=zero + [0.0, 20.0] * u.day, kernels=[path])
 
 
-def test_vectors_between_rows_are_those_of_a_cubic_spline_and_rows_may_come_in_any_order():
+def test_vectors_are_interpolated_by_a_cubic_spline_for_rows_in_any_order():
     times = np.array([0.0, 1.0, 2.5, 3.0, 4.5, 5.0])
     vectors = np.stack([40 + np.sin(times), np.cos(times), 0.3 * times], axis=1)
     expected = CubicSpline(times, vectors)(2.2)
@@ -210,7 +213,7 @@ def test_vectors_between_rows_are_those_of_a_cubic_spline_and_rows_may_come_in_a
     assert shuffled == observing.Geometry(times, to_observer=vectors, light_time=False)
 
 
-def test_rows_too_far_apart_are_warned_of_except_at_the_rows():
+def test_rows_too_far_apart_cause_a_warning_only_between_the_rows():
     times = np.arange(8.0)
     vectors = np.stack([np.sin(2.5 * times), np.cos(2.5 * times), np.ones(8)], axis=1)
     geometry = observing.Geometry(times, to_observer=vectors)
@@ -219,7 +222,7 @@ def test_rows_too_far_apart_are_warned_of_except_at_the_rows():
         geometry.to_observer(2.5)
 
 
-def test_what_a_geometry_does_not_know_is_refused_by_name():
+def test_errors_name_what_a_geometry_lacks():
     geometry = observing.Geometry([0.0, 10.0] * u.day, to_observer=[1.0, 0, 0] * u.au, frame="ecliptic")
     refused("has no Sun", lambda: geometry.to_sun(1 * u.day))
     refused("outside the span of the geometry", lambda: geometry.to_observer(11 * u.day))
@@ -239,31 +242,31 @@ def test_what_a_geometry_does_not_know_is_refused_by_name():
         observing.Geometry.from_orbit(ERIS, EPOCH, span=["2022-09-26 TDB"], observer="hubble")
 
 
-def test_rows_too_far_apart_for_their_spline_are_warned_of_whatever_their_number():
-    # The error is that of the exact path of a planet seen from another one.
+def test_rows_too_far_apart_for_their_spline_cause_a_warning_for_any_number_of_rows():
+    # The vectors are those from one planet to another, both on circles.
     rng = np.random.default_rng(8)
-    wrong = quiet = 0
+    warned = accurate = 0
     for _ in range(150):
         rows, step = int(rng.integers(2, 9)), 10.0 ** rng.uniform(-2.3, 0.3)
         plane, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         radius, other, rate = 1.0, rng.uniform(0.0, 0.6), rng.uniform(-1.0, 1.0)
 
         def path(t, plane=plane, radius=radius, other=other, rate=rate):
-            flat = radius * np.exp(1j * t) + other * np.exp(1j * (rate * t + 1.0))
-            return np.stack([flat.real, flat.imag, 0 * t], axis=-1) @ plane
+            in_plane = radius * np.exp(1j * t) + other * np.exp(1j * (rate * t + 1.0))
+            return np.stack([in_plane.real, in_plane.imag, 0 * t], axis=-1) @ plane
 
         times = step * np.arange(rows)
         geometry = observing.Geometry(times, to_observer=path(times), light_time=False)
         between = np.linspace(times[0], times[-1], 101)
-        with warnings.catch_warnings(record=True) as caught:
+        with warnings.catch_warnings(record=True) as caught_warnings:
             warnings.simplefilter("always")
-            found = geometry.to_observer(between)
+            interpolated = geometry.to_observer(between)
         exact = path(between)
-        error = (np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1)).max()
+        error = (np.linalg.norm(interpolated - exact, axis=1) / np.linalg.norm(exact, axis=1)).max()
         if error > 1e-2:
-            wrong += 1
-            assert caught, (rows, step, error)
+            warned += 1
+            assert caught_warnings, (rows, step, error)
         elif error < 1e-5:
-            quiet += 1
-            assert not caught, (rows, step, error)
-    assert min(wrong, quiet) > 20
+            accurate += 1
+            assert not caught_warnings, (rows, step, error)
+    assert min(warned, accurate) > 20
