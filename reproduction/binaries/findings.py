@@ -1,4 +1,4 @@
-"""What was learned, in sentences with the numbers of the fits."""
+"""The conclusions of the study, as paragraphs with the numbers of the fits."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import haumea as haumea_
+from . import haumea as haumea_study
 from .catalogue import ENOUGH, Refit
 from .eris import RADIUS, Eris, excluded
 from .haumea import Haumea
@@ -19,51 +19,55 @@ __all__ = ["findings"]
 def findings(
     catalogue: Sequence[Refit], eris: Eris, lempo: Lempo | None, haumea: Haumea | None
 ) -> dict[str, list[str]]:
-    """Return titles and paragraphs."""
-    found = {"The catalogue": _catalogue(catalogue), "Eris and Dysnomia": _eris(eris)}
+    """Return the paragraphs of each section, by its title."""
+    sections = {"The catalogue": _catalogue(catalogue), "Eris and Dysnomia": _eris(eris)}
     if lempo is not None:
-        found["Lempo, Hiisi and Paha"] = _lempo(lempo)
+        sections["Lempo, Hiisi and Paha"] = _lempo(lempo)
     if haumea is not None:
-        found["Haumea, Namaka and Hi'iaka"] = _haumea(haumea)
-    return found
+        sections["Haumea, Namaka and Hi'iaka"] = _haumea(haumea)
+    return sections
 
 
 def _catalogue(refits: Sequence[Refit]) -> list[str]:
-    within = [one for one in refits if one.holds]
+    agreeing = [refit for refit in refits if refit.holds]
     text = [
-        f"{len(within)} of {len(refits)} systems have a, the period, e and i within {LIMIT:g} joint standard "
+        f"{len(agreeing)} of {len(refits)} systems have a, the period, e and i within {LIMIT:g} joint standard "
         "errors, with light time, from relative positions on the equator of J2000 and times in UTC at the observer.",
         "The observations are the copy of the published tables in the repository of the program MultiMoon "
         "(dragozzine/multimoon), and not the tables themselves: rows that are missing or exchanged may be faults of "
         "the copy.",
     ]
-    for one in refits:
-        if one.exchanged:
+    for refit in refits:
+        if refit.exchanged:
             text.append(
-                f"{one.catalogued.name}: the two components have nearly equal brightness, and in rows "
-                f"{', '.join(map(str, one.exchanged))} (counted from 0) their order is opposite to that in the other "
-                f"rows. With these rows reversed chi2 is {one.fit.chi2:.1f} for {one.fit.dof} degrees of freedom, and "
-                f"all elements agree with the published ones. As given, chi2 on the same orbit is {one.as_given:.0f}."
+                f"{refit.catalogued.name}: the two components have nearly equal brightness, and in rows "
+                f"{', '.join(map(str, refit.exchanged))} (counted from 0) their order is opposite to that in the other "
+                f"rows. With these rows reversed chi2 is {refit.fit.chi2:.1f} for {refit.fit.dof} degrees of freedom, "
+                "and "
+                f"all elements agree with the published ones. As given, chi2 on the same orbit is {refit.as_given:.0f}."
             )
-    lacking = [one for one in refits if one.ratio < ENOUGH]
-    factor = max(max(one.ratio, 1.0 / one.ratio) for one in refits if one.ratio >= ENOUGH)
-    if lacking:
+    incomplete = [refit for refit in refits if refit.ratio < ENOUGH]
+    factor = max(max(refit.ratio, 1.0 / refit.ratio) for refit in refits if refit.ratio >= ENOUGH)
+    if incomplete:
         text.append(
             "The published errors of the period are smaller than the data in the file allow, so that the file probably "
             "lacks rows, in "
-            + ", ".join(f"{one.catalogued.name} ({1 / one.ratio:.1f} times)" for one in lacking)
-            + f". In the other {len(refits) - len(lacking)} systems the published errors of the period are the fitted "
+            + ", ".join(f"{refit.catalogued.name} ({1 / refit.ratio:.1f} times)" for refit in incomplete)
+            + f". In the other {len(refits) - len(incomplete)} systems the published errors of the period are the "
+            "fitted "
             f"ones within a factor of {factor:.1f}."
         )
-    for one in refits:
-        if not one.holds:
-            verdict = "agree with" if one.p_rise > 0.05 else "contradict"
-            text.append(f"{one.catalogued.name}: {one.why} The data {verdict} the published orbit.")
-    poor = [one for one in refits if one.fit.p_value is not None and one.fit.p_value < 0.02]
-    if poor:
+    for refit in refits:
+        if not refit.holds:
+            verdict = "agree with" if refit.p_rise > 0.05 else "contradict"
+            text.append(f"{refit.catalogued.name}: {refit.why} The data {verdict} the published orbit.")
+    poorly_fitted = [refit for refit in refits if refit.fit.p_value is not None and refit.fit.p_value < 0.02]
+    if poorly_fitted:
         text.append(
             "Errors that are too small, or orbits that are not Keplerian, are likely where p is below 0.02: "
-            + ", ".join(f"{one.catalogued.name} (chi2 {one.fit.chi2:.1f} of {one.fit.dof})" for one in poor)
+            + ", ".join(
+                f"{refit.catalogued.name} (chi2 {refit.fit.chi2:.1f} of {refit.fit.dof})" for refit in poorly_fitted
+            )
             + "."
         )
     return text
@@ -95,12 +99,12 @@ def _eris(eris: Eris) -> list[str]:
 def _lempo(lempo: Lempo) -> list[str]:
     fit, without, free = lempo.points, lempo.uncorrelated, lempo.spheroid
     names = ("lempo", "hiisi", "paha")
-    places = [fit.names.index(name) for name in names]
-    rows = fit.correlation[np.ix_(places, places)]
+    indices = [fit.names.index(name) for name in names]
+    correlations = fit.correlation[np.ix_(indices, indices)]
     j2 = free.values["J2"], free.sigma["J2"]
-    shorter = float(np.sqrt(max(0.0, 1.0 - 5.0 * (j2[0] + 2.0 * j2[1]))))
-    heavier = fit.values["hiisi"] - fit.values["lempo"]
-    error = float(np.sqrt(np.array([-1.0, 1.0]) @ fit.covariance[np.ix_(places[:2], places[:2])] @ [-1.0, 1.0]))
+    axis_ratio = float(np.sqrt(max(0.0, 1.0 - 5.0 * (j2[0] + 2.0 * j2[1]))))
+    mass_difference = fit.values["hiisi"] - fit.values["lempo"]
+    error = float(np.sqrt(np.array([-1.0, 1.0]) @ fit.covariance[np.ix_(indices[:2], indices[:2])] @ [-1.0, 1.0]))
     scale = float(np.sqrt(fit.chi2 / fit.dof))
     bound = ", at the bound of zero," if "paha" in fit.at_bounds else ""
     return [
@@ -110,18 +114,20 @@ def _lempo(lempo: Lempo) -> list[str]:
         f"{fit.chi2:.2f}.",
         f"The masses in 1e18 kg are {stated(fit.values['lempo'], fit.sigma['lempo'])} (Lempo), "
         f"{stated(fit.values['hiisi'], fit.sigma['hiisi'])} (Hiisi) and{bound} {fit.values['paha']:.2f} +- "
-        f"{fit.sigma['paha']:.2f} (Paha). Their correlations are {rows[0, 1]:.2f} (Lempo and Hiisi), "
-        f"{rows[0, 2]:.2f} (Lempo and Paha) and {rows[1, 2]:.2f} (Hiisi and Paha). These errors take those of "
+        f"{fit.sigma['paha']:.2f} (Paha). Their correlations are {correlations[0, 1]:.2f} (Lempo and Hiisi), "
+        f"{correlations[0, 2]:.2f} (Lempo and Paha) and {correlations[1, 2]:.2f} (Hiisi and Paha). These errors take "
+        "those of "
         f"the observations as they are, with which the fit has a probability of {fit.p_value:.1g}. Scaled by "
         f"{scale:.2f}, so that chi2 is the number of degrees of freedom, they make Hiisi heavier than Lempo, the "
-        f"brighter one, by {stated(heavier, scale * error)}, {heavier / (scale * error):.1f} standard errors: with a "
+        f"brighter one, by {stated(mass_difference, scale * error)}, {mass_difference / (scale * error):.1f} standard "
+        "errors: with a "
         "model that does not fit, this does not decide which is heavier. Paha has less than "
         f"{lempo.limit:.2f}e18 kg at 95 per cent with the scaled errors; with 0.22e18 kg chi2 is "
         f"{lempo.heavy.chi2 - fit.chi2:.2f} larger.",
         "Only diameters are published, and spheres attract like points. If Lempo is flattened along the normal of the "
         f"inner orbit and rotates with that orbit, J2 is {stated(*j2)} for a radius of 143 km, and chi2 is "
         f"{free.chi2:.2f}, lower by {fit.chi2 - free.chi2:.2f} for one parameter. At a J2 two standard errors above "
-        f"this value the polar axis would be {100.0 * (1.0 - shorter):.1f} per cent shorter than the others.",
+        f"this value the polar axis would be {100.0 * (1.0 - axis_ratio):.1f} per cent shorter than the others.",
     ]
 
 
@@ -130,23 +136,25 @@ def _haumea(haumea: Haumea) -> list[str]:
 
 
 def _parity(haumea: Haumea) -> list[str]:
-    tables, turned = haumea.alone[1], haumea.alone[-1]
-    first, second = (haumea_.pole(one.values["i"], one.values["node"]) for one in (tables, turned))
-    (ra, ra_error), (dec, dec_error) = haumea_.RING
+    as_published, mirrored = haumea.alone[1], haumea.alone[-1]
+    first, second = (haumea_study.pole(fit.values["i"], fit.values["node"]) for fit in (as_published, mirrored))
+    (ra, ra_error), (dec, dec_error) = haumea_study.RING
     early, later = haumea.early[1], haumea.early[-1]
     return [
         "The file has offsets along the ecliptic. If they are rotated back to the equator about the file's direction "
         "of Haumea, which is that from the Sun and not from the Earth, nearly all of them have five decimals again, as "
-        f"in a printed table. Measured: taken as east, they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of "
+        f"in a printed table. Measured: taken as east, they leave chi2 {as_published.chi2:.1f} for {as_published.dof} "
+        "degrees of "
         f"freedom with Hi'iaka alone, and the pole of its orbit at ({first[0]:.1f}, {first[1]:.1f}) degrees; taken as "
-        f"west, chi2 {turned.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). With both moons, the J2 of the triaxial "
+        f"west, chi2 {mirrored.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). With both moons, the J2 of the "
+        "triaxial "
         f"figure and a free axis the lowest chi2 that was found is {haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} "
         f"for {haumea.axis.dof}. Inferred, since parallax distinguishes an orbit from its mirror image: the sign of "
         "right ascension in the tables is reversed, and the published orbit of 2009 is the mirror image. The pole with "
         "the sign reversed is "
-        f"{haumea_.apart(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
+        f"{haumea_study.apart(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
         f"{dec_error}), which a stellar occultation gave (Ortiz et al. 2017); the other is "
-        f"{haumea_.apart(first, (ra, dec)):.0f} degrees from it.",
+        f"{haumea_study.apart(first, (ra, dec)):.0f} degrees from it.",
         "The observations up to 2008, to which that orbit was fitted, do not show this: both moons as points, with the "
         f"published masses, leave chi2 {early.chi2:.1f} for {early.dof} as in the tables and {later.chi2:.1f} with the "
         "sign reversed. The observations of 2010 and 2015, when Haumea was elsewhere in the sky, decide the question.",
@@ -154,23 +162,25 @@ def _parity(haumea: Haumea) -> list[str]:
 
 
 def _figure(haumea: Haumea) -> list[str]:
-    three, axis, free, chance = haumea.points, haumea.axis, haumea.axis_j2, haumea.chance
+    points, axis, free, chance = haumea.points, haumea.axis, haumea.axis_j2, haumea.chance
     ring, ring_j2 = haumea.ring, haumea.ring_j2
-    heavy = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
+    correlation = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
     j2 = free.values["J2"], free.sigma["J2"]
-    place = axis.values["ra"], axis.values["dec"]
-    plane = haumea_.pole(axis.values["i_hiiaka"], axis.values["node_hiiaka"])
-    (ra, _), (dec, _) = haumea_.RING
-    fall = three.chi2 - free.chi2
-    off = abs(j2[0] - haumea_.TRIAXIAL) / j2[1]
-    masses = [stated(one.values["hiiaka"], one.sigma["hiiaka"]) for one in (axis, free)]
+    pole = axis.values["ra"], axis.values["dec"]
+    orbit_pole = haumea_study.pole(axis.values["i_hiiaka"], axis.values["node_hiiaka"])
+    (ra, _), (dec, _) = haumea_study.RING
+    decrease = points.chi2 - free.chi2
+    deviation = abs(j2[0] - haumea_study.TRIAXIAL) / j2[1]
+    masses = [stated(fit.values["hiiaka"], fit.sigma["hiiaka"]) for fit in (axis, free)]
     return [
-        f"With both moons as points chi2 is {three.chi2:.1f} for {three.dof} degrees of freedom. Measured: with the J2 "
-        f"of the triaxial figure of the occultation, {haumea_.TRIAXIAL:.3f} for the radius of equal volume, and a free "
+        f"With both moons as points chi2 is {points.chi2:.1f} for {points.dof} degrees of freedom. Measured: with the "
+        "J2 "
+        f"of the triaxial figure of the occultation, {haumea_study.TRIAXIAL:.3f} for the radius of equal volume, and "
+        "a free "
         f"axis it is {axis.chi2:.1f} for {axis.dof}. The axis is ({stated(axis.values['ra'], axis.sigma['ra'])}, "
         f"{stated(axis.values['dec'], axis.sigma['dec'])}) degrees, and Hi'iaka has "
         f"{masses[0]}e18 kg. If J2 is also free, it is {stated(*j2)} and chi2 is "
-        f"{free.chi2:.1f}. For points chi2 is higher by {fall:.1f}, with three parameters fewer. That is no chi2 "
+        f"{free.chi2:.1f}. For points chi2 is higher by {decrease:.1f}, with three parameters fewer. That is no chi2 "
         "of three degrees of freedom, since an axis without a flattening has no effect: the fall is the largest of all "
         "axes. To first order in J2 the observations give a fall of "
         f"{chance.fall:.1f}. In observations of three points that were simulated to this order, with the stated "
@@ -179,11 +189,14 @@ def _figure(haumea: Haumea) -> list[str]:
         "who have more observations, find J2 and the axis at 2.5 "
         "sigma or more. We claim no detection: the probability is that of random errors as stated, and the axis found "
         "is not that of the ring (below), so that errors of another kind may take part.",
-        f"Inferred: this J2 is {off:.1f} standard errors from that of the homogeneous figure. The mass of Hi'iaka "
-        f"depends on J2, since both have nearly the same effect on Namaka's orbit (correlation {heavy:.2f}): with a "
-        f"free J2 it is {masses[1]}e18 kg, and as points the moons give {three.values['hiiaka']:.1f}e18 kg.",
-        f"The axis is {haumea_.apart(place, (ra, dec)):.1f} degrees from the pole of the ring, "
-        f"{haumea_.off_the_ring(axis):.1f} sigma for the errors of both, and {haumea_.apart(place, plane):.1f} degrees "
+        f"Inferred: this J2 is {deviation:.1f} standard errors from that of the homogeneous figure. The mass of "
+        "Hi'iaka "
+        f"depends on J2, since both have nearly the same effect on Namaka's orbit (correlation {correlation:.2f}): "
+        "with a "
+        f"free J2 it is {masses[1]}e18 kg, and as points the moons give {points.values['hiiaka']:.1f}e18 kg.",
+        f"The axis is {haumea_study.apart(pole, (ra, dec)):.1f} degrees from the pole of the ring, "
+        f"{haumea_study.off_the_ring(axis):.1f} sigma for the errors of both, and "
+        f"{haumea_study.apart(pole, orbit_pole):.1f} degrees "
         "from that of Hi'iaka's orbit; this is not explained. With the axis of the ring and the J2 of the figure chi2 "
         f"is {ring.chi2:.1f} for {ring.dof}, and a free J2 is {stated(ring_j2.values['J2'], ring_j2.sigma['J2'])} with "
         f"chi2 {ring_j2.chi2:.1f}: along that axis these data show no flattening.",

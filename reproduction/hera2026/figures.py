@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from . import measures, posterior, weights
 from .earth import NIGHT
-from .inputs import ARRIVAL, DATED
+from .inputs import ARRIVAL, STUDY_DATE
 
 if TYPE_CHECKING:
     import xarray
@@ -105,7 +105,7 @@ def night(found: dict[str, Any]) -> Figure:
     axes.invert_yaxis()
     axes.set_xlabel("hours after the middle of an occultation of Dimorphos")
     axes.set_ylabel("magnitude, relative")
-    axes.set_title(f"a day of {NIGHT[:10]}, as of {DATED}", fontsize=10)
+    axes.set_title(f"a day of {NIGHT[:10]}, as of {STUDY_DATE}", fontsize=10)
     figure.legend(loc="outside lower center", fontsize=8, ncols=2)
     return figure
 

@@ -13,7 +13,6 @@ __all__ = [
     "ARRIVAL",
     "ASSUMED",
     "CHECKS",
-    "DATED",
     "DATES",
     "IMPACT",
     "INPUTS",
@@ -21,14 +20,16 @@ __all__ = [
     "SCHEDULE",
     "SHAPES",
     "SOURCES",
+    "STUDY_DATE",
     "Input",
     "inputs_with_shape",
 ]
 
-#: The day on which the statements of the study were made.
-DATED: Final = "2026-11-25"
+#: The date on which the predictions were made.
+STUDY_DATE: Final = "2026-11-25"
+#: The time of the impact of DART, UTC.
 IMPACT: Final = "2022-09-26T23:14:24.183"
-#: The moment that the predictions are for, and the moments at which the state of Dimorphos is evaluated.
+#: The time for which the predictions are made, and the times at which the state of Dimorphos is evaluated.
 ARRIVAL: Final = "2026-11-15T00:00:00"
 DATES: Final = (
     "2024-01-01T00:00:00",
@@ -62,7 +63,7 @@ class Input:
     second_hand: bool = False
 
 
-#: What was read of each source is stated in brackets.
+#: The sources by key, with the parts of each that were read in brackets.
 SOURCES: Final = {
     "A21": "Agrusa et al. (2021), Icarus 370, 114624, doi:10.1016/j.icarus.2021.114624, arXiv:2107.07996 (abstract)",
     "B24": "Burnett, Fodde & Ferrari (2024), Exploring tidal dissipation in rubble pile binary secondaries using a "
@@ -105,27 +106,32 @@ SOURCES: Final = {
     "of its first version)",
 }
 
+#: The inputs of the study, by name.
 INPUTS: Final = {
     # Before the impact.
-    "period_before": Input(11.921473, 0.000044, "h", "T23", "", True),
-    "separation": Input(1189.0, 17.0, "m", "D23", "distance of the centres at the impact", True),
+    "period_before": Input(11.921473, 0.000044, "h", "T23", second_hand=True),
+    "separation": Input(1189.0, 17.0, "m", "D23", "distance of the centres at the impact", second_hand=True),
     "equatorial": Input(
         405.0,
         7.0,
         "m",
         "SM23",
         "equatorial semi-axis of a spheroid for Didymos: extents of v003, 819 x 801 m, each +- 14 m",
-        True,
+        second_hand=True,
     ),
-    "polar": Input(303.5, 7.0, "m", "SM23", "its polar semi-axis: extent 607 +- 14 m", True),
-    "rotation": Input(2.26, 0.0001, "h", "N20", "rotation period of Didymos", True),
-    "diameter": Input(149.8, 2.5, "m", "SM23", "of a sphere with the volume of Dimorphos v004, 0.00176 km3", True),
-    "a_b_before": Input(1.054, 0.02, "", "SM23", "extents of v004, 178.4 x 169.2 x 114.6 m (Nk24: 1.06)", True),
-    "b_c_before": Input(1.477, 0.04, "", "SM23", "extents of v004", True),
+    "polar": Input(303.5, 7.0, "m", "SM23", "its polar semi-axis: extent 607 +- 14 m", second_hand=True),
+    "rotation": Input(2.26, 0.0001, "h", "N20", "rotation period of Didymos", second_hand=True),
+    "diameter": Input(
+        149.8, 2.5, "m", "SM23", "of a sphere with the volume of Dimorphos v004, 0.00176 km3", second_hand=True
+    ),
+    "a_b_before": Input(
+        1.054, 0.02, "", "SM23", "extents of v004, 178.4 x 169.2 x 114.6 m (Nk24: 1.06)", second_hand=True
+    ),
+    "b_c_before": Input(1.477, 0.04, "", "SM23", "extents of v004", second_hand=True),
     "density": Input(2400.0, 450.0, "kg/m3", "C23", "of Dimorphos: range of 1500 to 3300"),
     # The impact.
-    "dart_mass": Input(579.4, 0.7, "kg", "C23", "", True),
-    "dart_speed": Input(6144.9, 0.3, "m/s", "C23", "", True),
+    "dart_mass": Input(579.4, 0.7, "kg", "C23", second_hand=True),
+    "dart_speed": Input(6144.9, 0.3, "m/s", "C23", second_hand=True),
     "along": Input(-2.63, 0.06, "mm/s", "N24", "change of the velocity along the motion (C23: -2.70 +- 0.10)"),
     "radial": Input(0.0, 0.5, "mm/s", "assumed", "change of the velocity away from Didymos"),
     "normal": Input(0.0, 1.5, "mm/s", "F25", "across the orbit: boulders may have turned the plane by up to a degree"),
@@ -151,7 +157,12 @@ INPUTS: Final = {
     "byorp": Input(0.0, 0.005, "", "assumed", "coefficient as of Jacobson & Scheeres (2011); C24: a wide range"),
     # Directions.
     "pole_longitude": Input(
-        309.8, 9.3, "deg", "J23", "of the orbit, ecliptic: the pole before the impact at (69.700, -72.695) deg", True
+        309.8,
+        9.3,
+        "deg",
+        "J23",
+        "of the orbit, ecliptic: the pole before the impact at (69.700, -72.695) deg",
+        second_hand=True,
     ),
     "pole_latitude": Input(
         -80.7,
@@ -160,16 +171,16 @@ INPUTS: Final = {
         "J23",
         "as before; the error, 1.5 deg in each direction, is assumed: the pole of Didymos in SM23's document is 0.9 "
         "deg away",
-        True,
+        second_hand=True,
     ),
 }
 
-#: Didymos as a spheroid: equatorial and polar semi-axis with their errors, m, source and note.
+#: Published shapes of Didymos as a spheroid: the equatorial and the polar semi-axis in m.
 SHAPES: Final[Mapping[str, tuple[Input, Input]]] = {
     "v003": (INPUTS["equatorial"], INPUTS["polar"]),
     "daly2023": (
-        Input(425.0, 7.5, "m", "D23", "axes 851 and 849 m", True),
-        Input(310.0, 7.5, "m", "D23", "axis 620 +- 15 m", True),
+        Input(425.0, 7.5, "m", "D23", "axes 851 and 849 m", second_hand=True),
+        Input(310.0, 7.5, "m", "D23", "axis 620 +- 15 m", second_hand=True),
     ),
     "naidu2024": (
         Input(394.0, 11.0, "m", "N24", "equatorial radius"),
@@ -184,17 +195,18 @@ def inputs_with_shape(shape: str) -> dict[str, Input]:
     return INPUTS | {"equatorial": equatorial, "polar": polar}
 
 
-def scaled(factors: Mapping[str, float]) -> dict[str, Input]:
+def inputs_with_scaled_errors(factors: Mapping[str, float]) -> dict[str, Input]:
     """Return the table of inputs with the errors of some of them multiplied by factors, by name."""
     return INPUTS | {name: replace(INPUTS[name], sigma=INPUTS[name].sigma * factor) for name, factor in factors.items()}
 
 
-#: Values that the study does not use and that its results can be compared with: value, unit, source.
+#: Values with unit and source that the study does not use, for comparison with its results.
 CHECKS: Final = {
     "mass of both bodies, solution 542": (5.2284e11, "kg", "J23"),
     "mass of both bodies, solution s547": (5.3085e11, "kg", "J26"),
 }
 
+#: The schedule of Hera, as printed on the page of the study.
 SCHEDULE: Final = {
     "launch": "7 October 2024 (ESA)",
     "plan at launch": "a deep-space manoeuvre in February 2026, an 'impulsive rendezvous' in October 2026 (ESA), and "
@@ -202,10 +214,11 @@ SCHEDULE: Final = {
     "announced in 2026": "arrival in November 2026, one month early (ESA, as others quote it; the day could not be "
     "read, and one of those who quote it reads the rendezvous in October and the orbit by December)",
     "taken here": f"{ARRIVAL[:10]}, the middle of the announced month; the states are given at other dates, too",
-    "public on the day of this page": f"whatever Hera has sent before {DATED}: none of it could be read here, and "
+    "public on the day of this page": f"whatever Hera has sent before {STUDY_DATE}: none of it could be read here, and "
     "nothing on this page uses it",
 }
 
+#: The assumptions by subject, as printed on the page of the study.
 ASSUMED: Final = {
     "orbit before": "circular, with Dimorphos synchronous and both poles along that of the orbit; with the total mass "
     "this orbit has the published period at the drawn distance, in the gravity of the two bodies",
@@ -228,7 +241,7 @@ ASSUMED: Final = {
     "to the distances of the first 67 days, to 2022-12-02, in the motion in space",
 }
 
-#: What is left out, by subject.
+#: The effects that the model leaves out, by subject.
 OMITTED: Final = {
     "shapes": "asymmetries of both bodies, which may make the rotation unstable (Nk24), and later changes of shape",
     "observations": "the light curves themselves: published summaries stand for them, and those after 2022-12-02 are "

@@ -68,7 +68,7 @@ def assemble(
     mass, mass_error = results.masses(found)
     numbers: dict[str, Any] = {
         "program": f"fullbody {fullbody.__version__}",
-        "dated": inputs.DATED,
+        "dated": inputs.STUDY_DATE,
         "arrival": inputs.ARRIVAL,
         "pilot": sizes.pilot,
         "candidates": int(candidates.sizes["row"]),

@@ -12,7 +12,7 @@ from ..base.kinds import choice
 from ..base.tables import number
 from ..base.units import plain
 from ..model.state import State
-from ..plots._style import LINES, escaped, grid, legend, line, matplotlib, panels, single, unit_of, wishes
+from ..plots._style import LINES, escaped, full_option_names, grid, legend, line, matplotlib, panels, single, unit_of
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.
@@ -40,7 +40,7 @@ def branch(
     """
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
         choice(name, what, known)
-    kwargs = wishes(kwargs)
+    kwargs = full_option_names(kwargs)
     ax = single(ax, (6.0, 4.0))
     across, up = (plain(getattr(branch, name)) for name in (x, y))
     columns = up.reshape(len(branch), -1)
@@ -118,7 +118,7 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     **kwargs
         Passed to ``Axes.plot``.
     """
-    kwargs, columns = wishes(kwargs), (section.values(x), section.values(y))
+    kwargs, columns = full_option_names(kwargs), (section.values(x), section.values(y))
     ax = single(ax, (6.0, 4.5))
     colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(section), 1)))
     for across, up, colour in zip(*columns, colours, strict=True):

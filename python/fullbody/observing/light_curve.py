@@ -76,8 +76,8 @@ def light_curve(
     Each body is at its position and attitude when its light left it, and is seen along the direction and from the
     distance of its own centre; magnitudes are reduced by the distances of the barycentre. A body casts its shadow from
     its position when the sunlight passed it, as in :func:`mutual_events`; only its rotation until the light left the
-    other body is neglected. The use of one direction for the whole surface of a body has an error of up to twice its radius
-    over the distance.
+    other body is neglected. The use of one direction for the whole surface of a body has an error of up to
+    twice its radius over the distance.
 
     Examples
     --------

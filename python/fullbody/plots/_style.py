@@ -61,7 +61,7 @@ def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
     return {"linewidth": 1.2, **LINES[index % len(LINES)], **kwargs}
 
 
-def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, Any]:
+def full_option_names(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, Any]:
     """Return the caller's options under their long names, since matplotlib accepts no option under two names."""
     module, _, kind = artist.rpartition(".")
     return matplotlib("cbook").normalize_kwargs(kwargs, getattr(matplotlib(module), kind))
@@ -84,7 +84,7 @@ def short(name: str, most: int = _NAME) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
-def called(run: Record, body: int) -> str:
+def label_of(run: Record, body: int) -> str:
     """Return a body's name for a picture, with dollar signs escaped, as they would begin a formula."""
     return escaped(short(run.context.names[body]))
 
@@ -268,7 +268,7 @@ def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tu
 
 def far_label(run: Record, body: int, distance: float) -> str:
     """Return the label of a body that is outside the picture."""
-    return f"{called(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
+    return f"{label_of(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
 
 
 def check_samples(run: Record) -> None:

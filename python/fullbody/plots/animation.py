@@ -19,7 +19,7 @@ from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ._style import RunPlots, check_samples, matplotlib, split_far
 from .between import at, warn_if_aliased
-from .scene import Sunlight, directions, draw_body, scene, stage, title
+from .scene import Sunlight, directions, draw_body, new_axes, scene, title
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
@@ -100,7 +100,7 @@ def animate(
     # The figure has no window, since the animation goes to a file.
     figure = matplotlib("figure").Figure(figsize=size)
     matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
-    ax = stage(figure)
+    ax = new_axes(figure)
     scene(RunPlots(run), None, ax)
     # The bodies are redrawn in each picture; their paths stay.
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]

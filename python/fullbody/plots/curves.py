@@ -19,7 +19,19 @@ from ..record import conserved
 from ..record.record import Record
 from ..typing import Floats
 from . import _style
-from ._style import ArrayOfAxes, RunPlots, called, grid, label, legend, line, single, time_label, times, wishes
+from ._style import (
+    ArrayOfAxes,
+    RunPlots,
+    full_option_names,
+    grid,
+    label,
+    label_of,
+    legend,
+    line,
+    single,
+    time_label,
+    times,
+)
 from .between import followed
 
 if TYPE_CHECKING:
@@ -68,7 +80,7 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
     bodies : sequence of int or str, optional
         Indices in the system, or names; by default all bodies.
     """
-    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
+    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
     indices = _style.chosen(run, bodies)
     flat, result = _style.panels(ax, (len(indices), 2), (9.0, 0.4 + 2.2 * len(indices)))
     moments, attitude = followed(run)
@@ -79,7 +91,7 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
             for column in columns:
                 style = line(column, {"label": _SYMBOLS[column], **kwargs})
                 _style.draw_angle(ax, time, values[:, column], style)
-            _dress(ax, ", ".join(_SYMBOLS[c] for c in columns) + " [deg]", called(run, body))
+            _dress(ax, ", ".join(_SYMBOLS[c] for c in columns) + " [deg]", label_of(run, body))
             _style.degrees(ax)
             legend(ax)
     for ax in flat[-2:]:
@@ -114,7 +126,7 @@ def elements(
     flat, result = _style.panels(ax, (3, 2) if len(rows) == 6 else (len(rows),), (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
-        value, style = plain(getattr(values, name)), line(0, wishes(kwargs))
+        value, style = plain(getattr(values, name)), line(0, full_option_names(kwargs))
         if name in ("a", "e"):
             ax.plot(times(run), value, **style)
             _dress(ax, label(run, symbol, "length") if name == "a" else symbol, text)
@@ -137,7 +149,7 @@ def energy(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
     translational.
     """
     run = plots.sampled()
-    ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
+    ax, kwargs = single(ax, (7.0, 3.2)), full_option_names(kwargs)
     for index, (of, name) in enumerate(_DRIFTS.items()):
         # A drift relative to zero is left out: a single body has no orbital energy, one at rest no angular momentum.
         if not conserved.size(of, run.invariants):
@@ -168,14 +180,14 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
     body, about : int or str
         Indices in the system, or names, of bodies that do not move along a line.
     """
-    run, kwargs = plots.sampled(), wishes(kwargs)
+    run, kwargs = plots.sampled(), full_option_names(kwargs)
     body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
     curves = _attitude(run, body, about)
     ax = single(ax, (7.0, 3.2))
     for index, (name, angle) in enumerate(curves.items()):
         _style.draw_angle(ax, times(run), np.rad2deg(angle), line(index, {"label": name, **kwargs}))
     what = "z-axis from the orbit's normal" if len(curves) == 1 else "in its orbit's frame"
-    _dress(ax, "angle [deg]", f"{called(run, body)}, {what}")
+    _dress(ax, "angle [deg]", f"{label_of(run, body)}, {what}")
     _style.degrees(ax)
     if len(curves) > 1:
         legend(ax)
@@ -234,8 +246,8 @@ def light_curve(
     order = np.argsort(moments)
     curves = [("all bodies", total[order])]
     if bodies:
-        curves += [(called(run, body), each[order, body]) for body in range(len(run.context))]
-    kwargs, size = wishes(kwargs), (7.0, 1.6 + 1.8 * len(curves))
+        curves += [(label_of(run, body), each[order, body]) for body in range(len(run.context))]
+    kwargs, size = full_option_names(kwargs), (7.0, 1.6 + 1.8 * len(curves))
     flat, result = _style.panels(ax, (len(curves),), size) if bodies else ([single(ax, size)], None)
     for axis, (name, values) in zip(flat, curves, strict=True):
         axis.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
@@ -291,7 +303,7 @@ def spins(
         The frame of the components.
     """
     choice(frame, "frame", ("body", "inertial"))
-    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
+    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
     indices = _style.chosen(run, bodies)
     flat, result = _style.panels(ax, (len(indices),), (7.0, 0.4 + 2.2 * len(indices)))
     for body, ax in zip(indices, flat, strict=True):
@@ -300,7 +312,7 @@ def spins(
             spin = np.einsum("kij,kj->ki", _style.matrices(run, body), spin)
         for component, letter in enumerate("xyz"):
             ax.plot(times(run), spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
-        _dress(ax, label(run, "spin", "spin"), f"{called(run, body)}, {frame} frame")
+        _dress(ax, label(run, "spin", "spin"), f"{label_of(run, body)}, {frame} frame")
         ax.ticklabel_format(axis="y", useOffset=False)
         _style.steady(ax)
         legend(ax)
@@ -318,7 +330,7 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
     forces = list(run.context.forces)
     if not forces:
         raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
-    ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
+    ax, kwargs = single(ax, (7.0, 3.2)), full_option_names(kwargs)
     done = run.arrays["work"]
     sizes = np.abs(done).max(axis=0)
     for index, force in enumerate(forces):

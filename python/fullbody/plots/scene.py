@@ -20,14 +20,16 @@ if TYPE_CHECKING:
 
     from ..observing.vectors import Vectors
 
+#: The indices of the horizontal and the vertical coordinate of each plane.
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-#: The length of the drawn body axes relative to the body.
-_REACH = 1.7
+#: The length of the drawn body axes relative to the radius of the body.
+_AXIS_LENGTH = 1.7
 #: The height of the strip for the legend below the axes, relative to their height.
-_MARGIN = 0.11
+_LEGEND_HEIGHT = 0.11
 #: The brightness with which the night side is drawn.
 NIGHT = 0.18
-_FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
+#: The colours of the bodies' surfaces.
+_COLOURS = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
 def orbit(
@@ -40,6 +42,7 @@ def orbit(
     about : int or str
         The body at the origin; its index in the system, or its name.
     plane : {"xy", "xz", "yz"}
+        The plane of the inertial frame.
     shapes : bool
         Whether to draw the bodies' outlines.
     """
@@ -47,37 +50,40 @@ def orbit(
     run = plots.sampled()
     about = _style.check_body(run, about, "about")
     ax = _style.single(ax, (5.5, 5.0))
-    across, up = _PLANES[plane]
+    horizontal, vertical = _PLANES[plane]
     position = run.arrays["position"]
-    kwargs = _style.wishes(kwargs)
+    kwargs = _style.full_option_names(kwargs)
     near, far = _style.split_far(run, about)
     for index, body in enumerate(k for k in near if k != about):
         path = position[:, body] - position[:, about]
-        style = _style.line(index, {"linewidth": 0.9, "label": _style.called(run, body), **kwargs})
-        ax.plot(path[:, across], path[:, up], **style)
+        style = _style.line(index, {"linewidth": 0.9, "label": _style.label_of(run, body), **kwargs})
+        ax.plot(path[:, horizontal], path[:, vertical], **style)
     for body, distance in far:
         ax.plot([], [], linestyle="none", label=_style.far_label(run, body, distance))
     if shapes:
         for body in near:
-            end = (position[-1, body] - position[-1, about])[[across, up]]
-            _outline(ax, run, body, end, [across, up])
+            end = (position[-1, body] - position[-1, about])[[horizontal, vertical]]
+            _outline(ax, run, body, end, [horizontal, vertical])
     ax.set_aspect("equal", adjustable="datalim")
     for set_label, letter in zip((ax.set_xlabel, ax.set_ylabel), plane, strict=True):
-        set_label(_style.label(run, f"{letter} from {_style.called(run, about)}", "length"))
+        set_label(_style.label(run, f"{letter} from {_style.label_of(run, about)}", "length"))
     _style.grid(ax)
     _style.legend(ax)
     return ax
 
 
 def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) -> None:
-    """Draw the outline of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
-    drawn = _style.surfaces(run, body)
-    if not drawn:
+    """Draw the outlines of a body's parts, projected along the third axis, about a centre (2,) in the plane.
+
+    That of an ellipsoid is the ellipse of P R diag(a^2) R^T P^T, with the projection P and the rotation R.
+    """
+    surfaces = _style.surfaces(run, body)
+    if not surfaces:
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
     matrix = _style.matrices(run, body)[-1][plane]
     angles = np.linspace(0.0, 2.0 * np.pi, 73)
-    for surface in drawn:
+    for surface in surfaces:
         columns = matrix @ surface.columns
         if surface.triangles is not None:
             corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
@@ -86,8 +92,8 @@ def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) 
             ax.add_collection(_style.matplotlib("collections").PolyCollection(corners, **style))
             continue
         edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(angles), np.sin(angles)])
-        index = centre + matrix @ surface.position
-        ax.fill(*(index[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)
+        position = centre + matrix @ surface.position
+        ax.fill(*(position[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)
 
 
 def scene(
@@ -105,8 +111,8 @@ def scene(
     ----------
     time : float or Quantity, optional
         A time within the run; by default its end. Between samples the bodies are drawn from the continuous solution
-        (``dense=True``); without one, from a cubic through positions and velocities and the shorter turn between
-        attitudes.
+        (``dense=True``); without one, from a cubic through positions and velocities and the shorter rotation
+        between attitudes.
     ax : matplotlib Axes3D, optional
     path : bool
         Whether to draw the paths of the centres.
@@ -118,13 +124,13 @@ def scene(
     """
     run = plots.sampled()
     if ax is None:
-        ax = stage(_style.matplotlib().figure(figsize=(7.0, 5.2)))
+        ax = new_axes(_style.matplotlib().figure(figsize=(7.0, 5.2)))
     else:
         _style.check_axes(ax, "ax", "3d")
     now = moment(run, time)
     centres, attitude = (values[0] for values in at(run, np.array([now])))
     paths = at(run, track(run, now))[0]
-    names = [_style.called(run, body) for body in range(len(run.context))]
+    names = [_style.label_of(run, body) for body in range(len(run.context))]
     surface = _surface(kwargs)
     light = None
     if geometry is not None:
@@ -137,28 +143,28 @@ def scene(
     for body, distance in far:
         names[body] = _style.far_label(run, body, distance)
         ax.plot([], [], linestyle="none", label=names[body])
-    whole = at(run, track(run, moment(run, None)))[0]
-    frame(ax, run, np.concatenate([whole, centres[None]])[:, near], near)
+    whole_paths = at(run, track(run, moment(run, None)))[0]
+    set_range(ax, run, np.concatenate([whole_paths, centres[None]])[:, near], near)
     title(ax, run, f"{now:.6g}")
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
     columns = len(order) if len(order) < 6 else (len(order) + 1) // 2
     style = {"frameon": False, "fontsize": "small", "handlelength": 2.6, "ncols": columns}
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, -_MARGIN)}
-    ax.legend([entries[name] for name in order], order, **place, **style)
+    position = {"loc": "lower center", "bbox_to_anchor": (0.5, -_LEGEND_HEIGHT)}
+    ax.legend([entries[name] for name in order], order, **position, **style)
     return ax
 
 
-def stage(figure: Any) -> Any:
+def new_axes(figure: Any) -> Any:
     """Make axes in 3D that leave room for the labels outside their box and for the legend below them."""
-    return figure.add_axes((0.02, 0.86 * _MARGIN, 0.9, 0.86), projection="3d")
+    return figure.add_axes((0.02, 0.86 * _LEGEND_HEIGHT, 0.9, 0.86), projection="3d")
 
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
-    """Return the caller's options of a surface under the names that the package's own style uses."""
+    """Return the caller's options of a surface under the long names that the package uses."""
     # Under this name matplotlib takes an array of colours for a surface, but not one colour for all faces.
-    kept = {name: kwargs.pop(name) for name in ("facecolors",) if name in kwargs}
-    return {**_style.wishes(kwargs, "collections.PolyCollection"), **kept}
+    face_colours = {name: kwargs.pop(name) for name in ("facecolors",) if name in kwargs}
+    return {**_style.full_option_names(kwargs, "collections.PolyCollection"), **face_colours}
 
 
 def title(ax: Any, run: Record, time: str) -> None:
@@ -177,40 +183,49 @@ def draw_body(
     mesh: tuple[int, int] = (37, 19),
     light: Sunlight | None = None,
 ) -> list[Any]:
-    """Draw the surface and axes of a body, in sunlight if it is given, and return the artists."""
-    drawn = _style.surfaces(run, body)
-    if not drawn:
+    """Draw the surfaces and axes of a body at a centre (3,) and an attitude (4,), and return the artists.
+
+    ``mesh`` is the number of points of an ellipsoid in longitude and latitude, ``light`` the sunlight on the surface.
+    """
+    surfaces = _style.surfaces(run, body)
+    if not surfaces:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = rotations.matrices(attitude)
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
     ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
-    style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
+    style = {
+        "color": _COLOURS[body % len(_COLOURS)],
+        "edgecolor": "0.45",
+        "linewidth": 0.15,
+        "rstride": 1,
+        "cstride": 1,
+    }
     artists = []
     if light is not None:
         # The legend shows the colour of the day side.
         artists += ax.plot([], [], linestyle="none", marker="s", markersize=9.0, color=style["color"], label=name)
-    for k, surface in enumerate(drawn):
-        named: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
+    for k, surface in enumerate(surfaces):
+        options: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:
             corners = (surface.triangles @ surface.columns.T + surface.position) @ matrix.T + centre
             if light is not None:
                 normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                named["facecolors"] = _colours(style, light.shade(body, k, corners.mean(axis=1), normals))
-            artists.append(ax.add_collection3d(_facets(corners, {**style, **named, **kwargs})))
+                options["facecolors"] = _colours(style, light.shade(body, k, corners.mean(axis=1), normals))
+            artists.append(ax.add_collection3d(_facets(corners, {**style, **options, **kwargs})))
             continue
         grid = (ball @ surface.columns.T + surface.position) @ matrix.T + centre
         if light is not None:
             # Normals of an ellipsoid are along the points of the unit sphere divided by the semi-axes.
-            out = ball @ np.linalg.inv(surface.columns) @ matrix.T
-            middle, normals = (0.25 * (v[1:, 1:] + v[1:, :-1] + v[:-1, 1:] + v[:-1, :-1]) for v in (grid, out))
+            outward = ball @ np.linalg.inv(surface.columns) @ matrix.T
+            middle, normals = (0.25 * (v[1:, 1:] + v[1:, :-1] + v[:-1, 1:] + v[:-1, :-1]) for v in (grid, outward))
             shades = light.shade(body, k, middle.reshape(-1, 3), normals.reshape(-1, 3)).reshape(middle.shape[:2])
-            named |= {"facecolors": _colours(style, shades), "shade": False}
-        artists.append(ax.plot_surface(*np.moveaxis(grid, -1, 0), **{**style, **named, **kwargs}))
-    whole = _style.reach(run, body)
+            options |= {"facecolors": _colours(style, shades), "shade": False}
+        artists.append(ax.plot_surface(*np.moveaxis(grid, -1, 0), **{**style, **options, **kwargs}))
+    radius = _style.reach(run, body)
     for column, letter in enumerate("xyz"):
         # The axis begins at the surface, since a plot in 3D does not hide lines inside a body.
-        edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in drawn)
-        ends = centre + np.outer([max(edge, 0.0), _REACH * whole], matrix[:, column])
+        edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in surfaces)
+        ends = centre + np.outer([max(edge, 0.0), _AXIS_LENGTH * radius], matrix[:, column])
         artists += ax.plot(*ends.T, **_style.line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
     return artists
 
@@ -233,31 +248,31 @@ def _facets(corners: Floats, style: dict[str, Any]) -> Any:
     return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
-def frame(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
-    """Set equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies, and labels with units."""
-    sizes = [_REACH * _style.reach(run, body) for body in bodies]
+def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
+    """Set equal scales of the axes for the whole paths (T, n, 3) of n bodies, and label the axes with units."""
+    sizes = [_AXIS_LENGTH * _style.reach(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)
     ax.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]), zlim=(low[2], low[2] + span[2]))
     # The picture fills the axes: the box's width and height as seen from matplotlib's default view, 30 degrees up.
     x, y, z = span / np.linalg.norm(span)
-    wide, high_up = 0.87 * x + 0.5 * y, 0.25 * x + 0.43 * y + 0.87 * z
-    ax.set_box_aspect(span, zoom=min(1.05 / wide, 0.84 / high_up))
+    width, height = 0.87 * x + 0.5 * y, 0.25 * x + 0.43 * y + 0.87 * z
+    ax.set_box_aspect(span, zoom=min(1.05 / width, 0.84 / height))
     digits = len(f"{np.abs([low, low + span]).max():.0f}")
-    for letter, width in zip("xyz", span / span.max(), strict=True):
+    for letter, fraction in zip("xyz", span / span.max(), strict=True):
         getattr(ax, f"set_{letter}label")(_style.label(run, letter, "length"))
         # There are fewer ticks on a shorter axis, and where their numbers are long.
-        count = max(2, round((6 if digits < 5 else 4) * float(width)))
+        count = max(2, round((6 if digits < 5 else 4) * float(fraction)))
         getattr(ax, f"{letter}axis").set_major_locator(_style.matplotlib("ticker").MaxNLocator(count))
     # Numbers beside the vertical axis are centred on a point near it, so that long ones need more room.
-    more = max(0, digits - 2)
-    ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * more)
-    ax.zaxis.labelpad += 5.0 * more
+    extra_digits = max(0, digits - 2)
+    ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * extra_digits)
+    ax.zaxis.labelpad += 5.0 * extra_digits
 
 
 def directions(run: Record, geometry: Vectors, times: Floats) -> Floats:
-    """Return unit vectors (T, 3) to the Sun at times of a run, in the inertial frame, from the observing geometry."""
+    """Return unit vectors (T, 3) to the Sun, in the inertial frame, at times (T,) of a run."""
     from ..observing.vectors import local_geometry
 
     local = local_geometry(geometry, run.system)
@@ -265,8 +280,8 @@ def directions(run: Record, geometry: Vectors, times: Floats) -> Floats:
     return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
 
 
-def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
-    """Return the ellipsoids that cast a body's shadow: matrices to unit spheres, and centres, in its frame."""
+def shadow_ellipsoids(run: Record, body: int) -> list[tuple[Floats, Floats]]:
+    """Return the ellipsoids that cast a body's shadow: maps (3, 3) to unit spheres, and centres (3,), body frame."""
     ellipsoids = []
     for surface in _style.surfaces(run, body):
         columns = surface.columns
@@ -280,25 +295,25 @@ def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
 
 
 class Sunlight:
-    """The Sun's light on bodies at one moment, from the unit vector to it (3,), centres (N, 3), attitudes (N, 4)."""
+    """Sunlight on bodies at one time, from the unit vector (3,) to the Sun, centres (N, 3) and attitudes (N, 4)."""
 
     def __init__(self, run: Record, sun: Floats, centres: Floats, attitude: Floats) -> None:
         self._sun = sun
-        self._casts = [
+        self._ellipsoids = [
             (body, k, inverse @ R.T, centres[body] + R @ position)
             for body, R in enumerate(rotations.matrices(attitude))
-            for k, (inverse, position) in enumerate(casts(run, body))
+            for k, (inverse, position) in enumerate(shadow_ellipsoids(run, body))
         ]
 
     def shade(self, body: int, part: int, points: Floats, normals: Floats) -> Floats:
-        """Return the brightness (M,), 1 under the Sun, of points (M, 3) of a part with outward normals (M, 3)."""
-        height = normals @ self._sun / np.linalg.norm(normals, axis=1)
-        lit = height > 0.0
-        for other, k, inverse, centre in self._casts:
+        """Return the brightness (M,) of points (M, 3) with normals (M, 3) of a part; 1 where the Sun is overhead."""
+        sine_of_height = normals @ self._sun / np.linalg.norm(normals, axis=1)
+        lit = sine_of_height > 0.0
+        for other, k, inverse, centre in self._ellipsoids:
             if (other, k) == (body, part):
                 continue
-            point, way = (points - centre) @ inverse.T, inverse @ self._sun
-            along = point @ way
+            point, direction = (points - centre) @ inverse.T, inverse @ self._sun
+            along = point @ direction
             outside = np.sum(point**2, axis=1) - 1.0
-            lit &= ~((along < 0.0) & (along**2 > way @ way * outside))
-        return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(lit, height, 0.0))
+            lit &= ~((along < 0.0) & (along**2 > direction @ direction * outside))
+        return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(lit, sine_of_height, 0.0))

@@ -185,7 +185,7 @@ def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path
 
 
 def _frame_number(body: int) -> int:
-    """Return the number of a body's frame: minus the body's, or a thousand times that of a spacecraft, which is below zero."""
+    """Return the number of a body's frame: minus the body's, or a thousand times that of a spacecraft (below zero)."""
     return -body if body > 0 else 1000 * body
 
 
@@ -347,8 +347,8 @@ def nodes(
             intervals *= 2
         result = Nodes(et[::2].copy(), values[::2], rates[::2], _degree(intervals + 1))
         reason = (
-            f"the kernel is off by {error_text(error)} between its nodes; the run's solution is not smooth enough for a "
-            "smaller error"
+            f"the kernel is off by {error_text(error)} between its nodes; the run's solution is not smooth enough for "
+            "a smaller error"
         )
     if error > tolerance:
         caution(reason, PrecisionWarning)
@@ -387,7 +387,7 @@ def _error(et: Floats, values: Floats, rates: Floats) -> float:
 
 
 def _hermite(et: Floats, values: Floats, rates: Floats, times: Floats) -> Any:
-    """Evaluate at times (M,) the Hermite polynomials through the nodes about each time, chosen as SPICE chooses them."""
+    """Evaluate the Hermite polynomials at times (M,), each through the nodes that SPICE would use there."""
     window = (_degree(len(et)) + 1) // 2 or 1
     first = np.clip(np.searchsorted(et, times) - window // 2, 0, len(et) - window)
     use = first[:, None] + np.arange(window)
