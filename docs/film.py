@@ -9,7 +9,7 @@ from pathlib import Path
 
 import fullbody
 import matplotlib as mpl
-from fullbody.plots.scene import draw_body, frame
+from fullbody.plots.scene import draw_body, set_range
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -32,7 +32,7 @@ def main() -> None:
     clock = figure.text(0.03, 0.87, "", fontsize=9, color="0.3")
     draw_history(run, panels)
     centres = film.position.value - film.position.value[:, :1]
-    frame(scene, film, centres, [0, 1])
+    set_range(scene, film, centres, [0, 1])
     scene.set_axis_off()
     scene.view_init(elev=24, azim=-60)
     path = Path(__file__).with_name("didymos.gif")

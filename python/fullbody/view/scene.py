@@ -10,7 +10,7 @@ import numpy as np
 from ..base.kinds import whole
 from ..plots._style import check_samples, surfaces, unit
 from ..plots.between import at, track, trails, warn_if_aliased
-from ..plots.scene import casts, directions
+from ..plots.scene import directions, shadow_ellipsoids
 from ..record.record import Record
 
 if TYPE_CHECKING:
@@ -55,7 +55,10 @@ def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Ge
         data["sun"] = pack(directions(run, geometry, times), "<f4")
         # WebGL takes matrices by columns.
         data["casts"] = [
-            [{"inverse": inverse.T.ravel().tolist(), "position": mark.tolist()} for inverse, mark in casts(run, k)]
+            [
+                {"inverse": inverse.T.ravel().tolist(), "position": mark.tolist()}
+                for inverse, mark in shadow_ellipsoids(run, k)
+            ]
             for k in range(len(run.context))
         ]
     if flight is not None:
