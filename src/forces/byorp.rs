@@ -1,13 +1,13 @@
 //! The mean force and torque of sunlight on a synchronous secondary (BYORP).
 //!
-//! They are means over the secondary's orbit and over the orbit round the Sun. A secondary that keeps one side
-//! towards the other body also keeps its faces in the same places of its orbit, and what remains of the force
-//! and the torque is constant in its body frame: M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon &
+//! They are means over the secondary's orbit and over the orbit round the Sun. The attitude of a synchronous
+//! secondary is the same at each passage of a point of its orbit. Its mean force and torque are therefore not
+//! zero, and constant in its body frame: M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon &
 //! D. Scheeres (2010), Icarus 209, 494.
 //!
-//! The components refer to the principal axes, whose signs follow from the side that faces the other body: the
-//! long axis points away from it, the short axis to the side of the orbit's normal, and the middle axis, which
-//! completes them, along the motion. While the secondary is locked these signs do not change.
+//! The components refer to the principal axes, whose signs follow from the side that faces the other body:
+//! the long axis points away from it, the short axis to the side of the orbit's normal, and the middle axis,
+//! which completes them, along the motion. While the secondary is locked these signs do not change.
 
 use super::evaluator::Evaluator;
 use super::lock::Lock;
@@ -31,8 +31,8 @@ pub struct Byorp {
     /// The name of the body about which it moves.
     pub about: String,
     /// The force along the secondary's long axis, away from the other body, along its middle axis, in the
-    /// direction of its motion, and along its short axis, to the side of the orbit's normal. A description may
-    /// give the second one alone.
+    /// direction of its motion, and along its short axis, to the side of the orbit's normal. A description
+    /// may contain the second one alone.
     #[serde(deserialize_with = "components")]
     pub force: [f64; 3],
     /// The torque about the secondary's centre along the same axes.
@@ -40,6 +40,7 @@ pub struct Byorp {
     pub torque: [f64; 3],
 }
 
+/// Reads the three components of the force, or the one along the motion alone.
 fn components<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<[f64; 3], D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
@@ -54,15 +55,16 @@ fn components<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result
 }
 
 impl Byorp {
-    /// Returns an error for numbers that no such force has, whatever system it acts in.
+    /// Returns an error if a component is not finite; this does not depend on the system.
     pub(super) fn check(&self) -> Result<()> {
         require_finite(&format!("force of {}", self.name), &self.force)?;
         require_finite(&format!("torque of {}", self.name), &self.torque)
     }
 
+    /// Returns the evaluator of the force, which has this index among the external forces.
     pub(super) fn prepared(
         &self,
-        of: usize,
+        index: usize,
         bodies: &[Body],
         gravitational_constant: f64,
     ) -> Result<ByorpForce> {
@@ -75,7 +77,7 @@ impl Byorp {
             torque: self.torque.into(),
             state: None,
             lowest: f64::INFINITY,
-            loads: [Load::none(of, on, self.torque != [0.0; 3])],
+            loads: [Load::none(index, on, self.torque != [0.0; 3])],
         })
     }
 }
@@ -86,15 +88,15 @@ pub(super) struct ByorpForce {
     pub lock: Lock,
     force: Vec3,
     torque: Vec3,
-    /// The switch of the force; `None` before the first state has decided whether the force acts.
+    /// Whether the force acts, and how often it was switched off; `None` before the first state.
     pub state: Option<Switch>,
-    /// The smallest margin before a switch at all evaluations of the present step.
+    /// The smallest margin before a switch of all evaluations in the current step.
     lowest: f64,
     loads: [Load; 1],
 }
 
-/// The least margin of a step's evaluations with which the step contains no switch: evaluations are more
-/// closely spaced than the samples by which switches are searched.
+/// The margin above which, at all evaluations of a step, the step is taken to contain no switch: the
+/// evaluations are more closely spaced than the samples with which switches are detected.
 const FAR: f64 = 0.05;
 
 impl ByorpForce {
@@ -104,14 +106,14 @@ impl ByorpForce {
         self.state.is_none_or(|switch| switch.on)
     }
 
-    /// Returns whether an evaluation of the present step came near a switch.
+    /// Returns whether an evaluation of the current step came near a switch; NaN counts as near.
     pub fn nears_switch(&self) -> bool {
         let far = self.lowest > FAR;
         !far
     }
 
-    /// Returns how far a state is from the next switch: below zero where it is beyond the switch by more than
-    /// rounding.
+    /// Returns the margin of a state before the next switch, which is below zero where the state is beyond
+    /// the switch by more than the rounding error.
     #[inline(always)]
     pub fn margin(&self, snapshot: MotionSnapshot) -> f64 {
         let margin = self.lock.margin(snapshot);
@@ -126,25 +128,25 @@ impl ByorpForce {
         }
     }
 
-    /// Returns what the next switch adds to the force, inertial, and to the torque, body frame.
+    /// Returns the jumps of the force (inertial frame) and of the torque (body frame) at the next switch.
     pub fn jump(&self, snapshot: MotionSnapshot) -> [Vec3; 2] {
         let sign = if self.acts() { -1.0 } else { 1.0 };
         let axes = self.axes(snapshot) * sign;
         [rotate(&snapshot.rotation[self.lock.on], &(axes * self.force)), axes * self.torque]
     }
 
-    /// Returns the axes to which the components refer, body frame, in columns.
+    /// Returns the axes to which the components refer, as columns in the body frame.
     #[inline(always)]
     fn axes(&self, snapshot: MotionSnapshot) -> Mat3 {
         let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
         let rotation = &snapshot.rotation[self.lock.on];
-        let towards = |axis: usize, direction: &Vec3| {
+        let signed_axis = |axis: usize, direction: &Vec3| {
             let mut unit = Vec3::zeros();
             unit[axis] = 1.0_f64.copysign(rotation.column(axis).dot(direction));
             unit
         };
         let [long, _, short] = self.lock.axes;
-        let (outwards, up) = (towards(long, &r), towards(short, &r.cross(&v)));
+        let (outwards, up) = (signed_axis(long, &r), signed_axis(short, &r.cross(&v)));
         Mat3::from_columns(&[outwards, up.cross(&outwards), up])
     }
 }
@@ -155,7 +157,7 @@ impl Evaluator for ByorpForce {
         &self.loads
     }
 
-    /// Decides at the first state whether the force acts; later its switches decide.
+    /// Determines at the first state whether the force acts; later the switches determine it.
     fn begin_step(&mut self, _: &str, snapshot: MotionSnapshot, _: f64) -> Result<()> {
         self.lowest = f64::INFINITY;
         self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
@@ -171,7 +173,7 @@ impl Evaluator for ByorpForce {
         load.torque = axes * self.torque;
     }
 
-    /// Takes the force along the motion for the parameter.
+    /// Returns the force for a parameter of one: the parameter is the component along the motion.
     fn unit(&self, _: ForceParameter) -> Option<Self> {
         Some(Self { force: Vec3::y(), torque: Vec3::zeros(), ..self.clone() })
     }

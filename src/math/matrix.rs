@@ -1,5 +1,5 @@
-//! Inlined products of 3 x 3 matrices, and their inverse. The generic products of `nalgebra` compile to calls
-//! of loops, and its inverse to code for matrices of every size.
+//! Inlined products of 3 x 3 matrices, and their inverse. The products of `nalgebra` compile to calls of
+//! generic loops, and its inverse to code for matrices of any size.
 
 use super::{Mat3, Vec3};
 
@@ -21,7 +21,7 @@ pub fn transposed_times(a: &Mat3, b: &Mat3) -> Mat3 {
     entries(|i, j| a[(0, i)] * b[(0, j)] + a[(1, i)] * b[(1, j)] + a[(2, i)] * b[(2, j)])
 }
 
-/// Returns \[v\]x A: the vector products of v and every column.
+/// Returns \[v\]x A, whose columns are the vector products v x a of v and the columns a of A.
 #[inline(always)]
 pub fn cross_times(v: &Vec3, a: &Mat3) -> Mat3 {
     entries(|i, j| {
@@ -30,7 +30,7 @@ pub fn cross_times(v: &Vec3, a: &Mat3) -> Mat3 {
     })
 }
 
-/// Returns A \[v\]x: the vector products of every row and v.
+/// Returns A \[v\]x, whose rows are the vector products a x v of the rows a of A and v.
 #[inline(always)]
 pub fn times_cross(a: &Mat3, v: &Vec3) -> Mat3 {
     entries(|i, j| {
@@ -47,6 +47,7 @@ pub fn inverse(a: &Mat3) -> Option<Mat3> {
     (determinant != 0.0).then(|| adjugate / determinant)
 }
 
+/// Returns the matrix with the entries `of(row, column)`.
 #[inline(always)]
 fn entries(of: impl Fn(usize, usize) -> f64) -> Mat3 {
     Mat3::new(of(0, 0), of(0, 1), of(0, 2), of(1, 0), of(1, 1), of(1, 2), of(2, 0), of(2, 1), of(2, 2))

@@ -1,8 +1,8 @@
 //! A batch of particles, integrated over a range of the bodies' steps.
 //!
-//! Each lane of a block has a particle until that particle has reached the end of the range or of its flight;
-//! then the lane takes the next particle of the batch. Since lanes do not depend on each other, results do
-//! not depend on how particles are divided into batches.
+//! A block has one particle in each of its lanes (SIMD). When a particle has reached the end of the range or
+//! of its flight, its lane takes the next particle of the batch. Since lanes do not depend on each other,
+//! results do not depend on how particles are divided into batches.
 
 use super::body_ephemeris::COLUMNS;
 use super::events::{Origin, ParticleEvent, ParticleOccurrence, scan};
@@ -17,11 +17,11 @@ use crate::math::lanes::BLOCK;
 use crate::shape::least_distance;
 use crate::workers::Worker;
 
-/// The first step, in units of the time in which a particle would travel the distance from the nearest
-/// centre.
+/// The first step of a particle, in units of the time in which it would travel its distance from the nearest
+/// centre of a body.
 const FIRST: f64 = 0.01;
 
-/// By how much rounding may exceed the distances for which bounds are made, relative to these.
+/// The allowance for rounding errors in bounds of distances, relative to the distances.
 const MARGIN: f64 = 1e-9;
 
 /// The data that all batches share.
@@ -40,7 +40,7 @@ pub struct BatchContext<'a> {
     pub output: &'a [f64],
     /// The events that are searched for.
     pub events: &'a [ParticleEvent],
-    /// The position and velocity of the nominal barycentre.
+    /// The position and velocity of the nominal barycentre, from which events measure.
     pub origin: &'a Origin<'a>,
     /// The end of the range.
     pub end: f64,
@@ -52,8 +52,9 @@ pub struct BatchContext<'a> {
 pub struct Batch<'a, 'b> {
     pub(super) flying: &'b BatchContext<'a>,
     stages: Stages<'a>,
-    /// Stages for the acceleration of particles at rest.
+    /// Stages for the acceleration of particles that lie on a surface.
     pub(super) probe: Stages<'a>,
+    /// External forces for the functions of events.
     watcher: ExternalForces,
     /// The index of the batch's first particle.
     first: usize,
@@ -120,6 +121,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         }
     }
 
+    /// Copies the time and the motion of a particle to a lane.
     fn load(&mut self, lane: usize, index: usize) {
         let particle = &self.particles[index];
         let stages = &mut self.stages;
@@ -149,7 +151,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         let errors = self.stages.errors();
         let (high, low) = self.stages.end();
         let mut accepted = [false; BLOCK];
-        let mut inside = [false; BLOCK];
+        let mut must_examine = [false; BLOCK];
         for lane in 0..BLOCK {
             let Some(index) = lanes[lane] else { continue };
             if !self.judge(index, lane, [errors[0][lane], errors[1][lane]]) {
@@ -166,18 +168,18 @@ impl<'a, 'b> Batch<'a, 'b> {
             }
             accepted[lane] = true;
             let escaping = rules.escape.is_some_and(|escape| escape.value(self.flying.mu, &x, &v) > 0.0);
-            inside[lane] = escaping
+            must_examine[lane] = escaping
                 || !self.flying.events.is_empty()
                 || self.due(index, ends[lane], false).is_some()
                 || !self.apart(lane, &x);
         }
-        if inside.contains(&true) {
+        if must_examine.contains(&true) {
             self.stages.complete()?;
         }
         for lane in 0..BLOCK {
             let (Some(index), true) = (lanes[lane], accepted[lane]) else { continue };
-            let after = (ends[lane], vector(&high, 0, lane), vector(&high, 3, lane));
-            let stopped = inside[lane] && self.examine(index, lane, after)?;
+            let step_end = (ends[lane], vector(&high, 0, lane), vector(&high, 3, lane));
+            let stopped = must_examine[lane] && self.examine(index, lane, step_end)?;
             if !stopped {
                 let particle = &mut self.particles[index];
                 particle.time = ends[lane];
@@ -200,7 +202,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         Ok(())
     }
 
-    /// Returns the centre of a body where the rates of a lane were last evaluated.
+    /// Returns the centre of a body at the time at which the rates of a lane were last evaluated.
     fn centre(&self, body: usize, lane: usize) -> Vec3 {
         let columns = &self.stages.columns()[COLUMNS * body..];
         Vec3::from([0, 1, 2].map(|c| columns[c][lane]))
@@ -217,11 +219,12 @@ impl<'a, 'b> Batch<'a, 'b> {
         particle.next
     }
 
-    /// Returns the distance from the nearest centre, and sqrt(v^2 + Phi).
+    /// Returns the scales of a particle's position and velocity: the distance from the nearest centre, and
+    /// sqrt(v^2 + Phi) with the speed v and the potential Phi, taken positive.
     fn sizes(&self, lane: usize) -> [f64; 2] {
-        let [square, potential] = [0, 1].map(|k| self.stages.nearness[k][lane]);
-        let speed: f64 = [3, 4, 5].map(|c| self.stages.motion[c][lane]).iter().map(|v| v * v).sum();
-        [square.sqrt(), (speed + potential).sqrt()]
+        let [square_of_distance, potential] = [0, 1].map(|k| self.stages.nearness[k][lane]);
+        let square_of_speed: f64 = [3, 4, 5].map(|c| self.stages.motion[c][lane]).iter().map(|v| v * v).sum();
+        [square_of_distance.sqrt(), (square_of_speed + potential).sqrt()]
     }
 
     /// Returns whether a step is accepted, and plans the next one.
@@ -250,7 +253,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         false
     }
 
-    /// Ends a flight that cannot be integrated further, at the beginning of the step.
+    /// Ends the flight of a particle that cannot be integrated further, at the beginning of its step.
     fn lose(&mut self, index: usize, lane: usize) {
         let particle = &mut self.particles[index];
         particle.end = End { fate: Fate::Lost, time: self.stages.time[lane], ..End::default() };
@@ -259,34 +262,35 @@ impl<'a, 'b> Batch<'a, 'b> {
 
     /// Returns whether a particle certainly has not touched a body in its step.
     ///
-    /// Let the particle be no nearer to a body than half way from the least distance on the chord to contact.
-    /// The body then attracts it by at most G m / (d - p)^2, where p is how far an equivalent mass
-    /// distribution extends. If with these accelerations the particle's path nowhere departs from a chord by
-    /// half the gap, the particle has not been nearer. Forces other than the bodies' gravity may double on
-    /// the way.
+    /// Let g be the smallest gap between the chord of the step and a body's circumscribed sphere, and assume
+    /// that the path nowhere comes nearer to the body than half that gap, at the distance d from its centre.
+    /// Then the body attracts the particle by at most G m / (d - p)^2, where p is the extent of an equivalent
+    /// mass distribution. If with these accelerations the path departs from the chord by no more than g / 2,
+    /// the assumption holds. Forces other than the bodies' gravity are assumed to no more than double in the
+    /// step.
     fn apart(&self, lane: usize, end: &Vec3) -> bool {
         let BatchContext { surfaces, model, .. } = *self.flying;
         let x = Vec3::from([0, 1, 2].map(|c| self.stages.motion[c][lane]));
-        let near = |body: usize| {
-            let from = x - self.starts[body][lane];
-            least_distance(&from, &(end - self.centre(body, lane) - from))
+        let least_on_chord = |body: usize| {
+            let start = x - self.starts[body][lane];
+            least_distance(&start, &(end - self.centre(body, lane) - start))
         };
         let mut attraction =
             if self.flying.external_forces.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
-        for (body, (surface, puller)) in surfaces.iter().zip(model.attractors).enumerate() {
-            let inner = 0.5 * (near(body) + surface.radius) - surface.focal;
-            // The comparison is written so that NaN makes the answer false.
+        for (body, (surface, attractor)) in surfaces.iter().zip(model.attractors).enumerate() {
+            let inner = 0.5 * (least_on_chord(body) + surface.radius) - surface.focal;
+            // The comparison is written so that NaN gives false.
             let bounded = inner > 0.0;
             if !bounded {
                 return false;
             }
-            attraction += puller.strength / (inner * inner);
+            attraction += attractor.strength / (inner * inner);
         }
         let size = self.stages.size[lane];
         surfaces.iter().zip(&model.ephemeris.bounds).enumerate().all(|(body, (surface, bounds))| {
             let sagitta = 0.125 * size * size * (attraction + bounds.acceleration);
-            let near = near(body);
-            sagitta + MARGIN * near <= 0.5 * (near - surface.radius)
+            let distance = least_on_chord(body);
+            sagitta + MARGIN * distance <= 0.5 * (distance - surface.radius)
         })
     }
 
@@ -315,8 +319,8 @@ impl<'a, 'b> Batch<'a, 'b> {
             let (first, last) = (value(start), value(stop));
             if first > 0.0 || last > 0.0 {
                 escaped = true;
-                let gone = |time: f64| Ok::<_, Error>(value(time));
-                stop = if first > 0.0 { start } else { root(gone, (start, first), (stop, last))? };
+                let function = |time: f64| Ok::<_, Error>(value(time));
+                stop = if first > 0.0 { start } else { root(function, (start, first), (stop, last))? };
             }
         }
         while let Some(time) = self.due(index, stop, escaped || impact.is_some()) {
@@ -324,11 +328,11 @@ impl<'a, 'b> Batch<'a, 'b> {
             self.record(index, &x, &v);
         }
         let (x, v) = motion_at(&self.segment, stop);
-        let (events, number) = (self.flying.events, self.first + index);
+        let (events, particle_index) = (self.flying.events, self.first + index);
         if !events.is_empty() && stop != start {
-            let seen = (model.ephemeris, &mut self.watcher, self.flying.origin);
+            let context = (model.ephemeris, &mut self.watcher, self.flying.origin);
             let after = if stop == end.0 { end } else { (stop, x, v) };
-            scan(events, seen, number, &self.segment, after, &mut self.occurrences)?;
+            scan(events, context, particle_index, &self.segment, after, &mut self.occurrences)?;
         }
         if escaped {
             let particle = &mut self.particles[index];
@@ -343,23 +347,24 @@ impl<'a, 'b> Batch<'a, 'b> {
         Ok(true)
     }
 
-    /// Returns the next output of a particle, if it is before a time along the flight, or at that time with
-    /// `then`.
-    pub(super) fn due(&self, index: usize, time: f64, then: bool) -> Option<f64> {
+    /// Returns the next output time of a particle if it is before `time` along the flight, or equal to it if
+    /// `inclusive`.
+    pub(super) fn due(&self, index: usize, time: f64, inclusive: bool) -> Option<f64> {
         let next = *self.flying.output.get(self.particles[index].recorded)?;
         let remaining = (time - next) * self.flying.direction;
-        (remaining > 0.0 || (then && remaining == 0.0)).then_some(next)
+        (remaining > 0.0 || (inclusive && remaining == 0.0)).then_some(next)
     }
 
+    /// Writes a position and a velocity as the next output of a particle.
     pub(super) fn record(&mut self, index: usize, x: &Vec3, v: &Vec3) {
         let particle = &mut self.particles[index];
-        let at = 6 * (index * self.flying.output.len() + particle.recorded);
+        let offset = 6 * (index * self.flying.output.len() + particle.recorded);
         particle.recorded += 1;
-        self.samples[at..at + 6].copy_from_slice(&[x.x, x.y, x.z, v.x, v.y, v.z]);
+        self.samples[offset..offset + 6].copy_from_slice(&[x.x, x.y, x.z, v.x, v.y, v.z]);
     }
 }
 
-/// Returns three numbers of a lane, from a first one on.
+/// Returns the vector of a lane whose components are the rows `first` to `first + 2`.
 fn vector(motion: &MotionBlock, first: usize, lane: usize) -> Vec3 {
     Vec3::new(motion[first][lane], motion[first + 1][lane], motion[first + 2][lane])
 }

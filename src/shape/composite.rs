@@ -14,9 +14,11 @@ use crate::math::{Mat3, Vec3};
 pub(super) struct Assembly {
     pub mass: f64,
     pub parts: Vec<Part>,
+    /// The principal moments of inertia.
     pub inertia: Vec3,
     /// The indices of the parts that are not inside another one.
     pub outer: Vec<usize>,
+    /// The working frame, seen from the principal frame.
     pub frame: WorkingFrame,
 }
 
@@ -30,15 +32,16 @@ impl Assembly {
             part.check(&format!("part {index} of {name}"))?;
         }
         let mass = sum(input.iter().map(|part| part.mass));
-        let without_signs: f64 = input.iter().map(|part| part.mass.abs()).sum();
-        // A total that is only the rounding of its terms counts as zero.
-        if !(mass > 1e-13 * without_signs && mass.is_finite()) {
+        let sum_of_magnitudes: f64 = input.iter().map(|part| part.mass.abs()).sum();
+        // A sum that is no larger than the rounding errors of its terms counts as zero.
+        if !(mass > 1e-13 * sum_of_magnitudes && mass.is_finite()) {
             let expected = "a finite sum above zero: the voids take away less than there is";
             return Err(Error::invalid(format!("mass of {name}, the sum of its parts',"), mass, expected));
         }
         let placements: Vec<Placement> = input.iter().map(InputPart::placement).collect();
-        let weighted =
-            |c: usize| sum(input.iter().zip(&placements).map(|(part, place)| part.mass * place.position[c]));
+        let weighted = |c: usize| {
+            sum(input.iter().zip(&placements).map(|(part, placement)| part.mass * placement.position[c]))
+        };
         let centre = Vec3::new(weighted(0), weighted(1), weighted(2)) / mass;
         let (tensor, size) = inertia(input, &placements, &centre);
         let axes = principal_axes(&tensor, size);
@@ -61,7 +64,7 @@ impl Assembly {
     }
 }
 
-/// Returns the inertia tensor about a point, and the size of the terms that add up to it.
+/// Returns the inertia tensor about a point in the working frame, and the sum of the magnitudes of its terms.
 fn inertia(input: &[InputPart], placements: &[Placement], centre: &Vec3) -> (Mat3, f64) {
     let mut tensors = Vec::with_capacity(input.len());
     let mut size = 0.0;
@@ -77,7 +80,7 @@ fn inertia(input: &[InputPart], placements: &[Placement], centre: &Vec3) -> (Mat
     (tensor, size)
 }
 
-/// The distance, relative to the size, by which rounding may move a part that coincides with another one.
+/// The relative tolerance for rounding errors with which a part that coincides with another one is inside it.
 const ROOM: f64 = 1e-14;
 
 /// Returns the indices of the parts that are not inside another one; of parts that coincide, only the first
@@ -85,16 +88,16 @@ const ROOM: f64 = 1e-14;
 fn outer(parts: &[Part]) -> Vec<usize> {
     let extended: Vec<usize> =
         (0..parts.len()).filter(|&part| parts[part].shape.circumradius() > 0.0).collect();
-    // A part whose centre is not in the box around another part is not inside that part. The margin is twice
-    // that for rounding in `inside`.
-    let around = |&part: &usize| {
+    // A part whose centre is outside the bounding box of another part is not inside that part. The margin is
+    // twice the tolerance in `inside`.
+    let bounding_box = |&part: &usize| {
         let (centre, reach) = (parts[part].position(), (1.0 + 2.0 * ROOM) * parts[part].shape.circumradius());
         let rounding = 4.0 * f64::EPSILON * (centre.amax() + reach);
         BoundingBox::of(&[centre.add_scalar(-reach - rounding), centre.add_scalar(reach + rounding)])
     };
-    let tree = Tree::new(&extended.iter().map(around).collect::<Vec<_>>());
+    let tree = Tree::new(&extended.iter().map(bounding_box).collect::<Vec<_>>());
     let hidden = |k: usize| {
-        let hides = |item: u32, _| {
+        let not_hidden_by = |item: u32, _| {
             let other = extended[item as usize];
             let hides = other != k
                 && inside(&parts[k], &parts[other])
@@ -102,27 +105,27 @@ fn outer(parts: &[Part]) -> Vec<usize> {
             if hides { 0.0 } else { 1.0 }
         };
         let bound = |block: &BoundingBox| if block.distance(&parts[k].position()) > 0.0 { 1.0 } else { 0.0 };
-        tree.least(1.0, bound, hides) == 0.0
+        tree.least(1.0, bound, not_hidden_by) == 0.0
     };
     (0..parts.len()).filter(|&k| !hidden(k)).collect()
 }
 
-/// Returns whether a part is certainly inside another one: where the other one is stretched to a ball, the
-/// ball around the part lies within it.
+/// Returns whether a part is certainly inside another one: in coordinates in which the other one is the unit
+/// ball, the part, or a ball around it, is within the unit ball.
 fn inside(part: &Part, other: &Part) -> bool {
-    // For a polyhedron as the other part this is not decided, and the answer is always no.
+    // Whether a part is inside a polyhedron is not computed; only coinciding polyhedra are recognised.
     if let Shape::Polyhedron(_) = other.shape {
         return part.shape == other.shape && part.placement == other.placement;
     }
-    let apart = part.position() - other.position();
-    if apart.norm() > (1.0 + ROOM) * other.shape.circumradius() {
+    let offset = part.position() - other.position();
+    if offset.norm() > (1.0 + ROOM) * other.shape.circumradius() {
         return false;
     }
     let stretch = Vec3::from(other.shape.semi_axes()).map(|a| 1.0 / a);
-    let into = Mat3::from_diagonal(&stretch) * other.rotation().transpose();
-    let centre = into * apart;
-    let rotation = into * part.rotation();
-    // A point as the other part yields NaN or infinity here, which is not below one.
+    let to_unit_ball = Mat3::from_diagonal(&stretch) * other.rotation().transpose();
+    let centre = to_unit_ball * offset;
+    let rotation = to_unit_ball * part.rotation();
+    // If the other part is a point, the values are NaN or infinite, and the comparisons below are false.
     if let Shape::Polyhedron(polyhedron) = &part.shape {
         return polyhedron.vertices().all(|v| (centre + rotation * v).norm() <= 1.0 + ROOM);
     }

@@ -1,4 +1,5 @@
-//! Bodies of several parts: principal frames, links, contact, attractions, descriptions.
+//! Bodies of several parts: their gravity by links between the parts, contact, descriptions in JSON, and
+//! errors.
 
 use crate::support::*;
 use fullbody::gravity::BodyAttraction;
@@ -10,13 +11,13 @@ use fullbody::shape::{Body, InputPart, Proximity, Shape, growth};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-const STILL: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+const NO_ROTATION: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 fn part(axes: [f64; 3], mass: f64, position: [f64; 3]) -> InputPart {
-    InputPart { shape: Shape::ellipsoid(axes).unwrap(), mass, position, attitude: STILL }
+    InputPart { shape: Shape::ellipsoid(axes).unwrap(), mass, position, attitude: NO_ROTATION }
 }
 
-/// A ball with a thin arm: the arm's end is far from the centre of mass.
+/// Returns a ball with a thin arm, whose end is far from the centre of mass.
 fn club() -> Body {
     let parts = vec![part([1.0; 3], 5.0, [0.0; 3]), part([0.4, 0.2, 0.1], 0.05, [3.0, 0.0, 0.0])];
     Body::composite("club", parts).unwrap()
@@ -33,22 +34,22 @@ fn about_z(angle: f64) -> Mat3 {
     rotation_about(&Vec3::z(), angle)
 }
 
-/// The distance that counts is that of the parts: it changes as the bodies turn.
+/// A quadrature rule is valid down to a distance of the parts, which changes with the rotation of the bodies.
 #[test]
 fn whether_a_rule_holds_is_asked_of_the_parts() {
     let stone = Body::with_mass("stone", Shape::ellipsoid([0.5, 0.3, 0.2]).unwrap(), 0.3).unwrap();
-    let (club, straight) = (club(), Mat3::identity());
+    let (club, unrotated) = (club(), Mat3::identity());
     let at = |angle| Pose {
         separation: Vec3::new(0.0, 4.2, 0.0),
         rotation_first: about_z(angle),
-        rotation_second: straight,
+        rotation_second: unrotated,
     };
     let predicted =
-        |turn| PredictedMotion { reach: 4.2, rotation_angles: [turn, 0.0], growth: f64::INFINITY };
+        |angle| PredictedMotion { reach: 4.2, rotation_angles: [angle, 0.0], growth: f64::INFINITY };
     let mut arm = links([&club, &stone], Method::Focal).swap_remove(1);
     arm.prepare(&at(-0.3), Some(&predicted(0.0)), &mut InterruptCheck::never()).unwrap();
     assert!(arm.too_near(&at(-0.3)).is_none());
-    // Turned up, the arm's end is 1.2 from the stone instead of 4.9 and more.
+    // At this angle the distance from the arm's end to the stone is 1.2 instead of more than 4.9.
     let near = arm.too_near(&at(1.5)).unwrap();
     close(
         near.separation,
@@ -56,14 +57,14 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
         1e-12,
     );
     assert!(near.separation < near.valid_from);
-    // Where the turn is predicted the rule holds on all the way that it was made for.
+    // The rule is valid over the whole rotation that was predicted when it was chosen.
     arm.prepare(&at(0.3), Some(&predicted(0.7)), &mut InterruptCheck::never()).unwrap();
     for angle in [0.3, 0.5, 0.8, 1.0] {
         assert!(arm.too_near(&at(angle)).is_none(), "{angle}");
     }
 }
 
-/// Sums over links in the order of the parts.
+/// Returns the sums of the interactions and of the energies over all links.
 fn total(links: &mut [Link], pose: &Pose) -> (Interaction, f64) {
     let zero = Interaction {
         force_on_first: Vec3::zeros(),
@@ -102,31 +103,32 @@ proptest! {
             let balance = a * f.torque_first + b * f.torque_second - pose.separation.cross(&f.force_on_first);
             prop_assert!(balance.norm() < 1e-13 * size * distance, "{method}: {balance}");
             let step = 1e-4 * distance;
-            let along = |way: f64, axis: Vec3| {
-                let moved = Pose { separation: pose.separation + axis * (way * step), ..pose };
+            let energy = |steps: f64, axis: Vec3| {
+                let moved = Pose { separation: pose.separation + axis * (steps * step), ..pose };
                 links.iter().map(|link| link.potential_energy(&moved)).sum::<f64>()
             };
             for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
-                let slope = (8.0 * (along(1.0, axis) - along(-1.0, axis))
-                    - (along(2.0, axis) - along(-2.0, axis)))
+                let slope = (8.0 * (energy(1.0, axis) - energy(-1.0, axis))
+                    - (energy(2.0, axis) - energy(-2.0, axis)))
                     / (12.0 * step);
                 prop_assert!((slope - f.force_on_first.dot(&axis)).abs() < 1e-9 * size, "{method}: {slope}");
             }
         }
     }
 
-    /// The least growth of all pairs of parts, those inside others too.
+    /// The scale factor at which two bodies touch is the smallest one of all pairs of parts, hidden ones
+    /// included.
     #[test]
     fn contact_is_of_the_nearest_parts(
         a in turn(), b in turn(), direction in direction(), distance in 1.0..12.0f64,
     ) {
-        let mut given =
+        let mut parts =
             vec![part([1.0, 0.6, 0.4], 2.0, [1.3, 0.0, 0.0]), part([0.8, 0.7, 0.6], 1.0, [-1.0, 0.3, 0.2])];
-        given.push(part([0.1, 0.2, 0.1], -0.01, [1.2, 0.1, 0.0]));
-        let body = Body::composite("body", given).unwrap();
+        parts.push(part([0.1, 0.2, 0.1], -0.01, [1.2, 0.1, 0.0]));
+        let body = Body::composite("body", parts).unwrap();
         prop_assert_eq!(body.outer_parts().count(), 2);
         let separation = direction * distance;
-        let found =
+        let proximity =
             Proximity::of([&body, &body], &separation, [&a, &b], 0.0, &mut InterruptCheck::never()).unwrap();
         let mut least = f64::INFINITY;
         for first in body.parts() {
@@ -144,16 +146,17 @@ proptest! {
                 );
             }
         }
-        prop_assert_eq!(found.overlap, least < 1.0);
-        if found.factor < 2.0 {
-            close(found.factor, least, 1e-12);
+        prop_assert_eq!(proximity.overlap, least < 1.0);
+        if proximity.factor < 2.0 {
+            close(proximity.factor, least, 1e-12);
         } else {
-            prop_assert!(found.factor <= least * (1.0 + 1e-12) && least > 1.0);
+            prop_assert!(proximity.factor <= least * (1.0 + 1e-12) && least > 1.0);
         }
-        prop_assert!(distance < 2.0 * body.circumradius() || !found.overlap);
+        prop_assert!(distance < 2.0 * body.circumradius() || !proximity.overlap);
     }
 
-    /// The pull is the exterior field less a point's, where that keeps its digits.
+    /// The attraction agrees with the exterior field minus that of a point, at distances where the difference
+    /// is accurate.
     #[test]
     fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
         let body = club();
@@ -203,44 +206,44 @@ fn numbers_that_make_no_body() {
         ("position of part 0 of B, component 0, is inf", vec![ball(1.0, f64::INFINITY)]),
         ("mass of B, the sum of its parts', is -1", vec![ball(1.0, 0.0), ball(-2.0, 0.0)]),
         ("moments of inertia of B is [-", vec![ball(1.0, 0.0), part([2.0; 3], -0.9, [0.0; 3])]),
-        // A needle of voids in a disc: more moment about z than about x and y together.
+        // A disc with a needle-shaped void has a larger moment about z than about x and y together.
         (
             "none above the sum of the other two",
             vec![part([2.0, 2.0, 0.1], 2.0, [0.0; 3]), part([0.1, 0.1, 2.0], -0.3, [0.0; 3])],
         ),
     ] {
-        let found = body(parts);
-        assert!(found.contains(text), "{found}");
+        let message = body(parts);
+        assert!(message.contains(text), "{message}");
     }
 }
 
-/// Which of 8,000 spheres are inside another one is found without comparing all of them with each other.
+/// Of 8,000 spheres the outer ones are determined without comparing all pairs.
 #[test]
 fn hidden_parts_of_a_heap() {
     let side = 20;
-    let given = |k: usize| {
-        let at = [k % side, k / side % side, k / side / side].map(|c| 2.0 * c as f64);
-        // Of the two in each place the smaller one is inside, whatever comes first.
+    let spheres = |k: usize| {
+        let position = [k % side, k / side % side, k / side / side].map(|c| 2.0 * c as f64);
+        // Of the two spheres at each position the smaller one is inside the other, in either order.
         let ball = |radius: f64, mass| InputPart {
             shape: Shape::sphere(radius).unwrap(),
             mass,
-            position: at,
+            position,
             attitude: [1.0, 0.0, 0.0, 0.0],
         };
         if k.is_multiple_of(2) { [ball(1.0, 1.0), ball(0.4, 0.5)] } else { [ball(0.4, 0.5), ball(1.0, 1.0)] }
     };
-    let parts: Vec<InputPart> = (0..side * side * side / 2).flat_map(given).collect();
+    let parts: Vec<InputPart> = (0..side * side * side / 2).flat_map(spheres).collect();
     let count = parts.len() / 2;
     let body = Body::composite("heap", parts).unwrap();
     assert_eq!(body.outer_parts().count(), count);
     assert!(body.outer_parts().all(|part| part.shape == Shape::sphere(1.0).unwrap()));
-    // Parts that coincide: the first is kept. One that sticks out is kept too.
+    // The first of two parts that coincide is an outer one, and so is a part that protrudes from another one.
     let part = |axes, x| InputPart {
         shape: Shape::ellipsoid(axes).unwrap(),
         mass: 1.0,
         position: [x, 0.0, 0.0],
         attitude: [1.0, 0.0, 0.0, 0.0],
     };
-    let given = vec![part([2.0, 1.0, 1.0], 0.0), part([2.0, 1.0, 1.0], 0.0), part([1.0, 0.5, 0.5], 1.5)];
-    assert_eq!(Body::composite("lobes", given).unwrap().outer_parts().count(), 2);
+    let parts = vec![part([2.0, 1.0, 1.0], 0.0), part([2.0, 1.0, 1.0], 0.0), part([1.0, 0.5, 0.5], 1.5)];
+    assert_eq!(Body::composite("lobes", parts).unwrap().outer_parts().count(), 2);
 }

@@ -1,5 +1,5 @@
-//! The interaction of a pair against values from elsewhere: arbitrary precision, MacMillan, MacCullagh,
-//! theory.
+//! The interaction of a pair agrees with independent values: integrals in arbitrary precision, MacMillan's
+//! potential of a spheroid, MacCullagh's formula, and the theoretical error of the multipole series.
 
 use crate::gravity::paper_oblate;
 use crate::mutual::{
@@ -39,11 +39,13 @@ fn reference_values() {
                     [(f.torque_first, "torque_on_a_body"), (f.torque_second, "torque_on_b_body")]
                 {
                     let expected = vector(&case[key]);
-                    // Its terms, lever times force, may be larger by far and round.
-                    let (share, error) = (force.norm() * bodies.size(), (torque - expected).norm());
-                    let rounding = 0.5 * f64::EPSILON * share / expected.norm();
+                    // The terms of a torque are of the size of lever times force, which may be much larger
+                    // than the torque; their rounding limits its precision.
+                    let (lever_times_force, error) =
+                        (force.norm() * bodies.size(), (torque - expected).norm());
+                    let rounding = 0.5 * f64::EPSILON * lever_times_force / expected.norm();
                     within(error / expected.norm(), 1e-12 + rounding, format!("{key} of {name}"));
-                    within(error / share, 1e-15, format!("{key} of {name} in lever times force"));
+                    within(error / lever_times_force, 1e-15, format!("{key} of {name} in lever times force"));
                 }
             }
         }
@@ -52,8 +54,9 @@ fn reference_values() {
 
 #[test]
 fn thin_and_tiny_bodies() {
-    // In 40 digits: tests/data/make_thin_forces.py. The force across a thin body is a tiny difference of
-    // pressures, the torque on a tiny one a tiny share of its lever to the other's centre.
+    // tests/data/make_thin_forces.py computes the values with 40 digits. The force across a thin body is a
+    // small difference of pressures, and the torque on a small body is a small fraction of the force times
+    // the distance of the centres.
     for case in data("thin_forces.json").as_array().unwrap() {
         let bodies = Bodies { a: triple(&case["axes_a"]), b: triple(&case["axes_b"]) };
         let pose =
@@ -77,7 +80,7 @@ fn thin_and_tiny_bodies() {
 fn hard_shapes_by_both_rules() {
     let (sphere, needle, disc, blade) = ([0.7; 3], [0.02, 1.0, 0.02], [1.0, 0.02, 1.0], [1.0, 0.3, 0.02]);
     let almost_sphere = [1.0, 1.0 - 2e-13, 1.0 - 1e-13];
-    let turned =
+    let unit_pose =
         pose(Vec3::new(0.6, -0.48, 0.64), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
     for (a, b) in [
         (needle, disc),
@@ -92,9 +95,9 @@ fn hard_shapes_by_both_rules() {
     ] {
         let bodies = Bodies { a, b };
         for factor in [1.5, 3.0, 30.0, 1e6] {
-            let pose = bodies.apart(&turned, factor);
-            // Crossed needles and rims three thicknesses apart may be refused, at the default tolerance;
-            // nothing else.
+            let pose = bodies.apart(&unit_pose, factor);
+            // Only crossed needles and rims that are three thicknesses apart may fail to converge at the
+            // default tolerance.
             let refused = |error| assert!(pose.separation.norm() < bodies.size(), "{a:?} and {b:?}: {error}");
             let best = bodies.fixed(Method::Focal, Order::focal([400; 2]), &pose);
             for (method, tolerance) in [(Method::Focal, 1e-14), (Method::Surface, 3e-14)] {
@@ -112,13 +115,13 @@ fn hard_shapes_by_both_rules() {
 
 #[test]
 fn long_rules_lose_no_digits() {
-    // Added one to the other, tens of thousands of nearly equal terms are all rounded to one side.
-    let towards =
+    // In a plain sum of tens of thousands of nearly equal terms all rounding errors would have the same sign.
+    let unit_pose =
         pose(Vec3::new(0.6, -0.48, 0.64), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
     for (a, b) in [([1.0, 0.8, 0.5], [0.9, 0.6, 0.55]), ([1.0, 0.02, 1.0], [0.02, 1.0, 0.02])] {
         let bodies = Bodies { a, b };
         for factor in [3.0, 30.0] {
-            let pose = bodies.apart(&towards, factor);
+            let pose = bodies.apart(&unit_pose, factor);
             for (method, order) in
                 [(Method::Focal, Order::focal([400; 2])), (Method::Surface, Order::surface(240))]
             {
@@ -151,8 +154,8 @@ proptest! {
     }
 }
 
-/// U = 1/r + [tr I - 3 n.I n] / (2 r^3) summed over both bodies, I the inertia of unit mass, and its
-/// derivatives.
+/// Returns MacCullagh's approximation: the energy is -1/r minus the sum over both bodies of
+/// [tr I - 3 n.I n] / (2 r^3), with I the inertia tensor of unit mass. Force and torques are its derivatives.
 fn maccullagh(bodies: &Bodies, pose: &Pose) -> Outcome {
     let r = pose.separation.norm();
     let n = pose.separation / r;
@@ -164,7 +167,7 @@ fn maccullagh(bodies: &Bodies, pose: &Pose) -> Outcome {
             rotation * Mat3::from_diagonal(&(Vec3::new(b + c, c + a, a + b) / 5.0)) * rotation.transpose();
         let (trace, along) = (inertia.trace(), n.dot(&(inertia * n)));
         energy -= (trace - 3.0 * along) / (2.0 * r.powi(3));
-        // Minus the gradient of U: the attraction of the first body towards the second.
+        // The force on the first body is towards the second.
         force += (1.5 * (trace - 5.0 * along) * n + 3.0 * (inertia * n)) / r.powi(4);
         torques[k] = rotation.transpose() * (3.0 / r.powi(3) * n.cross(&(inertia * n)));
     }
@@ -175,11 +178,11 @@ fn maccullagh(bodies: &Bodies, pose: &Pose) -> Outcome {
 #[test]
 fn error_of_the_series_falls_as_theory_says() {
     let bodies = Bodies { a: [1.0, 0.8, 0.5], b: [0.9, 0.6, 0.55] };
-    let towards =
+    let unit_pose =
         pose(Vec3::new(0.6, -0.48, 0.64), attitude_of([0.3, -0.4, 1.2]), attitude_of([-0.9, 0.2, 2.0]));
     for degree in [2, 4, 6, 8] {
         let error = |r: f64| {
-            let pose = Pose { separation: towards.separation * r, ..towards };
+            let pose = Pose { separation: unit_pose.separation * r, ..unit_pose };
             let (exact, series) =
                 (bodies.best(Method::Focal, &pose), bodies.best(Method::Multipole(degree), &pose));
             let torque = (series.f.torque_first - exact.f.torque_first).norm() / exact.f.torque_first.norm();
@@ -189,11 +192,12 @@ fn error_of_the_series_falls_as_theory_says() {
                 (series.energy / exact.energy - 1.0).abs(),
             ]
         };
-        // Far enough for the next term to rule, near enough to stay above round-off.
+        // These distances are so large that the first omitted term dominates the error, and so small that the
+        // error is above round-off.
         let (near, far): (f64, f64) = if degree < 6 { (12.0, 24.0) } else { (7.0, 11.0) };
         let slopes = [0, 1, 2].map(|i| (error(near)[i] / error(far)[i]).ln() / (far / near).ln());
         let n = degree as f64;
-        // The torque has lost its leading term to symmetry: one order pair less.
+        // The torque begins with degree 2, so that its relative error falls by two powers less.
         for (slope, expected) in slopes.into_iter().zip([n + 2.0, n, n + 2.0]) {
             assert!((slope - expected).abs() < 0.3, "degree {degree}: {slopes:?}, expected {expected}");
         }
@@ -240,24 +244,24 @@ fn spheres_and_points_pull_like_points() {
 
 #[test]
 fn the_papers_own_check_a_point_masss_potential_over_a_spheroid() {
-    // Integrated over the surface, it has to give MacMillan's field at the point; the appendix, and its
-    // energy.
+    // The potential of a point mass, integrated over the surface of the spheroid, has to give MacMillan's
+    // field and potential at the point: appendix of Ho et al. (2021).
     let (a, c) = (1.0, 0.4);
     let spheroid = Shape::ellipsoid([a, a, c]).unwrap();
     for x in [[1.3, 0.4, 0.7], [0.0, 0.0, 0.9], [1.5, 0.0, 0.0], [-0.7, 0.9, -0.8], [4.0, -3.0, 2.0]] {
         let x = Vec3::from(x);
-        let turn = attitude_of([0.4, 0.9, -1.3]);
+        let rotation = attitude_of([0.4, 0.9, -1.3]);
         let (potential, field) = paper_oblate([a, c], &x);
-        let pose = pose(turn * -x, Mat3::identity(), turn);
+        let pose = pose(rotation * -x, Mat3::identity(), rotation);
         for (method, tolerance) in [(Method::Surface, 3e-14), (Method::Focal, 3e-14)] {
-            // First the point, second the spheroid: the force on a unit point mass is the field.
+            // The first body is the point, of unit mass: the force on it is the field of the spheroid.
             let Outcome { f, energy, nodes, .. } =
                 run([Shape::Point, spheroid.clone()], method, 1e-15, None, VectorPath::Auto, &pose).unwrap();
             assert!(nodes > 20 || method == Method::Focal, "an integral over {nodes} nodes");
-            close_vector(&f.force_on_first, &(turn * field), tolerance);
+            close_vector(&f.force_on_first, &(rotation * field), tolerance);
             close(energy, -potential, tolerance);
             within(f.torque_first.norm() / field.norm(), 1e-14, "torque on a point");
-            // The spheroid turns under the opposite attraction at x, by balance in its own frame.
+            // The torque on the spheroid, in its body frame, is that of the opposite force at x.
             within(
                 (f.torque_second + x.cross(&field)).norm() / (x.norm() * field.norm()),
                 tolerance,

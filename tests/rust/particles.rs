@@ -16,7 +16,7 @@ use fullbody::trajectory::{
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 
-/// Returns the continuous motion of a system and the times of its events.
+/// Returns the continuous solution of a system and the times of its events.
 fn motion(system: &System, state: &State, until: f64, events: &mut [Event]) -> (Dense, Vec<f64>) {
     let mut record = Trajectory::new(system.bodies().len());
     let run = Run { output: &Output::Ends, events, dense: true, tangent_options: &TangentOptions::default() };
@@ -26,12 +26,14 @@ fn motion(system: &System, state: &State, until: f64, events: &mut [Event]) -> (
     (record.dense.unwrap(), times)
 }
 
+/// The particles at the end of a flight, with its samples and events, and its result.
 struct Flight {
     particles: Vec<Particle>,
     record: FlightRecord,
     outcome: Result<()>,
 }
 
+/// Integrates particles among the bodies of a system, with two outputs.
 fn fly(
     (system, dense): (&System, &Dense),
     particles: &[Particle],
@@ -62,17 +64,18 @@ fn proceed(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Returns particles on circular orbits of several radii about a mass of one.
+/// Returns particles on nearly circular orbits of several radii about a mass of one.
 fn circles(count: usize) -> Vec<Particle> {
     let circle = |k: usize| {
         let (radius, angle) = (4.0 + 0.01 * k as f64, k as f64);
-        let (along, across) =
+        let (radial, tangential) =
             (Vec3::new(angle.cos(), angle.sin(), 0.1), Vec3::new(-angle.sin(), angle.cos(), 0.0));
-        Particle::new(0.0, &(along * radius), &(across / radius.sqrt()), 0.0)
+        Particle::new(0.0, &(radial * radius), &(tangential / radius.sqrt()), 0.0)
     };
     (0..count).map(circle).collect()
 }
 
+/// Returns an event at the zeros of a function of time.
 fn function(f: impl Fn(f64) -> f64 + Sync + 'static) -> ParticleEvent {
     ParticleEvent {
         condition: ParticleCondition::Function(Box::new(move |time, _, _| Ok(f(time)))),
@@ -91,7 +94,7 @@ fn a_particle_moves_as_a_body_of_hardly_any_mass() {
     let mut bodies = system.bodies().to_vec();
     bodies.push(Body::with_mass("C", Shape::Point, 1e-17).unwrap());
     let extended = System::new(bodies, 1.0, *system.settings()).unwrap();
-    let append = |list: &[Vec3], last: Vec3| [list, &[last]].concat();
+    let append = |vectors: &[Vec3], last: Vec3| [vectors, &[last]].concat();
     let start = State::new(
         state.time(),
         append(state.position(), position),
@@ -108,15 +111,15 @@ fn a_particle_moves_as_a_body_of_hardly_any_mass() {
     assert!((Vec3::new(x, y, z) - end.position()[2]).norm() < 1e-10, "{x} {y} {z} for {}", end.position()[2]);
 }
 
-/// (t - 5)^2 - w^2 falls and rises within one interval of the samples of a step.
+/// The function (t - 5)^2 - w^2 has both of its zeros between two neighbouring samples of a step.
 #[test]
 fn two_zeros_near_a_minimum_are_found_for_bodies_and_particles() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     for width in [0.03, 0.01, 1e-4] {
         let parabola = move |time: f64| (time - 5.0).powi(2) - width * width;
-        let of_bodies = Condition::Function(Box::new(move |state: &State| Ok(parabola(state.time()))));
-        let (dense, times) = motion(&system, &state, 24.0, &mut [Event::new(of_bodies)]);
-        // The steps are long, since the particle is thirty times as far away as the bodies from each other.
+        let condition = Condition::Function(Box::new(move |state: &State| Ok(parabola(state.time()))));
+        let (dense, times) = motion(&system, &state, 24.0, &mut [Event::new(condition)]);
+        // The steps of the particle are long, since its distance is thirty times that between the bodies.
         let far = Particle::new(0.0, &Vec3::new(50.0, 0.0, 0.0), &Vec3::new(0.0, 0.14, 0.0), 0.0);
         let flight = fly((&system, &dense), &[far], 24.0, &[function(parabola)], 1, &mut proceed);
         let particle_times: Vec<f64> = flight.record.occurrences.iter().map(|event| event.time).collect();
@@ -155,8 +158,8 @@ fn a_hook_that_breaks_leaves_the_particles_where_they_are() {
     let (dense, _) = motion(&system, &state, 10.0, &mut []);
     for allowed in [0, 1, 2] {
         let mut calls = 0;
-        let mut hook = |now: Progress| {
-            assert!(now.start == 0.0 && now.end == 10.0 && (0.0..=10.0).contains(&now.time));
+        let mut hook = |progress: Progress| {
+            assert!(progress.start == 0.0 && progress.end == 10.0 && (0.0..=10.0).contains(&progress.time));
             calls += 1;
             if calls > allowed { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
@@ -173,9 +176,16 @@ fn a_hook_that_breaks_leaves_the_particles_where_they_are() {
 fn an_error_of_an_event_is_the_error_of_the_flight() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let (dense, _) = motion(&system, &state, 10.0, &mut []);
-    let fails = |time| if time > 6.0 { f64::NAN } else { 1.0 };
+    let function_with_nan = |time| if time > 6.0 { f64::NAN } else { 1.0 };
     for threads in [1, 3] {
-        let flight = fly((&system, &dense), &circles(200), 10.0, &[function(fails)], threads, &mut proceed);
+        let flight = fly(
+            (&system, &dense),
+            &circles(200),
+            10.0,
+            &[function(function_with_nan)],
+            threads,
+            &mut proceed,
+        );
         let error = flight.outcome.unwrap_err().to_string();
         assert!(error.starts_with("value of an event of particle"), "{error}");
     }

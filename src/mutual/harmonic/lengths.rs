@@ -1,4 +1,5 @@
-//! The derivatives of force and torques with respect to the lengths of both bodies by the harmonic series.
+//! The derivatives of force and torques by the harmonic series with respect to the lengths of both bodies:
+//! the semi-axes of an ellipsoid, or the scale of a polyhedron.
 
 use super::{Harmonic, Lengths, Truncation};
 use crate::error::Result;
@@ -7,8 +8,8 @@ use crate::math::exchange::Exchange;
 use crate::mutual::{Pose, ShapeDerivatives};
 
 impl Harmonic {
-    /// Prepares [`Self::shape_derivatives`] for the truncation in use, which follows from a tolerance unless
-    /// it is fixed.
+    /// Prepares [`Self::shape_derivatives`] for the current truncation of the series. Unless the truncation
+    /// is fixed, it follows from a tolerance, and the derivatives need two more degrees.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
@@ -18,9 +19,9 @@ impl Harmonic {
         is_fixed: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        // The derivatives of a sphere's moments begin two degrees above its own.
-        let more = if is_fixed { 0 } else { 2 };
-        let degrees = truncation.degrees.map(|degree| (degree + more).min(Exchange::MAX_DEGREE));
+        // A sphere has the moment of degree 0 alone, but its derivatives by the semi-axes are of degree 2.
+        let extra_degrees = if is_fixed { 0 } else { 2 };
+        let degrees = truncation.degrees.map(|degree| (degree + extra_degrees).min(Exchange::MAX_DEGREE));
         if self.lengths.as_ref().is_some_and(|lengths| lengths.truncation.degrees == degrees) {
             return Ok(());
         }
@@ -39,25 +40,27 @@ impl Harmonic {
         Ok(())
     }
 
-    /// Returns the derivatives of force and torques with respect to the lengths of both bodies, after
+    /// Returns the derivatives of force and torques with respect to the lengths of both bodies; zeros before
     /// [`Self::know_lengths`].
     pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
-        let mut out = ShapeDerivatives::none();
-        let Some(lengths) = &self.lengths else { return out };
+        let mut result = ShapeDerivatives::none();
+        let Some(lengths) = &self.lengths else { return result };
         let Lengths { moments, derivatives, truncation } = &**lengths;
         for body in 0..2 {
-            let with = |changed: &Vec<f64>| {
+            let interaction_with = |derivative: &Vec<f64>| {
                 let mut values = [0, 1].map(|k| moments[k].values.as_slice());
                 let mut radii = self.radii();
-                (values[body], radii[body]) = (changed, moments[body].circumradius);
+                (values[body], radii[body]) = (derivative, moments[body].circumradius);
                 self.interaction_of(values, radii, truncation, pose)
             };
             match derivatives[body].as_slice() {
-                [a, b, c] => out.axes[body] = [with(a), with(b), with(c)],
-                [scale] => out.scale[body] = with(scale),
+                [a, b, c] => {
+                    result.axes[body] = [interaction_with(a), interaction_with(b), interaction_with(c)]
+                }
+                [scale] => result.scale[body] = interaction_with(scale),
                 _ => {}
             }
         }
-        out
+        result
     }
 }

@@ -1,5 +1,5 @@
-//! Two bodies of any shape in any pose: the rules agree or say that they do not converge, the third law
-//! holds, and nothing is NaN.
+//! For two bodies of any shape in any pose the methods agree or return an error of convergence, momentum and
+//! angular momentum are conserved, and no result is NaN.
 
 use fullbody::error::{Error, Result};
 use fullbody::interrupt::InterruptCheck;
@@ -9,14 +9,14 @@ use fullbody::mutual::{Interaction, Method, Pair, PartGravity, Pose};
 use fullbody::shape::{Shape, contact_function};
 use std::sync::Arc;
 
-/// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's
-/// own largest semi-axis.
+/// The largest difference of two methods with a tolerance of 1e-14, relative to the force, and for a torque
+/// relative to the force times the largest semi-axis of its body.
 const AGREEMENT: f64 = 3e-14;
-/// That of the energies, for which no rule is chosen: next to contact the surface rule sums tens of thousands
-/// of them.
+/// The largest relative difference of the energies. The number of nodes is chosen for force and torques, not
+/// for the energy; next to contact the surface rule sums tens of thousands of terms.
 const ENERGY: f64 = 3e-13;
 
-/// Numbers from 0 to 1 out of bytes; zeros after the last.
+/// Reads numbers from 0 to 1 from bytes; after the last byte they are zero.
 struct Numbers<'a>(std::slice::Iter<'a, u8>);
 
 impl Numbers<'_> {
@@ -29,14 +29,14 @@ impl Numbers<'_> {
         f64::from(three[0] << 16 | three[1] << 8 | three[2]) / f64::from(0x00ff_ffff)
     }
 
-    /// Any attitude.
+    /// Returns any rotation.
     fn turn(&mut self) -> Mat3 {
         let q: [f64; 4] = std::array::from_fn(|_| 2.0 * self.unit() - 1.0);
-        let long = q.iter().map(|x| x * x).sum::<f64>() > 1e-6;
-        if long { rotation::matrix(rotation::normalised(q)) } else { Mat3::identity() }
+        let is_nonzero = q.iter().map(|x| x * x).sum::<f64>() > 1e-6;
+        if is_nonzero { rotation::matrix(rotation::normalised(q)) } else { Mat3::identity() }
     }
 
-    /// Points, spheres, and ellipsoids down to a ratio of the axes of 1e-7.
+    /// Returns a point, a sphere, or an ellipsoid with a ratio of the axes of 1e-7 or more.
     fn shape(&mut self, size: f64) -> Shape {
         let thin = |x: f64| size * 10f64.powf(-7.0 * x * x);
         let axes = match self.byte() % 8 {
@@ -53,7 +53,7 @@ impl Numbers<'_> {
     }
 }
 
-/// The results of the methods for the two bodies and the pose that the bytes describe.
+/// Checks all methods for the two bodies and the pose that the bytes describe.
 pub fn check(bytes: &[u8]) {
     let mut input = Numbers(bytes.iter());
     let size = 10f64.powf(-6.0 * input.unit());
@@ -61,17 +61,17 @@ pub fn check(bytes: &[u8]) {
     let [first, second] = [input.turn(), input.turn()];
     let direction = input.turn() * Vec3::x();
     let gap = 10f64.powf(9.0 * input.unit() - 3.0);
-    let square = match &shapes {
+    let contact_value = match &shapes {
         [Shape::Point, Shape::Point] => 1.0,
         [a, b] => contact_function(a, b, &direction, &first, &second),
     };
-    let separation = direction * ((1.0 + gap) / square.sqrt());
+    let separation = direction * ((1.0 + gap) / contact_value.sqrt());
     let pose = Pose { separation, rotation_first: first, rotation_second: second };
     let back = Pose { separation: -separation, rotation_first: second, rotation_second: first };
-    let levers = shapes.each_ref().map(Shape::circumradius);
+    let radii = shapes.each_ref().map(Shape::circumradius);
     let distance = separation.norm();
-    // Sharp rims and tips within each other's reach may be refused; nothing else.
-    let near = distance < 2.0 * levers[0].max(levers[1]);
+    // Only for sharp rims and tips near each other may a method not converge.
+    let near = distance < 2.0 * radii[0].max(radii[1]);
     let what = format!("{shapes:?} {pose:?}");
 
     let focal = evaluate([&shapes[0], &shapes[1]], Method::Focal, &pose);
@@ -83,37 +83,38 @@ pub fn check(bytes: &[u8]) {
         };
         let mut numbers = f.force_on_first.iter().chain(&f.torque_first).chain(&f.torque_second);
         assert!(energy.is_finite() && numbers.all(|x| x.is_finite()), "{method} {f:?} {energy} {what}");
-        // Within reach of the longest axes a series has no sum.
-        if matches!(method, Method::Multipole(_)) && distance < 2.0 * (levers[0] + levers[1]) {
+        // Where the circumscribed spheres are near each other, the series does not converge.
+        if matches!(method, Method::Multipole(_)) && distance < 2.0 * (radii[0] + radii[1]) {
             continue;
         }
         assert!(*energy < 0.0, "{method} {energy} {what}");
-        // M_A + M_B + r x F_B = 0, where the last term is the difference of two large numbers.
+        // M_A + M_B + r x F_B = 0, where the last term is a difference of two large numbers.
         let torques = first * f.torque_first + second * f.torque_second;
-        let left = (torques - separation.cross(&f.force_on_first)).norm();
+        let residual = (torques - separation.cross(&f.force_on_first)).norm();
         let arm = distance * f.force_on_first.norm();
-        assert!(left <= AGREEMENT * arm, "{method} balance {:e} {what}", left / arm);
-        // The other way round it is the opposite.
+        assert!(residual <= AGREEMENT * arm, "{method} balance {:e} {what}", residual / arm);
+        // With the bodies exchanged the force is opposite and the torques are exchanged.
         match evaluate([&shapes[1], &shapes[0]], method, &back) {
-            Ok((mut swapped, its_energy)) => {
+            Ok((mut swapped, swapped_energy)) => {
                 swapped.force_on_first = -swapped.force_on_first;
                 std::mem::swap(&mut swapped.torque_first, &mut swapped.torque_second);
-                agree((f, *energy), (&swapped, its_energy), levers, &format!("{method} swapped {what}"));
+                agree((f, *energy), (&swapped, swapped_energy), radii, &format!("{method} swapped {what}"));
             }
             other => refused(&other, near, &what),
         }
         let comparable = match method {
             Method::Surface => true,
-            // What the series leaves out is of the order (a / r)^18.
-            Method::Multipole(_) => distance > 30.0 * (levers[0] + levers[1]),
+            // The truncation error of the series is of the order (a / r)^18.
+            Method::Multipole(_) => distance > 30.0 * (radii[0] + radii[1]),
             _ => false,
         };
-        if let (true, Ok((expected, its_energy))) = (comparable, &focal) {
-            agree((f, *energy), (expected, *its_energy), levers, &format!("{method} {what}"));
+        if let (true, Ok((expected, expected_energy))) = (comparable, &focal) {
+            agree((f, *energy), (expected, *expected_energy), radii, &format!("{method} {what}"));
         }
     }
 }
 
+/// Returns force, torques and energy of two bodies at a tolerance of 1e-14.
 fn evaluate(shapes: [&Shape; 2], method: Method, pose: &Pose) -> Result<(Interaction, f64)> {
     let store = Arc::default();
     let [a, b] = [PartGravity::new("A", shapes[0], &store), PartGravity::new("B", shapes[1], &store)];
@@ -122,24 +123,25 @@ fn evaluate(shapes: [&Shape; 2], method: Method, pose: &Pose) -> Result<(Interac
     Ok((pair.interaction(pose), pair.potential_energy(pose)))
 }
 
+/// Asserts that an outcome is the error of a method that does not converge, for bodies near each other.
 #[track_caller]
 fn refused<T: std::fmt::Debug>(outcome: &Result<T>, near: bool, what: &str) {
     assert!(near && matches!(outcome, Err(Error::NotConverged { .. })), "{outcome:?} {what}");
 }
 
-/// Said so that NaN fails.
+/// Asserts that two results agree; the comparisons are written so that NaN fails.
 #[track_caller]
-fn agree(one: (&Interaction, f64), other: (&Interaction, f64), levers: [f64; 2], what: &str) {
-    let ((f, energy), (g, its_energy)) = (one, other);
+fn agree(actual: (&Interaction, f64), expected: (&Interaction, f64), radii: [f64; 2], what: &str) {
+    let ((f, energy), (g, expected_energy)) = (actual, expected);
     let force = g.force_on_first.norm();
     for (quantity, difference, scale) in [
         ("force", f.force_on_first - g.force_on_first, force),
-        ("torque on A", f.torque_first - g.torque_first, force * levers[0]),
-        ("torque on B", f.torque_second - g.torque_second, force * levers[1]),
+        ("torque on A", f.torque_first - g.torque_first, force * radii[0]),
+        ("torque on B", f.torque_second - g.torque_second, force * radii[1]),
     ] {
         let difference = difference.norm();
         assert!(difference <= AGREEMENT * scale, "{quantity} {:e} {what}", difference / scale);
     }
-    let difference = (energy / its_energy - 1.0).abs();
-    assert!(difference <= ENERGY, "energy {energy:e} {its_energy:e} {what}");
+    let difference = (energy / expected_energy - 1.0).abs();
+    assert!(difference <= ENERGY, "energy {energy:e} {expected_energy:e} {what}");
 }
