@@ -32,7 +32,8 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
     agreeing = [refit for refit in refits if refit.holds]
     text = [
         f"{len(agreeing)} of {len(refits)} systems have a, the period, e and i within {LIMIT:g} joint standard "
-        "errors, with light time, from relative positions on the equator of J2000 and times in UTC at the observer.",
+        "errors. The fits include the light time, with relative positions on the equator of J2000 and times in UTC at "
+        "the observer.",
         "The observations are the copy of the published tables in the repository of the program MultiMoon "
         "(dragozzine/multimoon), and not the tables themselves: rows that are missing or exchanged may be faults of "
         "the copy.",
@@ -41,10 +42,10 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
         if refit.exchanged:
             text.append(
                 f"{refit.catalogued.name}: the two components have nearly equal brightness, and in rows "
-                f"{', '.join(map(str, refit.exchanged))} (counted from 0) their order is opposite to that in the other "
-                f"rows. With these rows reversed chi2 is {refit.fit.chi2:.1f} for {refit.fit.dof} degrees of freedom, "
-                "and "
-                f"all elements agree with the published ones. As given, chi2 on the same orbit is {refit.as_given:.0f}."
+                f"{', '.join(map(str, refit.exchanged))} (counted from 0) their order is opposite to that in the "
+                f"other rows. With these rows reversed chi2 is {refit.fit.chi2:.1f} for {refit.fit.dof} degrees of "
+                "freedom, and all elements agree with the published ones. As given, chi2 on the same orbit is "
+                f"{refit.as_given:.0f}."
             )
     incomplete = [refit for refit in refits if refit.ratio < ENOUGH]
     factor = max(max(refit.ratio, 1.0 / refit.ratio) for refit in refits if refit.ratio >= ENOUGH)
@@ -54,8 +55,7 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
             "lacks rows, in "
             + ", ".join(f"{refit.catalogued.name} ({1 / refit.ratio:.1f} times)" for refit in incomplete)
             + f". In the other {len(refits) - len(incomplete)} systems the published errors of the period are the "
-            "fitted "
-            f"ones within a factor of {factor:.1f}."
+            f"fitted ones within a factor of {factor:.1f}."
         )
     for refit in refits:
         if not refit.holds:
@@ -81,7 +81,7 @@ def _eris(eris: Eris) -> list[str]:
         f"errors is excluded at {excluded(fit):.1f} sigma. The eccentricity is "
         f"{fit.values['e'] / fit.sigma['e']:.1f} standard errors above zero; a circular orbit has chi2 "
         f"{circle.chi2:.1f} for {circle.dof}. Without light time chi2 is {eris.instant.chi2:.1f}, which is "
-        "lower: chi2 does not reveal this mistake, which shifts the mean longitude by "
+        "lower: chi2 does not reveal this error, which shifts the mean longitude by "
         f"{abs(eris.instant.values['longitude'] - fit.values['longitude']):.1f} degrees.",
         "The catalogue's file of the same system, 2003 UB313, ends in 2015 and gives another eccentricity and "
         f"period. With the seven epochs of 2018, e is {stated(fit.values['e'], fit.sigma['e'])} and the period "
@@ -108,7 +108,7 @@ def _lempo(lempo: Lempo) -> list[str]:
     scale = float(np.sqrt(fit.chi2 / fit.dof))
     bound = ", at the bound of zero," if "paha" in fit.at_bounds else ""
     return [
-        f"Three points leave chi2 {without.chi2:.2f} for {without.dof} degrees of freedom with the errors as "
+        f"With three point masses chi2 is {without.chi2:.2f} for {without.dof} degrees of freedom with the errors as "
         "collected. The errors were independent in right ascension and declination; the rotation to the ecliptic "
         f"correlates them, but the collected table omits the correlation. After the rotation back, chi2 is "
         f"{fit.chi2:.2f}.",
@@ -116,12 +116,10 @@ def _lempo(lempo: Lempo) -> list[str]:
         f"{stated(fit.values['hiisi'], fit.sigma['hiisi'])} (Hiisi) and{bound} {fit.values['paha']:.2f} +- "
         f"{fit.sigma['paha']:.2f} (Paha). Their correlations are {correlations[0, 1]:.2f} (Lempo and Hiisi), "
         f"{correlations[0, 2]:.2f} (Lempo and Paha) and {correlations[1, 2]:.2f} (Hiisi and Paha). These errors take "
-        "those of "
-        f"the observations as they are, with which the fit has a probability of {fit.p_value:.1g}. Scaled by "
+        f"those of the observations as they are, with which the fit has a probability of {fit.p_value:.1g}. Scaled by "
         f"{scale:.2f}, so that chi2 is the number of degrees of freedom, they make Hiisi heavier than Lempo, the "
         f"brighter one, by {stated(mass_difference, scale * error)}, {mass_difference / (scale * error):.1f} standard "
-        "errors: with a "
-        "model that does not fit, this does not decide which is heavier. Paha has less than "
+        "errors: with a model that does not fit, this does not decide which is heavier. Paha has less than "
         f"{lempo.limit:.2f}e18 kg at 95 per cent with the scaled errors; with 0.22e18 kg chi2 is "
         f"{lempo.heavy.chi2 - fit.chi2:.2f} larger.",
         "Only diameters are published, and spheres attract like points. If Lempo is flattened along the normal of the "
@@ -142,16 +140,14 @@ def _parity(haumea: Haumea) -> list[str]:
     early, later = haumea.early[1], haumea.early[-1]
     return [
         "The file has offsets along the ecliptic. If they are rotated back to the equator about the file's direction "
-        "of Haumea, which is that from the Sun and not from the Earth, nearly all of them have five decimals again, as "
-        f"in a printed table. Measured: taken as east, they leave chi2 {as_published.chi2:.1f} for {as_published.dof} "
-        "degrees of "
-        f"freedom with Hi'iaka alone, and the pole of its orbit at ({first[0]:.1f}, {first[1]:.1f}) degrees; taken as "
-        f"west, chi2 {mirrored.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). With both moons, the J2 of the "
-        "triaxial "
-        f"figure and a free axis the lowest chi2 that was found is {haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} "
-        f"for {haumea.axis.dof}. Inferred, since parallax distinguishes an orbit from its mirror image: the sign of "
-        "right ascension in the tables is reversed, and the published orbit of 2009 is the mirror image. The pole with "
-        "the sign reversed is "
+        "of Haumea, which is that from the Sun and not from the Earth, nearly all of them have five decimals again, "
+        f"as in a printed table. Measured: taken as east, they leave chi2 {as_published.chi2:.1f} for "
+        f"{as_published.dof} degrees of freedom with Hi'iaka alone, and the pole of its orbit at ({first[0]:.1f}, "
+        f"{first[1]:.1f}) degrees; taken as west, chi2 {mirrored.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). "
+        "With both moons, the J2 of the triaxial figure and a free axis the lowest chi2 that was found is "
+        f"{haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} for {haumea.axis.dof}. Inferred, since parallax "
+        "distinguishes an orbit from its mirror image: the sign of right ascension in the tables is reversed, and "
+        "the published orbit of 2009 is the mirror image. The pole with the sign reversed is "
         f"{haumea_study.apart(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
         f"{dec_error}), which a stellar occultation gave (Ortiz et al. 2017); the other is "
         f"{haumea_study.apart(first, (ra, dec)):.0f} degrees from it.",
@@ -174,30 +170,27 @@ def _figure(haumea: Haumea) -> list[str]:
     masses = [stated(fit.values["hiiaka"], fit.sigma["hiiaka"]) for fit in (axis, free)]
     return [
         f"With both moons as points chi2 is {points.chi2:.1f} for {points.dof} degrees of freedom. Measured: with the "
-        "J2 "
-        f"of the triaxial figure of the occultation, {haumea_study.TRIAXIAL:.3f} for the radius of equal volume, and "
-        "a free "
-        f"axis it is {axis.chi2:.1f} for {axis.dof}. The axis is ({stated(axis.values['ra'], axis.sigma['ra'])}, "
-        f"{stated(axis.values['dec'], axis.sigma['dec'])}) degrees, and Hi'iaka has "
-        f"{masses[0]}e18 kg. If J2 is also free, it is {stated(*j2)} and chi2 is "
-        f"{free.chi2:.1f}. For points chi2 is higher by {decrease:.1f}, with three parameters fewer. That is no chi2 "
-        "of three degrees of freedom, since an axis without a flattening has no effect: the fall is the largest of all "
-        "axes. To first order in J2 the observations give a fall of "
-        f"{chance.fall:.1f}. In observations of three points that were simulated to this order, with the stated "
-        f"errors, it is as large in a part of {chance.p_first:.1g} ({chance.sigma:.1f} sigma), and as large as that of "
-        f"the fits in {chance.p_value:.1g}, which compares unlike orders. Proudfoot et al. (2024), "
-        "who have more observations, find J2 and the axis at 2.5 "
-        "sigma or more. We claim no detection: the probability is that of random errors as stated, and the axis found "
-        "is not that of the ring (below), so that errors of another kind may take part.",
+        f"J2 of the triaxial figure of the occultation, {haumea_study.TRIAXIAL:.3f} for the radius of equal volume, "
+        f"and a free axis it is {axis.chi2:.1f} for {axis.dof}. The axis is "
+        f"({stated(axis.values['ra'], axis.sigma['ra'])}, {stated(axis.values['dec'], axis.sigma['dec'])}) degrees, "
+        f"and Hi'iaka has {masses[0]}e18 kg. If J2 is also free, it is {stated(*j2)} and chi2 is {free.chi2:.1f}. For "
+        f"points chi2 is higher by {decrease:.1f}, with three parameters fewer. This decrease does not have the chi2 "
+        "distribution of three degrees of freedom: without a flattening the axis has no effect, so that the decrease "
+        "is the largest one over all axes. To first order in J2 the observations give a decrease of "
+        f"{chance.fall:.1f}. In simulated observations of three point masses with the stated errors, also to first "
+        f"order, it is as large in a fraction of {chance.p_first:.1g} ({chance.sigma:.1f} sigma), and as large as "
+        f"that of the fits, which are not of first order, in a fraction of {chance.p_value:.1g}. Proudfoot et al. "
+        "(2024), who have more observations, find J2 and the axis at 2.5 sigma or more. We claim no detection: the "
+        "probability is that of random errors as stated, and the axis found is not that of the ring (below), so that "
+        "errors of another kind may contribute.",
         f"Inferred: this J2 is {deviation:.1f} standard errors from that of the homogeneous figure. The mass of "
-        "Hi'iaka "
-        f"depends on J2, since both have nearly the same effect on Namaka's orbit (correlation {correlation:.2f}): "
-        "with a "
-        f"free J2 it is {masses[1]}e18 kg, and as points the moons give {points.values['hiiaka']:.1f}e18 kg.",
+        "Hi'iaka depends on J2, since both have nearly the same effect on Namaka's orbit (correlation "
+        f"{correlation:.2f}): with a free J2 it is {masses[1]}e18 kg, and as points the moons give "
+        f"{points.values['hiiaka']:.1f}e18 kg.",
         f"The axis is {haumea_study.apart(pole, (ra, dec)):.1f} degrees from the pole of the ring, "
         f"{haumea_study.off_the_ring(axis):.1f} sigma for the errors of both, and "
-        f"{haumea_study.apart(pole, orbit_pole):.1f} degrees "
-        "from that of Hi'iaka's orbit; this is not explained. With the axis of the ring and the J2 of the figure chi2 "
-        f"is {ring.chi2:.1f} for {ring.dof}, and a free J2 is {stated(ring_j2.values['J2'], ring_j2.sigma['J2'])} with "
-        f"chi2 {ring_j2.chi2:.1f}: along that axis these data show no flattening.",
+        f"{haumea_study.apart(pole, orbit_pole):.1f} degrees from that of Hi'iaka's orbit; this is not explained. "
+        f"With the axis of the ring and the J2 of the figure chi2 is {ring.chi2:.1f} for {ring.dof}, and a free J2 is "
+        f"{stated(ring_j2.values['J2'], ring_j2.sigma['J2'])} with chi2 {ring_j2.chi2:.1f}: along that axis these "
+        "data show no flattening.",
     ]

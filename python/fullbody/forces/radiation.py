@@ -224,9 +224,9 @@ class Byorp(Force):
     They act while the secondary is locked: its short axis is within 45 degrees of the orbit's normal, and the angle psi
     of its long axis to the line to the other body is that of a pendulum which does not turn over, psi'^2 + w^2 sin^2
     psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. A step ends where the lock is lost or regained, and derivatives of a run
-    include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that it breaks
-    its own lock, which would return at once without it, raises :class:`fullbody.errors.ForceFailed`. Where a lock is
-    regained with the opposite side towards the other body, the components keep their sense along the motion.
+    include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that the lock is
+    lost whenever it acts, and regained whenever it does not, raises :class:`fullbody.errors.ForceFailed`. Where a lock
+    is regained with the opposite side towards the other body, the components keep their sense along the motion.
 
     Parameters
     ----------
