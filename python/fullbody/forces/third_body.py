@@ -161,6 +161,10 @@ class ThirdBody(Force):
         units : (length, time, mass) or bool, optional
             The units of plain numbers, for a system without units; otherwise all values are Quantities.
 
+        Raises
+        ------
+        InvalidInput
+
         Notes
         -----
         The system moves on the Kepler orbit; perturbations by planets are neglected: for a close flyby give the orbit

@@ -215,6 +215,11 @@ def rotated(
     InvalidInput
         As for :meth:`kick`, and for an axis of length zero.
 
+    Warns
+    -----
+    InconsistentInput
+        For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
     Examples
     --------
     >>> import fullbody, numpy as np

@@ -119,6 +119,11 @@ class Composite:
     parts : sequence of Part
         Parts in any working frame, one at least.
 
+    Raises
+    ------
+    InvalidInput
+        If an element is not a Part, and if there are no parts.
+
     Examples
     --------
     Two lobes overlap a little, and their masses are those of whole ellipsoids:
@@ -163,6 +168,10 @@ class Composite:
             Sizes of the layers' outer surfaces relative to the outermost one, decreasing from 1.
         densities : sequence of float or Quantity
             Densities of the layers, from the outermost inwards; zero for a cavity.
+
+        Raises
+        ------
+        InvalidInput
 
         Examples
         --------

@@ -90,6 +90,14 @@ class Polyhedron:
     def harmonics(self, degree: int) -> StokesCoefficients:
         """Return Stokes coefficients in the body frame, as :meth:`fullbody.Body.harmonics`, for the circumscribed
         radius.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> wedge = fullbody.Polyhedron(corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+        >>> wedge.harmonics(8).degree
+        8
         """
         units = Units((self._vertices.unit, "s", "kg")) if is_quantity(self._vertices) else Units()
         return harmonics_of(_core.Body("the polyhedron", self._made, mass=1.0), degree, units)

@@ -111,6 +111,11 @@ class State(Tabled):
         position, velocity, spin, time
             As for the class.
 
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
         Examples
         --------
         >>> import fullbody, numpy as np
@@ -179,7 +184,15 @@ class State(Tabled):
     )
 
     def replace(self, **changes: Any) -> State:
-        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed."""
+        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]])
+        >>> state.replace(time=3.0).time
+        3.0
+        """
         names = (*PARTS, "time")
         refuse_unknown(changes, names, "State.replace")
         return _named(self.names, *(changes.get(name, getattr(self, name)) for name in names))

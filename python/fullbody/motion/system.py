@@ -69,6 +69,10 @@ class System(Tabled):
     forces : sequence of Force
         External forces from :mod:`fullbody.forces`, with distinct names.
 
+    Raises
+    ------
+    InvalidInput
+
     Examples
     --------
     >>> import fullbody
@@ -166,6 +170,11 @@ class System(Tabled):
     def index(self, body: int | str) -> int:
         """Return the index of a body from its name or index; one that the system does not have is refused.
 
+        Raises
+        ------
+        InvalidInput
+            For a body that the system does not have.
+
         Examples
         --------
         >>> import fullbody
@@ -189,6 +198,11 @@ class System(Tabled):
 
     def with_options(self, **options: Any) -> Self:
         """Return a system of the same bodies and G with other settings: options of the class but bodies, G and units.
+
+        Raises
+        ------
+        InvalidInput
+            For invalid values, and for names that are not such options.
 
         Examples
         --------
@@ -261,7 +275,16 @@ class System(Tabled):
         return self.with_options(forces=(*self._forces, *forces_of([force])))
 
     def with_forces(self, forces: Sequence[Force]) -> Self:
-        """Return the system with these external forces in place of its own, or without any for an empty list."""
+        """Return the system with these external forces in place of its own, or without any for an empty list.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> system.with_forces([tide]).forces[0].name
+        'tide on Alpha'
+        """
         return self.with_options(forces=forces)
 
     def __eq__(self, other: object) -> bool:

@@ -160,6 +160,11 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
 
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions, and for samples half a revolution apart or more.
+
     Examples
     --------
     >>> import fullbody
@@ -230,6 +235,11 @@ def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: in
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
 
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions, and for samples half a revolution apart or more.
+
     Examples
     --------
     >>> import fullbody
@@ -257,6 +267,11 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     run : Run
         A run of two revolutions or more.
     body, about : int or str
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions, and for samples half a revolution apart or more.
 
     Examples
     --------
@@ -312,6 +327,12 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     axis : array_like, (3,), optional
         The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than five revolutions, and for samples too far apart: the apsidal rate from every second
+        sample has to agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
 
     Notes
     -----

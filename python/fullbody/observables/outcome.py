@@ -76,6 +76,11 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
         The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest
         semi-axes.
 
+    Raises
+    ------
+    InvalidInput
+        For a run without samples that did not end with a contact.
+
     Notes
     -----
     A contact is an occurrence of :class:`fullbody.events.Contact`, or the overlap that ended the run. An escape is a

@@ -86,6 +86,11 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
         A run of one revolution or more.
     body, about : int or str
 
+    Raises
+    ------
+    InvalidInput
+        For a run of less than one revolution, and for samples half a revolution apart or more.
+
     Notes
     -----
     With r_p and r_a the least and the greatest distance in a revolution, a = (r_a + r_p)/2 and
@@ -155,6 +160,11 @@ def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int
     mu : float or Quantity, optional
         Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than five revolutions, and for samples half a revolution apart or more.
 
     Notes
     -----

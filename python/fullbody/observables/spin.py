@@ -149,6 +149,12 @@ def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) ->
     ndarray or Quantity, (K, 3)
         Roll, pitch and yaw; roll and yaw have no jumps.
 
+    Raises
+    ------
+    InvalidInput
+        For samples between which the body may turn by more than half a turn in that frame, so that the direction of the
+        turn is ambiguous.
+
     Examples
     --------
     >>> import fullbody
@@ -306,6 +312,12 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     limit : float or Quantity
         At most a quarter turn, which is the largest pitch possible.
     body, about : int or str
+
+    Raises
+    ------
+    InvalidInput
+        For a limit that is not an angle in that range, and for samples between which the body may turn by more than
+        half a turn in its orbit's frame.
 
     Notes
     -----

@@ -52,6 +52,16 @@ class Astrometry(Observations):
         Whether the positions are those of the centres of light of the two bodies, by Lommel-Seeliger's law, instead of
         their centres of mass. Both have to be ellipsoids, spheres or points; the geometry needs the Sun.
 
+    Raises
+    ------
+    InvalidInput
+        For errors that are not above zero, correlations that are not between -1 and 1, and shapes that do not fit.
+
+    Warns
+    -----
+    InconsistentInput
+        For rows that are left out.
+
     Examples
     --------
     >>> import astropy.units as u, fullbody

@@ -47,6 +47,16 @@ class RadarAstrometry(Observations):
         The body whose range and range rate are subtracted; none for absolute values.
     geometry : Geometry
 
+    Raises
+    ------
+    InvalidInput
+        For errors that are not above zero, and for shapes that do not fit.
+
+    Warns
+    -----
+    InconsistentInput
+        For rows that are left out.
+
     Examples
     --------
     >>> import astropy.units as u, fullbody

@@ -302,6 +302,11 @@ class KeplerElements(Generic[_T], Tabled):
         mu : float or Quantity
             Gravitational parameter, as for :meth:`to_cartesian`.
 
+        Raises
+        ------
+        InvalidInput
+            For a hyperbola.
+
         Examples
         --------
         >>> import fullbody

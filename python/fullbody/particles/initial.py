@@ -146,6 +146,11 @@ class Particles:
             Direction in the plane across the outward normal, from north towards east, and the angle above this plane.
         area_to_mass : float, Quantity or array_like
 
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
+
         Notes
         -----
         Longitude zero is at the body's x-axis, its long axis, and the z-axis is along the spin. If +x points away from
@@ -204,6 +209,11 @@ class Particles:
             Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
+
+        Warns
+        -----
+        InconsistentInput
+            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
         count = whole(n, "n")
         site, units = LaunchSite(system, state, body), system.context.units

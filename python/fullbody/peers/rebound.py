@@ -145,6 +145,13 @@ def to_rebound(system: System, state: State) -> Any:
     -------
     rebound.Simulation
 
+    Raises
+    ------
+    InvalidInput
+        If the state has another number of bodies.
+    ModuleNotFoundError
+        If the package ``rebound`` is missing.
+
     Warns
     -----
     UserWarning

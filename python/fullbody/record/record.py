@@ -202,6 +202,11 @@ class Record(Tabled, Generic[S]):
         dict of ndarray
             ``position``, ``velocity`` and ``spin`` (K, N, 3), ``attitude`` (K, N, 4).
 
+        Raises
+        ------
+        InvalidInput
+            For a time that the run does not have.
+
         Examples
         --------
         >>> import fullbody

@@ -108,6 +108,11 @@ def published(name: str) -> Published:
     name : str
         The name of the function, such as ``"didymos"``; others are refused.
 
+    Raises
+    ------
+    InvalidInput
+        For another name.
+
     Examples
     --------
     >>> import fullbody

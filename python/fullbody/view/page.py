@@ -103,6 +103,11 @@ class View:
         ----------
         path : str or Path
             A name that ends in ``.html`` or ``.htm``.
+
+        Raises
+        ------
+        InvalidInput
+            If the name ends differently.
         """
         check_suffix(path, (".html", ".htm"))
         with replacing(path) as temporary:
