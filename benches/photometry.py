@@ -1,6 +1,8 @@
 """Speed of the brightness of ellipsoids on one core, beside facets in numpy.
 
-    python benches/photometry.py
+    python benches/photometry.py [primary.obj secondary.obj]
+
+With paths of OBJ files of two bodies, such as the radar shapes of 1999 KW4, their light by facets is timed, too.
 
 Prints microseconds an epoch: of one body alone, of a pair during an event, with derivatives, and with their errors of a
 numpy model of facets and, where shapely is installed, of facets from which the outline of the other body is clipped.
@@ -8,6 +10,7 @@ The last row is the time of the mutual events of Didymos in 28 days.
 """
 
 import os
+import sys
 
 os.environ["RAYON_NUM_THREADS"] = "1"
 
@@ -115,6 +118,44 @@ def search():
     return len(observing.mutual_events(run, geometry)), best(lambda: observing.mutual_events(run, geometry), 1, 3)
 
 
+def by_shapes(paths):
+    """Return rows of the light of two shapes and of their convex hulls: alone, apart and in events."""
+    shapes = [fullbody.Polyhedron.load(path) for path in paths]
+    rng, count, rows = np.random.default_rng(1), 100, []
+
+    def unit(vectors):
+        return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+    def hull(shape):
+        points = np.asarray(shape.vertices)
+        found = ConvexHull(points)
+        kept, facets = np.unique(found.simplices, return_inverse=True)
+        points, facets = points[kept], facets.reshape(-1, 3)
+        a, b, c = np.moveaxis(points[facets], 1, 0)
+        inward = np.sum(np.cross(b - a, c - a) * found.equations[:, :3], axis=1) < 0
+        facets[inward] = facets[inward][:, ::-1]
+        return fullbody.Polyhedron(points, facets)
+
+    e, aside = (unit(rng.normal(size=(count, 3))) for _ in range(2))
+    s = unit(e + 0.8 * aside)
+    for kind, solids in (("", shapes), (", convex hull", [hull(shape) for shape in shapes])):
+        bodies = [fullbody.Body(solid, mass=1.0) for solid in solids]
+        size = np.linalg.norm(bodies[0].shape.vertices, axis=1).max()
+        apart, hidden = 3.0 * size * unit(rng.normal(size=(count, 3))), e * 3.0 * size + aside * 0.6 * size
+        cases = [(f"{len(b.shape.faces):,} facets{kind}", [b], None) for b in bodies]
+        cases += [(f"both{kind}, apart", bodies, apart), (f"both{kind}, in events", bodies, hidden)]
+        for name, some, place in cases:
+            position = np.zeros((count, len(some), 3))
+            if place is not None:
+                position[:, 1] = place
+            given = Epochs(np.zeros(count), position, unit(rng.normal(size=(count, len(some), 4))), e, s)
+            photometer = Photometer(fullbody.System(some, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
+            photometer.brightness(given)
+            rows.append((name, best(lambda p=photometer, g=given: p.brightness(g), count, 3)))
+            rows.append((f"{name}, derivatives", best(lambda p=photometer, g=given: p.derivatives(g), count, 3)))
+    return rows
+
+
 def main():
     """Print the table."""
     axes = np.array([[1.0, 0.8, 0.6], [0.4, 0.35, 0.3]])
@@ -148,6 +189,7 @@ def main():
         rows.append((f"shapely, {len(facets)} facets clipped, error {error:.0e}", best(call, 10, 3)))
     count, duration = search()
     rows.append((f"search for {count} mutual events in 28 days", duration))
+    rows += by_shapes(sys.argv[1:]) if len(sys.argv) > 2 else []
     for name, value in rows:
         print(f"{name:48} {value:10.2f}")
 

@@ -46,7 +46,7 @@ fn brightness(c: &mut Criterion) {
             b.iter(|| photometer.brightness_in(black_box(&views), never).is_ok());
         });
         group.bench_function(BenchmarkId::new("derivatives", count), |b| {
-            b.iter(|| photometer.partials_in(black_box(&views), never).is_ok());
+            b.iter(|| photometer.partials_in(black_box(&views), false, never).is_ok());
         });
     }
     group.finish();

@@ -6,7 +6,7 @@ use super::listening::listening;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::math::Vec3;
-use fullbody::photometry::{Hapke, Law, Partials, Photometer, Surface, View};
+use fullbody::photometry::{Hapke, Law, Photometer, Surface, View};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -132,29 +132,41 @@ impl PyPhotometer {
     }
 
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
-    /// vectors and semi-axes of each body, and its derivatives (K, N, 2, 3) with respect to the unit vectors
-    /// to the observer and to the Sun.
+    /// vectors and semi-axes of each body, its derivatives (K, N, 2, 3) with respect to the unit vectors to
+    /// the observer and to the Sun, and on demand for each body those with respect to its vertices, (K, N, V,
+    /// 3), with V zero for a body that is no polyhedron.
     fn partials<'py>(
         &self,
         py: Python<'py>,
         epochs: Epochs<'py>,
-    ) -> Result<(Array<'py>, Array<'py>, Array<'py>)> {
+        by_vertex: bool,
+    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>)> {
         let count = self.inner.bodies().len();
         let epoch_data = epochs.take(count)?;
-        let all = listening(py, |interrupt| self.inner.partials_in(&epoch_data.views(count), interrupt))?;
+        let views = epoch_data.views(count);
+        let all = listening(py, |interrupt| self.inner.partials_in(&views, by_vertex, interrupt))?;
         let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());
-        for (value, Partials { by_body: bodies, by_direction: directions }) in all {
+        let mut vertices = vec![Vec::new(); if by_vertex { count } else { 0 }];
+        for (value, partials) in all {
             brightness.push(value);
-            for by in bodies {
+            for by in partials.by_body {
                 by_body.extend([by.position, by.rotation, by.semi_axes].iter().flat_map(|v| [v.x, v.y, v.z]));
             }
-            by_direction.extend(directions.iter().flat_map(|v| [v.x, v.y, v.z]));
+            by_direction.extend(partials.by_direction.iter().flat_map(|v| [v.x, v.y, v.z]));
+            for (all, by) in vertices.iter_mut().zip(partials.by_vertex) {
+                all.extend(by.iter().flat_map(|v| [v.x, v.y, v.z]));
+            }
         }
         let times = epoch_data.times.len();
+        let of_body = |by: Vec<f64>| {
+            let corners = by.len() / (3 * count * times).max(1);
+            array(py, by, &[times, count, corners, 3])
+        };
         Ok((
             array(py, brightness, &[times, count])?,
             array(py, by_body, &[times, count, count, 9])?,
             array(py, by_direction, &[times, count, 2, 3])?,
+            vertices.into_iter().map(of_body).collect::<Result<_>>()?,
         ))
     }
 }

@@ -9,10 +9,10 @@
 //! changes at x by 2 N.(dx + reach dd - dX); a change of the reach has no effect, since N is perpendicular to
 //! d.
 
-use super::facets::Facet;
 use super::kernel::{PARTIALS, ScatteringKernel};
 use super::law::Law;
 use super::lune::{Longitude, Lune};
+use super::mesh::Facet;
 use super::outline::{Hiding, Light, Outline, level};
 use super::strips::{StripMoments, Strips};
 use crate::error::Result;
@@ -54,6 +54,9 @@ pub struct Partials {
     /// Derivatives with respect to the unit vectors to the observer and to the Sun, inertial; they are
     /// perpendicular to these vectors.
     pub by_direction: [Vec3; 2],
+    /// Derivatives with respect to the vertices of each body that is one polyhedron, in its frame, if these
+    /// were asked for; otherwise empty.
+    pub by_vertex: Vec<Vec<Vec3>>,
 }
 
 /// An ellipsoid in sunlight, with the outlines of what hides light from it.
@@ -156,7 +159,7 @@ impl<'a> Lit<'a> {
 
     /// Divides the lune by meridians and parallels into cells, each of two triangles, and returns these with
     /// numbers in proportion to their brightness. The thinner the lune, the nearer are its parallels.
-    pub fn cells(&self, part: [usize; 2]) -> Vec<(Facet, f64)> {
+    pub fn cells(&self) -> Vec<(Facet, f64)> {
         const ROWS: f64 = 64.0;
         const COLUMNS: f64 = 32.0;
         if self.lune.is_empty() {
@@ -185,7 +188,7 @@ impl<'a> Lit<'a> {
             let brightness = self.lune.kernel(l)[0] * kernel.factor(l, z, rho) * rho * rho;
             let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
                 .map(|(up, back)| corner(row + up, column + back));
-            let halves = [[a, b, d], [c, d, b]].map(|corners| Facet::cell(part, corners));
+            let halves = [[a, b, d], [c, d, b]].map(Facet::new);
             let area = halves[0].area + halves[1].area;
             // At a pole one of the two has no area.
             let halves = halves.into_iter().filter(|half| half.area > 1e-9 * area);

@@ -6,12 +6,16 @@
 //! round-off; other shapes are represented by their facets.
 
 mod ellipsoid;
+mod facet_gradient;
+mod faceted;
 mod facets;
 mod kernel;
 mod law;
 mod lune;
+mod mesh;
 mod outline;
 mod photometer;
+mod region;
 mod rule;
 mod scene;
 mod snapshot;

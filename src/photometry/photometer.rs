@@ -1,11 +1,13 @@
 //! The brightness of bodies at one epoch or at many.
 
-use super::ellipsoid::{ByBody, Lit, Partials};
+use super::ellipsoid::{ByBody, Partials};
+use super::faceted::Target;
 use super::scene::{Scene, Surface};
 use super::snapshot::{Snapshot, View, WORK};
 use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
-use crate::shape::Body;
+use crate::math::Vec3;
+use crate::shape::{Body, Part, Shape};
 use rayon::prelude::*;
 
 /// Bodies and surfaces whose brightness is computed.
@@ -75,8 +77,8 @@ impl Photometer {
     /// Returns the errors of [`Self::brightness`].
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
-            let of = |_: &mut (), lit: &Lit<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
-                lit.brightness(interrupt)
+            let of = |_: &mut (), target: &Target<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
+                target.brightness(interrupt)
             };
             snapshot.for_each_body(interrupt, of, |brightness, ()| all.push(brightness))
         })
@@ -86,43 +88,57 @@ impl Photometer {
     /// not among them: it is the brightness divided by the albedo.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body that is not an
-    /// ellipsoid and for a law of a rough surface.
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for ellipsoids beside bodies of
+    /// another shape or in composites, and for a law of a rough surface.
     pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
-        self.partials_in(std::slice::from_ref(view), interrupt)
+        self.partials_in(std::slice::from_ref(view), true, interrupt)
     }
 
-    /// Returns the brightness of each body in each view, with its derivatives.
+    /// Returns the brightness of each body in each view, with its derivatives; those with respect to vertices
+    /// only on demand.
     ///
     /// # Errors
     /// Returns the errors of [`Self::partials`].
     pub fn partials_in(
         &self,
         views: &[View<'_>],
+        by_vertex: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<(f64, Partials)>> {
-        for ((body, surface), semi_axes) in
-            self.scene.bodies.iter().zip(&self.scene.surfaces).zip(&self.scene.semi_axes)
-        {
-            if semi_axes.is_none() {
-                let expected = "an ellipsoid or a sphere, which alone have derivatives of their brightness";
-                return Err(Error::invalid(format!("shape of {}", body.name), "another one", expected));
+        let Scene { bodies, surfaces, semi_axes, meshes, .. } = &self.scene;
+        for ((body, surface), semi_axes) in bodies.iter().zip(surfaces).zip(semi_axes) {
+            let curved = body.outer_parts().any(|part| matches!(part.shape, Shape::Ellipsoid(_)));
+            if curved && (semi_axes.is_none() || (self.scene.hides() && !meshes.is_empty())) {
+                let expected = "bodies that are all ellipsoids, or all polyhedra and composites of polyhedra";
+                return Err(Error::invalid(
+                    format!("shape of {}", body.name),
+                    "an ellipsoid beside facets, with which the brightness has no derivatives",
+                    expected,
+                ));
             }
             if surface.law.has_edges() {
                 let what = format!("roughness of the scattering law of {}", body.name);
                 return Err(Error::invalid(what, "above zero", "zero, with which there are derivatives"));
             }
         }
-        let none =
-            || Partials { by_body: vec![ByBody::default(); self.scene.bodies.len()], ..Partials::default() };
+        let vertices = |body: &Body| match body.parts() {
+            [Part { shape: Shape::Polyhedron(polyhedron), .. }] => polyhedron.vertices().count(),
+            _ => 0,
+        };
+        let counts: Vec<usize> = bodies.iter().filter(|_| by_vertex).map(vertices).collect();
+        let none = || Partials {
+            by_body: vec![ByBody::default(); bodies.len()],
+            by_vertex: counts.iter().map(|count| vec![Vec3::zeros(); *count]).collect(),
+            ..Partials::default()
+        };
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |sums: &mut Option<Partials>,
-                      lit: &Lit<'_>,
+                      target: &Target<'_>,
                       factor,
                       directions: [&_; 2],
                       interrupt: &mut InterruptCheck<'_>| {
                 let mut part = none();
-                let brightness = lit.partials(&mut part, interrupt)?;
+                let brightness = target.partials(&mut part, interrupt)?;
                 sums.get_or_insert_with(none).add(&part, factor, directions);
                 Ok(brightness)
             };
@@ -131,8 +147,7 @@ impl Photometer {
     }
 
     /// Adds what `of` appends for each view to a list, in order. Short views are distributed over the threads
-    /// of the machine. In a long one, such as a view of facets, the threads share the work, and the view
-    /// itself checks for interrupts.
+    /// of the machine. A long one, such as a view of many facets, itself checks for interrupts.
     fn for_views<'a, T: Send>(
         &'a self,
         views: &[View<'a>],
@@ -148,10 +163,14 @@ impl Photometer {
             }
             Ok(all)
         };
+        for mesh in &self.scene.meshes {
+            mesh.horizons(interrupt)?;
+        }
         let work: u64 = self.scene.surfaces.iter().map(|surface| work(surface, self.scene.hides())).sum();
+        let work = work + self.scene.meshes.iter().map(|mesh| WORK * mesh.facets.len() as u64).sum::<u64>();
         let work = self.scene.sun.len() as u64 * work.max(1);
         let threads = rayon::current_num_threads();
-        if threads == 1 || views.len() == 1 || work > 5 * UNITS || !self.scene.meshes.is_empty() {
+        if threads == 1 || views.len() == 1 || work > 5 * UNITS {
             return some(views, interrupt);
         }
         let share = (UNITS / work).max(1) as usize;

@@ -1,7 +1,7 @@
 //! The bodies whose brightness is computed: their surfaces, their facets, and the Sun's disc.
 
-use super::facets::Mesh;
 use super::law::Law;
+use super::mesh::Mesh;
 use crate::error::{Error, Result};
 use crate::math::{Vec3, perpendicular};
 use crate::shape::{Body, Part, Shape};
@@ -30,7 +30,7 @@ pub struct Scene {
     pub sun: Vec<[f64; 3]>,
     /// The semi-axes of each body that is one ellipsoid about its centre.
     pub semi_axes: Vec<Option<Vec3>>,
-    /// The facets of each body; empty where all bodies are ellipsoids.
+    /// The facets of each part of each body; empty where all bodies are ellipsoids.
     pub meshes: Vec<Mesh>,
 }
 
@@ -77,7 +77,9 @@ impl Scene {
         }
         let semi_axes: Vec<_> = bodies.iter().map(ellipsoid).collect();
         let all_exact = semi_axes.iter().all(Option::is_some);
-        let meshes = if all_exact { Vec::new() } else { bodies.iter().map(Mesh::new).collect() };
+        let parts = bodies.iter().enumerate().filter(|_| !all_exact);
+        let parts = parts.flat_map(|(k, body)| body.outer_parts().enumerate().map(move |(i, p)| ([k, i], p)));
+        let meshes = parts.filter_map(|(place, part)| Mesh::new(place, part)).collect();
         Ok(Self { bodies, surfaces, mutual, sun: disc(sun_radius), semi_axes, meshes })
     }
 

@@ -1,7 +1,9 @@
 //! Bodies at one epoch: which of them hide light from which, and the light of each.
 
 use super::ellipsoid::{Lit, Partials, Placed};
-use super::facets::Faceted;
+use super::faceted::{FacetedBody, Target};
+use super::facets::{FacetedPart, Occluder, SurfaceLight};
+use super::mesh::Mesh;
 use super::outline::Light;
 use super::scene::Scene;
 use crate::error::{Error, Result, require_finite};
@@ -146,13 +148,13 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
-    /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and the
+    /// result to which it may add, the body in the light from that point, the point's factor, and the
     /// directions to the observer and to the Sun's centre, and to the observer and to the point. `take` is
     /// called with the brightness and the result of each body.
     pub fn for_each_body<T: Default>(
         &self,
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&mut T, &Lit<'_>, f64, [&[Vec3; 2]; 2], &mut InterruptCheck) -> Result<f64>,
+        of: impl Fn(&mut T, &Target<'_>, f64, [&[Vec3; 2]; 2], &mut InterruptCheck) -> Result<f64>,
         mut take: impl FnMut(f64, T),
     ) -> Result<()> {
         let Scene { bodies, surfaces, .. } = self.scene;
@@ -163,16 +165,16 @@ impl<'a> Snapshot<'a> {
             let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in suns {
                 interrupt.charge(WORK, self.view.time)?;
-                if self.needs_facets(index, directions) {
-                    total += weight * self.faceted(index, directions, interrupt)?;
-                    continue;
-                }
-                let factor = weight * surface.albedo[0];
-                let bodies_in_front = self.bodies_in_front(index, directions);
-                let lit =
-                    Lit::new(&self.placed[index], &surface.law, self.view.time, *directions, bodies_in_front);
-                let light =
-                    of(&mut gathered, &lit, factor, [&self.ways[self.way(index)].0, directions], interrupt);
+                let (target, factor) = if self.needs_facets(index, directions) {
+                    (Target::Facets(self.faceted(index, directions, interrupt)?), *weight)
+                } else {
+                    let (placed, time) = (&self.placed[index], self.view.time);
+                    let in_front = self.bodies_in_front(index, directions);
+                    let lit = Lit::new(placed, &surface.law, time, *directions, in_front);
+                    (Target::Ellipsoid(lit), weight * surface.albedo[0])
+                };
+                let directions = [&self.ways[self.way(index)].0, directions];
+                let light = of(&mut gathered, &target, factor, directions, interrupt);
                 total += factor
                     * light.map_err(|error| match error {
                         Error::NotConverged { detail, .. } => {
@@ -251,41 +253,55 @@ impl<'a> Snapshot<'a> {
                 || self.others(body, directions).any(|other| semi_axes[other].is_none()))
     }
 
-    /// Returns the brightness of a body by its facets. An ellipsoid has the share of its exact brightness
-    /// that is left of its cells.
-    fn faceted(&self, body: usize, directions: &[Vec3; 2], interrupt: &mut InterruptCheck) -> Result<f64> {
+    /// Returns a body in sunlight by its facets.
+    fn faceted(
+        &self,
+        body: usize,
+        directions: &[Vec3; 2],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<FacetedBody<'a>> {
         let Scene { surfaces, meshes, .. } = self.scene;
-        let (law, albedo, time) = (&surfaces[body].law, &surfaces[body].albedo, self.view.time);
-        let Placed { position: centre, rotation, .. } = self.placed[body];
-        let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
-        let placed = [Light::Sight, Light::Sun].map(|light| {
-            let centre_of = |k: &usize| {
-                let (other, growth) = self.in_light(light, *k, body, directions);
-                (*k, &meshes[*k], other.position - centre, other.rotation * growth)
-            };
-            all.iter().map(centre_of).collect()
-        });
-        let faceted = Faceted::new(placed, directions);
         let [e, s] = directions;
-        let phase = e.cross(s).norm().atan2(e.dot(s));
-        let facets = meshes[body].lit(body, &rotation, directions, &law.at(phase), albedo);
-        let mut total = faceted.left(&facets, time, interrupt)?;
-        for (index, part) in &meshes[body].ellipsoids {
-            let placed = Placed {
-                body,
-                semi_axes: Vec3::from(part.shape.semi_axes()),
-                position: rotation * part.position(),
-                rotation: rotation * part.rotation(),
-            };
-            let lit = Lit::new(&placed, law, time, *directions, std::iter::empty());
-            let cells = lit.cells([body, *index]);
-            let whole: f64 = cells.iter().map(|(_, brightness)| brightness).sum();
-            if whole > 0.0 {
-                total +=
-                    albedo[0] * lit.brightness(interrupt)? * faceted.left(&cells, time, interrupt)? / whole;
+        let law = &surfaces[body].law;
+        let scattering = law.at(e.cross(s).norm().atan2(e.dot(s)));
+        let surface = SurfaceLight { law, scattering, albedo: &surfaces[body].albedo, time: self.view.time };
+        let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
+        let part = |mesh: &'a Mesh| {
+            let rotation = self.placed[body].rotation * mesh.pose.1;
+            let lights = directions.map(|direction| rotation.tr_mul(&direction));
+            let occluders = self.occluders(mesh, directions, &all);
+            Ok(FacetedPart { mesh, horizons: mesh.horizons(interrupt)?, rotation, lights, occluders })
+        };
+        let parts = meshes.iter().filter(|mesh| mesh.place[0] == body).map(part).collect::<Result<_>>()?;
+        Ok(FacetedBody { parts, surface })
+    }
+
+    /// Returns the parts of some bodies that may hide light from a part.
+    fn occluders(&self, mesh: &Mesh, directions: &[Vec3; 2], bodies: &[usize]) -> Vec<Occluder<'a>> {
+        let body = mesh.place[0];
+        let Placed { position: centre, rotation, .. } = self.placed[body];
+        let (origin, turned) = (rotation * mesh.pose.0, rotation * mesh.pose.1);
+        let others = self.scene.meshes.iter().filter(|other| other.place != mesh.place);
+        let mut all = Vec::new();
+        for other in others.filter(|other| bodies.contains(&other.place[0])) {
+            for light in [Light::Sight, Light::Sun] {
+                let (placed, growth) = self.in_light(light, other.place[0], body, directions);
+                let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
+                let direction = &directions[light as usize];
+                let aside = (from - direction * from.dot(direction)).norm();
+                if aside < mesh.radii[0] + other.radii[0] * growth {
+                    all.push(Occluder {
+                        mesh: other,
+                        light: light as usize,
+                        position: turned.tr_mul(&from),
+                        rotation: turned.tr_mul(&(placed.rotation * other.pose.1)),
+                        growth,
+                        first: other.place < mesh.place,
+                    });
+                }
             }
         }
-        Ok(total)
+        all
     }
 
     /// The place of a body in the lists of directions.
@@ -336,6 +352,9 @@ impl Partials {
             sum.position += by.position * factor;
             sum.rotation += by.rotation * factor;
             sum.semi_axes += by.semi_axes * factor;
+        }
+        for (sums, by) in self.by_vertex.iter_mut().zip(&part.by_vertex) {
+            sums.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * factor);
         }
         for k in 0..2 {
             // The directions are unit vectors, so that derivatives along them have no meaning.

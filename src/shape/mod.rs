@@ -13,6 +13,7 @@ mod distance;
 mod ellipsoid;
 mod frame;
 mod gap;
+mod horizon;
 mod moment_cache;
 mod mesh;
 mod proximity;
@@ -31,6 +32,8 @@ pub use ellipsoid::Ellipsoid;
 pub use frame::WorkingFrame;
 #[doc(hidden)]
 pub use gap::gap_between;
+#[doc(hidden)]
+pub use horizon::Horizons;
 #[doc(hidden)]
 pub use mesh::{Edge, solid_angle};
 #[doc(hidden)]

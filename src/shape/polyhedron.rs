@@ -12,6 +12,7 @@
 
 use super::distance::{angle_at, between_triangles, closest_point};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
+use super::horizon::Horizons;
 use super::mesh::{Edge, check, check_solid, solid_angle, sums};
 use super::moment_cache::{MomentCache, cached_moments};
 use super::tree::{BoundingBox, Tree};
@@ -23,8 +24,8 @@ use crate::math::{Mat3, Vec3, triangle};
 use pulp::Arch;
 use std::cell::Cell;
 use std::mem::discriminant;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal
 /// axes of inertia. Copies share their data.
@@ -51,6 +52,8 @@ struct Solid {
     checked: AtomicBool,
     /// The cached harmonic moments.
     moments: MomentCache,
+    /// The horizons of the faces, once they are known; none for a convex polyhedron.
+    horizons: OnceLock<Option<Horizons>>,
 }
 
 impl PartialEq for Polyhedron {
@@ -141,6 +144,7 @@ impl Polyhedron {
             vertices,
             checked: AtomicBool::new(false),
             moments: MomentCache::default(),
+            horizons: OnceLock::new(),
         };
         Ok(Self { solid: Arc::new(solid), scale: 1.0 })
     }
@@ -245,6 +249,21 @@ impl Polyhedron {
             }
         });
         (normal.normalize(), height * self.scale)
+    }
+
+    /// Returns the horizons of the faces, which are found once; `None` for a convex polyhedron.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    #[doc(hidden)]
+    pub fn horizons(&self, interrupt: &mut InterruptCheck) -> Result<Option<&Horizons>> {
+        let solid = &self.solid;
+        if let Some(horizons) = solid.horizons.get() {
+            return Ok(horizons.as_ref());
+        }
+        let triangles: Vec<_> = (0..solid.faces.len() as u32).map(|face| solid.corners(face)).collect();
+        let horizons = Horizons::new(&triangles, &solid.tree, interrupt)?;
+        Ok(solid.horizons.get_or_init(|| horizons).as_ref())
     }
 
     /// Returns the least value of a function of faces; `bound` returns a lower bound for all faces in a box.

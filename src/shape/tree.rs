@@ -1,6 +1,7 @@
 //! A tree of bounding boxes around faces, which finds the faces near a point or a box.
 
 use crate::math::Vec3;
+use std::ops::ControlFlow;
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,6 +120,31 @@ impl Tree {
                 }
             }
         }
+    }
+
+    /// Calls `visit` with the items of all boxes that `enter` lets pass, until it breaks.
+    pub fn search(
+        &self,
+        enter: impl Fn(&BoundingBox) -> bool,
+        mut visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        // Branches halve the items, so that the tree is not deeper than the bits of their number.
+        let (mut stack, mut ahead) = ([0; 1 + u32::BITS as usize], 1);
+        while ahead > 0 {
+            ahead -= 1;
+            let index = stack[ahead];
+            let node = &self.nodes[index];
+            if enter(&node.block) {
+                match &node.content {
+                    Content::Leaf(range) => self.items[range.clone()].iter().try_for_each(|&i| visit(i))?,
+                    Content::Branches(second) => {
+                        (stack[ahead], stack[ahead + 1]) = (*second, index + 1);
+                        ahead += 2;
+                    }
+                }
+            }
+        }
+        ControlFlow::Continue(())
     }
 
     /// Returns the least value of `of` over the items that is below `most`; `bound` returns a lower bound for

@@ -4,6 +4,7 @@ mod contact;
 mod doors;
 mod dynamics;
 mod ensemble;
+mod facet_light;
 mod forces;
 mod gravity;
 mod integrators;

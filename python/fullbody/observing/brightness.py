@@ -36,12 +36,15 @@ class BrightnessDerivatives(ArrayFields):
     rotation : ndarray or Quantity, (N, N, 3)
         Derivatives with respect to the rotation vector of each body, in its body frame.
     semi_axes : ndarray or Quantity, (N, N, 3)
-        Derivatives with respect to the semi-axes of each body.
+        Derivatives with respect to the semi-axes of each body; zero for a polyhedron.
     albedo : ndarray or Quantity, (N,)
         Derivatives of each body's brightness with respect to its albedo.
     to_observer, to_sun : ndarray or Quantity, (N, 3)
         Derivatives with respect to the unit vectors to the observer and to the Sun, inertial frame; they are
         perpendicular to these.
+    vertices : tuple of N ndarrays or Quantities, (N, V, 3)
+        For each body the derivatives of the brightness of all bodies with respect to its V vertices in its own frame,
+        which stays where it is; V is zero for a body that is not one polyhedron.
     """
 
     brightness: Any
@@ -51,6 +54,7 @@ class BrightnessDerivatives(ArrayFields):
     albedo: Any
     to_observer: Any
     to_sun: Any
+    vertices: tuple[Any, ...] = ()
 
 
 class Epochs(NamedTuple):
@@ -145,12 +149,12 @@ class Photometer:
         """Return the phase functions (K, N) of the bodies at phase angles (K, N)."""
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)
 
-    def derivatives(self, epochs: Epochs) -> BrightnessDerivatives:
-        """Return the brightness with its derivatives, each with a first axis of K epochs.
+    def derivatives(self, epochs: Epochs, vertices: bool = False) -> BrightnessDerivatives:
+        """Return the brightness with its derivatives, each with a first axis of K epochs; by vertices only on demand.
 
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
-        plain, bodies, light = self._core.partials(epochs.core())
+        plain, bodies, light, by_vertex = self._core.partials(epochs.core(), vertices)
         ways = epochs.ways()
         angle = _phase_angle(*ways)
         factor = self._by_law(angle)
@@ -182,6 +186,7 @@ class Photometer:
             plain * factor,
             light[:, :, 0],
             light[:, :, 1],
+            tuple(one * whole[..., None, None] for one in by_vertex),
         )
 
 
@@ -201,9 +206,9 @@ def brightness(
     Ellipsoids and spheres are exact to round-off, with any number of bodies that occult or eclipse them at once.
     So is a body near the edge of a much larger one, as far as the last digits of their places tell: 1e-10 at a ratio of
     sizes of 1e-7. Events with observer and Sun in one direction to within 2e-12 radians are accurate to 1e-11.
-    Polyhedra and composites are computed from their facets, with the parts that they hide of each other cut out to 1e-9
-    of a facet; where parts share a plane, each point counts once. Ellipsoids beside them have 5,120 facets where they
-    hide light and 4,096 where light is hidden from them: an error of about 0.1 % of their light.
+    Polyhedra and composites are computed from their facets, from which the parts that they hide of each other are cut
+    exactly; where parts share a plane, each point counts once. Ellipsoids beside them have 5,120 facets where they hide
+    light and 4,096 where light is hidden from them: an error of about 0.1 % of their light.
 
     Parameters
     ----------
@@ -277,7 +282,8 @@ def brightness_derivatives(
     """Compute the brightness of each body and its derivatives with respect to poses, semi-axes, albedos and directions.
 
     The derivatives are integrals over the visible and illuminated surface and along the outlines of what hides it; only
-    a phase function is differentiated by differences. Polyhedra, composites and rough surfaces have no derivatives.
+    a phase function is differentiated by differences. Those of polyhedra are exact with all shadows. There are none for
+    rough surfaces, and for ellipsoids beside polyhedra or in composites, whose brightness is approximate there.
 
     Parameters
     ----------
@@ -298,11 +304,13 @@ def brightness_derivatives(
     ((2, 2, 3), (2, 2, 3), (2, 3))
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.derivatives(_at(system, state, to_observer, to_sun))
+    found = photometer.derivatives(_at(system, state, to_observer, to_sun), vertices=True)
     dimensions = {"position": "length", "semi_axes": "length"}
-    names = BrightnessDerivatives.__dataclass_fields__
+    attach = system.context.units.attach
+    names = [name for name in BrightnessDerivatives.__dataclass_fields__ if name != "vertices"]
     return BrightnessDerivatives(
-        *(system.context.units.attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names)
+        *(attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names),
+        tuple(attach(one[0], "length") for one in found.vertices),
     )
 
 

@@ -150,3 +150,19 @@ def test_a_sphere_behind_the_edge_of_a_plate_is_the_sum_of_its_strips(phase):
         found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
         expected = strips(1e9, edge, s if axis == 0 else s[[1, 0, 2]], "seeliger")
         assert abs(found - expected) < 2e-3 * alone, (axis, edge, found, expected, alone)
+
+
+def test_derivatives_with_respect_to_vertices_scale_as_an_area():
+    # Brightness is an area: scaling all lengths by 1 + h changes it by 2 h, and so do all vertices and positions.
+    rng = np.random.default_rng(4)
+    bodies = [Body(box(2.0, 1.5, 1.0), mass=1.0), Body(hull(unit(rng.normal(size=(20, 3))))[0], mass=0.1)]
+    state = State([[0, 0, 0], [3.0, 0.4, 0.3]], np.zeros((2, 3)), [[0.8, 0.2, 0.4, 0.4], [1, 0, 0, 0]])
+    system = System(bodies, G=1.0)
+    found = observing.brightness_derivatives(system, state, [1, 0, 0], [0.8, 0.3, 0.4])
+    alone = observing.brightness(system, state, [1, 0, 0], [0.8, 0.3, 0.4], mutual=False)
+    growth = np.einsum("ijx,jx->i", found.position, state.position)
+    for body, by in zip(bodies, found.vertices, strict=True):
+        growth = growth + np.einsum("ivx,vx->i", by, body.shape.vertices)
+    assert found.brightness[0] < 0.95 * alone[0]
+    np.testing.assert_allclose(growth, 2.0 * found.brightness, rtol=1e-12)
+    assert found.vertices[1].shape == (2, len(bodies[1].shape.vertices), 3)

@@ -1,0 +1,70 @@
+//! The brightness of a body by the facets of its parts, and its derivatives with respect to poses, vertices and
+//! directions.
+
+use super::ellipsoid::{Lit, Partials};
+use super::facets::{FacetedPart, SurfaceLight};
+use super::mesh::Mesh;
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::{Mat3, Vec3};
+
+/// A body in sunlight by the facets of its parts.
+pub struct FacetedBody<'a> {
+    pub parts: Vec<FacetedPart<'a>>,
+    pub surface: SurfaceLight<'a>,
+}
+
+/// A body in sunlight: one ellipsoid about its centre, or any other one.
+pub enum Target<'a> {
+    Ellipsoid(Lit<'a>),
+    Facets(FacetedBody<'a>),
+}
+
+impl Target<'_> {
+    /// Returns the brightness, in squared length; that of an ellipsoid without its albedo.
+    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
+        match self {
+            Self::Ellipsoid(lit) => lit.brightness(interrupt),
+            Self::Facets(body) => body
+                .parts
+                .iter()
+                .try_fold(0.0, |sum, part| Ok(sum + part.brightness(&body.surface, interrupt)?)),
+        }
+    }
+
+    /// Returns the brightness and adds its derivatives to `partials`.
+    pub fn partials(&self, partials: &mut Partials, interrupt: &mut InterruptCheck) -> Result<f64> {
+        match self {
+            Self::Ellipsoid(lit) => lit.partials(partials, interrupt),
+            Self::Facets(body) => body.parts.iter().try_fold(0.0, |sum, part| {
+                let (brightness, gradient) = part.partials(&body.surface, interrupt)?;
+                add(partials, part.mesh, &part.rotation, 1.0, &gradient.own);
+                for (occluder, by_vertex) in part.occluders.iter().zip(&gradient.occluders) {
+                    let rotation = part.rotation * occluder.rotation;
+                    add(partials, occluder.mesh, &rotation, occluder.growth, by_vertex);
+                }
+                for (k, by_light) in gradient.lights.iter().enumerate() {
+                    partials.by_direction[k] += part.rotation * by_light;
+                }
+                Ok(sum + brightness)
+            }),
+        }
+    }
+}
+
+/// Adds derivatives with respect to the vertices of a part, in its frame, which has this rotation and growth in
+/// the inertial frame.
+fn add(partials: &mut Partials, mesh: &Mesh, rotation: &Mat3, growth: f64, by_vertex: &[Vec3]) {
+    let [body, _] = mesh.place;
+    let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
+    for (at, by) in mesh.vertices.iter().zip(by_vertex) {
+        force += by;
+        torque += at.cross(by);
+    }
+    let (position, pose) = &mesh.pose;
+    partials.by_body[body].position += rotation * force / growth;
+    partials.by_body[body].rotation += pose * torque + position.cross(&(pose * force));
+    if let Some(sums) = partials.by_vertex.get_mut(body) {
+        sums.iter_mut().zip(by_vertex).for_each(|(sum, by)| *sum += pose * by);
+    }
+}

@@ -1,0 +1,267 @@
+//! The facets of one part of a body, and what they hide of a triangle.
+
+use super::region::{Corner, Line, Region};
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::{Mat3, Vec3};
+use crate::shape::{BoundingBox, Horizons, Part, Polyhedron, Shape, Tree};
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+
+/// The number of times that each face of an icosahedron is divided into four: 5,120 facets of size 0.07
+/// radii.
+const SUBDIVISIONS: u32 = 4;
+
+/// A point that is nearer to a facet's plane than this, in sizes of the facet, is in it up to rounding.
+const LEVEL: f64 = 1e-10;
+/// Likewise for facets of one polyhedron, whose common corners are the same numbers.
+const OWN_LEVEL: f64 = 1e-12;
+
+/// The part of a line's number that tells a side of its facet; the last one is where its plane meets that of
+/// the triangle.
+pub const SIDES: u32 = 4;
+
+/// A triangle of the surface of a part.
+#[derive(Debug, Clone)]
+pub struct Facet {
+    pub corners: [Vec3; 3],
+    pub normal: Vec3,
+    pub area: f64,
+}
+
+impl Facet {
+    pub fn new(corners: [Vec3; 3]) -> Self {
+        let across = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let size = across.norm();
+        Self { corners, normal: across / size, area: 0.5 * size }
+    }
+
+    /// The length of the longer one of the first two sides.
+    fn size(&self) -> f64 {
+        let [a, b, c] = &self.corners;
+        (b - a).norm().max((c - a).norm())
+    }
+
+    /// Returns the rows that give of a point's difference from the first corner its shares of the first two
+    /// sides, as seen along a direction, and its distance along that direction.
+    pub fn rows(&self, direction: &Vec3) -> [Vec3; 3] {
+        let [a, b, c] = self.corners;
+        let along = self.normal.dot(direction);
+        let across = (2.0 * self.area * along).recip();
+        [(c - a).cross(direction) * across, direction.cross(&(b - a)) * across, self.normal / along]
+    }
+
+    /// Whether two facets lie in one plane and face the same side: all corners of the smaller one are in the
+    /// plane of the larger one.
+    fn is_level_with(&self, other: &Self) -> bool {
+        let (large, small) = if self.area >= other.area { (self, other) } else { (other, self) };
+        let level = LEVEL * large.size();
+        large.normal.dot(&small.normal) > 0.0
+            && small.corners.iter().all(|v| large.normal.dot(&(v - large.corners[0])).abs() <= level)
+    }
+}
+
+/// The facets of a part, in its own frame.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    /// The indices of the body and of the part in its list.
+    pub place: [usize; 2],
+    /// The part's pose in the body frame.
+    pub pose: (Vec3, Mat3),
+    /// The facets, with the indices of their corners in the list of vertices.
+    pub facets: Vec<Facet>,
+    pub faces: Vec<[u32; 3]>,
+    pub vertices: Vec<Vec3>,
+    /// The polyhedron; `None` for an ellipsoid.
+    pub polyhedron: Option<Polyhedron>,
+    /// The semi-axes of an ellipsoid.
+    pub semi_axes: Vec3,
+    /// The radii of the least ball about the origin that holds the facets, and of the largest one that is
+    /// known to be within them.
+    pub radii: [f64; 2],
+    tree: Tree,
+}
+
+impl Mesh {
+    /// Makes the facets of a part; `None` for a part without a surface.
+    pub fn new(place: [usize; 2], part: &Part) -> Option<Self> {
+        let (vertices, faces, semi_axes): (Vec<Vec3>, _, _) = match &part.shape {
+            Shape::Point | Shape::Stokes(_) => return None,
+            Shape::Polyhedron(shape) => (shape.vertices().collect(), shape.faces().to_vec(), Vec3::zeros()),
+            Shape::Ellipsoid(ellipsoid) => {
+                let axes = Vec3::from(ellipsoid.semi_axes());
+                let (vertices, faces) = sphere(SUBDIVISIONS);
+                (vertices.iter().map(|v| v.component_mul(&axes)).collect(), faces, axes)
+            }
+        };
+        let facets: Vec<_> =
+            faces.iter().map(|face| Facet::new(face.map(|v| vertices[v as usize]))).collect();
+        let reach = faces.iter().flatten().map(|&v| vertices[v as usize].norm()).fold(0.0, f64::max);
+        // If the origin is below all planes, no facet reaches the ball that touches the nearest one.
+        let heights = facets.iter().map(|facet| facet.normal.dot(&facet.corners[0]));
+        let within = heights.fold(f64::INFINITY, f64::min).max(0.0);
+        let blocks: Vec<_> = facets.iter().map(|facet| BoundingBox::of(&facet.corners)).collect();
+        Some(Self {
+            place,
+            pose: (part.position(), part.rotation()),
+            facets,
+            faces,
+            vertices,
+            polyhedron: match &part.shape {
+                Shape::Polyhedron(polyhedron) => Some(polyhedron.clone()),
+                _ => None,
+            },
+            semi_axes,
+            radii: [reach, within],
+            tree: Tree::new(&blocks),
+        })
+    }
+
+    /// Returns the horizons of the facets; `None` if the part hides nothing of itself.
+    pub fn horizons(&self, interrupt: &mut InterruptCheck) -> Result<Option<&Horizons>> {
+        self.polyhedron.as_ref().map_or(Ok(None), |polyhedron| polyhedron.horizons(interrupt))
+    }
+
+    /// Takes from a region of a triangle what the facets hide along a direction, all in the part's frame. Of
+    /// a facet in one plane with the triangle, `first` tells whether it counts before the triangle; `None`
+    /// for a triangle of the same part. The line of a side is `line` and [`SIDES`] times the facet's index.
+    /// Without candidates all facets are searched.
+    pub fn hide(
+        &self,
+        triangle: &Facet,
+        direction: &Vec3,
+        first: Option<bool>,
+        line: Line,
+        candidates: Option<impl Iterator<Item = u32>>,
+        region: &mut Region,
+    ) {
+        let rows = triangle.rows(direction);
+        let [a, ..] = triangle.corners;
+        let scale = triangle.size() / triangle.normal.dot(direction);
+        // Points that are above the plane only by rounding are not in front of it.
+        let (level, cut) =
+            if first.is_some() { [LEVEL * scale; 2].into() } else { (OWN_LEVEL * scale, -OWN_LEVEL * scale) };
+        // A facet in the plane of a triangle is level with it in sizes of the larger one.
+        let margin = if first.is_some() { 1e4 * level } else { -level };
+        let third = -(rows[0] + rows[1]);
+        let bounds = [(rows[0], 0.0), (rows[1], 0.0), (third, 1.0), (rows[2], margin)]
+            .map(|(row, offset)| (row, row.abs(), offset));
+        let enter = |block: &BoundingBox| {
+            let (middle, half) = (0.5 * (block.low + block.high) - a, 0.5 * (block.high - block.low));
+            for (row, sizes, offset) in &bounds {
+                if row.dot(&middle) + sizes.dot(&half) + offset <= 0.0 {
+                    return false;
+                }
+            }
+            true
+        };
+        let hide = |index: u32| {
+            let facet = &self.facets[index as usize];
+            // A ray enters the solid of its own facet before it leaves it; it may start within another part.
+            if (facet.normal.dot(direction) > 0.0) != first.is_some() {
+                return ControlFlow::Continue(());
+            }
+            let (mut seen, mut most) = ([[0.0; 3]; 3], [f64::NEG_INFINITY; 4]);
+            for (at, v) in seen.iter_mut().zip(&facet.corners) {
+                let from = v - a;
+                *at = [rows[0].dot(&from), rows[1].dot(&from), rows[2].dot(&from)];
+                let beyond = [at[0], at[1], 1.0 - at[0] - at[1], at[2]];
+                most.iter_mut().zip(beyond).for_each(|(most, value)| *most = most.max(value));
+            }
+            if most[..3].iter().any(|most| *most <= 0.0) {
+                return ControlFlow::Continue(());
+            }
+            let (mut level, mut cut) = (level, cut);
+            if first.is_some() && triangle.is_level_with(facet) {
+                if first == Some(false) {
+                    return ControlFlow::Continue(());
+                }
+                (level, cut) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+            }
+            if most[3] > level {
+                let (mut polygon, count) = above(&seen, cut, line + SIDES * index);
+                region.subtract(&mut polygon[..count]);
+                if region.is_empty() {
+                    return ControlFlow::Break(());
+                }
+            }
+            ControlFlow::Continue(())
+        };
+        let _ = match candidates {
+            Some(mut candidates) => candidates.try_for_each(hide),
+            None => self.tree.search(enter, hide),
+        };
+    }
+}
+
+/// Returns the part of a triangle above a height, the third coordinate, and the number of its corners. Its
+/// lines are counted from `line`.
+#[inline]
+fn above(seen: &[[f64; 3]; 3], height: f64, line: Line) -> ([Corner; 4], usize) {
+    let mut polygon = [Corner { at: [0.0; 2], line }; 4];
+    let mut count = 0;
+    let mut push = |at: [f64; 2], line: Line| {
+        polygon[count] = Corner { at, line };
+        count += 1;
+    };
+    for k in 0..3 {
+        let [here, next] = [seen[k], seen[(k + 1) % 3]];
+        let [over, over_next] = [here, next].map(|v| v[2] - height);
+        if over > 0.0 {
+            push([here[0], here[1]], line + k as u32);
+        }
+        if (over > 0.0) != (over_next > 0.0) {
+            let share = over / (over - over_next);
+            let at = [0, 1].map(|i| here[i] + share * (next[i] - here[i]));
+            push(at, line + if over > 0.0 { SIDES - 1 } else { k as u32 });
+        }
+    }
+    (polygon, count)
+}
+
+/// Returns the vertices and faces of an icosahedron, each face divided into four this many times, scaled to
+/// have the unit sphere's area in total.
+fn sphere(subdivisions: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let golden = 0.5 * (1.0 + 5f64.sqrt());
+    let mut vertices: Vec<Vec3> = (0..3)
+        .flat_map(|axis| {
+            [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)].map(|pair| (axis, pair))
+        })
+        .map(|(axis, (small, large))| {
+            let mut v = Vec3::zeros();
+            (v[axis], v[(axis + 1) % 3]) = (small, large);
+            v.normalize()
+        })
+        .collect();
+    // The faces are the triples of vertices that are neighbours of each other.
+    let edge = 2.0 / (golden * 5f64.sqrt()).sqrt() * 1.01;
+    let near = |i: u32, j: u32| (vertices[i as usize] - vertices[j as usize]).norm() < edge;
+    let mut faces = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if near(i, j) && near(j, k) && near(k, i) {
+                    let [a, b, c] = [i, j, k].map(|v| vertices[v as usize]);
+                    faces.push(if a.dot(&b.cross(&c)) > 0.0 { [i, j, k] } else { [i, k, j] });
+                }
+            }
+        }
+    }
+    for _ in 0..subdivisions {
+        let mut middles = HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                vertices.push((vertices[a as usize] + vertices[b as usize]).normalize());
+                vertices.len() as u32 - 1
+            })
+        };
+        let divided = faces.iter().flat_map(|&[a, b, c]| {
+            let (p, q, r) = (middle(a, b), middle(b, c), middle(c, a));
+            [[a, p, r], [p, b, q], [r, q, c], [p, q, r]]
+        });
+        faces = divided.collect();
+    }
+    let area: f64 = faces.iter().map(|face| Facet::new(face.map(|v| vertices[v as usize])).area).sum();
+    let growth = (4.0 * std::f64::consts::PI / area).sqrt();
+    (vertices.into_iter().map(|v| v * growth).collect(), faces)
+}

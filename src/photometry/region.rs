@@ -1,0 +1,197 @@
+//! The part of a triangle that is left when convex polygons are taken from it, as convex pieces whose sides
+//! tell which line they lie on.
+
+/// A line on which sides of a region lie: one of the triangle's own sides, 0 to 2, or another one.
+pub type Line = u32;
+
+/// A corner of a piece, in shares of the triangle's first two sides, with the line of the side that follows.
+#[derive(Debug, Clone, Copy)]
+pub struct Corner {
+    pub at: [f64; 2],
+    pub line: Line,
+}
+
+/// Points that are nearer to a line than this, and pieces of less than this area, do not count: rounding
+/// makes such pieces between polygons that share a side.
+const THIN: f64 = 1e-14;
+
+/// What is left of a triangle.
+#[derive(Debug, Default)]
+pub struct Region {
+    corners: Vec<Corner>,
+    /// The first corner of each piece and the one after its last.
+    pieces: Vec<[usize; 2]>,
+    /// The pieces of the next region, and what remains of one piece.
+    next: (Vec<Corner>, Vec<[usize; 2]>),
+    rest: [Vec<Corner>; 2],
+    distances: Vec<f64>,
+}
+
+fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn length(from: &Corner, to: &Corner) -> f64 {
+    ((to.at[0] - from.at[0]).powi(2) + (to.at[1] - from.at[1]).powi(2)).sqrt()
+}
+
+/// Returns twice the area of a polygon, above zero if it is counterclockwise.
+fn area(corners: &[Corner]) -> f64 {
+    (2..corners.len()).map(|k| cross(corners[0].at, corners[k - 1].at, corners[k].at)).sum()
+}
+
+/// A side must be longer than this for its direction to tell what is beside a polygon.
+const LONG: f64 = 1e-4;
+
+/// A side of a polygon: a point, the unit vector to the left, and the line.
+type Side = ([f64; 2], [f64; 2], Line);
+
+/// Returns the distance of a point to the left of a side.
+#[inline]
+fn left_of((from, inward, _): &Side, at: [f64; 2]) -> f64 {
+    inward[0] * (at[0] - from[0]) + inward[1] * (at[1] - from[1])
+}
+
+/// Returns whether all corners are to the right of one of a polygon's long sides, or on it.
+fn is_beside(corners: &[Corner], polygon: &[Corner]) -> bool {
+    sides(polygon).any(|(from, to)| {
+        let size = (to.at[0] - from.at[0]).abs() + (to.at[1] - from.at[1]).abs();
+        size > LONG && corners.iter().all(|corner| cross(from.at, to.at, corner.at) <= THIN * size)
+    })
+}
+
+/// Iterates over the sides of a polygon.
+pub fn sides(corners: &[Corner]) -> impl Iterator<Item = (&Corner, &Corner)> {
+    corners.iter().zip(corners.iter().cycle().skip(1))
+}
+
+impl Region {
+    /// Starts with the whole triangle.
+    pub fn reset(&mut self) {
+        self.corners.clear();
+        self.corners.extend(
+            [([0.0, 0.0], 0), ([1.0, 0.0], 1), ([0.0, 1.0], 2)].map(|(at, line)| Corner { at, line }),
+        );
+        self.pieces.clear();
+        self.pieces.push([0, 3]);
+    }
+
+    /// Iterates over the pieces that are left, counterclockwise.
+    pub fn pieces(&self) -> impl Iterator<Item = &[Corner]> {
+        self.pieces.iter().map(|&[from, to]| &self.corners[from..to])
+    }
+
+    /// Returns whether nothing is left.
+    pub fn is_empty(&self) -> bool {
+        self.pieces.is_empty()
+    }
+
+    /// Leaves nothing of the triangle.
+    pub fn clear(&mut self) {
+        self.pieces.clear();
+    }
+
+    /// Returns the share of the triangle that is left.
+    pub fn share(&self) -> f64 {
+        self.pieces().map(area).sum()
+    }
+
+    /// Takes a polygon of three or four corners away, which is convex but for rounding, of either orientation.
+    pub fn subtract(&mut self, mut polygon: &mut [Corner]) {
+        let size = area(polygon);
+        if size.abs() <= THIN {
+            return;
+        }
+        if size < 0.0 {
+            // A side's line is kept with the corner before it.
+            polygon.reverse();
+            let first = polygon[0].line;
+            let count = polygon.len();
+            (1..count).for_each(|k| polygon[k - 1].line = polygon[k].line);
+            polygon[count - 1].line = first;
+        }
+        if let Some(dent) = (0..4).filter(|_| polygon.len() == 4).find(|&k| {
+            let [last, here, next] = [3, 0, 1].map(|step| polygon[(k + step) % 4].at);
+            cross(last, here, next) <= 0.0
+        }) {
+            // The corner is in one place with its neighbour, or on the line of two others.
+            polygon.rotate_left(dent);
+            if length(&polygon[3], &polygon[0]) < length(&polygon[0], &polygon[1]) {
+                polygon[3].line = polygon[0].line;
+            }
+            polygon = &mut polygon[1..];
+        }
+        let polygon = &*polygon;
+        let mut lines: [Side; 4] = [([0.0; 2], [0.0; 2], 0); 4];
+        for (side, (from, to)) in lines.iter_mut().zip(sides(polygon)) {
+            let scale = length(from, to).recip();
+            let inward = [(from.at[1] - to.at[1]) * scale, (to.at[0] - from.at[0]) * scale];
+            *side = (from.at, inward, from.line);
+        }
+        let lines = &lines[..polygon.len()];
+        let mut all = std::mem::take(&mut self.next);
+        all.0.clear();
+        all.1.clear();
+        for index in 0..self.pieces.len() {
+            let [from, to] = self.pieces[index];
+            let piece = &self.corners[from..to];
+            let beside = |side| piece.iter().all(|corner| left_of(side, corner.at) <= THIN);
+            if lines.iter().any(beside) || is_beside(polygon, piece) {
+                let start = all.0.len();
+                all.0.extend_from_slice(piece);
+                all.1.push([start, all.0.len()]);
+                continue;
+            }
+            self.rest[0].clear();
+            self.rest[0].extend_from_slice(piece);
+            lines.iter().for_each(|side| self.split(side, &mut all));
+        }
+        std::mem::swap(&mut self.corners, &mut all.0);
+        std::mem::swap(&mut self.pieces, &mut all.1);
+        self.next = all;
+    }
+
+    /// Adds what of the rest is to the right of a side to other pieces, and keeps what is to the left of it.
+    fn split(&mut self, side: &Side, all: &mut (Vec<Corner>, Vec<[usize; 2]>)) {
+        let [rest, inside] = &mut self.rest;
+        self.distances.clear();
+        self.distances.extend(rest.iter().map(|corner| {
+            let distance = left_of(side, corner.at);
+            if distance.abs() <= THIN { 0.0 } else { distance }
+        }));
+        if self.distances.iter().all(|d| *d >= 0.0) {
+            return;
+        }
+        inside.clear();
+        let start = all.0.len();
+        for k in 0..rest.len() {
+            let next = if k + 1 == rest.len() { 0 } else { k + 1 };
+            let (corner, [d, ahead]) = (rest[k], [self.distances[k], self.distances[next]]);
+            let cut = Corner { line: side.2, ..corner };
+            if d >= 0.0 {
+                inside.push(if d == 0.0 && ahead < 0.0 { cut } else { corner });
+            }
+            if d <= 0.0 {
+                all.0.push(if d == 0.0 && ahead > 0.0 { cut } else { corner });
+            }
+            if d * ahead < 0.0 {
+                let share = d / (d - ahead);
+                let at = [0, 1].map(|i| corner.at[i] + share * (rest[next].at[i] - corner.at[i]));
+                let (own, cut) = (Corner { at, line: corner.line }, Corner { at, line: side.2 });
+                let [left, right] = if d > 0.0 { [cut, own] } else { [own, cut] };
+                inside.push(left);
+                all.0.push(right);
+            }
+        }
+        // Pieces without an area are dropped.
+        if area(&all.0[start..]) > THIN {
+            all.1.push([start, all.0.len()]);
+        } else {
+            all.0.truncate(start);
+        }
+        if area(inside) <= THIN {
+            inside.clear();
+        }
+        std::mem::swap(rest, inside);
+    }
+}

@@ -1,0 +1,397 @@
+//! Light of polyhedra with shadows on themselves and on each other, by rays, closed forms and differences.
+
+use crate::support::refusal;
+use fullbody::interrupt::InterruptCheck;
+use fullbody::math::{Mat3, Vec3, rotation};
+use fullbody::photometry::{Law, Photometer, Surface, View};
+use fullbody::shape::{Body, InputPart, Polyhedron, Shape};
+
+/// The pose of bodies and the directions to the observer and to the Sun.
+#[derive(Clone)]
+struct Scene {
+    position: Vec<Vec3>,
+    attitude: Vec<[f64; 4]>,
+    directions: [Vec3; 2],
+}
+
+impl Scene {
+    fn view(&self) -> View<'_> {
+        let Self { position, attitude, directions: [to_observer, to_sun] } = self;
+        let (to_observer, to_sun) = (*to_observer, *to_sun);
+        View { time: 0.0, position, attitude, velocity: &[], to_observer, to_sun, distant: true }
+    }
+
+    fn brightness(&self, bodies: &[Body], law: Law) -> Vec<f64> {
+        photometer(bodies, law).brightness(&self.view(), &mut InterruptCheck::never()).unwrap()
+    }
+}
+
+fn photometer(bodies: &[Body], law: Law) -> Photometer {
+    let surfaces = vec![Surface { law, albedo: vec![1.0] }; bodies.len()];
+    Photometer::new(bodies.to_vec(), surfaces, true, 0.0).unwrap()
+}
+
+fn solid(vertices: &[Vec3], faces: &[[u32; 3]]) -> Polyhedron {
+    Polyhedron::new(vertices, faces, &mut InterruptCheck::never()).unwrap()
+}
+
+fn body(polyhedron: &Polyhedron) -> Body {
+    Body::with_mass("body", Shape::Polyhedron(polyhedron.clone()), 1.0).unwrap()
+}
+
+/// A unit sphere of 8 n^2 faces whose radius is multiplied by one plus these lumps.
+fn lumpy(n: usize, lumps: f64, phase: f64) -> Polyhedron {
+    let (mut vertices, mut faces): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
+    let mut index = |v: Vec3| {
+        let found = vertices.iter().position(|w| (w - v).norm() < 1e-9);
+        found.unwrap_or_else(|| {
+            vertices.push(v);
+            vertices.len() - 1
+        }) as u32
+    };
+    for octant in 0..8 {
+        let signs = Vec3::from_fn(|i, _| if octant >> i & 1 == 0 { 1.0 } else { -1.0 });
+        let point = |i: usize, j: usize| {
+            signs.component_mul(&Vec3::new((n - i - j) as f64, i as f64, j as f64)).normalize()
+        };
+        let mut add = |corners: [Vec3; 3]| {
+            let [a, b, c] = corners.map(&mut index);
+            faces.push(if signs.product() > 0.0 { [a, b, c] } else { [a, c, b] });
+        };
+        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
+            add([point(i, j), point(i + 1, j), point(i, j + 1)]);
+            if i + j + 1 < n {
+                add([point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)]);
+            }
+        }
+    }
+    let radius = |v: &Vec3| {
+        1.0 + lumps
+            * ((5.0 * v.x + phase).sin() * (4.0 * v.y - phase).cos() + (6.0 * v.z + 2.0 * phase).sin())
+    };
+    let vertices: Vec<Vec3> = vertices.iter().map(|v| v * radius(v)).collect();
+    solid(&vertices, &faces)
+}
+
+/// A pair in which the second body passes before the first one and its shadow follows.
+fn pair(step: usize) -> (Vec<Body>, Scene) {
+    let bodies = vec![body(&lumpy(5, 0.15, 0.3)), body(&lumpy(4, 0.15, 1.1).scaled(0.45))];
+    let way = -1.1 + 0.37 * step as f64;
+    let unit = |q: [f64; 4]| q.map(|x| x / q.iter().map(|x| x * x).sum::<f64>().sqrt());
+    let scene = Scene {
+        position: vec![Vec3::new(0.02, 0.0, 0.01), Vec3::new(2.4, way, 0.21)],
+        attitude: vec![
+            unit([0.9, 0.1 * step as f64, 0.3, -0.2]),
+            unit([0.4, -0.3, 0.1 + 0.2 * step as f64, 0.5]),
+        ],
+        directions: [Vec3::new(1.0, 0.1, -0.2).normalize(), Vec3::new(0.8, 0.5, 0.35).normalize()],
+    };
+    (bodies, scene)
+}
+
+/// The triangles of polyhedra in their pose.
+fn placed(bodies: &[Body], scene: &Scene) -> Vec<Vec<[Vec3; 3]>> {
+    let of = |(k, body): (usize, &Body)| {
+        let Shape::Polyhedron(polyhedron) = &body.parts()[0].shape else { unreachable!() };
+        let turned = rotation::matrix(scene.attitude[k]);
+        (0..polyhedron.faces().len())
+            .map(|face| polyhedron.corners(face).map(|v| scene.position[k] + turned * v))
+            .collect()
+    };
+    bodies.iter().enumerate().map(of).collect()
+}
+
+/// Whether a ray from a point meets a triangle (Moeller & Trumbore 1997).
+fn meets([a, b, c]: &[Vec3; 3], from: &Vec3, direction: &Vec3) -> bool {
+    let (u, v) = (b - a, c - a);
+    let p = direction.cross(&v);
+    let below = u.dot(&p);
+    let way = from - a;
+    let q = way.cross(&u);
+    let [x, y, t] = [way.dot(&p), direction.dot(&q), v.dot(&q)].map(|value| value / below);
+    x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 1e-9
+}
+
+#[test]
+fn lumpy_bodies_are_as_bright_as_rays_from_their_surfaces_tell() {
+    const POINTS: usize = 9;
+    let (mut dimmed, mut passed) = (0.0, 0);
+    for step in 0..7 {
+        let (bodies, scene) = pair(step);
+        let all = placed(&bodies, &scene);
+        let found = scene.brightness(&bodies, Law::LOMMEL_SEELIGER);
+        for (own, found) in all.iter().zip(found) {
+            let (mut expected, mut whole) = (0.0, 0.0);
+            for (face, [a, b, c]) in own.iter().enumerate() {
+                let across = (b - a).cross(&(c - a));
+                let [mu, mu0] = scene.directions.map(|d| d.dot(&across.normalize()));
+                if mu <= 0.0 || mu0 <= 0.0 {
+                    continue;
+                }
+                let bright = 0.5 * across.norm() * mu * mu0 / (mu + mu0);
+                // The centres of equal triangles.
+                let cells = (0..POINTS).flat_map(|i| (0..POINTS - i).map(move |j| (i, j, 1.0 / 3.0)));
+                let upper = (0..POINTS - 1).flat_map(|i| (0..POINTS - 1 - i).map(move |j| (i, j, 2.0 / 3.0)));
+                for (i, j, within) in cells.chain(upper) {
+                    let [u, v] = [i, j].map(|k| (k as f64 + within) / POINTS as f64);
+                    let from = a + (b - a) * u + (c - a) * v;
+                    let hides = |triangle: &[Vec3; 3], d: &Vec3| meets(triangle, &from, d);
+                    let hidden = all.iter().any(|other| {
+                        let aside = std::ptr::eq(other, own);
+                        let others = other.iter().enumerate().filter(|(k, _)| !(aside && *k == face));
+                        others.into_iter().any(|(_, t)| scene.directions.iter().any(|d| hides(t, d)))
+                    });
+                    whole += bright / (POINTS * POINTS) as f64;
+                    expected += if hidden { 0.0 } else { bright / (POINTS * POINTS) as f64 };
+                }
+            }
+            dimmed += 1.0 - expected / whole;
+            passed += 1;
+            assert!((found - expected).abs() < 2e-3 * whole, "step {step}: {found} {expected} {whole}");
+        }
+    }
+    assert!(passed == 14 && dimmed > 1.4, "{passed} {dimmed}");
+}
+
+/// A step: a box from 0 to 2 in x, 0 to 3 in y and 0 to 1 in z, on which another one reaches to x = 0.7 and z =
+/// 1.8. Its faces are fans about the corners of its profile.
+fn step_block(depth: f64, tread: f64, height: f64) -> Polyhedron {
+    let profile = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (tread, 1.0), (tread, height), (0.0, height)];
+    let vertices: Vec<Vec3> =
+        [0.0, depth].iter().flat_map(|y| profile.map(|(x, z)| Vec3::new(x, *y, z))).collect();
+    let mut faces: Vec<[u32; 3]> = (0..6)
+        .flat_map(|k: u32| {
+            let (a, b) = (k, (k + 1) % 6);
+            [[a, a + 6, b], [b, a + 6, b + 6]]
+        })
+        .collect();
+    faces.extend([[3, 0, 1], [3, 1, 2], [3, 4, 5], [3, 5, 0]]);
+    faces.extend([[9, 7, 6], [9, 8, 7], [9, 11, 10], [9, 6, 11]]);
+    let outward: f64 =
+        faces.iter().map(|f| f.map(|v| vertices[v as usize])).map(|[a, b, c]| a.dot(&b.cross(&c))).sum();
+    if outward < 0.0 {
+        faces.iter_mut().for_each(|face| face.swap(1, 2));
+    }
+    solid(&vertices, &faces)
+}
+
+#[test]
+fn a_wall_throws_the_shadow_of_a_parallelogram_on_the_floor() {
+    let (depth, tread, height) = (3.0, 0.7, 1.8);
+    let polyhedron = step_block(depth, tread, height);
+    let block = body(&polyhedron);
+    let frame = polyhedron.working_frame();
+    // The frame of the body is turned so that the block stands as it was given.
+    let [w, x, y, z] = frame.attitude;
+    let mut shaded = 0;
+    for azimuth in 0..9 {
+        for elevation in 1..7 {
+            let (azimuth, elevation) = (-0.9 + 0.2 * f64::from(azimuth), 0.2 * f64::from(elevation));
+            let s =
+                Vec3::new(-azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
+            let e = Vec3::new(0.3, 0.1 * azimuth.signum(), 1.0).normalize();
+            let scene =
+                Scene { position: vec![Vec3::zeros()], attitude: vec![[w, -x, -y, -z]], directions: [e, s] };
+            // The shadow's end moves by the first number from the wall and by the second one along it.
+            let reach = (height - 1.0) * -s.x / s.z;
+            let aside = s.y.abs() / -s.x;
+            let within = reach.min(2.0 - tread).min(depth / aside.max(1e-9));
+            let hidden = depth * within - 0.5 * aside * within * within;
+            let bright = |mu: f64, mu0: f64| if mu > 0.0 && mu0 > 0.0 { mu * mu0 / (mu + mu0) } else { 0.0 };
+            let profile = 2.0 + tread * (height - 1.0);
+            let expected =
+                (2.0 * depth - hidden) * bright(e.z, s.z) + profile * (bright(e.y, s.y) + bright(-e.y, -s.y));
+            let found = scene.brightness(std::slice::from_ref(&block), Law::LOMMEL_SEELIGER)[0];
+            shaded += usize::from(hidden > 0.1);
+            assert!((found - expected).abs() < 1e-12, "{azimuth} {elevation}: {found} {expected}");
+        }
+    }
+    assert!(shaded > 40);
+}
+
+/// Differences of fourth order with two steps; the nearer one counts, since the derivatives jump where facets
+/// turn away.
+fn assert_slope(of: impl Fn(f64) -> Vec<f64>, found: &[f64], what: &str) {
+    let slope = |h: f64| {
+        let [a, b, c, d] = [h, -h, 2.0 * h, -2.0 * h].map(&of);
+        (0..a.len()).map(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h)).collect::<Vec<_>>()
+    };
+    let all = [3e-4, 3e-5, 4e-6].map(slope);
+    for (body, found) in found.iter().enumerate() {
+        let error = all.iter().map(|s| (s[body] - found).abs()).fold(f64::INFINITY, f64::min);
+        assert!(error < 3e-8, "{what}, body {body}: {} {found}", all[1][body]);
+    }
+}
+
+/// The product of a unit quaternion and the rotation by a small vector.
+fn turned(attitude: [f64; 4], by: Vec3) -> [f64; 4] {
+    let (sin, cos) = (0.5 * by.norm()).sin_cos();
+    let v = if by.norm() > 0.0 { by * (sin / by.norm()) } else { by };
+    let (w, u) = (attitude[0], Vec3::new(attitude[1], attitude[2], attitude[3]));
+    let vector = v * w + u * cos + u.cross(&v);
+    [w * cos - u.dot(&v), vector.x, vector.y, vector.z]
+}
+
+fn axis(k: usize) -> Vec3 {
+    Vec3::from_fn(|i, _| f64::from(u8::from(i == k)))
+}
+
+fn assert_derivatives(bodies: &[Body], scene: &Scene, law: Law) {
+    let partials = photometer(bodies, law).partials(&scene.view(), &mut InterruptCheck::never()).unwrap();
+    let whole = scene.brightness(bodies, law);
+    for ((value, _), whole) in partials.iter().zip(whole) {
+        assert!((value - whole).abs() < 1e-14);
+    }
+    for k in 0..3 {
+        let unit = axis(k);
+        for other in 0..bodies.len() {
+            let moved = |by: f64| {
+                let mut scene = scene.clone();
+                scene.position[other] += unit * by;
+                scene.brightness(bodies, law)
+            };
+            let found: Vec<f64> = partials.iter().map(|(_, p)| p.by_body[other].position[k]).collect();
+            assert_slope(moved, &found, "position");
+            let rotated = |by: f64| {
+                let mut scene = scene.clone();
+                scene.attitude[other] = turned(scene.attitude[other], unit * by);
+                scene.brightness(bodies, law)
+            };
+            let found: Vec<f64> = partials.iter().map(|(_, p)| p.by_body[other].rotation[k]).collect();
+            assert_slope(rotated, &found, "rotation");
+        }
+        for light in 0..2 {
+            let direction = scene.directions[light];
+            let across = unit - direction * direction.dot(&unit);
+            let toward = |by: f64| {
+                let mut scene = scene.clone();
+                scene.directions[light] += across * by;
+                scene.brightness(bodies, law)
+            };
+            let found: Vec<f64> = partials.iter().map(|(_, p)| p.by_direction[light].dot(&across)).collect();
+            assert_slope(toward, &found, "direction");
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_facets_with_shadows_are_those_of_differences() {
+    for step in [1, 3, 4] {
+        let (bodies, scene) = pair(step);
+        for law in [Law::LOMMEL_SEELIGER, Law::Sum([0.3, 0.7])] {
+            assert_derivatives(&bodies, &scene, law);
+        }
+    }
+    // Two parts that overlap hide what is within the other one.
+    let part = |phase: f64, place: [f64; 3]| {
+        let shape = Shape::Polyhedron(lumpy(3, 0.1, phase));
+        InputPart { shape, mass: 1.0, position: place, attitude: [1.0, 0.0, 0.0, 0.0] }
+    };
+    let parts = vec![part(0.2, [0.0; 3]), part(0.9, [0.8, 0.3, -0.2])];
+    let composite = Body::composite("pieces", parts).unwrap();
+    let (_, scene) = pair(2);
+    let scene = Scene { position: vec![Vec3::zeros()], attitude: scene.attitude[..1].to_vec(), ..scene };
+    assert_derivatives(&[composite], &scene, Law::LOMMEL_SEELIGER);
+}
+
+#[test]
+fn derivatives_with_respect_to_vertices_are_those_of_differences() {
+    let (bodies, scene) = pair(3);
+    let law = Law::LOMMEL_SEELIGER;
+    let partials = photometer(&bodies, law).partials(&scene.view(), &mut InterruptCheck::never()).unwrap();
+    for other in 0..2 {
+        let Shape::Polyhedron(polyhedron) = &bodies[other].parts()[0].shape else { unreachable!() };
+        let vertices: Vec<Vec3> = polyhedron.vertices().collect();
+        for trial in 0..6 {
+            let motion = |v: usize| {
+                let phase = (1 + v * (2 * trial + 3)) as f64;
+                Vec3::new((0.7 * phase).sin(), (1.3 * phase).cos(), (2.1 * phase).sin())
+            };
+            let moved = |by: f64| {
+                let at: Vec<Vec3> = vertices.iter().enumerate().map(|(v, at)| at + motion(v) * by).collect();
+                let polyhedron = solid(&at, polyhedron.faces());
+                // The frame in which the vertices are given keeps its pose.
+                let frame = polyhedron.working_frame();
+                let [w, x, y, z] = frame.attitude;
+                let back: Mat3 = rotation::matrix(scene.attitude[other]) * rotation::matrix([w, -x, -y, -z]);
+                let mut scene = scene.clone();
+                scene.position[other] -= back * frame.position;
+                scene.attitude[other] = product(scene.attitude[other], [w, -x, -y, -z]);
+                let mut bodies = bodies.clone();
+                bodies[other] = body(&polyhedron);
+                scene.brightness(&bodies, law)
+            };
+            let slope = |by: &[Vec3]| by.iter().enumerate().map(|(v, by)| by.dot(&motion(v))).sum();
+            let found: Vec<f64> = partials.iter().map(|(_, p)| slope(&p.by_vertex[other])).collect();
+            assert_slope(moved, &found, "vertices");
+        }
+    }
+}
+
+fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    let [u, v] = [a, b].map(|q| Vec3::new(q[1], q[2], q[3]));
+    let vector = v * a[0] + u * b[0] + u.cross(&v);
+    [a[0] * b[0] - u.dot(&v), vector.x, vector.y, vector.z]
+}
+
+#[test]
+fn sides_in_one_plane_that_parts_share_count_once() {
+    // Two boxes that share the middle third of a longer one, whose light has a closed form.
+    let cuboid = |length: f64| {
+        let corner = |k: usize| Vec3::from_fn(|i, _| f64::from(u8::from(k >> i & 1 == 1)) - 0.5);
+        let vertices: Vec<Vec3> =
+            (0..8).map(|k| corner(k).component_mul(&Vec3::new(length, 1.0, 1.0))).collect();
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces: Vec<[u32; 3]> =
+            sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        solid(&vertices, &faces)
+    };
+    let part = |x: f64| InputPart {
+        shape: Shape::Polyhedron(cuboid(2.0)),
+        mass: 1.0,
+        position: [x, 0.0, 0.0],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+    };
+    let bodies = [Body::composite("halves", vec![part(-0.5), part(0.5)]).unwrap()];
+    let directions = [Vec3::new(0.3, 0.5, 0.9).normalize(), Vec3::new(0.6, 0.2, 0.4).normalize()];
+    let scene = Scene { position: vec![Vec3::zeros()], attitude: vec![[1.0, 0.0, 0.0, 0.0]], directions };
+    let bright = |k: usize| directions[0][k] * directions[1][k] / (directions[0][k] + directions[1][k]);
+    let expected = bright(0) + 3.0 * (bright(1) + bright(2));
+    let found = scene.brightness(&bodies, Law::LOMMEL_SEELIGER)[0];
+    assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+}
+
+#[test]
+fn only_polyhedra_that_are_not_convex_have_horizons() {
+    let horizons =
+        |polyhedron: &Polyhedron| polyhedron.horizons(&mut InterruptCheck::never()).unwrap().is_some();
+    assert!(!horizons(&lumpy(6, 0.0, 0.0)));
+    assert!(horizons(&lumpy(6, 0.1, 0.0)));
+    assert!(horizons(&step_block(3.0, 0.7, 1.8)));
+}
+
+#[test]
+fn the_light_of_faces_with_shadows_adds_up() {
+    let (bodies, scene) = pair(3);
+    let Shape::Polyhedron(polyhedron) = &bodies[0].parts()[0].shape else { unreachable!() };
+    let of = |albedo: Vec<f64>| {
+        let law = Law::LOMMEL_SEELIGER;
+        let surfaces = vec![Surface { law, albedo }, Surface { law, albedo: vec![1.0] }];
+        let photometer = Photometer::new(bodies.clone(), surfaces, true, 0.0).unwrap();
+        photometer.brightness(&scene.view(), &mut InterruptCheck::never()).unwrap()[0]
+    };
+    let count = polyhedron.faces().len();
+    let single = |face: usize| of((0..count).map(|k| f64::from(u8::from(k == face))).collect());
+    let sum: f64 = (0..count).map(single).sum();
+    assert!((sum / of(vec![1.0]) - 1.0).abs() < 1e-13);
+}
+
+#[test]
+fn ellipsoids_beside_facets_have_no_derivatives() {
+    let (mut bodies, scene) = pair(3);
+    bodies[1] = Body::with_mass("Beta", Shape::ellipsoid([0.4, 0.3, 0.3]).unwrap(), 1.0).unwrap();
+    let photometer = photometer(&bodies, Law::LOMMEL_SEELIGER);
+    let text = refusal(photometer.partials(&scene.view(), &mut InterruptCheck::never()));
+    assert!(text.contains("shape of Beta is an ellipsoid beside facets"), "{text}");
+    assert!(text.contains("all polyhedra"), "{text}");
+}
