@@ -28,12 +28,12 @@ pub struct Link {
 }
 
 #[derive(Debug, Clone)]
-struct PartOffsets {
+pub(super) struct PartOffsets {
     /// The indices of the parts in their bodies.
-    parts: [usize; 2],
+    pub parts: [usize; 2],
     /// The product of the parts' shares of the masses of their bodies.
-    share: f64,
-    placements: [Option<Placement>; 2],
+    pub share: f64,
+    pub placements: [Option<Placement>; 2],
 }
 
 /// The predicted motion of two bodies in the time for which a rule is chosen.
@@ -294,7 +294,7 @@ impl PartOffsets {
     }
 
     #[inline]
-    fn pose(&self, pose: &Pose) -> Pose {
+    pub(super) fn pose(&self, pose: &Pose) -> Pose {
         let mut part_pose = Pose { separation: self.separation(pose), ..*pose };
         if let Some(placement) = &self.placements[0] {
             part_pose.rotation_first *= placement.rotation;
@@ -307,7 +307,7 @@ impl PartOffsets {
 
     /// Converts loads about the parts' centres to those about the bodies' centres, in the bodies' frames.
     #[inline]
-    fn about_centres(&self, pose: &Pose, parts: Interaction) -> Interaction {
+    pub(super) fn about_centres(&self, pose: &Pose, parts: Interaction) -> Interaction {
         let force = parts.force_on_first * self.share;
         let about = |placement: &Option<Placement>, rotation, torque: Vec3, force: Vec3| match placement {
             None => torque * self.share,
@@ -327,7 +327,7 @@ impl PartOffsets {
 impl PartOffsets {
     /// Converts derivatives about the parts' centres to those about the bodies' centres. The parts'
     /// separation changes with the bodies' rotations by A_i = dr/dv_i = +-R_i [p_i]x.
-    fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
+    pub(super) fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let signs = [1.0, -1.0];
         let part_rotations =

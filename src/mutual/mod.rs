@@ -17,6 +17,7 @@ mod face_gradient;
 mod faceted;
 mod faceted_gradient;
 mod faces;
+mod fragments;
 mod gradient;
 mod harmonic;
 mod jacobian;

@@ -1,5 +1,6 @@
 //! Data that pairs of equal shapes share, computed once.
 
+use super::fragments::FragmentTree;
 use crate::error::Result;
 use crate::gravity::{Facets, FarSeries, Layer};
 use crate::interrupt::InterruptCheck;
@@ -11,11 +12,13 @@ use std::hash::{Hash, Hasher};
 use std::mem::{Discriminant, discriminant};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The limits on a store: points of nodes, series, and faces of polyhedra. A store that exceeds one drops all
-/// entries of that kind. The limits correspond to some thirty, four and thirty megabytes.
+/// The limits on a store: points of nodes, series, faces of polyhedra, and fragments. A store that exceeds one
+/// drops all entries of that kind. The limits correspond to some thirty, four, thirty and three hundred
+/// megabytes.
 const MOST_POINTS: usize = 1 << 20;
 const MOST_SERIES: usize = 1 << 12;
 const MOST_FACES: usize = 1 << 17;
+const MOST_FRAGMENTS: usize = 1 << 16;
 
 /// The kind of points that represent the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,6 +97,7 @@ pub struct Store {
     series: Mutex<HashMap<[u64; 3], Arc<FarSeries>>>,
     facets: Mutex<HashMap<PolyhedronKey, Arc<Facets>>>,
     layers: Mutex<HashMap<LayerKey, Arc<Layer>>>,
+    fragments: Mutex<HashMap<LayerKey, Arc<FragmentTree>>>,
 }
 
 impl Store {
@@ -132,6 +136,28 @@ impl Store {
         }
         let layer = Layer::new(polyhedron, degree, arch, interrupt)?;
         Ok(cached(&self.layers, key, |layer| layer.count, MOST_POINTS, || layer))
+    }
+
+    /// Returns the tree of the fragments of a polyhedron, with moments up to a degree. A tree with too many
+    /// fragments is begun anew.
+    pub(super) fn fragments(
+        &self,
+        polyhedron: &Polyhedron,
+        degree: usize,
+        arch: Arch,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Arc<FragmentTree>> {
+        let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
+        let mut map = self.fragments.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(tree) = map.get(&key).filter(|tree| tree.count() <= MOST_FRAGMENTS) {
+            return Ok(tree.clone());
+        }
+        if map.values().map(|tree| tree.count()).sum::<usize>() > MOST_FRAGMENTS {
+            map.clear();
+        }
+        let tree = Arc::new(FragmentTree::new(polyhedron, degree, arch, interrupt)?);
+        map.insert(key, tree.clone());
+        Ok(tree)
     }
 
     /// Returns the numbers of rules, series, polyhedra with facets, and layers.
