@@ -242,9 +242,13 @@ impl Pair {
         }
     }
 
-    /// Returns the truncation error of a series, the size of its next two degrees: the larger of the error of
-    /// the force and the error of the torques over the body's radius. `None` for other methods.
+    /// Returns the truncation error of a series, the size of its next two degrees, or the bound of the error
+    /// of a sum over fragments at the pose for which the rule was chosen: the larger of the error of the force
+    /// and the error of the torques over the body's radius. `None` for other methods.
     pub fn truncation_error(&self, pose: &Pose) -> Option<f64> {
+        if let Some(fragments) = &self.fragments {
+            return Some(fragments.bound / self.unit / self.unit);
+        }
         let Method::Multipole(degree) = self.method else { return None };
         let scaled = self.scaled(pose);
         let (more, less) = match (&self.multipole, self.series()) {

@@ -8,7 +8,7 @@ use super::tree::Fragment;
 /// The numbers (l + m + 1) C(l + m, l), by rows of m.
 #[derive(Debug, Clone)]
 pub(super) struct BoundWeights {
-    degree: usize,
+    size: usize,
     rows: Vec<f64>,
 }
 
@@ -20,7 +20,7 @@ pub(super) struct Kept {
 }
 
 /// The most numbers of degrees with an array on the stack.
-pub(super) const MOST_DEGREES: usize = 32;
+pub(super) const MOST_DEGREES: usize = 38;
 /// The largest sum of x and y for which a series is summed.
 const NEAREST: f64 = 0.95;
 
@@ -37,7 +37,7 @@ impl BoundWeights {
         for l in 0..size {
             (0..size).for_each(|m| rows[l * size + m] *= (l + m + 1) as f64);
         }
-        Self { degree, rows }
+        Self { size, rows }
     }
 
     /// Returns the lowest degrees for which the terms that are left out add up to less than a limit, relative
@@ -48,7 +48,7 @@ impl BoundWeights {
         if reach.is_nan() || reach >= NEAREST {
             return None;
         }
-        let (size, degree) = (self.degree + 2, self.degree);
+        let (size, [p, q]) = (self.size, [a.degree(), b.degree()]);
         let scaled = |fragment: &Fragment, ratio: f64| {
             let mut out = [0.0; MOST_DEGREES];
             let mut power = 1.0;
@@ -60,10 +60,10 @@ impl BoundWeights {
         };
         let ((first, beyond_first), (second, beyond_second)) = (scaled(a, x), scaled(b, y));
         // The terms beyond the known degrees of one body fall at least as fast as a geometric series.
-        let last = &self.rows[(degree + 1) * size..];
-        let tail = |power: f64, ratio: f64, other: &[f64; MOST_DEGREES]| {
+        let tail = |degree: usize, power: f64, ratio: f64, other: &[f64]| {
+            let last = &self.rows[(degree + 1) * size..];
             let mut sum = 0.0;
-            for m in 0..=degree {
+            for m in 0..other.len() {
                 let fall = ratio * (degree + m + 3) as f64 / (degree + 2) as f64;
                 if fall >= 1.0 && other[m] > 0.0 {
                     return f64::INFINITY;
@@ -72,30 +72,29 @@ impl BoundWeights {
             }
             sum * power
         };
-        let n = (2 * degree + 2) as f64;
-        let both = reach.powi(2 * degree as i32 + 2) * (n + 1.0 - n * reach) / (1.0 - reach).powi(2);
-        let beyond = a.tail * tail(beyond_first, x, &second)
-            + b.tail * tail(beyond_second, y, &first)
+        let n = p + q + 2;
+        let both = reach.powi(n as i32) * (1.0 + n as f64 * (1.0 - reach)) / (1.0 - reach).powi(2);
+        let beyond = a.tail * tail(p, beyond_first, x, &second[..=q])
+            + b.tail * tail(q, beyond_second, y, &first[..=p])
             + a.tail * b.tail * both;
         if beyond.is_nan() || beyond > 0.5 * limit {
             return None;
         }
         let (mut rows, mut columns) = ([0.0; MOST_DEGREES], [0.0; MOST_DEGREES]);
-        for (l, row) in self.rows.chunks_exact(size).take(degree + 1).enumerate() {
+        for (l, row) in self.rows.chunks_exact(size).take(p + 1).enumerate() {
             let mut sum = 0.0;
-            for m in 0..=degree {
+            for m in 0..=q {
                 let term = row[m] * second[m];
                 sum += term;
                 columns[m] += row[m] * first[l];
             }
             rows[l] = sum * first[l];
         }
-        (0..=degree).for_each(|m| columns[m] *= second[m]);
+        (0..=q).for_each(|m| columns[m] *= second[m]);
         let each = 0.5 * (limit - beyond);
         let mut bound = beyond;
-        let degrees = [rows, columns].map(|sums| {
-            let mut left_out = 0.0;
-            let mut kept = degree;
+        let degrees = [(rows, p), (columns, q)].map(|(sums, degree)| {
+            let (mut left_out, mut kept) = (0.0, degree);
             while kept > 0 && left_out + sums[kept] <= each {
                 left_out += sums[kept];
                 kept -= 1;

@@ -1,5 +1,6 @@
 //! The choice of the rule over fragments, and of the number of shares of its tolerance, made between steps.
 
+use super::bound::MOST_DEGREES;
 use super::{Accuracy, BoundWeights, EXCESS, Fragments, Step};
 use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
@@ -82,6 +83,7 @@ impl Pair {
             sharers,
             pieces: Vec::new(),
             work: 0,
+            bound: 0.0,
         }))
     }
 
@@ -128,7 +130,7 @@ impl Fragments {
                 let even = 1.0 / census.pieces.len() as f64;
                 let part = |bound: f64| 0.5 * (even + bound / census.bound.max(f64::MIN_POSITIVE));
                 self.pieces = census.pieces.iter().map(|(begin, bound)| (*begin, part(*bound))).collect();
-                self.work = census.work;
+                (self.work, self.bound) = (census.work, census.bound);
                 return Ok(census.bound <= self.allowed(pose));
             }
             self.sharers = enough;
@@ -167,7 +169,11 @@ impl Fragments {
                     }
                 }
             }
-            if asked.is_err() || census.work > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if asked.is_err() || census.work > most {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         });
         asked.map(|()| complete.then_some(census))
     }
@@ -185,11 +191,14 @@ impl Fragments {
 
 /// Returns the ranges between beginnings.
 fn ranges(pieces: &[(usize, f64)]) -> impl ExactSizeIterator<Item = Range<usize>> + use<'_> {
-    pieces.iter().enumerate().map(|(k, (begin, _))| *begin..pieces.get(k + 1).map_or(usize::MAX, |next| next.0))
+    pieces
+        .iter()
+        .enumerate()
+        .map(|(k, (begin, _))| *begin..pieces.get(k + 1).map_or(usize::MAX, |next| next.0))
 }
 
-/// Returns the degree of all fragments' moments for a tolerance.
+/// Returns the degree of all fragments' moments with which an evaluation takes about the least time for a
+/// tolerance.
 fn degree(tolerance: f64) -> usize {
-    let digits = -tolerance.log10();
-    ((1.2 * digits) as usize + 4).clamp(6, 20)
+    ((-2.4 * tolerance.log10()) as usize + 4).clamp(8, MOST_DEGREES - 2)
 }

@@ -1,6 +1,7 @@
 //! The derivatives of force and torques over pairs of fragments: by the pose, and by the scales of both
 //! polyhedra.
 
+use super::bound::MOST_DEGREES;
 use super::{Accuracy, Fragment, Fragments, Step};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -11,8 +12,6 @@ use crate::mutual::harmonic::Series;
 use crate::mutual::link::PartOffsets;
 use crate::mutual::{Interaction, Jacobian, Pose, ShapeDerivatives};
 use std::ops::ControlFlow;
-
-use super::bound::MOST_DEGREES;
 
 impl Fragments {
     /// Returns the derivatives with respect to the pose; `None` where the tolerance is not kept.

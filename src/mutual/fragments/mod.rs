@@ -57,6 +57,8 @@ pub(super) struct Fragments {
     pieces: Vec<(usize, f64)>,
     /// The work of an evaluation at the pose for which the rule was chosen.
     pub work: u64,
+    /// The sum of the bounds at the pose for which the rule was chosen.
+    pub bound: f64,
 }
 
 /// What is to be within the tolerance.
@@ -103,9 +105,8 @@ impl PairOfFragments<'_> {
     /// Returns the pair in the form of two parts of the polyhedra.
     fn offsets(&self) -> PartOffsets {
         let [first, second] = self.fragments;
-        let placement = |fragment: &Fragment| {
-            Some(Placement { position: fragment.centre, rotation: Mat3::identity() })
-        };
+        let placement =
+            |fragment: &Fragment| Some(Placement { position: fragment.centre, rotation: Mat3::identity() });
         PartOffsets {
             parts: [0, 0],
             share: first.share * second.share,

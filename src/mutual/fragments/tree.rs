@@ -28,7 +28,7 @@ pub(in crate::mutual) struct Fragment {
     /// An upper bound of the field of the fragment, per unit of its own GM, wherever the point is: no body of
     /// this volume and density attracts more strongly.
     pub most_field: f64,
-    /// The moments about the centre in units of the radius, their sizes in each degree and beyond.
+    /// The moments about the centre in units of the radius, and their sizes in each degree and beyond.
     pub moments: Vec<f64>,
     pub sizes: Vec<f64>,
     pub tail: f64,
@@ -48,7 +48,7 @@ pub(in crate::mutual) struct FragmentTree {
 }
 
 impl FragmentTree {
-    /// Makes the tree, with moments of all fragments up to a degree.
+    /// Makes the tree, with moments of the whole polyhedron up to a degree.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
@@ -74,7 +74,7 @@ impl FragmentTree {
     pub fn halves<'a>(&'a self, fragment: &'a Fragment) -> &'a [Fragment; 2] {
         fragment.halves.get_or_init(|| {
             let halves = self.cut(fragment, &mut InterruptCheck::never());
-            halves.unwrap_or_else(|_| Box::new([0, 1].map(|_| Fragment::none(self.degree))))
+            halves.unwrap_or_else(|_| Box::new([0, 1].map(|_| Fragment::none())))
         })
     }
 
@@ -119,36 +119,53 @@ impl Fragment {
             first += v * 0.25 * (a + b + c);
         }
         // A cut may leave a sliver without volume within rounding.
-        if volume <= 1e-15 * whole * f64::EPSILON {
-            return Ok(Self::none(degree));
+        let share = volume / whole;
+        if share <= f64::EPSILON * f64::EPSILON {
+            return Ok(Self::none());
         }
+        let degree = degree_of(share, degree);
         let centre = origin + first / volume;
         let radius = triangles.iter().flatten().map(|v| (v - centre).norm()).fold(0.0, f64::max);
         let local = triangles.iter().map(|triangle| triangle.map(|v| (v - centre) / radius));
         let moments = solid_moments(local, volume / radius.powi(3), degree, arch, interrupt)?;
         let (sizes, tail) = sizes_and_tail(&moments);
         let most_field = STRONGEST * volume.powf(-2.0 / 3.0);
-        let (share, halves) = (volume / whole, OnceLock::new());
+        let halves = OnceLock::new();
         Ok(Self { centre, radius, share, most_field, moments, sizes, tail, triangles, halves })
     }
 
+    /// Returns the highest degree of the moments.
+    #[inline]
+    pub fn degree(&self) -> usize {
+        self.sizes.len() - 1
+    }
+
     /// Returns a fragment without volume.
-    fn none(degree: usize) -> Self {
-        let mut moments = vec![0.0; (degree + 1) * (degree + 1)];
-        moments[0] = 1.0;
-        let (sizes, tail) = sizes_and_tail(&moments);
+    fn none() -> Self {
+        let (sizes, tail) = (vec![1.0], 0.0);
         Self {
             centre: Vec3::zeros(),
             radius: 0.0,
             share: 0.0,
             most_field: 0.0,
-            moments,
+            moments: vec![1.0],
             sizes,
             tail,
             triangles: Vec::new(),
             halves: OnceLock::new(),
         }
     }
+}
+
+/// Returns the degree of the moments of a fragment, where the whole polyhedron has those up to `most`.
+///
+/// The force between two fragments of one size near each other is about the share of either to the power of
+/// 4/3, so that those of a small fragment need fewer digits, by 2.4 degrees each.
+fn degree_of(share: f64, most: usize) -> usize {
+    const LEAST: usize = 8;
+    const MORE: f64 = 8.0;
+    let fewer = -2.4 * 4.0 / 3.0 * share.log10() - MORE;
+    most - (fewer.max(0.0) as usize).min(most.saturating_sub(LEAST))
 }
 
 /// Cuts a closed surface by the plane through a point across its longest extent into two closed surfaces.

@@ -238,7 +238,8 @@ impl Series<'_> {
         match self.degrees[0].max(self.degrees[1]) {
             ..=6 => self.arch.dispatch(Sized::<{ orders(6) }>(task)),
             7..=20 => self.arch.dispatch(Sized::<{ orders(20) }>(task)),
-            21..=40 => self.arch.dispatch(Sized::<{ orders(40) }>(task)),
+            21..=28 => self.arch.dispatch(Sized::<{ orders(28) }>(task)),
+            29..=40 => self.arch.dispatch(Sized::<{ orders(40) }>(task)),
             _ => self.arch.dispatch(Sized::<{ orders(Exchange::MAX_DEGREE) }>(task)),
         }
     }

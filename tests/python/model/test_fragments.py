@@ -1,0 +1,129 @@
+"""Polyhedra of many faces near each other: the sum over fragments against quadrature over few faces."""
+
+import numpy as np
+import pytest
+from fullbody import Body, Polyhedron, State, System
+from fullbody.errors import BodiesOverlap
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+from support.attraction import attraction
+from support.meshes import box, octahedron
+
+
+def finer(polyhedron, level):
+    """The same solid with each face divided into 4**level faces in its plane."""
+    vertices, faces = [tuple(v) for v in polyhedron.vertices], [tuple(face) for face in polyhedron.faces]
+    for _ in range(level):
+        middles: dict = {}
+
+        def middle(i, j, middles=middles):
+            key = (min(i, j), max(i, j))
+            if key not in middles:
+                middles[key] = len(vertices)
+                vertices.append(tuple(0.5 * (np.array(vertices[i]) + vertices[j])))
+            return middles[key]
+
+        divided = []
+        for a, b, c in faces:
+            d, e, f = middle(b, c), middle(c, a), middle(a, b)
+            divided += [(a, f, e), (f, b, d), (e, d, c), (d, e, f)]
+        faces = divided
+    return Polyhedron(np.array(vertices), faces)
+
+
+def hull(rng, count, size):
+    points = rng.normal(size=(count, 3))
+    points *= size / np.linalg.norm(points, axis=1)[:, None] * rng.uniform(0.8, 1.0, size=(count, 1))
+    found = ConvexHull(points)
+    faces = []
+    for simplex, outward in zip(found.simplices, found.equations[:, :3], strict=True):
+        a, b, c = points[simplex]
+        faces.append(simplex if np.cross(b - a, c - a) @ outward > 0.0 else simplex[::-1])
+    return Polyhedron(points, faces)
+
+
+def notched():
+    """A box with a pyramid cut out of its upper face."""
+    base = box(1.0, 0.9, 0.8)
+    corners = np.vstack([base.vertices, [[0.05, 0.0, -0.1]]])
+    kept = [face for face in base.faces if not all(corners[v][2] > 0.0 for v in face)]
+    rim = [4, 5, 7, 6]
+    return Polyhedron(corners, np.array([*kept, *[[rim[k], rim[(k + 1) % 4], 8] for k in range(4)]]))
+
+
+SHAPES = {
+    "octahedra": lambda rng: (octahedron(1.0, 0.8, 0.6), octahedron(0.7, 0.6, 0.5)),
+    "cubes": lambda rng: (box(1.0, 1.0, 1.0), box(0.6, 0.5, 0.4)),
+    "hulls": lambda rng: (hull(rng, 11, 1.0), hull(rng, 9, 0.5)),
+    "notched": lambda rng: (notched(), octahedron(0.4, 0.3, 0.3)),
+}
+
+
+def own_vertices(polyhedron):
+    """The vertices in the frame of the centre of mass and the principal axes."""
+    frame = Body(polyhedron, mass=1.0).working_frame
+    return Rotation.from_quat(frame.attitude, scalar_first=True).apply(np.array(polyhedron.vertices)) + frame.position
+
+
+def triangles(polyhedron, position, rotation):
+    """The faces in the inertial frame."""
+    return (rotation.apply(own_vertices(polyhedron)) + position)[np.asarray(polyhedron.faces)]
+
+
+def bodies_of(shapes):
+    return [Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, (2.0, 0.3), "AB", strict=True)]
+
+
+def radius(body):
+    return np.linalg.norm(own_vertices(body.shape), axis=1).max()
+
+
+def near(rng, shapes, gap):
+    """A random pose beyond contact by this fraction of the smaller body's circumradius."""
+    rotations = Rotation.random(2, random_state=rng)
+    direction = rng.normal(size=3)
+    direction /= np.linalg.norm(direction)
+    attitude, rest = rotations.as_quat(scalar_first=True), np.zeros((2, 3))
+    bodies = bodies_of(shapes)
+    system = System(bodies, G=1.0)
+    low, high = 0.0, sum(radius(body) for body in bodies)
+
+    def at(distance):
+        return State([np.zeros(3), distance * direction], rest, attitude=attitude, spin=rest)
+
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        try:
+            system.momentum(at(middle))
+        except BodiesOverlap:
+            low = middle
+        else:
+            high = middle
+    return at(high + gap * min(radius(body) for body in bodies)), rotations
+
+
+def errors_of(found, expected, bodies):
+    """Errors of the force, and of the torques over the radii, relative to the force."""
+    force, *torques = expected
+    strength = bodies[0].mass * bodies[1].mass
+    size = strength * np.linalg.norm(force)
+    errors = [np.linalg.norm(found.force[1] - strength * force) / size]
+    for k, body in enumerate(bodies):
+        errors.append(np.linalg.norm(found.torque[k] - strength * torques[k]) / size / radius(body))
+    return errors
+
+
+@pytest.mark.parametrize("gap", [0.01, 0.1, 0.3])
+@pytest.mark.parametrize("kind", SHAPES)
+def test_the_error_is_below_its_bound_and_the_bound_below_the_tolerance(kind, gap):
+    rng = np.random.default_rng(round(100 * gap) + len(kind))
+    coarse = SHAPES[kind](rng)
+    state, rotations = near(rng, coarse, gap)
+    first, second = (triangles(*each) for each in zip(coarse, state.position, rotations, strict=True))
+    expected = list(attraction(first, second, state.position))
+    expected[1:] = [turn.inv().apply(torque) for turn, torque in zip(rotations, expected[1:], strict=True)]
+    bodies = bodies_of([finer(shape, 3) for shape in coarse])
+    for tolerance in (1e-3, 1e-6, 1e-10):
+        found = System(bodies, G=1.0, gravity_tolerance=tolerance).interactions(state)
+        assert 0.0 < found.truncation_error <= tolerance
+        assert max(errors_of(found, expected, bodies)) <= found.truncation_error + 1e-12
