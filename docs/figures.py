@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Arc, Circle, Ellipse, FancyArrowPatch, Polygon
 
-__all__ = ["byorp", "focal_ellipse", "freely_falling", "lune", "roll_pitch_yaw"]
+__all__ = ["byorp", "cost_of_distance", "focal_ellipse", "freely_falling", "lune", "roll_pitch_yaw"]
 
 _BODY, _LIGHT = "#d8c9a3", "#f5d76e"
 

@@ -1,9 +1,10 @@
 """Polyhedra of many faces near each other: the sum over fragments against quadrature over few faces."""
 
+import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Polyhedron, State, System
-from fullbody.errors import BodiesOverlap
+from fullbody.errors import BodiesOverlap, NotConverged
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from support.attraction import attraction
@@ -127,3 +128,89 @@ def test_the_error_is_below_its_bound_and_the_bound_below_the_tolerance(kind, ga
         found = System(bodies, G=1.0, gravity_tolerance=tolerance).interactions(state)
         assert 0.0 < found.truncation_error <= tolerance
         assert max(errors_of(found, expected, bodies)) <= found.truncation_error + 1e-12
+
+
+def edge_of_series(system, state, outside):
+    """The separations on both sides of the change from the harmonic series, within rounding, along a line."""
+    direction = state.position[1] / np.linalg.norm(state.position[1])
+
+    def at(distance):
+        return state.replace(position=[np.zeros(3), distance * direction])
+
+    low, high = np.linalg.norm(state.position[1]), outside
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if system.interactions(at(middle)).truncation_error > 0.0 else (low, middle)
+    return at(low), at(high)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_the_force_has_no_step_beyond_the_tolerance_where_the_rule_changes(tolerance):
+    rng = np.random.default_rng(3)
+    coarse = SHAPES["octahedra"](rng)
+    bodies = bodies_of([finer(shape, 3) for shape in coarse])
+    system = System(bodies, G=1.0, gravity_tolerance=tolerance)
+    exact = System(bodies_of(coarse), G=1.0, gravity="surface", gravity_tolerance=1e-13)
+    state, _ = near(rng, coarse, 0.3)
+    inside, outside = edge_of_series(system, state, 2.6)
+    found = [system.interactions(each) for each in (inside, outside)]
+    assert found[0].truncation_error > 0.0 == found[1].truncation_error
+    expected = exact.interactions(inside)
+    strength = bodies[0].mass * bodies[1].mass
+    scaled = [expected.force[1] / strength, *(expected.torque / strength)]
+    errors = [errors_of(each, scaled, bodies) for each in found]
+    assert np.max(errors) < tolerance
+    torques = np.linalg.norm(found[0].torque - found[1].torque, axis=1)
+    steps = [np.linalg.norm(found[0].force[1] - found[1].force[1]), *torques]
+    sizes = np.array([1.0, radius(bodies[0]), radius(bodies[1])]) * np.linalg.norm(expected.force[1])
+    assert (steps / sizes < tolerance).all()
+    assert abs(found[0].potential_energy / expected.potential_energy - 1.0) < tolerance
+    assert abs(found[1].potential_energy / expected.potential_energy - 1.0) < tolerance
+
+
+def test_a_run_that_is_resumed_across_the_change_equals_the_unbroken_one_bit_for_bit(tmp_path):
+    rng = np.random.default_rng(5)
+    bodies = bodies_of([finer(shape, 3) for shape in SHAPES["octahedra"](rng)])
+    system = System(bodies, G=1.0, gravity_tolerance=1e-3)
+    state = State([[0, 0, 0], [1.78, 0, 0]], [[0, 0, 0], [-0.9, 0.9, 0.1]], spin=[[0, 0, 0.4], [0.1, 0, 0.2]])
+    unbroken, broken = (
+        fullbody.Simulation(system, state, integrator=fullbody.Verner98(rtol=1e-5, atol=1e-5)) for _ in range(2)
+    )
+    inner = [system.interactions(state).truncation_error > 0.0]
+    for simulation in (unbroken, broken):
+        simulation.integrate(0.2)
+    broken.save(tmp_path / "run.fullbody")
+    resumed = fullbody.Simulation.load(tmp_path / "run.fullbody")
+    first, second = unbroken.integrate(0.7), resumed.integrate(0.7)
+    assert np.array_equal(first.position, second.position)
+    assert np.array_equal(first.attitude, second.attitude)
+    assert np.array_equal(first.energy, second.energy)
+    inner += [system.interactions(each).truncation_error > 0.0 for each in first]
+    assert not inner[0]
+    assert inner[1]
+
+
+@pytest.mark.parametrize("kind", ["octahedra", "hulls"])
+def test_derivatives_are_those_of_the_rule_over_few_faces(kind):
+    rng = np.random.default_rng(8)
+    coarse = SHAPES[kind](rng)
+    state, _ = near(rng, coarse, 0.2)
+    exact = System(bodies_of(coarse), G=1.0, gravity="surface", gravity_tolerance=1e-10)
+    found = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-6)
+    assert found.interactions(state).truncation_error > 0.0
+    names = [name for name in exact.parameters if name.startswith(("scale", "mass", "G"))]
+    one, other = exact.jacobian(state, names), found.jacobian(state, names)
+    np.testing.assert_allclose(other.rates, one.rates, atol=1e-6 * np.abs(one.rates).max(), rtol=0.0)
+    assert any(name.startswith("scale") for name in names)
+    for name in names:
+        size = np.abs(one.by_parameter[name]).max()
+        np.testing.assert_allclose(other.by_parameter[name], one.by_parameter[name], atol=1e-6 * size, rtol=0.0)
+
+
+def test_the_harmonic_series_alone_does_not_converge_near_by():
+    rng = np.random.default_rng(1)
+    coarse = SHAPES["cubes"](rng)
+    state, _ = near(rng, coarse, 0.05)
+    bodies = bodies_of([finer(shape, 3) for shape in coarse])
+    with pytest.raises(NotConverged, match=r"harmonic between A and B .* their moments diverges"):
+        System(bodies, G=1.0, gravity="harmonic").interactions(state)
