@@ -180,3 +180,17 @@ def byorp() -> Any:
     axes.set(aspect="equal", xlim=(-1.95, 1.9), ylim=(-1.5, 1.5))
     axes.axis("off")
     return figure
+
+
+def cost_of_distance() -> Any:
+    """Draw the processor time of an interaction of two radar shapes against their distance."""
+    # From benches/polyhedra.py, km and ms.
+    measured = np.array([MEASURED])
+    contact, touching = CONTACT, 1.08
+    figure, axes = plt.subplots(figsize=(7, 3.8), layout="constrained")
+    axes.loglog(measured[:, 0] - contact, measured[:, 1], "C0o-")
+    axes.axvline(touching - contact, color="0.6", ls="--")
+    axes.annotate("circumscribed spheres touch", (touching - contact, 0.1), (0.2, 0.1), color="0.4")
+    axes.set(xlabel="distance from contact (km)", ylabel="processor time (ms)")
+    axes.grid(alpha=0.3)
+    return figure

@@ -31,8 +31,10 @@ impl Pair {
             moment_degrees: harmonic.moment_degrees().map(|degree| degree as u32),
             valid_from: truncation.valid_from,
         });
-        let fragments =
-            self.fragments.as_ref().map(|fragments| RuleMemory::Fragments { sharers: fragments.sharers });
+        let fragments = self
+            .fragments
+            .as_ref()
+            .map(|fragments| RuleMemory::Fragments { sharers: fragments.sharers, work: fragments.work });
         let rule = self.rule.as_ref().map(|rule| RuleMemory::Quadrature {
             integrated: rule.integrated as u8,
             order: [rule.order.gauss as u32, rule.order.angles as u32],
@@ -63,11 +65,11 @@ impl Pair {
                 }
                 return self.restore_series(degrees, moment_degrees, valid_from, interrupt);
             }
-            RuleMemory::Fragments { sharers } => {
+            RuleMemory::Fragments { sharers, work } => {
                 if sharers == 0 || self.bodies.iter().any(|body| body.polyhedron().is_none()) {
                     return Err(unknown());
                 }
-                return self.restore_fragments(sharers, interrupt);
+                return self.restore_fragments(sharers, work, interrupt);
             }
         };
         if integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {

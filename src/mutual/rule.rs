@@ -96,6 +96,8 @@ pub enum RuleMemory {
     Fragments {
         /// The number of shares of the tolerance.
         sharers: u32,
+        /// The work of an evaluation at the pose for which the rule was chosen.
+        work: u64,
     },
 }
 

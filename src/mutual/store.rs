@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 const MOST_POINTS: usize = 1 << 20;
 const MOST_SERIES: usize = 1 << 12;
 const MOST_FACES: usize = 1 << 17;
-const MOST_FRAGMENTS: usize = 1 << 16;
+pub(super) const MOST_FRAGMENTS: usize = 1 << 16;
 
 /// The kind of points that represent the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -148,14 +148,15 @@ impl Store {
         interrupt: &mut InterruptCheck,
     ) -> Result<Arc<FragmentTree>> {
         let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
-        let mut map = self.fragments.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(tree) = map.get(&key).filter(|tree| tree.count() <= MOST_FRAGMENTS) {
-            return Ok(tree.clone());
+        let stored = self.fragments.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(tree) = stored.filter(|tree| tree.count() <= MOST_FRAGMENTS) {
+            return Ok(tree);
         }
+        let tree = Arc::new(FragmentTree::new(polyhedron, degree, arch, interrupt)?);
+        let mut map = self.fragments.lock().unwrap_or_else(PoisonError::into_inner);
         if map.values().map(|tree| tree.count()).sum::<usize>() > MOST_FRAGMENTS {
             map.clear();
         }
-        let tree = Arc::new(FragmentTree::new(polyhedron, degree, arch, interrupt)?);
         map.insert(key, tree.clone());
         Ok(tree)
     }

@@ -5,16 +5,20 @@ use super::{Accuracy, BoundWeights, EXCESS, Fragments, Step};
 use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::mutual::harmonic::{Tables, Truncation};
+use crate::mutual::store::MOST_FRAGMENTS;
 use crate::mutual::{Method, Pair, Pose};
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
 /// The least product of the numbers of faces for which fragments are cheaper than the faces themselves.
-const FEWEST_FACES: usize = 40_000;
+const FEWEST_FACES: u64 = 40_000;
 /// The least number of shares of the tolerance.
 const FEWEST_SHARERS: u32 = 64;
-/// The most work of an evaluation: some seconds.
-const MOST_WORK: u64 = 1 << 28;
+/// The work of a sum over faces for each face of one body and each of the other one, of which some are
+/// divided. Where fragments take more, faces are cheaper.
+const OVER_FACES: u64 = 1024;
+/// The most work of an evaluation: some ten seconds.
+const MOST_WORK: u64 = 1 << 30;
 
 /// The pairs at a pose.
 #[derive(Debug, Default)]
@@ -36,15 +40,20 @@ impl Pair {
         pose: &Pose,
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
-        let used = self.fragments.take().map(|fragments| fragments.sharers);
-        if self.method != Method::Focal || self.fixed.is_some() || !self.gains_by_fragments() {
+        let used = self.fragments.take();
+        let faces = self.products_of_faces();
+        if self.method != Method::Focal || self.fixed.is_some() || faces < FEWEST_FACES {
             return Ok(false);
         }
-        let Some(mut fragments) = self.new_fragments(used.unwrap_or(FEWEST_SHARERS), interrupt)? else {
-            return Ok(false);
+        let sharers = used.as_ref().map_or(FEWEST_SHARERS, |fragments| fragments.sharers);
+        let fragments = match used.filter(|used| used.trees.iter().all(|tree| tree.count() <= MOST_FRAGMENTS))
+        {
+            Some(fragments) => Some(fragments),
+            None => self.new_fragments(sharers, interrupt)?,
         };
-        if fragments.choose(pose, interrupt)? {
-            (self.fragments, self.rule) = (Some(Box::new(fragments)), None);
+        let Some(mut fragments) = fragments else { return Ok(false) };
+        if fragments.choose(pose, MOST_WORK.min(OVER_FACES * faces), interrupt)? {
+            (self.fragments, self.rule) = (Some(fragments), None);
         }
         Ok(self.fragments.is_some())
     }
@@ -53,18 +62,23 @@ impl Pair {
     pub(in crate::mutual) fn restore_fragments(
         &mut self,
         sharers: u32,
+        work: u64,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.fragments = self.new_fragments(sharers, interrupt)?.map(Box::new);
+        self.fragments = self.new_fragments(sharers, interrupt)?;
+        if let Some(fragments) = &mut self.fragments {
+            fragments.work = work;
+        }
         Ok(())
     }
 
-    fn gains_by_fragments(&self) -> bool {
+    /// Returns the product of the numbers of faces; zero unless both shapes are polyhedra.
+    fn products_of_faces(&self) -> u64 {
         let faces = |k: usize| self.bodies[k].polyhedron().map_or(0, |polyhedron| polyhedron.faces().len());
-        faces(0) * faces(1) >= FEWEST_FACES
+        faces(0) as u64 * faces(1) as u64
     }
 
-    fn new_fragments(&self, sharers: u32, interrupt: &mut InterruptCheck) -> Result<Option<Fragments>> {
+    fn new_fragments(&self, sharers: u32, interrupt: &mut InterruptCheck) -> Result<Option<Box<Fragments>>> {
         let [Some(first), Some(second)] = self.bodies.each_ref().map(|body| body.polyhedron()) else {
             return Ok(None);
         };
@@ -72,7 +86,7 @@ impl Pair {
         let store = &self.bodies[0].store;
         let mut tree = |polyhedron| store.fragments(polyhedron, degree, self.arch, &mut *interrupt);
         let trees = [tree(first)?, tree(second)?];
-        Ok(Some(Fragments {
+        Ok(Some(Box::new(Fragments {
             trees,
             tables: Arc::new(Tables::new(degree)),
             weights: Arc::new(BoundWeights::new(degree)),
@@ -84,7 +98,7 @@ impl Pair {
             pieces: Vec::new(),
             work: 0,
             bound: 0.0,
-        }))
+        })))
     }
 
     /// Returns the pieces of the energy at a pose, where the rule over fragments is in use.
@@ -117,11 +131,11 @@ impl Pair {
 
 impl Fragments {
     /// Chooses the number of shares, and the pieces of an evaluation. Returns whether the tolerance is
-    /// reached.
-    fn choose(&mut self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<bool> {
+    /// reached with at most so much work.
+    fn choose(&mut self, pose: &Pose, most: u64, interrupt: &mut InterruptCheck) -> Result<bool> {
         const ATTEMPTS: usize = 8;
         for _ in 0..ATTEMPTS {
-            let Some(census) = self.census(pose, self.sharers, MOST_WORK, interrupt)? else {
+            let Some(census) = self.census(pose, self.sharers, most, interrupt)? else {
                 return Ok(false);
             };
             let enough = (census.pairs + census.pairs / 4).next_power_of_two().max(FEWEST_SHARERS);
