@@ -98,7 +98,9 @@ def distances(tolerance=1e-10, pose=0):
             start = time.process_time()
             run = simulation.integrate(1.0)
             taken.append((time.process_time() - start) / run.statistics.evaluations)
-        print(f"{distance:.4f} km: {min(taken) * 1e3:9.3f} ms, first {first:6.2f} s, bound {found.truncation_error:.1e}")
+        print(
+            f"{distance:.4f} km: {min(taken) * 1e3:9.3f} ms, first {first:6.2f} s, bound {found.truncation_error:.1e}"
+        )
 
 
 if __name__ == "__main__":
