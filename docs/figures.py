@@ -191,7 +191,7 @@ def cost_of_distance() -> Any:
     figure, axes = plt.subplots(figsize=(7, 3.8), layout="constrained")
     axes.loglog(distance - contact, taken, "C0o-")
     axes.axvline(touching - contact, color="0.6", ls="--")
-    axes.annotate("circumscribed spheres touch", (touching - contact, 0.1), (0.2, 0.1), color="0.4")
+    axes.text(0.95 * (touching - contact), 0.02, "circumscribed\nspheres touch", color="0.4", ha="right")
     axes.set(xlabel="distance from contact (km)", ylabel="processor time (ms)")
     axes.grid(alpha=0.3)
     return figure
