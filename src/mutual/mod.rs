@@ -26,6 +26,7 @@ mod means;
 mod method;
 mod multipole;
 mod pair;
+mod part_offsets;
 mod rule;
 mod sampled;
 mod series_jacobian;

@@ -18,7 +18,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 const MOST_POINTS: usize = 1 << 20;
 const MOST_SERIES: usize = 1 << 12;
 const MOST_FACES: usize = 1 << 17;
-pub(super) const MOST_FRAGMENTS: usize = 1 << 16;
 
 /// The kind of points that represent the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,12 +148,12 @@ impl Store {
     ) -> Result<Arc<FragmentTree>> {
         let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
         let stored = self.fragments.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-        if let Some(tree) = stored.filter(|tree| tree.count() <= MOST_FRAGMENTS) {
+        if let Some(tree) = stored.filter(|tree| tree.count() <= FragmentTree::MOST) {
             return Ok(tree);
         }
         let tree = Arc::new(FragmentTree::new(polyhedron, degree, arch, interrupt)?);
         let mut map = self.fragments.lock().unwrap_or_else(PoisonError::into_inner);
-        if map.values().map(|tree| tree.count()).sum::<usize>() > MOST_FRAGMENTS {
+        if map.values().map(|tree| tree.count()).sum::<usize>() > FragmentTree::MOST {
             map.clear();
         }
         map.insert(key, tree.clone());

@@ -1,11 +1,10 @@
 //! The choice of the rule over fragments, and of the number of shares of its tolerance, made between steps.
 
 use super::bound::MOST_DEGREES;
-use super::{Accuracy, BoundWeights, EXCESS, Fragments, Step};
+use super::{Accuracy, BoundWeights, EXCESS, FragmentTree, Fragments, Step};
 use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::mutual::harmonic::{Tables, Truncation};
-use crate::mutual::store::MOST_FRAGMENTS;
 use crate::mutual::{Method, Pair, Pose};
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -46,11 +45,11 @@ impl Pair {
             return Ok(false);
         }
         let sharers = used.as_ref().map_or(FEWEST_SHARERS, |fragments| fragments.sharers);
-        let fragments = match used.filter(|used| used.trees.iter().all(|tree| tree.count() <= MOST_FRAGMENTS))
-        {
-            Some(fragments) => Some(fragments),
-            None => self.new_fragments(sharers, interrupt)?,
-        };
+        let fragments =
+            match used.filter(|used| used.trees.iter().all(|tree| tree.count() <= FragmentTree::MOST)) {
+                Some(fragments) => Some(fragments),
+                None => self.new_fragments(sharers, interrupt)?,
+            };
         let Some(mut fragments) = fragments else { return Ok(false) };
         if fragments.choose(pose, MOST_WORK.min(OVER_FACES * faces), interrupt)? {
             (self.fragments, self.rule) = (Some(fragments), None);

@@ -9,7 +9,7 @@ use crate::math::harmonics::{count, scale_degrees};
 use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3};
 use crate::mutual::harmonic::Series;
-use crate::mutual::link::PartOffsets;
+use crate::mutual::part_offsets::PartOffsets;
 use crate::mutual::{Interaction, Jacobian, Pose, ShapeDerivatives};
 use std::ops::ControlFlow;
 

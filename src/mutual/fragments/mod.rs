@@ -20,7 +20,7 @@ mod derivatives;
 mod tree;
 
 use super::harmonic::{Series, Tables, Truncation};
-use super::link::PartOffsets;
+use super::part_offsets::PartOffsets;
 use super::{Interaction, Pose};
 use crate::interrupt::UNITS;
 use crate::math::rotation::rotate;

@@ -48,6 +48,9 @@ pub(in crate::mutual) struct FragmentTree {
 }
 
 impl FragmentTree {
+    /// The number of fragments above which a tree is begun anew: some three hundred megabytes.
+    pub const MOST: usize = 1 << 16;
+
     /// Makes the tree, with moments of the whole polyhedron up to a degree.
     ///
     /// # Errors
