@@ -65,6 +65,12 @@ impl Pair {
         if self.is_faceted() {
             return self.faceted_lengths(pose, interrupt);
         }
+        if let Some(fragments) = &self.fragments {
+            let scaled = self.scaled(pose);
+            let derivatives = fragments.shape_derivatives(&scaled, interrupt)?;
+            let derivatives = derivatives.ok_or_else(|| self.fragments_not_converged(&scaled))?;
+            return Ok(derivatives.map(|loads| self.loads_in_unit(&loads, 0)));
+        }
         let mut out = ShapeDerivatives::none();
         let by_series = match (&self.multipole, self.series()) {
             (_, Some((harmonic, _))) => Some(harmonic.shape_derivatives(&self.scaled(pose))),

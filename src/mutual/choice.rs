@@ -31,13 +31,17 @@ impl Pair {
             moment_degrees: harmonic.moment_degrees().map(|degree| degree as u32),
             valid_from: truncation.valid_from,
         });
+        let fragments = self
+            .fragments
+            .as_ref()
+            .map(|fragments| RuleMemory::Fragments { sharers: fragments.sharers, work: fragments.work });
         let rule = self.rule.as_ref().map(|rule| RuleMemory::Quadrature {
             integrated: rule.integrated as u8,
             order: [rule.order.gauss as u32, rule.order.angles as u32],
             degree: rule.degree as u32,
             valid_from: rule.valid_from,
         });
-        series.or(rule)
+        series.or(fragments).or(rule)
     }
 
     /// Puts a rule from an archive in use again.
@@ -60,6 +64,12 @@ impl Pair {
                     return Err(unknown());
                 }
                 return self.restore_series(degrees, moment_degrees, valid_from, interrupt);
+            }
+            RuleMemory::Fragments { sharers, work } => {
+                if sharers == 0 || self.bodies.iter().any(|body| body.polyhedron().is_none()) {
+                    return Err(unknown());
+                }
+                return self.restore_fragments(sharers, work, interrupt);
             }
         };
         if integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {
@@ -87,6 +97,7 @@ impl Pair {
     /// Uses the rule that another object of the same pair uses.
     pub fn copy_rule(&mut self, from: &Self) {
         self.rule.clone_from(&from.rule);
+        self.fragments.clone_from(&from.fragments);
         self.truncation.clone_from(&from.truncation);
         if self.truncation.is_some() {
             self.harmonic.clone_from(&from.harmonic);
@@ -95,7 +106,7 @@ impl Pair {
 
     /// Forgets the rule, so that the next choice does not depend on the past.
     pub fn reset(&mut self) {
-        (self.rule, self.harmonic, self.truncation) = (None, None, None);
+        (self.rule, self.harmonic, self.truncation, self.fragments) = (None, None, None, None);
     }
 
     /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. It may allocate and
@@ -109,6 +120,10 @@ impl Pair {
         scaled.separation *= 1.0 - closing;
         let reach = scaled.separation.norm();
         if self.prepare_series(pose.separation.norm() / self.unit, reach, interrupt)? {
+            self.fragments = None;
+            return Ok(());
+        }
+        if self.prepare_fragments(&self.scaled(pose), interrupt)? {
             return Ok(());
         }
         if self.bodies.iter().any(|body| body.polyhedron().is_some()) {

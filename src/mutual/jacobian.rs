@@ -217,6 +217,10 @@ impl Pair {
         if let Some((harmonic, truncation)) = self.series() {
             return Ok(harmonic.jacobian(truncation, &scaled).in_unit(self.unit));
         }
+        if let Some(fragments) = &self.fragments {
+            let jacobian = fragments.jacobian(&scaled, interrupt)?;
+            return Ok(jacobian.ok_or_else(|| self.fragments_not_converged(&scaled))?.in_unit(self.unit));
+        }
         if let Some(multipole) = &self.multipole {
             return Ok(multipole.jacobian(&scaled).in_unit(self.unit));
         }

@@ -1,12 +1,13 @@
 //! The pair of a part of one body and a part of another, with the parts' positions in their bodies.
 
+use super::part_offsets::PartOffsets;
 use super::{Interaction, Jacobian, Method, Pair, PartGravity, Pose, ShapeDerivatives, Store};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
+use crate::math::Mat3;
 use crate::math::rotation::{rotate, rotate_back};
-use crate::math::{Mat3, Vec3};
 use crate::quadrature::Order;
-use crate::shape::{Body, Part, PartDerivative, Placement, Shape};
+use crate::shape::{Body, Part, PartDerivative, Shape};
 use pulp::Arch;
 use std::ops::Range;
 use std::sync::Arc;
@@ -25,15 +26,6 @@ pub struct Link {
     offsets: Option<Box<PartOffsets>>,
     /// One over the masses of the bodies.
     inverse_masses: [f64; 2],
-}
-
-#[derive(Debug, Clone)]
-struct PartOffsets {
-    /// The indices of the parts in their bodies.
-    parts: [usize; 2],
-    /// The product of the parts' shares of the masses of their bodies.
-    share: f64,
-    placements: [Option<Placement>; 2],
 }
 
 /// The predicted motion of two bodies in the time for which a rule is chosen.
@@ -280,54 +272,9 @@ impl Link {
 }
 
 impl PartOffsets {
-    /// Returns the vector from the first part's centre to the second's.
-    #[inline(never)]
-    fn separation(&self, pose: &Pose) -> Vec3 {
-        let mut separation = pose.separation;
-        if let Some(placement) = &self.placements[0] {
-            separation -= rotate(&pose.rotation_first, &placement.position);
-        }
-        if let Some(placement) = &self.placements[1] {
-            separation += rotate(&pose.rotation_second, &placement.position);
-        }
-        separation
-    }
-
-    #[inline]
-    fn pose(&self, pose: &Pose) -> Pose {
-        let mut part_pose = Pose { separation: self.separation(pose), ..*pose };
-        if let Some(placement) = &self.placements[0] {
-            part_pose.rotation_first *= placement.rotation;
-        }
-        if let Some(placement) = &self.placements[1] {
-            part_pose.rotation_second *= placement.rotation;
-        }
-        part_pose
-    }
-
-    /// Converts loads about the parts' centres to those about the bodies' centres, in the bodies' frames.
-    #[inline]
-    fn about_centres(&self, pose: &Pose, parts: Interaction) -> Interaction {
-        let force = parts.force_on_first * self.share;
-        let about = |placement: &Option<Placement>, rotation, torque: Vec3, force: Vec3| match placement {
-            None => torque * self.share,
-            Some(placement) => {
-                rotate(&placement.rotation, &torque) * self.share
-                    + placement.position.cross(&rotate_back(rotation, &force))
-            }
-        };
-        Interaction {
-            force_on_first: force,
-            torque_first: about(&self.placements[0], &pose.rotation_first, parts.torque_first, force),
-            torque_second: about(&self.placements[1], &pose.rotation_second, parts.torque_second, -force),
-        }
-    }
-}
-
-impl PartOffsets {
     /// Converts derivatives about the parts' centres to those about the bodies' centres. The parts'
     /// separation changes with the bodies' rotations by A_i = dr/dv_i = +-R_i [p_i]x.
-    fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
+    pub(super) fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let signs = [1.0, -1.0];
         let part_rotations =
@@ -363,13 +310,17 @@ impl PartOffsets {
             torque_first_by_second: first_by_second * self.share,
         }
     }
-}
 
-impl PartOffsets {
     /// With s the separation of the parts, dP the displacement of this part and phi its rotation, ds = -+R
     /// dP, and the rotation is Q^T phi in the part's own frame, with Q the rotation from there to the body's
     /// frame.
-    fn by_part(&self, pose: &Pose, parts: &Jacobian, which: usize, by: &PartDerivative) -> Interaction {
+    pub(super) fn by_part(
+        &self,
+        pose: &Pose,
+        parts: &Jacobian,
+        which: usize,
+        by: &PartDerivative,
+    ) -> Interaction {
         let (torque_by_rotation, rotation, sign) = match which {
             0 => (parts.torque_by_rotation[0], &pose.rotation_first, 1.0),
             _ => (parts.torque_by_rotation[1], &pose.rotation_second, -1.0),

@@ -1,6 +1,7 @@
 //! A pair of parts with a method, evaluated with the rule in use.
 
 use super::faces::Faces;
+use super::fragments::Fragments;
 use super::harmonic::{Harmonic, Truncation};
 use super::rule::{FacetedRules, GradientNodes, Kernel, NodeStore, Rule};
 use super::store::NodeKind;
@@ -38,6 +39,8 @@ pub struct Pair {
     pub(super) harmonic: Option<Harmonic>,
     /// The degrees of the harmonic series, where it is in use.
     pub(super) truncation: Option<Truncation>,
+    /// The sum over fragments, where it is in use.
+    pub(super) fragments: Option<Box<Fragments>>,
     pub(super) rule: Option<Rule>,
     /// The nodes over which the field's gradient is averaged, where derivatives have been requested.
     pub(super) gradient_nodes: Option<GradientNodes>,
@@ -90,6 +93,7 @@ impl Pair {
             multipole,
             harmonic: None,
             truncation: None,
+            fragments: None,
             rule: None,
             gradient_nodes: None,
             axis_nodes: None,
@@ -121,6 +125,9 @@ impl Pair {
     /// Returns the units of work of an evaluation with the rule in use, for
     /// [`crate::interrupt::InterruptCheck`].
     pub fn work(&self) -> u64 {
+        if let Some(fragments) = &self.fragments {
+            return fragments.work;
+        }
         self.rule.as_ref().map_or(0, |rule| (rule.nodes() * self.work_of_node(rule)) as u64)
     }
 
@@ -141,7 +148,11 @@ impl Pair {
         /// evaluates, must cost little beside them.
         const FEWEST: usize = 4;
         let divisible = |rule: &&Rule| matches!(rule.kernel, Kernel::Facets | Kernel::Layer(_));
-        let begins = self.rule.as_ref().map_or(Vec::new(), |rule| rule.begins.clone());
+        let begins = match (&self.fragments, &self.rule) {
+            (Some(fragments), _) => fragments.ranges().skip(1).map(|piece| piece.start).collect(),
+            (None, Some(rule)) => rule.begins.clone(),
+            (None, None) => Vec::new(),
+        };
         let (length, count) = match self.rule.as_ref().filter(divisible) {
             Some(rule) if rule.node_kind != NodeKind::Faces && self.work() > UNITS => {
                 let length = (UNITS as usize / self.work_of_node(rule)).max(FEWEST);
@@ -158,8 +169,12 @@ impl Pair {
 
     /// Returns the pieces for the energy at a pose.
     pub fn energy_pieces(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Vec<Range<usize>>> {
-        let faces = self.pieces_of_faces(&self.scaled(pose), interrupt)?;
-        Ok(faces.unwrap_or_else(|| self.pieces().collect()))
+        let scaled = self.scaled(pose);
+        let pieces = match self.pieces_of_fragments(&scaled, interrupt)? {
+            Some(pieces) => Some(pieces),
+            None => self.pieces_of_faces(&scaled, interrupt)?,
+        };
+        Ok(pieces.unwrap_or_else(|| self.pieces().collect()))
     }
 
     /// Returns the least separation at which the rule in use is valid.
@@ -196,6 +211,7 @@ impl Pair {
     pub(super) fn is_faceted(&self) -> bool {
         self.multipole.is_none()
             && self.truncation.is_none()
+            && self.fragments.is_none()
             && self.method != Method::Point
             && self.bodies.iter().any(|body| body.polyhedron().is_some())
     }
@@ -226,9 +242,13 @@ impl Pair {
         }
     }
 
-    /// Returns the truncation error of a series, the size of its next two degrees: the larger of the error of
-    /// the force and the error of the torques over the body's radius. `None` for other methods.
+    /// Returns the truncation error of a series, the size of its next two degrees, or the bound of the error
+    /// of a sum over fragments at the pose for which the rule was chosen: the larger of the error of the force
+    /// and the error of the torques over the body's radius. `None` for other methods.
     pub fn truncation_error(&self, pose: &Pose) -> Option<f64> {
+        if let Some(fragments) = &self.fragments {
+            return Some(fragments.bound / self.unit / self.unit);
+        }
         let Method::Multipole(degree) = self.method else { return None };
         let scaled = self.scaled(pose);
         let (more, less) = match (&self.multipole, self.series()) {
@@ -252,6 +272,9 @@ impl Pair {
         let pose = self.scaled(pose);
         if let Some((harmonic, truncation)) = self.series() {
             return -harmonic.mutual_potential(truncation, &pose) / self.unit;
+        }
+        if let Some(fragments) = &self.fragments {
+            return -fragments.mutual_potential(&pose, &nodes) / self.unit;
         }
         let mutual_potential = match (&self.multipole, &self.rule) {
             (Some(multipole), _) => multipole.mutual_potential(&pose),
@@ -299,6 +322,9 @@ impl Pair {
     pub(super) fn scaled_interaction(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         if let Some((harmonic, truncation)) = self.series() {
             return harmonic.interaction(truncation, pose);
+        }
+        if let Some(fragments) = &self.fragments {
+            return fragments.interaction(pose, &nodes);
         }
         if let Some(multipole) = &self.multipole {
             return multipole.interaction(pose);

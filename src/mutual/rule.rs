@@ -92,6 +92,13 @@ pub enum RuleMemory {
         /// The smallest separation for which they reach the tolerance.
         valid_from: f64,
     },
+    /// A sum over fragments.
+    Fragments {
+        /// The number of shares of the tolerance.
+        sharers: u32,
+        /// The work of an evaluation at the pose for which the rule was chosen.
+        work: u64,
+    },
 }
 
 impl RuleMemory {
@@ -99,6 +106,7 @@ impl RuleMemory {
     pub fn valid_from(&self) -> f64 {
         match *self {
             Self::Quadrature { valid_from, .. } | Self::Harmonic { valid_from, .. } => valid_from,
+            Self::Fragments { .. } => 0.0,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Data that pairs of equal shapes share, computed once.
 
+use super::fragments::FragmentTree;
 use crate::error::Result;
 use crate::gravity::{Facets, FarSeries, Layer};
 use crate::interrupt::InterruptCheck;
@@ -11,8 +12,9 @@ use std::hash::{Hash, Hasher};
 use std::mem::{Discriminant, discriminant};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The limits on a store: points of nodes, series, and faces of polyhedra. A store that exceeds one drops all
-/// entries of that kind. The limits correspond to some thirty, four and thirty megabytes.
+/// The limits on a store: points of nodes, series, faces of polyhedra, and fragments. A store that exceeds one
+/// drops all entries of that kind. The limits correspond to some thirty, four, thirty and three hundred
+/// megabytes.
 const MOST_POINTS: usize = 1 << 20;
 const MOST_SERIES: usize = 1 << 12;
 const MOST_FACES: usize = 1 << 17;
@@ -94,6 +96,7 @@ pub struct Store {
     series: Mutex<HashMap<[u64; 3], Arc<FarSeries>>>,
     facets: Mutex<HashMap<PolyhedronKey, Arc<Facets>>>,
     layers: Mutex<HashMap<LayerKey, Arc<Layer>>>,
+    fragments: Mutex<HashMap<LayerKey, Arc<FragmentTree>>>,
 }
 
 impl Store {
@@ -132,6 +135,29 @@ impl Store {
         }
         let layer = Layer::new(polyhedron, degree, arch, interrupt)?;
         Ok(cached(&self.layers, key, |layer| layer.count, MOST_POINTS, || layer))
+    }
+
+    /// Returns the tree of the fragments of a polyhedron, with moments up to a degree. A tree with too many
+    /// fragments is begun anew.
+    pub(super) fn fragments(
+        &self,
+        polyhedron: &Polyhedron,
+        degree: usize,
+        arch: Arch,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Arc<FragmentTree>> {
+        let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
+        let stored = self.fragments.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(tree) = stored.filter(|tree| tree.count() <= FragmentTree::MOST) {
+            return Ok(tree);
+        }
+        let tree = Arc::new(FragmentTree::new(polyhedron, degree, arch, interrupt)?);
+        let mut map = self.fragments.lock().unwrap_or_else(PoisonError::into_inner);
+        if map.values().map(|tree| tree.count()).sum::<usize>() > FragmentTree::MOST {
+            map.clear();
+        }
+        map.insert(key, tree.clone());
+        Ok(tree)
     }
 
     /// Returns the numbers of rules, series, polyhedra with facets, and layers.

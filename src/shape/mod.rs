@@ -44,6 +44,7 @@ pub use part_derivative::{PartDerivative, PartNumber};
 #[doc(hidden)]
 pub use plane::{across_separating_plane, normal, support, tip};
 pub use polyhedron::Polyhedron;
+pub(crate) use polyhedron::solid_moments;
 #[doc(hidden)]
 pub use proximity::Proximity;
 pub use stokes::{InputCoefficients, StokesCoefficients, StokesNumber};

@@ -318,43 +318,57 @@ impl Polyhedron {
 
     fn moments_to(&self, degree: usize, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         let unit = 1.0 / self.circumradius();
-        let mut rules: Vec<Option<Vec<triangle::TriangleNode>>> = vec![None; degree / 2 + 2];
-        let mut points: [Vec<f64>; 3] = Default::default();
-        let mut weights = Vec::new();
-        let mut moments = vec![0.0; harmonics::count(degree)];
-        let mut add = |points: &mut [Vec<f64>; 3], weights: &mut Vec<f64>| {
-            let length = weights.len().next_multiple_of(BLOCK);
-            points.iter_mut().for_each(|p| p.resize(length, 0.0));
-            weights.resize(length, 0.0);
-            let [x, y, z] = &*points;
-            arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut moments });
-            points.iter_mut().for_each(Vec::clear);
-            weights.clear();
-        };
-        for face in 0..self.faces().len() {
-            let [a, b, c] = self.corners(face).map(|v| v * unit);
-            let order = points_for(degree, [a, b, c]);
-            interrupt.charge((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
-            let rule = rules[order].get_or_insert_with(|| triangle::rule(order));
-            // This is six times the volume of the tetrahedron: height times twice the area.
-            let solid = 0.5 * a.dot(&b.cross(&c));
-            for node in rule {
-                let [i, j, k] = node.shares;
-                let x = a * i + b * j + c * k;
-                points.iter_mut().zip(x.iter()).for_each(|(p, x)| p.push(*x));
-                weights.push(node.weight * solid);
-            }
-            if weights.len() >= 4096 {
-                add(&mut points, &mut weights);
-            }
-        }
-        add(&mut points, &mut weights);
-        let volume = self.volume() * unit.powi(3);
-        for n in 0..=degree {
-            moments[n * n..harmonics::count(n)].iter_mut().for_each(|m| *m /= (n + 3) as f64 * volume);
-        }
-        Ok(moments)
+        let faces = (0..self.faces().len()).map(|face| self.corners(face).map(|v| v * unit));
+        solid_moments(faces, self.volume() * unit.powi(3), degree, arch, interrupt)
     }
+}
+
+/// Returns the means of the solid harmonics up to a degree over the solid within triangles, of which none
+/// reaches beyond the unit sphere.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub(crate) fn solid_moments(
+    triangles: impl Iterator<Item = [Vec3; 3]>,
+    volume: f64,
+    degree: usize,
+    arch: Arch,
+    interrupt: &mut InterruptCheck,
+) -> Result<Vec<f64>> {
+    let mut rules: Vec<Option<Vec<triangle::TriangleNode>>> = vec![None; degree / 2 + 2];
+    let mut points: [Vec<f64>; 3] = Default::default();
+    let mut weights = Vec::new();
+    let mut moments = vec![0.0; harmonics::count(degree)];
+    let mut add = |points: &mut [Vec<f64>; 3], weights: &mut Vec<f64>| {
+        let length = weights.len().next_multiple_of(BLOCK);
+        points.iter_mut().for_each(|p| p.resize(length, 0.0));
+        weights.resize(length, 0.0);
+        let [x, y, z] = &*points;
+        arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut moments });
+        points.iter_mut().for_each(Vec::clear);
+        weights.clear();
+    };
+    for [a, b, c] in triangles {
+        let order = points_for(degree, [a, b, c]);
+        interrupt.charge((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
+        let rule = rules[order].get_or_insert_with(|| triangle::rule(order));
+        // This is six times the volume of the tetrahedron: height times twice the area.
+        let solid = 0.5 * a.dot(&b.cross(&c));
+        for node in rule {
+            let [i, j, k] = node.shares;
+            let x = a * i + b * j + c * k;
+            points.iter_mut().zip(x.iter()).for_each(|(p, x)| p.push(*x));
+            weights.push(node.weight * solid);
+        }
+        if weights.len() >= 4096 {
+            add(&mut points, &mut weights);
+        }
+    }
+    add(&mut points, &mut weights);
+    for n in 0..=degree {
+        moments[n * n..harmonics::count(n)].iter_mut().for_each(|m| *m /= (n + 3) as f64 * volume);
+    }
+    Ok(moments)
 }
 
 /// Returns the order of Gauss's rule for harmonics up to a degree on a face near the unit sphere: exact, or

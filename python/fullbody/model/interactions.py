@@ -30,9 +30,10 @@ class Interactions(ArrayFields, Tabled):
     potential_energy : float or Quantity
         The potential energy, negative: minus the paper's U.
     truncation_error : float
-        The estimated error of the series of ``gravity="multipole:N"``, zero for other methods: the contribution of the
-        next two degrees to the force, or to the torques divided by the bodies' radii, relative to the force between two
-        bodies, for the pair for which it is largest.
+        For ``gravity="multipole:N"`` the contribution of the next two degrees to the force, or to the torques divided
+        by the bodies' radii, relative to the force between two bodies, for the pair for which it is largest. It
+        estimates the error of a series that converges. For two polyhedra near each other, whose interaction is a sum
+        over their fragments, it is a bound of the error in the same measure. It is zero for the other rules.
     """
 
     force: Array

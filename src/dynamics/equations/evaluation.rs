@@ -18,8 +18,9 @@ pub struct BodyInteraction {
     pub torque: Vec<Vec3>,
     /// The potential energy, negative.
     pub potential_energy: f64,
-    /// The truncation error of a series: the size of its next two degrees relative to the force between two
-    /// bodies, for the pair for which it is largest; zero for the other methods.
+    /// The truncation error of a series of a fixed degree, the size of its next two degrees, or the bound of the
+    /// error of a sum over fragments: relative to the force between two bodies, for the pair for which it is
+    /// largest; zero for the other rules.
     pub truncation_error: f64,
 }
 

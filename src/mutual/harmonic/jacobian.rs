@@ -4,16 +4,22 @@
 //! about the axes of the line's frame. A displacement across the line is a rotation of both bodies in the
 //! opposite sense, followed by a rotation of everything.
 
-use super::{Harmonic, Line, Request, SeriesSums, Truncation};
+use super::{Harmonic, Line, Request, Series, SeriesSums, Truncation};
 use crate::math::{Mat3, Vec3};
 use crate::mutual::{Jacobian, Pose};
 
 impl Harmonic {
     /// Returns the derivatives of force and torques with respect to the pose.
     pub fn jacobian(&self, truncation: &Truncation, pose: &Pose) -> Jacobian {
+        self.series(truncation).jacobian(pose)
+    }
+}
+
+impl Series<'_> {
+    /// Returns the derivatives of force and torques with respect to the pose.
+    pub fn jacobian(&self, pose: &Pose) -> Jacobian {
         let line = Line::new(pose);
-        let values = [0, 1].map(|body| self.moments[body].values.as_slice());
-        line.jacobian(&self.sums(Request::Derivatives, values, self.radii(), truncation, &line))
+        line.jacobian(&self.sums(Request::Derivatives, &line))
     }
 }
 

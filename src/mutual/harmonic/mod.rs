@@ -27,9 +27,11 @@ use crate::math::harmonics::count;
 use crate::math::rotation::{rotate, rotate_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
-use line::{Angle, Direction, LineMoments, Tables, orders};
+pub(super) use line::Tables;
+use line::{Angle, Direction, LineMoments, orders};
 use moments::Moments;
 pub use moments::harmonics;
+pub(super) use moments::sizes_and_tail;
 use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
 pub(crate) use truncation::Truncation;
@@ -180,33 +182,64 @@ impl Harmonic {
         truncation: &Truncation,
         pose: &Pose,
     ) -> Interaction {
-        let line = Line::new(pose);
-        let sums = self.sums(Request::Loads, moments, radii, truncation, &line);
-        line.interaction(&sums)
+        self.series_of(moments, radii, truncation).interaction(pose)
     }
 
     /// Returns the mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, truncation: &Truncation, pose: &Pose) -> f64 {
-        let line = Line::new(pose);
+        self.series(truncation).mutual_potential(pose)
+    }
+
+    fn series<'a>(&'a self, truncation: &'a Truncation) -> Series<'a> {
         let values = [0, 1].map(|body| self.moments[body].values.as_slice());
-        self.sums(Request::Energy, values, self.radii(), truncation, &line).energy / line.distance
+        self.series_of(values, self.radii(), truncation)
+    }
+
+    fn series_of<'a>(
+        &'a self,
+        moments: [&'a [f64]; 2],
+        radii: [f64; 2],
+        truncation: &'a Truncation,
+    ) -> Series<'a> {
+        let Truncation { degrees, factors, .. } = truncation;
+        Series { tables: &self.tables, moments, radii, degrees: *degrees, factors, arch: self.arch }
+    }
+}
+
+/// The series of two sets of moments in units of two radii.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Series<'a> {
+    pub tables: &'a Tables,
+    pub moments: [&'a [f64]; 2],
+    pub radii: [f64; 2],
+    pub degrees: [usize; 2],
+    /// The factors of [`Truncation`], at least up to the sum of the degrees.
+    pub factors: &'a [Vec<f64>; 3],
+    pub arch: Arch,
+}
+
+impl Series<'_> {
+    /// Returns force and torques.
+    pub fn interaction(&self, pose: &Pose) -> Interaction {
+        let line = Line::new(pose);
+        line.interaction(&self.sums(Request::Loads, &line))
+    }
+
+    /// Returns the mutual potential U (positive) per unit G m m.
+    pub fn mutual_potential(&self, pose: &Pose) -> f64 {
+        let line = Line::new(pose);
+        self.sums(Request::Energy, &line).energy / line.distance
     }
 
     /// Computes sums with arrays of the size that the degrees need.
-    fn sums(
-        &self,
-        request: Request,
-        moments: [&[f64]; 2],
-        radii: [f64; 2],
-        truncation: &Truncation,
-        line: &Line,
-    ) -> SeriesSums {
-        let ratios = radii.map(|radius| radius / line.distance);
-        let task = Task { tables: &self.tables, request, moments, truncation, line, ratios };
-        match truncation.degrees[0].max(truncation.degrees[1]) {
+    fn sums(&self, request: Request, line: &Line) -> SeriesSums {
+        let ratios = self.radii.map(|radius| radius / line.distance);
+        let task = Task { series: self, request, line, ratios };
+        match self.degrees[0].max(self.degrees[1]) {
             ..=6 => self.arch.dispatch(Sized::<{ orders(6) }>(task)),
             7..=20 => self.arch.dispatch(Sized::<{ orders(20) }>(task)),
-            21..=40 => self.arch.dispatch(Sized::<{ orders(40) }>(task)),
+            21..=28 => self.arch.dispatch(Sized::<{ orders(28) }>(task)),
+            29..=40 => self.arch.dispatch(Sized::<{ orders(40) }>(task)),
             _ => self.arch.dispatch(Sized::<{ orders(Exchange::MAX_DEGREE) }>(task)),
         }
     }
@@ -286,10 +319,8 @@ impl Line {
 }
 
 struct Task<'a> {
-    tables: &'a Tables,
+    series: &'a Series<'a>,
     request: Request,
-    moments: [&'a [f64]; 2],
-    truncation: &'a Truncation,
     line: &'a Line,
     ratios: [f64; 2],
 }
@@ -302,11 +333,11 @@ impl<const N: usize> WithSimd for Sized<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> SeriesSums {
-        let Task { tables, request, moments, truncation, line, ratios } = self.0;
-        let [unweighted, once, twice] = &truncation.factors;
-        let [first, second] = truncation.degrees;
+        let Task { series, request, line, ratios } = self.0;
+        let Series { tables, moments, degrees, factors: [unweighted, once, twice], .. } = series;
+        let [first, second] = *degrees;
         let along = |body: usize, azimuth| {
-            let degree = truncation.degrees[body];
+            let degree = degrees[body];
             LineMoments::<N>::new(
                 tables,
                 moments[body],

@@ -53,14 +53,8 @@ impl Moments {
             }
             _ => Arc::new(vec![1.0]),
         };
-        let of = |l: usize| &values[l * l..count(l)];
-        let degrees = values.len().isqrt();
-        let sizes: Vec<f64> = (0..degrees).map(|l| of(l).iter().map(|m| m * m).sum::<f64>().sqrt()).collect();
-        let last = degrees.saturating_sub(ENVELOPE).max(1);
-        let tail = match shape {
-            Shape::Stokes(_) => 0.0,
-            _ => sizes[last.min(degrees)..].iter().fold(0.0, |a: f64, b| a.max(*b)),
-        };
+        let (sizes, envelope) = sizes_and_tail(&values);
+        let tail = if matches!(shape, Shape::Stokes(_)) { 0.0 } else { envelope };
         let (radius, circumradius) = (shape.focal_reach(), shape.circumradius());
         Ok(Self { values, sizes, radius, circumradius, tail, shape: shape.clone() })
     }
@@ -96,6 +90,16 @@ impl Moments {
             Shape::Stokes(_) | Shape::Point => Vec::new(),
         }
     }
+}
+
+/// Returns the sizes of the degrees of moments, and the bound of those of all degrees above.
+pub(in crate::mutual) fn sizes_and_tail(values: &[f64]) -> (Vec<f64>, f64) {
+    let of = |l: usize| &values[l * l..count(l)];
+    let degrees = values.len().isqrt();
+    let sizes: Vec<f64> = (0..degrees).map(|l| of(l).iter().map(|m| m * m).sum::<f64>().sqrt()).collect();
+    let last = degrees.saturating_sub(ENVELOPE).max(1);
+    let tail = sizes[last.min(degrees)..].iter().fold(0.0, |a: f64, b| a.max(*b));
+    (sizes, tail)
 }
 
 /// Returns the Stokes coefficients of a body up to a degree from 2 to 60 in its own frame, with the

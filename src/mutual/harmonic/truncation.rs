@@ -14,7 +14,7 @@ pub(crate) struct Truncation {
     /// The highest degrees of the first and the second body.
     pub degrees: [usize; 2],
     /// The factors n!, (n + 1)! and (n + 2)! for the total degree n; zero beyond the highest total degree.
-    pub(super) factors: [Vec<f64>; 3],
+    pub(in crate::mutual) factors: [Vec<f64>; 3],
     /// The least separation for which the degrees reach the tolerance.
     pub valid_from: f64,
 }

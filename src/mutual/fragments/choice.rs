@@ -1,0 +1,217 @@
+//! The choice of the rule over fragments, and of the number of shares of its tolerance, made between steps.
+
+use super::bound::MOST_DEGREES;
+use super::{Accuracy, BoundWeights, EXCESS, FragmentTree, Fragments, Step};
+use crate::error::{Error, Result};
+use crate::interrupt::{InterruptCheck, UNITS};
+use crate::mutual::harmonic::{Tables, Truncation};
+use crate::mutual::{Method, Pair, Pose};
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
+
+/// The least product of the numbers of faces for which fragments are cheaper than the faces themselves.
+const FEWEST_FACES: u64 = 40_000;
+/// The least number of shares of the tolerance.
+const FEWEST_SHARERS: u32 = 64;
+/// The work of a sum over faces for each face of one body and each of the other one, of which some are
+/// divided. Where fragments take more, faces are cheaper.
+const OVER_FACES: u64 = 1024;
+/// The most work of an evaluation: some ten seconds.
+const MOST_WORK: u64 = 1 << 30;
+
+/// The pairs at a pose.
+#[derive(Debug, Default)]
+struct Census {
+    pairs: u32,
+    work: u64,
+    bound: f64,
+    /// The positions at which pieces of about [`UNITS`] of work begin, and the sums of their bounds.
+    pieces: Vec<(usize, f64)>,
+}
+
+impl Pair {
+    /// Chooses the rule over fragments for a pose where it is the cheapest one. Returns whether it is used.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub(in crate::mutual) fn prepare_fragments(
+        &mut self,
+        pose: &Pose,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<bool> {
+        let used = self.fragments.take();
+        let faces = self.products_of_faces();
+        if self.method != Method::Focal || self.fixed.is_some() || faces < FEWEST_FACES {
+            return Ok(false);
+        }
+        let sharers = used.as_ref().map_or(FEWEST_SHARERS, |fragments| fragments.sharers);
+        let fragments =
+            match used.filter(|used| used.trees.iter().all(|tree| tree.count() <= FragmentTree::MOST)) {
+                Some(fragments) => Some(fragments),
+                None => self.new_fragments(sharers, interrupt)?,
+            };
+        let Some(mut fragments) = fragments else { return Ok(false) };
+        if fragments.choose(pose, MOST_WORK.min(OVER_FACES * faces), interrupt)? {
+            (self.fragments, self.rule) = (Some(fragments), None);
+        }
+        Ok(self.fragments.is_some())
+    }
+
+    /// Puts the rule over fragments from an archive in use again.
+    pub(in crate::mutual) fn restore_fragments(
+        &mut self,
+        sharers: u32,
+        work: u64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        self.fragments = self.new_fragments(sharers, interrupt)?;
+        if let Some(fragments) = &mut self.fragments {
+            fragments.work = work;
+        }
+        Ok(())
+    }
+
+    /// Returns the product of the numbers of faces; zero unless both shapes are polyhedra.
+    fn products_of_faces(&self) -> u64 {
+        let faces = |k: usize| self.bodies[k].polyhedron().map_or(0, |polyhedron| polyhedron.faces().len());
+        faces(0) as u64 * faces(1) as u64
+    }
+
+    fn new_fragments(&self, sharers: u32, interrupt: &mut InterruptCheck) -> Result<Option<Box<Fragments>>> {
+        let [Some(first), Some(second)] = self.bodies.each_ref().map(|body| body.polyhedron()) else {
+            return Ok(None);
+        };
+        let degree = degree(self.tolerance);
+        let store = &self.bodies[0].store;
+        let mut tree = |polyhedron| store.fragments(polyhedron, degree, self.arch, &mut *interrupt);
+        let trees = [tree(first)?, tree(second)?];
+        Ok(Some(Box::new(Fragments {
+            trees,
+            tables: Arc::new(Tables::new(degree)),
+            weights: Arc::new(BoundWeights::new(degree)),
+            truncation: Truncation::new([degree; 2], 2 * degree, 0.0),
+            arch: self.arch,
+            radii: [first.circumradius(), second.circumradius()],
+            tolerance: self.tolerance,
+            sharers,
+            pieces: Vec::new(),
+            work: 0,
+            bound: 0.0,
+        })))
+    }
+
+    /// Returns the pieces of the energy at a pose, where the rule over fragments is in use.
+    pub(in crate::mutual) fn pieces_of_fragments(
+        &self,
+        pose: &Pose,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<Vec<Range<usize>>>> {
+        let Some(fragments) = &self.fragments else { return Ok(None) };
+        let census = fragments.census(pose, fragments.sharers, fragments.most_work(), interrupt)?;
+        match census.filter(|census| census.bound <= fragments.allowed(pose)) {
+            Some(census) => Ok(Some(ranges(&census.pieces).collect())),
+            None => Err(self.fragments_not_converged(pose)),
+        }
+    }
+
+    /// Returns the error that the sum over fragments does not reach the tolerance.
+    pub(in crate::mutual) fn fragments_not_converged(&self, pose: &Pose) -> Error {
+        let [first, second] = self.bodies.each_ref().map(|body| &body.name);
+        Error::NotConverged {
+            what: format!("sum over fragments of {first} and {second}"),
+            detail: format!(
+                "at separation {} they take much more work than where the rule was chosen; use a larger \
+                 gravity_tolerance",
+                pose.separation.norm() * self.unit
+            ),
+        }
+    }
+}
+
+impl Fragments {
+    /// Chooses the number of shares, and the pieces of an evaluation. Returns whether the tolerance is
+    /// reached with at most so much work.
+    fn choose(&mut self, pose: &Pose, most: u64, interrupt: &mut InterruptCheck) -> Result<bool> {
+        const ATTEMPTS: usize = 8;
+        for _ in 0..ATTEMPTS {
+            let Some(census) = self.census(pose, self.sharers, most, interrupt)? else {
+                return Ok(false);
+            };
+            let enough = (census.pairs + census.pairs / 4).next_power_of_two().max(FEWEST_SHARERS);
+            // Fewer shares come into use only where they are much fewer.
+            if census.pairs <= self.sharers && self.sharers <= 4 * enough {
+                let even = 1.0 / census.pieces.len() as f64;
+                let part = |bound: f64| 0.5 * (even + bound / census.bound.max(f64::MIN_POSITIVE));
+                self.pieces = census.pieces.iter().map(|(begin, bound)| (*begin, part(*bound))).collect();
+                (self.work, self.bound) = (census.work, census.bound);
+                return Ok(census.bound <= self.allowed(pose));
+            }
+            self.sharers = enough;
+        }
+        Ok(false)
+    }
+
+    /// Counts the pairs at a pose and makes their fragments; `None` where they take too much work.
+    fn census(
+        &self,
+        pose: &Pose,
+        sharers: u32,
+        most: u64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<Census>> {
+        let mut census = Census { pieces: vec![(0, 0.0)], ..Census::default() };
+        let (mut asked, mut since) = (Ok(()), 0);
+        let complete = self.walk(pose, Accuracy::Loads, &(0..usize::MAX), sharers, |step| {
+            asked = interrupt.charge(super::BOUNDING, 0.0);
+            census.work += step.work();
+            since += step.work();
+            match step {
+                Step::Halve(body, fragment) if asked.is_ok() => {
+                    asked = self.trees[body].make_halves(fragment, interrupt);
+                }
+                Step::Halve(..) => {}
+                Step::Take(pair) => {
+                    if since > UNITS && census.pieces.last().is_some_and(|last| last.0 < pair.position) {
+                        census.pieces.push((pair.position, 0.0));
+                        since = 0;
+                    }
+                    census.pairs += 1;
+                    census.bound += pair.kept.bound;
+                    if let Some(last) = census.pieces.last_mut() {
+                        last.1 += pair.kept.bound;
+                    }
+                }
+            }
+            if asked.is_err() || census.work > most {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        asked.map(|()| complete.then_some(census))
+    }
+
+    /// Returns the most work of an evaluation before a step is rejected.
+    pub(super) fn most_work(&self) -> u64 {
+        EXCESS * self.work.max(UNITS)
+    }
+
+    /// Returns the pieces of an evaluation.
+    pub fn ranges(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<'_> {
+        ranges(&self.pieces)
+    }
+}
+
+/// Returns the ranges between beginnings.
+fn ranges(pieces: &[(usize, f64)]) -> impl ExactSizeIterator<Item = Range<usize>> + use<'_> {
+    pieces
+        .iter()
+        .enumerate()
+        .map(|(k, (begin, _))| *begin..pieces.get(k + 1).map_or(usize::MAX, |next| next.0))
+}
+
+/// Returns the degree of all fragments' moments with which an evaluation takes about the least time for a
+/// tolerance.
+fn degree(tolerance: f64) -> usize {
+    ((-2.4 * tolerance.log10()) as usize + 4).clamp(8, MOST_DEGREES - 2)
+}

@@ -1,0 +1,144 @@
+//! The derivatives of force and torques over pairs of fragments: by the pose, and by the scales of both
+//! polyhedra.
+
+use super::bound::MOST_DEGREES;
+use super::{Accuracy, Fragment, Fragments, Step};
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::harmonics::{count, scale_degrees};
+use crate::math::rotation::{rotate, rotate_back};
+use crate::math::{Mat3, Vec3};
+use crate::mutual::harmonic::Series;
+use crate::mutual::part_offsets::PartOffsets;
+use crate::mutual::{Interaction, Jacobian, Pose, ShapeDerivatives};
+use std::ops::ControlFlow;
+
+impl Fragments {
+    /// Returns the derivatives with respect to the pose; `None` where the tolerance is not kept.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn jacobian(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Option<Jacobian>> {
+        let mut sum = Jacobian::none();
+        let complete = self.evaluate_asking(pose, interrupt, |series, offsets, at, _| {
+            sum.add(&offsets.jacobian_about_centres(pose, &series.jacobian(at)));
+        })?;
+        Ok(complete.then_some(sum))
+    }
+
+    /// Returns the derivatives with respect to factors of all lengths of either polyhedron; `None` where the
+    /// tolerance is not kept.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn shape_derivatives(
+        &self,
+        pose: &Pose,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<ShapeDerivatives>> {
+        let mut out = ShapeDerivatives::none();
+        let complete = self.evaluate_asking(pose, interrupt, |series, offsets, at, fragments| {
+            let parts = series.jacobian(at);
+            for (body, sum) in out.scale.iter_mut().enumerate() {
+                sum.add(&by_scale(series, offsets, [pose, at], &parts, body, fragments[body]));
+            }
+        })?;
+        Ok(complete.then_some(out))
+    }
+
+    /// Calls a function with all pairs, with the accuracy of derivatives and with interrupt checks.
+    fn evaluate_asking<'a>(
+        &'a self,
+        pose: &Pose,
+        interrupt: &mut InterruptCheck,
+        mut add: impl FnMut(&Series<'_>, &PartOffsets, &Pose, [&'a Fragment; 2]),
+    ) -> Result<bool> {
+        /// The work of the derivatives of a pair in units of that of its loads.
+        const GRADIENT: u64 = 3;
+        let (mut asked, mut most) = (Ok(()), self.most_work());
+        let complete = self.walk(pose, Accuracy::Derivatives, &(0..usize::MAX), self.sharers, |step| {
+            asked = interrupt.charge(GRADIENT * step.work(), 0.0);
+            most = most.saturating_sub(step.work());
+            if asked.is_err() || most == 0 {
+                return ControlFlow::Break(());
+            }
+            if let Step::Take(pair) = step {
+                self.add_pair(pose, pair, &mut add);
+            }
+            ControlFlow::Continue(())
+        });
+        asked.map(|()| complete)
+    }
+}
+
+/// Returns the derivatives of the loads about the polyhedra's centres with respect to the scale of one: its
+/// fragment moves away from its centre and grows.
+fn by_scale(
+    series: &Series<'_>,
+    offsets: &PartOffsets,
+    [pose, at]: [&Pose; 2],
+    parts: &Jacobian,
+    body: usize,
+    fragment: &Fragment,
+) -> Interaction {
+    let (rotation, sign) =
+        if body == 0 { (&pose.rotation_first, 1.0) } else { (&pose.rotation_second, -1.0) };
+    let moved = rotate(rotation, &fragment.centre) * -sign;
+    let mut moments = [0.0; count(MOST_DEGREES)];
+    let degree = series.degrees[body];
+    let moments = &mut moments[..count(degree)];
+    moments.copy_from_slice(&series.moments[body][..count(degree)]);
+    scale_degrees(moments, |l| l as f64);
+    let mut all = series.moments;
+    all[body] = moments;
+    let mut changed = Series { moments: all, ..*series }.interaction(at);
+    let [first, second] = &parts.torque_by_separation;
+    changed.add(&Interaction {
+        force_on_first: parts.force_by_separation * moved,
+        torque_first: first * moved,
+        torque_second: second * moved,
+    });
+    let mut changed = offsets.about_centres(pose, changed);
+    let force = rotate_back(rotation, &(parts.loads.force_on_first * (sign * offsets.share)));
+    let torque = if body == 0 { &mut changed.torque_first } else { &mut changed.torque_second };
+    *torque += fragment.centre.cross(&force);
+    changed
+}
+
+impl Interaction {
+    /// Adds another interaction.
+    pub(in crate::mutual) fn add(&mut self, other: &Self) {
+        self.force_on_first += other.force_on_first;
+        self.torque_first += other.torque_first;
+        self.torque_second += other.torque_second;
+    }
+
+    /// Returns the interaction zero.
+    pub(in crate::mutual) fn none() -> Self {
+        let zero = Vec3::zeros();
+        Self { force_on_first: zero, torque_first: zero, torque_second: zero }
+    }
+}
+
+impl Jacobian {
+    fn none() -> Self {
+        let zero = Mat3::zeros();
+        Self {
+            loads: Interaction::none(),
+            force_by_separation: zero,
+            torque_by_separation: [zero; 2],
+            torque_by_rotation: [zero; 2],
+            torque_first_by_second: zero,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.loads.add(&other.loads);
+        self.force_by_separation += other.force_by_separation;
+        for body in 0..2 {
+            self.torque_by_separation[body] += other.torque_by_separation[body];
+            self.torque_by_rotation[body] += other.torque_by_rotation[body];
+        }
+        self.torque_first_by_second += other.torque_first_by_second;
+    }
+}

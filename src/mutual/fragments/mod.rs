@@ -1,0 +1,262 @@
+//! The interaction of two polyhedra near each other, as the sum over pairs of their fragments.
+//!
+//! Two fragments attract by the harmonic series about their own centres, wherever its bound is below their
+//! share of the tolerance. Otherwise the larger fragment is replaced by its two halves. The walk over the
+//! pairs begins with the whole polyhedra at every pose, so that the result depends on the pose, the tolerance
+//! and the number of pairs that share it, and on nothing before.
+//!
+//! Every pair has the same share, since a smaller error of a pair costs about as much in any of them. The
+//! number of shares is chosen between steps, by counting the pairs. The bounds add up to less than the
+//! tolerance, relative to the force of two points and for the torques to this force times the radius. Where
+//! the sum would exceed the tolerance, as with overlapping bodies within a trial step, the result is NaN,
+//! which rejects the step.
+//!
+//! A fragment in contact with another one has no convergent series, but its field has a limit: pairs whose
+//! interaction, bounded in this way, is below their share count as points.
+
+mod bound;
+mod choice;
+mod derivatives;
+mod tree;
+
+use super::harmonic::{Series, Tables, Truncation};
+use super::part_offsets::PartOffsets;
+use super::{Interaction, Pose};
+use crate::interrupt::UNITS;
+use crate::math::rotation::rotate;
+use crate::math::{Mat3, Vec3};
+use crate::shape::Placement;
+use bound::{BoundWeights, Kept};
+use pulp::Arch;
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
+use tree::Fragment;
+pub(super) use tree::FragmentTree;
+
+/// The units of work of an evaluation beyond those for which a piece was made, before a step is rejected.
+const EXCESS: u64 = 8;
+/// The largest number of pairs that await the walk: twice the halvings of both polyhedra.
+const DEEPEST: usize = 256;
+/// The work of bounding a pair of fragments.
+const BOUNDING: u64 = 20;
+
+/// The rule of a pair of polyhedra.
+#[derive(Debug, Clone)]
+pub(super) struct Fragments {
+    trees: [Arc<FragmentTree>; 2],
+    tables: Arc<Tables>,
+    weights: Arc<BoundWeights>,
+    truncation: Truncation,
+    arch: Arch,
+    radii: [f64; 2],
+    tolerance: f64,
+    /// The number of equal shares of the tolerance.
+    pub sharers: u32,
+    /// The beginnings of the pieces of an evaluation in the order of the walk, with the largest sums of
+    /// bounds that they may have, relative to the tolerance.
+    pieces: Vec<(usize, f64)>,
+    /// The work of an evaluation at the pose for which the rule was chosen.
+    pub work: u64,
+    /// The sum of the bounds at the pose for which the rule was chosen.
+    pub bound: f64,
+}
+
+/// What is to be within the tolerance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Accuracy {
+    Loads,
+    Derivatives,
+}
+
+/// Two fragments whose interaction is taken as it is.
+struct PairOfFragments<'a> {
+    fragments: [&'a Fragment; 2],
+    kept: Kept,
+    /// The position in the order of the walk.
+    position: usize,
+}
+
+/// A step of the walk.
+enum Step<'a, 'b> {
+    /// A fragment of the first or the second polyhedron is replaced by its halves.
+    Halve(usize, &'a Fragment),
+    /// A pair is taken.
+    Take(&'b PairOfFragments<'a>),
+}
+
+impl Step<'_, '_> {
+    fn work(&self) -> u64 {
+        match self {
+            Self::Halve(..) => BOUNDING,
+            Self::Take(pair) => BOUNDING + pair.work(),
+        }
+    }
+}
+
+/// Two fragments on the way, with the positions that their halves share.
+type Waiting<'a> = ([&'a Fragment; 2], usize, usize);
+
+impl PairOfFragments<'_> {
+    fn work(&self) -> u64 {
+        let [p, q] = self.kept.degrees.map(|degree| degree as u64);
+        (p * p * p + q * q * q + p * q * (p + q)) / 12
+    }
+
+    /// Returns the pair in the form of two parts of the polyhedra.
+    fn offsets(&self) -> PartOffsets {
+        let [first, second] = self.fragments;
+        let placement =
+            |fragment: &Fragment| Some(Placement { position: fragment.centre, rotation: Mat3::identity() });
+        PartOffsets {
+            parts: [0, 0],
+            share: first.share * second.share,
+            placements: [placement(first), placement(second)],
+        }
+    }
+}
+
+impl Fragments {
+    /// Returns the sum of the bounds that all pairs together may have, relative to the force of two points:
+    /// the tolerance at a separation, or where the circumscribed spheres overlap at the sum of their radii.
+    fn allowed(&self, pose: &Pose) -> f64 {
+        let [first, second] = self.radii;
+        self.tolerance / pose.separation.norm().max(first + second).powi(2)
+    }
+
+    /// Calls a function with each pair of fragments in a range of positions. Returns false where it stops the
+    /// walk, or where the halves are too many.
+    fn walk<'a>(
+        &'a self,
+        pose: &Pose,
+        accuracy: Accuracy,
+        range: &Range<usize>,
+        sharers: u32,
+        mut visit: impl FnMut(Step<'a, '_>) -> ControlFlow<()>,
+    ) -> bool {
+        let [first, second] = self.trees.each_ref().map(|tree| &tree.whole);
+        let share = 0.5 * self.allowed(pose) / f64::from(sharers);
+        let mut waiting: [Waiting<'a>; DEEPEST] = [([first, second], 0, usize::MAX); DEEPEST];
+        let mut length = 1;
+        while length > 0 {
+            length -= 1;
+            let (fragments, position, span) = waiting[length];
+            if let Some(kept) = self.kept(fragments, pose, accuracy, share) {
+                let pair = PairOfFragments { fragments, kept, position };
+                if range.contains(&position) && visit(Step::Take(&pair)).is_break() {
+                    return false;
+                }
+                continue;
+            }
+            let larger = usize::from(fragments[1].radius > fragments[0].radius);
+            if length + 2 > DEEPEST || visit(Step::Halve(larger, fragments[larger])).is_break() {
+                return false;
+            }
+            let halves = self.trees[larger].halves(fragments[larger]);
+            let half = span / 2;
+            for (k, start) in [(1, position + half), (0, position)] {
+                let mut next = fragments;
+                next[larger] = &halves[k];
+                // A pair of no span has the position of its first pair.
+                if start < range.end && start.saturating_add(half.max(1)) > range.start {
+                    waiting[length] = (next, start, half);
+                    length += 1;
+                }
+            }
+        }
+        true
+    }
+
+    /// Returns the degrees of two fragments, where their series, or their centres alone, keep a share of the
+    /// force of two points.
+    fn kept(&self, [a, b]: [&Fragment; 2], pose: &Pose, accuracy: Accuracy, share: f64) -> Option<Kept> {
+        let separation = pose.separation + rotate(&pose.rotation_second, &b.centre)
+            - rotate(&pose.rotation_first, &a.centre);
+        let (distance, masses) = (separation.norm(), a.share * b.share);
+        // The torques are about the polyhedra's centres, and relative to the force times their radii.
+        let arm = |k: usize, fragment: &Fragment| (fragment.centre.norm() + distance) / self.radii[k];
+        let mut weight = masses * arm(0, a).max(arm(1, b)).max(1.0);
+        if accuracy == Accuracy::Derivatives {
+            // The next derivative of a term of degree n has the factor (n + 2)/d.
+            let near = distance.max(a.radius + b.radius);
+            weight *= (2 * self.trees[0].degree + 2) as f64 * (self.radii[0] + self.radii[1]) / near;
+        }
+        let scale = weight / (distance * distance);
+        let kept = self.weights.kept([a, b], distance, share / scale);
+        if let Some(Kept { degrees, bound }) = kept {
+            return Some(Kept { degrees, bound: bound * scale });
+        }
+        // Both the forces and their replacement are below this.
+        let most = 2.0 * weight * a.most_field.min(b.most_field).max((a.radius + b.radius).powi(-2));
+        (masses == 0.0 || most <= share).then_some(Kept { degrees: [0; 2], bound: most.min(share) })
+    }
+
+    /// Evaluates all pairs of fragments in a range of positions. Returns false where the sum of their bounds
+    /// exceeds the tolerance, or where they take much more work than when the rule was chosen.
+    fn evaluate<'a>(
+        &'a self,
+        pose: &Pose,
+        accuracy: Accuracy,
+        range: &Range<usize>,
+        mut add: impl FnMut(&Series<'_>, &PartOffsets, &Pose, [&'a Fragment; 2]),
+    ) -> bool {
+        let piece = self.ranges().position(|piece| piece == *range);
+        let part = piece.map_or(1.0, |piece| self.pieces[piece].1);
+        let most_work = if piece.is_some() { EXCESS * UNITS } else { self.most_work() };
+        let (mut left, mut allowed) = (most_work, part * self.allowed(pose));
+        self.walk(pose, accuracy, range, self.sharers, |step| {
+            let Some(rest) = left.checked_sub(step.work()) else { return ControlFlow::Break(()) };
+            left = rest;
+            let Step::Take(pair) = step else { return ControlFlow::Continue(()) };
+            allowed -= pair.kept.bound;
+            if allowed < 0.0 {
+                return ControlFlow::Break(());
+            }
+            self.add_pair(pose, pair, &mut add);
+            ControlFlow::Continue(())
+        })
+    }
+
+    fn add_pair<'a>(
+        &'a self,
+        pose: &Pose,
+        pair: &PairOfFragments<'a>,
+        add: &mut impl FnMut(&Series<'_>, &PartOffsets, &Pose, [&'a Fragment; 2]),
+    ) {
+        let offsets = pair.offsets();
+        let mut pose = offsets.pose(pose);
+        // Fragments that overlap count as points at the sum of their radii.
+        let (distance, near) = (pose.separation.norm(), pair.fragments.map(|f| f.radius).iter().sum());
+        if pair.kept.degrees == [0; 2] && distance < near {
+            let direction = if distance > 0.0 { pose.separation / distance } else { Vec3::x() };
+            pose.separation = direction * near;
+        }
+        if offsets.share > 0.0 {
+            add(&self.series(pair), &offsets, &pose, pair.fragments);
+        }
+    }
+
+    fn series<'a>(&'a self, pair: &PairOfFragments<'a>) -> Series<'a> {
+        let moments = pair.fragments.map(|fragment| fragment.moments.as_slice());
+        let radii = pair.fragments.map(|fragment| fragment.radius);
+        let (degrees, factors) = (pair.kept.degrees, &self.truncation.factors);
+        Series { tables: &self.tables, moments, radii, degrees, factors, arch: self.arch }
+    }
+
+    /// Returns force and torques from the pairs in a range of positions; NaN where the tolerance is not kept.
+    pub fn interaction(&self, pose: &Pose, range: &Range<usize>) -> Interaction {
+        let mut sum = Interaction::none();
+        let complete = self.evaluate(pose, Accuracy::Loads, range, |series, offsets, at, _| {
+            sum.add(&offsets.about_centres(pose, series.interaction(at)));
+        });
+        if complete { sum } else { sum.times(f64::NAN) }
+    }
+
+    /// Returns the mutual potential U (positive) per unit G m m, as [`Self::interaction`].
+    pub fn mutual_potential(&self, pose: &Pose, range: &Range<usize>) -> f64 {
+        let mut sum = 0.0;
+        let complete = self.evaluate(pose, Accuracy::Loads, range, |series, offsets, at, _| {
+            sum += offsets.share * series.mutual_potential(at);
+        });
+        if complete { sum } else { f64::NAN }
+    }
+}
