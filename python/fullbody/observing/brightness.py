@@ -43,8 +43,8 @@ class BrightnessDerivatives(ArrayFields):
         Derivatives with respect to the unit vectors to the observer and to the Sun, inertial frame; they are
         perpendicular to these.
     vertices : tuple of N ndarrays or Quantities, (N, V, 3)
-        For each body the derivatives of the brightness of all bodies with respect to its V vertices in its own frame,
-        which stays where it is; V is zero for a body that is not one polyhedron.
+        For each body the derivatives of the brightness of all bodies with respect to its V vertices, as vectors of the
+        body frame, not of ``Body.working_frame``; the frame stays where it is. V is zero without a polyhedron.
     """
 
     brightness: Any

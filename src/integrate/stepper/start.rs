@@ -39,7 +39,8 @@ impl Stepper {
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
         let curvature = match evaluate(equations, at, trial, second, false, interrupt) {
             Err(Incomplete::Ended(error)) => return Err(error),
-            Err(Incomplete::Refused(_)) => f64::INFINITY,
+            // A trial that cannot be evaluated is too far: the solution changes within that time.
+            Err(Incomplete::Refused(_)) => guess.powi(-2),
             Ok(()) => {
                 second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
                 equations.norm(&self.high, second, &unit)

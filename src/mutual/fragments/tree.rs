@@ -48,7 +48,7 @@ pub(in crate::mutual) struct FragmentTree {
 }
 
 impl FragmentTree {
-    /// The number of fragments above which a tree is begun anew: some three hundred megabytes.
+    /// The number of fragments above which a tree is begun anew, which bounds its memory.
     pub const MOST: usize = 1 << 16;
 
     /// Makes the tree, with moments of the whole polyhedron up to a degree.

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
+from fullbody.base import rotations
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 from support.meshes import box
 from support.strips import strips
@@ -162,7 +163,9 @@ def test_derivatives_with_respect_to_vertices_scale_as_an_area():
     alone = observing.brightness(system, state, [1, 0, 0], [0.8, 0.3, 0.4], mutual=False)
     growth = np.einsum("ijx,jx->i", found.position, state.position)
     for body, by in zip(bodies, found.vertices, strict=True):
-        growth = growth + np.einsum("ivx,vx->i", by, body.shape.vertices)
+        frame = body.working_frame
+        turn = rotations.matrices(np.asarray(frame.attitude)[None])[0]
+        growth = growth + np.einsum("ivx,vx->i", by, body.shape.vertices @ turn.T + frame.position)
     assert found.brightness[0] < 0.95 * alone[0]
     np.testing.assert_allclose(growth, 2.0 * found.brightness, rtol=1e-12)
     assert found.vertices[1].shape == (2, len(bodies[1].shape.vertices), 3)
