@@ -27,7 +27,7 @@ __all__ = ["OTHER", "Results", "events", "scale", "shown", "study", "timing", "v
 #: those half a turn apart are alike for an ellipsoid.
 LONGITUDES, PHASES = (176.0, 356.0), (0.0, 45.0, 90.0, 135.0)
 #: The limit on proposals from each start.
-PROPOSALS = 200
+PROPOSALS = 80
 #: Broz et al. (2023): the diameter of Linus in km with its error, the pole in degrees, and the albedos of Linus and of
 #: Kalliope, of which the abstract says that Linus is darker in most solutions.
 DIAMETER, POLE, ALBEDOS = (28.0, 1.0), (195.6, 2.2), (0.40, 0.44)
@@ -96,7 +96,7 @@ def study(light: Light, starts: bool = True, draws: int = DRAWS, proposals: int 
     fits = {
         "ellipsoids alone": at_pole(best, light.data(order=0), ("radius", "longitude", "phase")),
         "a series, without events": at_pole(best, light.data(mutual=False), ("phase",)),
-        "a series and events, on a circle": some(best, data, begins, "point"),
+        "a series and events, on a circle": some(best, data, [best], "point"),
         "a series and events, in exact gravity": some(best, data, begins),
     }
     fits["at the published pole"] = at_pole(best, data, ("radius", "longitude", "phase"))
