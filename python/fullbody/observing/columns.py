@@ -176,8 +176,8 @@ class DataColumn(NamedTuple):
     The name is that of the argument, and of the column unless the user names another one; ``parts`` are the names of
     several columns that are the argument together. ``errors`` is the column of its standard errors, if they are not an
     argument that is declared by itself. Each table has the ``required`` columns; without any such column it has one of
-    the others or several. Values may have a unit, and numbers have none. Labels may be anything, and are read only if
-    the user names their column.
+    the others or several. Values may have a unit, numbers have none, and labels may be anything. A ``named`` column is
+    read only if the user names it.
     """
 
     name: str
@@ -185,6 +185,7 @@ class DataColumn(NamedTuple):
     errors: str = ""
     required: bool = True
     kind: Literal["values", "numbers", "labels"] = "values"
+    named: bool = False
 
 
 def read_table(
@@ -206,7 +207,7 @@ def read_table(
     if found is None:
         raise InvalidInput(f"table of {owner} is {table!r}; expected a table of astropy or pandas")
     names = list(found)
-    has = [c for c in declared if c.required or c.name in columns or (c.name in names and c.kind != "labels")]
+    has = [c for c in declared if c.required or c.name in columns or (c.name in names and not c.named)]
     if not has:
         either = " or ".join(repr(c.name) for c in declared)
         raise InvalidInput(f"the table has no column {either} of {owner}; it has {names}")

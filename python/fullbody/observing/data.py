@@ -65,7 +65,7 @@ class Observations(Predictions, Tabled):
         dates : (format, scale), optional
             The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
         **options
-            The other arguments of the class. ``night`` of :class:`Photometry` may be the name of a column.
+            The other arguments of the class. ``night`` and ``airmass`` of :class:`Photometry` may be names of columns.
 
         Returns
         -------
@@ -85,7 +85,7 @@ class Observations(Predictions, Tabled):
         if columns is not None:
             instance(columns, f"columns of {cls.__name__}", Mapping, "a dict of arguments to names of columns")
         refuse_unknown(options, options_of(cls), cls.__name__)
-        labels = [c.name for c in cls._columns if c.kind == "labels" and isinstance(options.get(c.name), str)]
+        labels = [c.name for c in cls._columns if c.named and isinstance(options.get(c.name), str)]
         names = dict(columns or {}) | {name: options.pop(name) for name in labels}
         return cls(**cls._arguments(read_table(table, cls._columns, names, unit, dates, cls.__name__)), **options)
 

@@ -99,8 +99,8 @@ class Photometry(Observations):
     _columns = (
         DataColumn("magnitude"),
         DataColumn("sigma"),
-        DataColumn("night", required=False, kind="labels"),
-        DataColumn("airmass", required=False, kind="numbers"),
+        DataColumn("night", required=False, kind="labels", named=True),
+        DataColumn("airmass", required=False, kind="numbers", named=True),
     )
     _error_names = ("sigma",)
 

@@ -17,8 +17,8 @@ from .vectors import SystemGeometry
 #: Brightnesses need an observer who is farther from a body than its radius by this factor: all of its surface is seen
 #: along one direction, and at that distance they are off by about 0.3 %.
 DISTANT = 300.0
-#: The square of an angle that counts as none.
-_ROUNDING = 1e-15
+#: The square of an angle that counts as none, and the displacement relative to the separation of samples of a run.
+_ROUNDING, _SAMPLED = 1e-15, 1e-14
 
 
 def refuse_near(
@@ -178,5 +178,8 @@ def _is_straight(run: Record, states: dict[str, Floats], late: float) -> bool:
     pairs = (place[:, i] - place[:, j] for i in range(count) for j in range(i))
     apart = [np.einsum("kx,kx->k", way, way).min() for way in pairs]
     fall = run.context.G * run.context.masses.sum() / min(apart) ** 1.5 if apart else 0.0
+    if run.dense is None:
+        # The samples have the errors of an integration, and attitudes follow from the spins.
+        return bool(fall * late**2 < _SAMPLED)
     turn = np.einsum("knx,knx->kn", states["spin"], states["spin"]).max()
     return bool((fall + turn) * late**2 < _ROUNDING)

@@ -297,8 +297,17 @@ def shortened(which, **options):
     return observing.Photometry(TIMES[which] * u.h, np.zeros(len(TIMES[which])), 0.01, **chosen)
 
 
+def test_a_table_gives_airmasses_only_if_its_column_is_named(data):
+    table = data.to_table()
+    options = {"geometry": VIEW, "night": "night", "rotation": SERIES}
+    read = observing.Photometry.from_table(table, airmass="airmass", **options)
+    np.testing.assert_array_equal(read.airmass, AIRMASS)
+    np.testing.assert_array_equal(read.nights, data.nights)
+    # A column of airmasses may be there for information.
+    assert observing.Photometry.from_table(table, **options).airmass is None
+
+
 FLAT = np.where(NIGHT == 0, 1.3, AIRMASS)
-ALIASED = 2 * np.pi / 2.273 * np.arange(6.0) / 4.0
 
 
 @pytest.mark.parametrize(
