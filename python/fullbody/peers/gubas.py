@@ -13,6 +13,7 @@ from ..base.atomic import as_path
 from ..base.kinds import choice, instance
 from ..base.limits import Limits
 from ..errors import InvalidInput, caution
+from ..files.text import NOT_NEGATIVE, NUMBER, POSITIVE, Text, naming
 from ..forces import Force, ThirdBody, Tide
 from ..model.bodies import Body
 from ..model.polyhedron import Polyhedron
@@ -21,7 +22,7 @@ from ..model.state import State, from_numbers
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
-from ._files import NOT_NEGATIVE, NUMBER, POSITIVE, Text, along_body_axes, naming
+from ._files import along_body_axes
 
 _UNITS = ("km", "s", "kg")
 _NAMES, _TIME = ("Primary", "Secondary"), ("Integration Settings", "Start Time")

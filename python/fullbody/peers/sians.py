@@ -12,6 +12,7 @@ from ..base.atomic import as_path
 from ..base.kinds import choice
 from ..base.units import Units
 from ..errors import InvalidInput, caution
+from ..files.text import POSITIVE, Text, naming
 from ..forces import ThirdBody
 from ..model.bodies import Body
 from ..model.polyhedron import Polyhedron
@@ -19,7 +20,7 @@ from ..model.shapes import Ellipsoid, PointMass
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
-from ._files import POSITIVE, Text, along_body_axes, naming
+from ._files import along_body_axes
 
 #: The program's own gravitational constant in m^3 kg^-1 s^-2, and its mass of the Sun in the file's unit of mass.
 _G_SI = 6.67408e-11

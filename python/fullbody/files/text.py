@@ -1,0 +1,73 @@
+"""Text files of numbers, with errors that name file and line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, NoReturn
+
+from ..base.atomic import content
+from ..base.limits import Limits
+from ..errors import InvalidInput
+
+NUMBER = Limits(text="a finite number")
+POSITIVE = Limits(above=0.0, text="a number above zero")
+NOT_NEGATIVE = Limits(least=0.0, text="a number, zero or above")
+
+
+@contextmanager
+def naming(path: Any) -> Iterator[None]:
+    """Context manager that makes errors about the content of a file name the file."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {error}") from error
+
+
+class Text:
+    """The lines of a file, numbered from one."""
+
+    def __init__(self, path: Any) -> None:
+        self.path = path
+        try:
+            self.lines = content(path).decode("utf-8-sig").splitlines()
+        except UnicodeDecodeError as error:
+            raise InvalidInput(f"{path} is not a text file: {error}") from error
+
+    def fail(self, line: int | None, message: str) -> NoReturn:
+        """Raise :class:`fullbody.errors.InvalidInput` for a line, or for the whole file."""
+        where = f"{self.path}" if line is None else f"{self.path}, line {line}"
+        raise InvalidInput(f"{where}: {message}")
+
+    def number(self, line: int | None, text: str, what: str, limits: Limits = NUMBER) -> float:
+        """Return a number of a line, which must be within limits."""
+        expected = "a number"
+        with suppress(ValueError):
+            value = float(text)
+            expected = limits.text if math.isfinite(value) else NUMBER.text
+            if limits.hold(value):
+                return value
+        self.fail(line, f"{what} is {text!r}; expected {expected}")
+
+    def whole(self, line: int, text: str, what: str, least: int = 0) -> int:
+        """Return a whole number of a line, which must not be below ``least``."""
+        with suppress(ValueError):
+            if (value := int(text)) >= least:
+                return value
+        self.fail(line, f"{what} is {text!r}; expected a whole number from {least} on")
+
+    def words(self) -> list[tuple[int, list[str]]]:
+        """Return the words of each line that has any, after the number of the line."""
+        return [(k, words) for k, line in enumerate(self.lines, 1) if (words := line.split())]
+
+    def expected(
+        self, rows: list[tuple[int, list[str]]], k: int, sizes: tuple[int, ...], what: str
+    ) -> tuple[int, list[str]]:
+        """Return a row after checking that the file has it, with a right number of words."""
+        if k >= len(rows):
+            self.fail(len(self.lines), f"the file ends here; expected {what}")
+        line, words = rows[k]
+        if len(words) not in sizes:
+            self.fail(line, f"the line has {len(words)} columns; expected {what}")
+        return line, words
