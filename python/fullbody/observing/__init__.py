@@ -3,17 +3,19 @@
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
 compute the light of the bodies, :func:`mutual_events` their occultations and eclipses. :class:`Astrometry`,
 :class:`Photometry`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for
-them, with residuals and chi2.
+them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
 
 Install the dependencies with the extra ``observing``.
 """
 
 from __future__ import annotations
 
+from .alcdef import read_alcdef, write_alcdef
 from .astrometry import Astrometry
 from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
+from .damit import DamitModel, read_damit, read_damit_model
 from .geometry import Geometry
-from .laws import HG, HG1G2, Hapke, Lambert, LommelSeeliger, LommelSeeligerLambert
+from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
 from .light_curve import light_curve, zero_point
 from .linear import Held, LinearModel, LinearUnknown
 from .measured import Measured
@@ -28,10 +30,12 @@ __all__ = [
     "HG1G2",
     "Astrometry",
     "BrightnessDerivatives",
+    "DamitModel",
     "Geometry",
     "Hapke",
     "Held",
     "Lambert",
+    "LinearExponential",
     "LinearModel",
     "LinearUnknown",
     "LommelSeeliger",
@@ -48,6 +52,10 @@ __all__ = [
     "light_curve",
     "mutual_events",
     "occultation",
+    "read_alcdef",
+    "read_damit",
+    "read_damit_model",
+    "write_alcdef",
     "zero_point",
 ]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.kinds import Declared, Number, function, of_kind
-from ..base.limits import NOT_NEGATIVE
+from ..base.limits import FINITE, NOT_NEGATIVE
 from ..base.units import UNITLESS, need, numbers
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -204,6 +204,41 @@ class HG1G2:
         """Return the factor of the brightness at phase angles in radians."""
         basis = _basis_of_hg1g2(numbers(angle, "phase angle"))
         return self.G1 * basis[0] + self.G2 * basis[1] + (1.0 - self.G1 - self.G2) * basis[2]
+
+
+@dataclass(frozen=True)
+class LinearExponential:
+    """The phase function 1 + a exp(-angle / d) + k angle of light-curve inversion (Kaasalainen et al. 2001, Icarus 153,
+    37), which the database DAMIT takes.
+
+    Parameters
+    ----------
+    a, d, k : float
+        Amplitude and width of the opposition effect, and the slope; ``d`` in radians, above zero unless ``a`` is zero,
+        and ``k`` per radian, mostly negative.
+
+    Examples
+    --------
+    >>> from fullbody import observing
+    >>> observing.LinearExponential(0.5, 0.1, -0.5)(0.0)
+    np.float64(1.5)
+    """
+
+    a: float
+    d: float
+    k: float
+
+    def __post_init__(self) -> None:
+        for name in ("a", "d", "k"):
+            UNITLESS.number(getattr(self, name), "number", f"{name} of LinearExponential", FINITE)
+        if self.a != 0.0 and not self.d > 0.0:
+            raise InvalidInput(f"d of LinearExponential is {self.d}; expected a number above zero")
+
+    def __call__(self, angle: Any) -> Floats:
+        """Return the factor of the brightness at phase angles in radians."""
+        angle = numbers(angle, "phase angle")
+        surge = self.a * np.exp(-angle / self.d) if self.a != 0.0 else 0.0
+        return np.asarray(1.0 + surge + self.k * angle)[()]
 
 
 @cache

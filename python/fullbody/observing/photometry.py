@@ -49,10 +49,14 @@ class Photometry(Observations):
     law, albedo, mutual, sun_radius
         Options of :func:`brightness`.
     zero : "free" or float
-        The zero point, which is added to the magnitudes of :func:`light_curve`. With ``"free"`` each night has its own.
+        The zero point, which is added to the magnitudes of :func:`light_curve`. With ``"free"`` each night has its own,
+        or each ``filter``.
     night : array_like, (K,), optional
         Labels of the nights. Without them a night ends with a gap of more than eight hours; times that are plain
         numbers are one night.
+    filter : array_like, (K,), optional
+        Names of the filters of calibrated magnitudes, as of sparse photometry, in which free zero points are those of
+        the filters. Data that have a filter in common share its zero point.
     airmass : array_like, (K,), optional
         Airmasses, in which each night then has a free slope, its extinction.
     drift : "free", optional
@@ -100,6 +104,7 @@ class Photometry(Observations):
         DataColumn("magnitude"),
         DataColumn("sigma"),
         DataColumn("night", required=False, kind="labels", named=True),
+        DataColumn("filter", required=False, kind="labels"),
         DataColumn("airmass", required=False, kind="numbers", named=True),
     )
     _error_names = ("sigma",)
@@ -117,6 +122,7 @@ class Photometry(Observations):
         sun_radius: Any = 0.0,
         zero: str | float = "free",
         night: Any = None,
+        filter: Any = None,
         airmass: Any = None,
         drift: str | None = None,
         phase_slope: str | None = None,
@@ -147,26 +153,33 @@ class Photometry(Observations):
         if rotation is not None:
             instance(rotation, "rotation", RotationSeries, "a RotationSeries")
         self.rotation = rotation
-        if night is not None and np.shape(night) != (rows.given,):
-            raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")
-        if night is None or all(label is None for label in np.asarray(night)):
-            labels = _nights(self.times)
-        else:
-            labels = np.asarray(night)[self.rows]
+        #: Names of the nights, and the index of each row's night among them; those of the filters, if they are given.
+        self.nights, self._night = self._labels(night, "night", rows.given)
+        self.filters, self._filter = None, self._night
+        if filter is not None and any(label is not None for label in np.ravel(filter)):
+            self.filters, self._filter = self._labels(filter, "filter", rows.given)
+
+    def _labels(self, given: Any, what: str, count: int) -> tuple[Any, Any]:
+        """Return the distinct labels of the rows, and the index of each row's label among them."""
+        if given is not None and np.shape(given) != (count,):
+            raise InvalidInput(f"{what} has shape {np.shape(given)}; expected ({count},), one for each of times")
+        absent = given is None or all(label is None for label in np.asarray(given))
+        labels = _nights(self.times) if absent else np.asarray(given)[self.rows]
         try:
-            #: Names of the nights, and the index of each row's night among them.
-            self.nights, self._night = np.unique(labels, return_inverse=True)
+            return np.unique(labels, return_inverse=True)
         except TypeError as error:
-            raise InvalidInput(f"night is {shown(night)}, labels of several kinds; expected one kind") from error
+            raise InvalidInput(f"{what} is {shown(given)}, labels of several kinds; expected one kind") from error
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
+        if self.filters is not None:
+            columns["filter"] = self.filters[self._filter]
         if self.airmass is not None:
             columns["airmass"] = self.airmass
         return columns, {"zero": self.zero}
 
     def zero_points(self, run: Record) -> Floats:
-        """Compute the zero point of each of ``nights`` for a run.
+        """Compute the zero point of each of ``filters`` for a run, or without filters of each of ``nights``.
 
         Parameters
         ----------
@@ -174,14 +187,20 @@ class Photometry(Observations):
 
         Returns
         -------
-        ndarray, (number of nights,)
+        ndarray, (number of filters or nights,)
         """
+        count = len(self._zero_labels)
         if self.zero != "free":
-            return np.full(len(self.nights), float(self.zero))
-        return np.array(list(self.linear_values(run).values())[: len(self.nights)])
+            return np.full(count, float(self.zero))
+        return np.array(list(self.linear_values(run).values())[:count])
+
+    @property
+    def _zero_labels(self) -> Any:
+        return self.nights if self.filters is None else self.filters
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
-        found = [LinearUnknown(f"zero point of {night}") for night in self.nights if self.zero == "free"]
+        shared, labels = self.filters is not None, self._zero_labels if self.zero == "free" else ()
+        found = [LinearUnknown(f"zero point of {label}", shared=shared) for label in labels]
         if self.airmass is not None:
             found += [LinearUnknown(f"airmass slope of {night}") for night in self.nights]
         if self.drift is not None:
@@ -197,7 +216,7 @@ class Photometry(Observations):
 
     def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
         night = np.eye(len(self.nights))[self._night]
-        columns = [night] if self.zero == "free" else []
+        columns = [np.eye(len(self._zero_labels))[self._filter]] if self.zero == "free" else []
         if self.airmass is not None:
             columns.append(night * self.airmass[:, None])
         if self.drift is not None:

@@ -1,0 +1,358 @@
+"""Reading of light curves, shapes and spins of DAMIT, the database of asteroid models from inversion techniques."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base import rotations
+from ..base.arguments import options_of, refuse_unknown
+from ..base.epochs import date
+from ..base.kinds import choice
+from ..base.units import Units, need
+from ..errors import InvalidInput, caution
+from ..files.text import POSITIVE, Text, naming
+from ..model.bodies import Body
+from ..model.polyhedron import Polyhedron
+from ..model.state import State
+from ..typing import Floats
+from .geometry import Geometry
+from .laws import LinearExponential, LommelSeeligerLambert
+from .photometry import Photometry
+from .scatter import Curve, standard_errors
+
+_POINT = "JD, intensity, and the vectors to the Sun and to the Earth, 8 numbers"
+_SCALES = ("tdb", "tt", "utc", "tai")
+#: The angle in radians between the spin and the principal axis, from which a run wobbles visibly.
+_OFF = 1e-3
+
+
+class _Given(NamedTuple):
+    """A curve of a file: what it is called, whether it is calibrated, and its rows (K, 8)."""
+
+    name: str
+    calibrated: bool
+    rows: Floats
+
+
+def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: Any) -> list[Photometry]:
+    """Read the light curves of an asteroid in a file of DAMIT: ``lc.txt`` or its JSON.
+
+    Parameters
+    ----------
+    path : str or Path
+        A text (the number of curves; for each curve a line with the number of points and 1 for calibrated or 0 for
+        relative; lines with JD, intensity, and the vectors in au from the asteroid to the Sun and to the Earth in the
+        ecliptic of J2000), or with the suffix ``.json`` a list of objects with ``id``, ``scale`` and ``points``.
+    sigma : float, Quantity or array_like, () or (C,), or "estimate"
+        Standard errors in magnitudes, which the files do not have: one, or one for each curve. They are estimated from
+        the scatter of each curve about cubics through neighbouring points otherwise, with a warning unless it is
+        ``"estimate"``.
+    scale : {"tdb", "tt", "utc", "tai"}
+        The time scale of the JD, which the files do not say. Their Sun and Earth agree with JD in TDB.
+    **options
+        Options of :class:`Photometry` other than ``geometry``, ``zero``, ``night``, ``filter`` and ``reduced``.
+
+    Returns
+    -------
+    list of Photometry
+        The curves in the order of the file, with the geometry of the file. Times are less light time. The intensities
+        become magnitudes reduced to unit distances; a relative curve has a zero point of its own, which is its factor,
+        and all calibrated curves share one, named ``calibrated``.
+
+    Raises
+    ------
+    InvalidInput
+        For content of another form, where the message names the line.
+
+    Warns
+    -----
+    InconsistentInput
+        If errors are estimated.
+
+    Notes
+    -----
+    The system needs units, an epoch and a frame. The Earth of the files is where it was when the light left the
+    asteroid, a difference of 1e-4 au.
+
+    References
+    ----------
+    Durech, Sidorin & Kaasalainen 2010, Astron. Astrophys. 513, A46.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from fullbody import observing
+    >>> rows = [f"{jd} {light} -0.32 -2.57 -0.10 -0.00 -1.63 -0.10" for jd, light in ((3845.85, 1.06), (3845.87, 1.03))]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "lc.txt")
+    ...     _ = path.write_text(chr(10).join(["1", "2 0", *rows]))
+    ...     curves = observing.read_damit(path, sigma=0.02)
+    >>> curves[0].magnitude.round(3), curves[0].nights
+    (array([-0.063, -0.032]), array(['curve 1'], dtype='<U7'))
+    """
+    own = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
+    refuse_unknown(options, [name for name in options_of(Photometry) if name not in own], "read_damit")
+    choice(scale, "scale", _SCALES)
+    text = Text(path)
+    is_json = str(path).lower().endswith(".json")
+    given = list(_json_curves(text) if is_json else _text_curves(text))
+    if not given:
+        text.fail(None, "the file has no light curves; expected one or more")
+    magnitudes = [-2.5 * np.log10(one.rows[:, 1]) for one in given]
+    errors = standard_errors(
+        sigma, [Curve(one.name, one.rows[:, 0], m) for one, m in zip(given, magnitudes, strict=True)], path
+    )
+    return [
+        _photometry(one, magnitude, error, scale, options)
+        for one, magnitude, error in zip(given, magnitudes, errors, strict=True)
+    ]
+
+
+def _photometry(one: _Given, magnitude: Floats, sigma: float, scale: str, options: dict[str, Any]) -> Photometry:
+    with need("observing", "dates of light curves"):
+        import astropy.units as u
+        from astropy.time import Time
+
+    times = Time(one.rows[:, 0], format="jd", scale=scale)
+    first = np.unique(one.rows[:, 0], return_index=True)[1]
+    sun, earth = one.rows[first, 2:5] * u.au, one.rows[first, 5:8] * u.au
+    geometry = Geometry(times[first], to_observer=earth, to_sun=sun, frame="ecliptic", light_time=False)
+    filters = np.full(len(times), "calibrated") if one.calibrated else None
+    night = np.full(len(times), one.name)
+    return Photometry(times, magnitude, sigma, geometry=geometry, night=night, filter=filters, **options)
+
+
+def _text_curves(text: Text) -> Iterator[_Given]:
+    rows = text.words()
+    line, words = text.expected(rows, 0, (1,), "the number of light curves")
+    place = 1
+    for k in range(text.whole(line, words[0], "the number of light curves")):
+        line, words = text.expected(rows, place, (2,), f"the number of points of curve {k + 1}, and 0 or 1")
+        count = text.whole(line, words[0], "the number of points", 1)
+        if words[1] not in ("0", "1"):
+            text.fail(line, f"the scale is {words[1]!r}; expected 0 for relative or 1 for calibrated")
+        points = [_point(text, *text.expected(rows, place + 1 + j, (8,), _POINT)) for j in range(count)]
+        yield _Given(f"curve {k + 1}", words[1] == "1", np.array(points))
+        place += 1 + count
+    if place < len(rows):
+        text.fail(rows[place][0], "the line is after the last of the light curves; expected the end of the file")
+
+
+def _json_curves(text: Text) -> Iterator[_Given]:
+    try:
+        content = json.loads("\n".join(text.lines))
+    except json.JSONDecodeError as error:
+        text.fail(error.lineno, f"{error.msg}; expected JSON")
+    expected = "expected a list of objects with id, scale and points"
+    if not isinstance(content, list):
+        text.fail(None, f"the content is no list; {expected}")
+    for k, one in enumerate(content, 1):
+        if not (isinstance(one, dict) and {"scale", "points"} <= one.keys() and one["scale"] in (0, 1)):
+            text.fail(None, f"entry {k} is {one!r:.60}; {expected}, scale 0 or 1")
+        name, points = f"curve {one.get('id', k)}", one["points"]
+        if isinstance(points, str):
+            points = [words for row in points.splitlines() if (words := row.split())]
+        if not isinstance(points, list) or not points or one.get("points_count", len(points)) != len(points):
+            text.fail(None, f"{name} has {points!r:.60} for {one.get('points_count')} points; expected a row for each")
+        for j, row in enumerate(points, 1):
+            if not isinstance(row, list) or len(row) != 8:
+                text.fail(None, f"row {j} of {name} is {row!r:.60}; expected {_POINT}")
+        yield _Given(name, one["scale"] == 1, np.array([_point(text, None, row, name) for row in points]))
+
+
+def _point(text: Text, line: int | None, words: Sequence[Any], curve: str = "") -> list[float]:
+    """Return the numbers of a point after checking them."""
+    what = f" of {curve}" if curve else ""
+    found = [text.number(line, str(word), f"column {k}{what}") for k, word in enumerate(words, 1)]
+    text.number(line, str(words[1]), f"the intensity{what}", POSITIVE)
+    for body, vector in (("Sun", found[2:5]), ("Earth", found[5:8])):
+        if not any(vector):
+            text.fail(line, f"the vector to the {body}{what} is zero; expected one in au")
+    return found
+
+
+class DamitModel(NamedTuple):
+    """A model of DAMIT: a body that rotates, seen in the light of a law.
+
+    Attributes
+    ----------
+    body : Body
+    state : State
+        That of the body alone at ``epoch``, in the ecliptic of J2000, its centre of mass at rest in the origin.
+    epoch : Time
+        The time zero of the state.
+    period : Quantity
+        The sidereal period.
+    law : LommelSeeligerLambert or None
+        The scattering law with its phase function, if the file of the spin has it.
+    """
+
+    body: Body
+    state: State
+    epoch: Any
+    period: Any
+    law: LommelSeeligerLambert | None
+
+
+def read_damit_model(
+    shape: Any,
+    spin: Any,
+    *,
+    diameter: Any = None,
+    unit: Any = "km",
+    epoch: Any = None,
+    scale: str = "tdb",
+    name: str | None = None,
+    **amount: Any,
+) -> DamitModel:
+    """Read the shape and the spin of an asteroid in files of DAMIT: ``shape.txt`` and ``spin.txt``.
+
+    Parameters
+    ----------
+    shape : str or Path
+        The numbers of vertices and facets, the vertices, and the triangles, whose vertices count from 1.
+    spin : str or Path
+        Longitude and latitude of the pole in degrees (ecliptic of J2000) and sidereal period in hours; JD and the
+        rotation angle in degrees at this time; the phase function's a, d, k; the factor of Lambert's law. The last two
+        lines may be missing.
+    diameter : Quantity or str, optional
+        The diameter of the sphere of the same volume, to which the shape is scaled: most shapes have no scale.
+    unit : Unit or str
+        The unit of the vertices without ``diameter``.
+    epoch : Time or str, optional
+        The date of the state, the time of the file of the spin unless given.
+    scale : {"tdb", "tt", "utc", "tai"}
+        The time scale of the file's JD.
+    name : str, optional
+    **amount
+        The body's ``mass``, ``density`` or ``GM``, which the files do not have.
+
+    Returns
+    -------
+    DamitModel
+
+    Raises
+    ------
+    InvalidInput
+        For content of another form, where the message names the line, and for a surface that is not closed.
+
+    Warns
+    -----
+    InconsistentInput
+        If the z-axis of the shape, about which it spins, is not a principal axis: a run wobbles, which the model of the
+        database does not.
+
+    Notes
+    -----
+    A vector of the shape is turned into the ecliptic by Rz(longitude) Ry(90 degrees - latitude) Rz(angle), with the
+    angle of the file plus 360 degrees times the time since its JD over the period (Kaasalainen & Torppa 2001, Icarus
+    153, 24; Durech et al. 2010). These axes are the body's :attr:`~fullbody.Body.working_frame`.
+
+    Examples
+    --------
+    >>> import fullbody, pathlib, tempfile, warnings
+    >>> from fullbody import observing
+    >>> rows = ["4 4", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "1 3 2", "1 2 4", "1 4 3", "2 3 4"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     shape, spin = pathlib.Path(folder, "shape.txt"), pathlib.Path(folder, "spin.txt")
+    ...     _ = shape.write_text(chr(10).join(rows)), spin.write_text(chr(10).join(["272 52 8.4006", "2443845 0"]))
+    ...     with warnings.catch_warnings():
+    ...         warnings.simplefilter("ignore")
+    ...         model = observing.read_damit_model(shape, spin, diameter="77 km", density="2 g/cm3")
+    >>> system = fullbody.System([model.body], units=True, epoch=model.epoch, frame="ecliptic")
+    >>> model.period, system.energy(model.state).rotational.to("GJ").round(-6)
+    """
+    with need("observing", "a model with units"):
+        import astropy.units as u
+        from astropy.time import Time
+
+    choice(scale, "scale", _SCALES)
+    text = Text(spin)
+    (longitude, latitude, hours, jd, angle), law = _spin(text)
+    start = Time(jd, format="jd", scale=scale)
+    moment = start if epoch is None else date(epoch, "epoch")
+    turns = float((moment - start).to_value("h")) / hours
+    with naming(shape):
+        solid = _shape(Text(shape), diameter, unit)
+        body = Body(solid, name=name, **amount)
+    frame = body.working_frame
+    assert frame is not None
+    attitude = rotations.product(
+        rotations.about_axis(2, np.radians(longitude)),
+        rotations.about_axis(1, np.radians(90.0 - latitude)),
+        rotations.about_axis(2, np.radians(angle) + 2.0 * np.pi * (turns % 1.0)),
+        rotations.inverse(frame.attitude),
+    )
+    axis = rotations.matrices(frame.attitude)[:, 2]
+    tilt = float(np.arctan2(np.hypot(axis[0], axis[1]), abs(axis[2])))
+    if tilt > _OFF:
+        caution(
+            f"{shape}: the spin is {np.degrees(tilt):.3g} degrees from the principal axis of the shape, so that a run "
+            "of it wobbles, which the model of the database does not"
+        )
+    state = State(
+        position=np.zeros((1, 3)) * u.km,
+        velocity=np.zeros((1, 3)) * u.km / u.h,
+        attitude=[attitude],
+        spin=2.0 * np.pi / hours * axis[None] * u.rad / u.h,
+    )
+    return DamitModel(body, state, moment, hours * u.h, law)
+
+
+def _spin(text: Text) -> tuple[list[float], LommelSeeligerLambert | None]:
+    rows = text.words()
+    kinds = [
+        ("longitude and latitude of the pole in degrees and the period in hours", 3),
+        ("JD and the rotation angle in degrees", 2),
+        ("a, d, k of the phase function", 3),
+        ("the factor of Lambert's law", 1),
+    ]
+    found: list[float] = []
+    for k, (what, size) in enumerate(kinds if len(rows) > 2 else kinds[:2]):
+        line, words = text.expected(rows, k, (size,), what)
+        found += [text.number(line, word, what) for word in words]
+        if k == 0:
+            text.number(line, words[2], "the period in hours", POSITIVE)
+            if not abs(found[1]) <= 90.0:
+                text.fail(line, f"the latitude of the pole is {words[1]}; expected -90 to 90 degrees")
+    if len(rows) > len(kinds):
+        text.fail(rows[len(kinds)][0], "the line is one too many; expected the end of the file")
+    if len(found) == 5:
+        return found, None
+    with naming(text.path):
+        return found[:5], LommelSeeligerLambert(LinearExponential(*found[5:8]), lambert=found[8])
+
+
+def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
+    import astropy.units as u
+
+    rows = text.words()
+    line, words = text.expected(rows, 0, (2,), "the numbers of vertices and facets")
+    counts = [text.whole(line, word, "the number of vertices or facets", 4) for word in words]
+    vertices, faces = [], []
+    for k in range(1, 1 + sum(counts)):
+        is_vertex = k <= counts[0]
+        line, words = text.expected(
+            rows, k, (3,), "the coordinates of a vertex" if is_vertex else "the vertices of a triangle"
+        )
+        if is_vertex:
+            vertices.append([text.number(line, word, "a coordinate") for word in words])
+            continue
+        faces.append([text.whole(line, word, "the number of a vertex", 1) - 1 for word in words])
+        if max(faces[-1]) >= counts[0]:
+            text.fail(line, f"the triangle has vertex {max(faces[-1]) + 1}; expected at most {counts[0]}")
+    if len(rows) > 1 + sum(counts):
+        text.fail(rows[1 + sum(counts)][0], "the line is after the last facet; expected the end of the file")
+    points = np.array(vertices)
+    if diameter is None:
+        try:
+            return Polyhedron(points * u.Unit(unit), faces)
+        except (ValueError, TypeError) as error:
+            raise InvalidInput(f"unit is {unit!r}; expected a length, such as 'km'") from error
+    km = Units(("km", "s", "kg")).number(diameter, "length", "diameter")
+    volume = Polyhedron(points, faces).volume
+    return Polyhedron(points * (km / np.cbrt(6.0 * volume / np.pi)) * u.km, faces)
