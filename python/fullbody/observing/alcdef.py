@@ -12,23 +12,32 @@ import numpy as np
 from ..base.arguments import options_of, refuse_unknown
 from ..base.atomic import replacing
 from ..base.foreign import are_dates
-from ..base.kinds import flag, instance
-from ..base.units import need
+from ..base.kinds import choice, flag, instance
+from ..base.units import is_quantity, need
 from ..errors import InvalidInput
-from ..files.text import POSITIVE, Text
+from ..files.text import NOT_NEGATIVE, Text
 from ..typing import Floats
 from .photometry import Photometry
 from .scatter import Curve, standard_errors
+from .times import LIGHT_SPEED
 from .vectors import Vectors
 
 _KEYWORD = re.compile(r"([A-Z][A-Z0-9]*)\s*=(.*)")
 _DELIMITERS = {"PIPE": "|", "TAB": "\t"}
-#: The words of the corrections that data may have, by keyword: none, one for the block, or one for each point.
+#: The words of the corrections that data may have: none, one value for the block, or one for each point.
 _APPLIED = ("NONE", "AVERAGE", "POINT")
-_CHECKED = {"LTCAPP": _APPLIED, "LTCTYPE": _APPLIED, "REDUCEDMAGS": _APPLIED, "DELIMITER": tuple(_DELIMITERS)}
-#: The keywords that the writer sets itself, and those without which a file is not accepted.
-_WRITTEN = ("SESSIONDATE", "SESSIONTIME", "LTCAPP", "LTCTYPE", "REDUCEDMAGS", "DELIMITER")
-_REQUIRED = ("OBJECTNAME", "CONTACTNAME", "CONTACTINFO", "OBSERVERS", "FILTER", "MAGBAND")
+_WORDS = {
+    "LTCAPP": _APPLIED,
+    "LTCTYPE": ("NONE", "LIGHTTIME"),
+    "REDUCEDMAGS": _APPLIED,
+    "DELIMITER": tuple(_DELIMITERS),
+    "STANDARD": ("NONE", "INTERNAL", "TRANSFORMED"),
+}
+#: Other keywords that are used, each of which a block has once.
+_ONCE = ("OBJECTNUMBER", "OBJECTNAME", "SESSIONDATE", "SESSIONTIME", "FILTER", "LTCDAYS", "UCORMAG", "MAGADJUST")
+#: Keywords that the writer sets itself, and those that it needs.
+_WRITTEN = ("SESSIONDATE", "SESSIONTIME", "LTCAPP", "LTCTYPE", "LTCDAYS", "REDUCEDMAGS", "UCORMAG", "DIFFERMAGS")
+_NEEDED = ("OBJECTNUMBER", "OBJECTNAME", "CONTACTNAME", "CONTACTINFO", "OBSERVERS", "FILTER", "MAGBAND", "STANDARD")
 
 
 class _Block(NamedTuple):
@@ -41,6 +50,13 @@ class _Block(NamedTuple):
     def word(self, keyword: str) -> str:
         """Return the value of a keyword in capitals, NONE where there is none."""
         return self.metadata.get(keyword, (0, ""))[1].upper() or "NONE"
+
+    def number(self, text: Text, keyword: str, reason: str = "") -> float:
+        """Return the number of a keyword: zero where there is none, which is an error if there is a reason for one."""
+        line, value = self.metadata.get(keyword, (self.line, ""))
+        if not value and reason:
+            text.fail(line, f"the block has no {keyword}, and has {reason}; expected a number")
+        return text.number(line, value, keyword) if value else 0.0
 
     @property
     def name(self) -> str:
@@ -58,7 +74,8 @@ def read_alcdef(
     ----------
     path : str or Path
     geometry : Geometry
-        A geometry that includes the Sun, with ``light_time=False`` if the times of the file are less light time.
+        A geometry that includes the Sun, with ``light_time=False`` for a file of times that are less light time point by
+        point (``LTCAPP=POINT``).
     sigma : float, Quantity or array_like, () or (C,), or "estimate"
         Standard errors in place of those of the file. For a file without errors, see :func:`read_damit`.
     airmass : bool
@@ -69,20 +86,25 @@ def read_alcdef(
     Returns
     -------
     list of Photometry
-        One for each block, with a free zero point named by its date, time and filter. Constants that a file adds to
-        all magnitudes of a block, such as the correction to unit distances of ``REDUCEDMAGS=AVERAGE``, are part of it.
+        One for each block, with a free zero point named by its date, time and filter. The constants of a block are
+        taken into account: its light time (``LTCAPP=AVERAGE``) and correction to unit distances
+        (``REDUCEDMAGS=AVERAGE``) are removed, ``MAGADJUST`` is added.
 
     Raises
     ------
     InvalidInput
-        For content of another form, words of ``LTCAPP``, ``LTCTYPE``, ``REDUCEDMAGS`` and ``DELIMITER`` that are not
-        those of the standard, blocks of several asteroids, and times whose light time is not that of the geometry; the
-        message names the line.
+        For content of another form, words that the standard does not have for the keywords that are used,
+        contradictions of these, blocks of several asteroids, and times whose light time is not that of the geometry;
+        the message names the line.
+
+    Notes
+    -----
+    Keywords that the standard does not have are ignored, as it says. Files of the archive may lack ``ENDDATA``, and
+    errors of zero there count as absent.
 
     References
     ----------
-    Stephens, Warner et al., Asteroid Lightcurve Data Exchange Format: Definition and Standards, v. 2.2.7 (2019),
-    https://alcdef.org.
+    Stephens, Warner et al., Asteroid Lightcurve Data Exchange Format: Definition and Standards, https://alcdef.org.
 
     Examples
     --------
@@ -128,9 +150,11 @@ def _photometry(
 
     if airmass and np.isnan(block.rows[:, 3]).any():
         text.fail(block.line, f"the block of {block.name} has points without an airmass; expected airmass=False")
+    days = block.number(text, "LTCDAYS", "LTCAPP=AVERAGE") if block.word("LTCAPP") == "AVERAGE" else 0.0
+    shift = block.number(text, "UCORMAG", "REDUCEDMAGS=AVERAGE") if block.word("REDUCEDMAGS") == "AVERAGE" else 0.0
     return Photometry(
-        Time(block.rows[:, 0], format="jd", scale="utc"),
-        block.rows[:, 1],
+        Time(block.rows[:, 0], -days, format="jd", scale="utc"),
+        block.rows[:, 1] - shift + block.number(text, "MAGADJUST"),
         sigma,
         geometry=geometry,
         night=np.full(len(block.rows), block.name),
@@ -146,35 +170,35 @@ def _blocks(text: Text) -> Iterator[_Block]:
     rows: list[list[float]] | None = None
     for line, raw in enumerate(text.lines, 1):
         content = raw.strip()
-        expected = (
-            "STARTMETADATA" if not start else "KEYWORD=value or ENDMETADATA" if rows is None else "DATA= or ENDDATA"
-        )
         match = _KEYWORD.fullmatch(content)
         if not content:
             continue
-        if not start and content == "STARTMETADATA":
+        if content == "STARTMETADATA" and (not start or rows):
+            if rows:
+                yield _Block(start, metadata, np.array(rows))
             start, metadata, rows = line, {}, None
         elif start and rows is None and content == "ENDMETADATA":
             rows = []
         elif start and rows is None and match and match[1] != "DATA":
             key, value = match[1], match[2].strip()
-            if key in metadata and key != "COMMENT":
+            if key in metadata and key in (*_WORDS, *_ONCE):
                 text.fail(line, f"{key} is given twice, first in line {metadata[key][0]}; expected one value")
-            if key in _CHECKED and value and value.upper() not in _CHECKED[key]:
-                text.fail(line, f"{key} is {value!r}; expected {' or '.join(_CHECKED[key])}")
+            if value and value.upper() not in _WORDS.get(key, (value.upper(),)):
+                text.fail(line, f"{key} is {value!r}; expected {' or '.join(_WORDS[key])}")
             metadata[key] = line, value
         elif rows is not None and match and match[1] == "DATA":
             delimiter = _DELIMITERS[metadata.get("DELIMITER", (0, ""))[1].upper() or "PIPE"]
-            rows.append(_point(text, line, match[2].split(delimiter)))
-        elif rows is not None and content == "ENDDATA":
-            if not rows:
-                text.fail(line, "the block has no DATA lines; expected one or more")
+            rows.append(_point(text, line, raw.partition("=")[2].rstrip(f" {delimiter}").split(delimiter)))
+        elif rows and content == "ENDDATA":
             yield _Block(start, metadata, np.array(rows))
             start, rows = 0, None
         else:
-            text.fail(line, f"the line is {content!r:.60}; expected {expected}")
-    if start:
-        text.fail(len(text.lines), f"the file ends in the block of line {start}; expected ENDDATA")
+            expected = "STARTMETADATA" if not start else "KEYWORD=value or ENDMETADATA" if rows is None else "DATA=..."
+            text.fail(line, f"the line is {content!r:.60}; expected {expected}{' or ENDDATA' if rows else ''}")
+    if rows:
+        yield _Block(start, metadata, np.array(rows))
+    elif start:
+        text.fail(len(text.lines), f"the file ends in the block of line {start}; expected lines DATA=...")
 
 
 def _point(text: Text, line: int, words: Sequence[str]) -> list[float]:
@@ -183,26 +207,25 @@ def _point(text: Text, line: int, words: Sequence[str]) -> list[float]:
         text.fail(line, f"DATA has {len(words)} fields; expected JD, magnitude, its error and the airmass")
     found = [text.number(line, word.strip(), what) for word, what in zip(words, ("JD", "the magnitude"), strict=False)]
     for word, what in zip(words[2:], ("the error of the magnitude", "the airmass"), strict=False):
-        found.append(text.number(line, word.strip(), what, POSITIVE) if word.strip() else math.nan)
-    return found + [math.nan] * (4 - len(found))
+        found.append(text.number(line, word.strip(), what, NOT_NEGATIVE) if word.strip() else 0.0)
+    return found[:2] + [one or math.nan for one in [*found[2:], 0.0, 0.0][:2]]
 
 
 def _check(text: Text, block: _Block, first: _Block, geometry: Vectors) -> None:
     """Raise an error for a block of another asteroid, or with times other than those of the geometry."""
     for key in ("OBJECTNUMBER", "OBJECTNAME"):
         line, name = block.metadata.get(key, (block.line, ""))
-        if name != first.metadata.get(key, (0, ""))[1]:
-            had = first.metadata.get(key, (0, ""))[1]
+        if name != (had := first.metadata.get(key, (0, ""))[1]):
             text.fail(line, f"{key} is {name!r}, after {had!r} in the first block; expected blocks of one asteroid")
-    given = {key: block.word(key) for key in ("LTCAPP", "LTCTYPE") if key in block.metadata}
-    if len({word == "NONE" for word in given.values()}) > 1:
+    applied, kind = block.word("LTCAPP"), block.word("LTCTYPE")
+    if "LTCTYPE" in block.metadata and (applied == "NONE") != (kind == "NONE"):
         text.fail(
-            block.line,
-            f"the block has LTCAPP={given['LTCAPP']} and LTCTYPE={given['LTCTYPE']}; expected both NONE or none",
+            block.metadata["LTCTYPE"][0], f"LTCTYPE is {kind} and LTCAPP {applied}; expected NONE for both or none"
         )
-    if (corrected := any(word != "NONE" for word in given.values())) == geometry.light_time:
-        times = "less light time" if corrected else "those at the observer"
-        text.fail(block.line, f"times of the block are {times}; expected a geometry with light_time={not corrected}")
+    if geometry.light_time != (applied != "POINT"):
+        times = "less light time" if applied == "POINT" else "those at the observer"
+        expected = f"expected a geometry with light_time={applied != 'POINT'}"
+        text.fail(block.line, f"times of the block are {times}, by LTCAPP={applied}; {expected}")
 
 
 def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: Mapping[str, Any]) -> None:
@@ -215,19 +238,20 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
     data : Photometry or sequence of Photometry
         Data whose times are dates. Each night of each of them is a block.
     metadata : dict
-        Values by keyword: ``OBJECTNAME``, ``CONTACTNAME``, ``CONTACTINFO``, ``OBSERVERS``, ``FILTER`` and ``MAGBAND``,
-        and any others of the standard. The dates of sessions (of their first points), the delimiter and the words on
-        light time and on unit distances follow from the data.
+        Values by keyword: ``OBJECTNUMBER`` (0 for none), ``OBJECTNAME``, ``CONTACTNAME``, ``CONTACTINFO``,
+        ``OBSERVERS``, ``FILTER``, ``MAGBAND`` and ``STANDARD`` (NONE for differential magnitudes, INTERNAL or
+        TRANSFORMED), and any others of the standard. Sessions, differences, light time and the correction to unit
+        distances follow from these and the data.
 
     Raises
     ------
     InvalidInput
-        For times that are not dates, keywords that are missing, of another form or set by the writer, and values of
-        several lines.
+        For times that are not dates, keywords that are missing, of another form or set by the writer, values of several
+        lines, errors below 1e-6, and a geometry without units of length where its distances are needed.
 
     Notes
     -----
-    JD are in UTC, to 1 ms, magnitudes to 1e-5.
+    JD are in UTC, to 1 ms, magnitudes to 1e-6.
 
     Examples
     --------
@@ -237,22 +261,23 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
     >>> view = {"to_observer": [1.0, 0.1, 0.0] * u.au, "to_sun": [2.0, 0.1, 0.0] * u.au}
     >>> times = Time(["2011-09-13T01:00:00", "2011-09-13T01:30:00"], scale="utc")
     >>> data = observing.Photometry(times, [7.3, 7.4], 0.01, geometry=observing.Geometry(times, **view))
-    >>> about = {"OBJECTNUMBER": 1, "OBJECTNAME": "Ceres", "FILTER": "C", "MAGBAND": "V", "OBSERVERS": "A. Person",
-    ...          "CONTACTNAME": "A. Person", "CONTACTINFO": "person@example.org"}
+    >>> about = {"OBJECTNUMBER": 1, "OBJECTNAME": "Ceres", "FILTER": "C", "MAGBAND": "V", "STANDARD": "INTERNAL",
+    ...          "OBSERVERS": "A. Person", "CONTACTNAME": "A. Person", "CONTACTINFO": "person@example.org"}
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "ceres.txt")
     ...     observing.write_alcdef(path, data, about)
     ...     print(path.read_text().splitlines()[-2])
-    DATA=2455817.56250000|7.40000|0.01
+    DATA=2455817.56250000|+7.400000|+0.010000
     """
     about = {str(key): str(value).strip() for key, value in instance(metadata, "metadata", Mapping, "a dict").items()}
     for key, value in about.items():
-        if not _KEYWORD.fullmatch(f"{key}={value}") or key in (*_WRITTEN, "DATA"):
+        if not _KEYWORD.fullmatch(f"{key}={value}") or key in (*_WRITTEN, "DATA", "DELIMITER"):
             raise InvalidInput(
                 f"metadata has {key!r}: {value!r}; expected keywords in capitals that the data do not give"
             )
-    if missing := [key for key in _REQUIRED if not about.get(key)]:
-        raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_REQUIRED)}")
+    if missing := [key for key in _NEEDED if not about.get(key)]:
+        raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_NEEDED)}")
+    choice(about["STANDARD"], "STANDARD", _WORDS["STANDARD"])
     several = [data] if isinstance(data, Photometry) else list(data)
     lines = [line for one in several for line in _written(one, about)]
     if not lines:
@@ -265,24 +290,37 @@ def _written(data: Photometry, about: dict[str, str]) -> Iterator[str]:
     instance(data, "data", Photometry, "a Photometry")
     if not are_dates(data.times):
         raise InvalidInput("times of data are not dates; expected astropy Times, as ALCDEF has JD")
-    words = {
-        "LTCAPP": "NONE" if data.geometry.light_time else "POINT",
-        "LTCTYPE": "NONE" if data.geometry.light_time else "POINT",
-        "REDUCEDMAGS": "POINT" if data.reduced else "NONE",
-        "DELIMITER": "PIPE",
-    }
+    if data.sigma.min() < 1e-6:
+        raise InvalidInput(f"sigma of data has the value {data.sigma.min():.3g}; expected errors from 1e-6 on")
     table = data.to_table()
     for night in data.nights:
         rows = table[table["night"] == night]
         utc = rows["times"].utc
-        day, clock = utc[0].isot.split("T")
-        yield "STARTMETADATA"
-        for key, value in (about | {"SESSIONDATE": day, "SESSIONTIME": clock[:8]} | words).items():
-            yield f"{key}={value}"
-        yield "ENDMETADATA"
-        airmass = rows["airmass"] if "airmass" in rows.colnames else [None] * len(rows)
-        for when, magnitude, sigma, mass in zip(utc, rows["magnitude"], rows["sigma"], airmass, strict=True):
-            day_number, fraction = divmod(round((when.jd1 % 1.0 + when.jd2) * 1e8), 10**8)
-            last = "" if mass is None else f"|{mass:.4f}"
-            yield f"DATA={math.floor(when.jd1) + day_number}.{fraction:08d}|{magnitude:.5f}|{sigma:.6g}{last}"
+        middle = utc[0] + 0.5 * (utc[-1] - utc[0])
+        day, clock = middle.isot.split("T")
+        words = {"SESSIONDATE": day, "SESSIONTIME": clock[:8], **_corrections(data, rows["times"][len(rows) // 2])}
+        words["DIFFERMAGS"] = "TRUE" if about["STANDARD"] == "NONE" else "FALSE"
+        words["DELIMITER"] = "PIPE"
+        yield from ("STARTMETADATA", *(f"{key}={value}" for key, value in (about | words).items()), "ENDMETADATA")
+        columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]
+        for when, *values in zip(utc, *columns, strict=True):
+            days, fraction = divmod(round((when.jd1 % 1.0 + when.jd2) * 1e8), 10**8)
+            yield f"DATA={math.floor(when.jd1) + days}.{fraction:08d}" + "".join(f"|{value:+.6f}" for value in values)
         yield "ENDDATA"
+
+
+def _corrections(data: Photometry, time: Any) -> dict[str, str]:
+    """Return the keywords of light time and unit distances for a block, with their values at a time of its middle."""
+    words = {"LTCAPP": "NONE", "LTCTYPE": "NONE", "REDUCEDMAGS": "NONE"}
+    if data.geometry.light_time and not data.reduced:
+        return words
+    vectors = data.geometry.to_observer(time), data.geometry.to_sun(time)
+    if not all(map(is_quantity, vectors)):
+        raise InvalidInput("the geometry of data has no units of length; expected them for its distances in au")
+    observer, sun = (float(np.linalg.norm(vector.to_value("au"))) for vector in vectors)
+    if not data.geometry.light_time:
+        days = float(np.linalg.norm(vectors[0].to_value("km"))) / LIGHT_SPEED / 86400.0
+        words |= {"LTCAPP": "POINT", "LTCTYPE": "LIGHTTIME", "LTCDAYS": f"{-days:+.8f}"}
+    return words | (
+        {"REDUCEDMAGS": "POINT", "UCORMAG": f"{-5.0 * np.log10(observer * sun):+.4f}"} if data.reduced else {}
+    )

@@ -52,7 +52,8 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
         the scatter of each curve about cubics through neighbouring points otherwise, with a warning unless it is
         ``"estimate"``.
     scale : {"tdb", "tt", "utc", "tai"}
-        The time scale of the JD, which the files do not say. Their Sun and Earth agree with JD in TDB.
+        The time scale of the JD, which the files do not say; in those that were looked at the Earth and the Sun are those of
+        JD in TDB.
     **options
         Options of :class:`Photometry` other than ``geometry``, ``zero``, ``night``, ``filter`` and ``reduced``.
 
@@ -254,7 +255,7 @@ def read_damit_model(
 
     Examples
     --------
-    >>> import fullbody, pathlib, tempfile, warnings
+    >>> import numpy as np, pathlib, tempfile, warnings
     >>> from fullbody import observing
     >>> rows = ["4 4", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "1 3 2", "1 2 4", "1 4 3", "2 3 4"]
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -263,8 +264,8 @@ def read_damit_model(
     ...     with warnings.catch_warnings():
     ...         warnings.simplefilter("ignore")
     ...         model = observing.read_damit_model(shape, spin, diameter="77 km", density="2 g/cm3")
-    >>> system = fullbody.System([model.body], units=True, epoch=model.epoch, frame="ecliptic")
-    >>> model.period, system.energy(model.state).rotational.to("GJ").round(-6)
+    >>> model.period, round(float(model.body.shape.volume.to_value("km3") / (np.pi / 6 * 77**3)), 12)
+    (<Quantity 8.4006 h>, 1.0)
     """
     with need("observing", "a model with units"):
         import astropy.units as u
