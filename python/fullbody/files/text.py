@@ -65,6 +65,8 @@ class Text:
         self, rows: list[tuple[int, list[str]]], k: int, sizes: tuple[int, ...], what: str
     ) -> tuple[int, list[str]]:
         """Return a row after checking that the file has it, with a right number of words."""
+        if not rows:
+            self.fail(None, f"the file is empty; expected {what}")
         if k >= len(rows):
             self.fail(len(self.lines), f"the file ends here; expected {what}")
         line, words = rows[k]

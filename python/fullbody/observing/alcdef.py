@@ -74,7 +74,7 @@ def read_alcdef(
     ----------
     path : str or Path
     geometry : Geometry
-        A geometry that includes the Sun, with ``light_time=False`` for a file of times that are less light time point by
+        A geometry that includes the Sun, with ``light_time=False`` for a file whose times are less light time point by
         point (``LTCAPP=POINT``).
     sigma : float, Quantity or array_like, () or (C,), or "estimate"
         Standard errors in place of those of the file. For a file without errors, see :func:`read_damit`.

@@ -52,8 +52,7 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
         the scatter of each curve about cubics through neighbouring points otherwise, with a warning unless it is
         ``"estimate"``.
     scale : {"tdb", "tt", "utc", "tai"}
-        The time scale of the JD, which the files do not say; in those that were looked at the Earth and the Sun are those of
-        JD in TDB.
+        The time scale of the JD, which the files do not say; their vectors from Earth to Sun are those of JD in TDB.
     **options
         Options of :class:`Photometry` other than ``geometry``, ``zero``, ``night``, ``filter`` and ``reduced``.
 
