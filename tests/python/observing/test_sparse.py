@@ -1,0 +1,64 @@
+"""Sparse photometry in several filters: each filter has one zero point, in one table or in several data."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from astropy.table import QTable
+from astropy.time import Time
+from fullbody import observing
+from fullbody.fitting import Free
+from support import refused
+
+ZEROS = {"R": 7.5, "V": 8.0}
+
+
+def lone(period):
+    """An ellipsoid that turns about its z-axis, alone."""
+    body = fullbody.Body(fullbody.Ellipsoid("30 km", "20 km", "15 km"), density="2 g/cm3", name="A")
+    system = fullbody.System([body], units=True, epoch="2020-01-01 TDB", frame="ecliptic")
+    rest = np.zeros((1, 3))
+    return system, fullbody.State(rest * u.km, rest * u.km / u.h, spin=[[0.0, 0.0, 2.0 * np.pi / period]] * u.rad / u.h)
+
+
+@pytest.fixture(scope="module")
+def table():
+    rng = np.random.default_rng(1)
+    times = Time("2020-01-01", scale="tdb") + np.sort(rng.uniform(1.0, 90.0, 60)) * u.h
+    view = {"to_observer": [2.0, 0.2, 0.1] * u.au, "to_sun": [2.5, 1.0, 0.3] * u.au, "frame": "ecliptic"}
+    geometry = observing.Geometry(Time(["2020-01-01", "2020-01-05"], scale="tdb"), **view, light_time=False)
+    system, state = lone(6.0)
+    light = observing.light_curve(system.integrate(state, "100 h", dense=True), times, geometry)
+    band = np.where(np.arange(60) % 3 == 0, "V", "R")
+    light += [ZEROS[one] for one in band] + 0.01 * rng.normal(size=60)
+    return QTable({"times": times, "magnitude": light, "sigma": np.full(60, 0.01), "band": band}), geometry
+
+
+def test_a_zero_point_is_that_of_a_filter_in_all_data(table):
+    rows, geometry = table
+    one = observing.Photometry.from_table(rows, filter="band", geometry=geometry)
+    parts = [
+        observing.Photometry.from_table(rows[part], filter="band", geometry=geometry)
+        for part in (slice(40), slice(40, None))
+    ]
+    fits = [fullbody.fit(lone, {"period": Free(6.0005)}, data) for data in ([one], parts)]
+    assert list(fits[1].values) == ["period", "zero point of R", "zero point of V"]
+    found = np.array([[fit.values[name] for name in fits[1].values] for fit in fits])
+    assert np.allclose(found[0], found[1], rtol=1e-9)
+    # Thrice the errors 0.00045, 0.0016 and 0.0024.
+    assert (np.abs(found[0] - [6.0, 7.5, 8.0]) < [0.0014, 0.0048, 0.0072]).all()
+    run = lone(found[0, 0])[0].integrate(lone(found[0, 0])[1], "100 h", dense=True)
+    assert one.filters.tolist() == ["R", "V"]
+    assert np.allclose(one.zero_points(run), found[0, 1:], rtol=1e-6)
+    assert one.to_table()["filter"].tolist() == rows["band"].tolist()
+
+
+def test_filters_are_labels_of_the_rows(table):
+    rows, geometry = table
+
+    def made(filters):
+        return observing.Photometry(rows["times"], rows["magnitude"], 0.01, geometry=geometry, filter=filters)
+
+    refused(r"filter has shape \(3,\); expected \(60,\)", made, ["V", "R", "I"])
+    refused("labels of several kinds", made, np.array([1, "V"] * 30, dtype=object))
+    assert made([None] * 60).filters is None
