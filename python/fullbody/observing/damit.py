@@ -147,6 +147,8 @@ def _json_curves(text: Text) -> Iterator[_Given]:
         content = json.loads("\n".join(text.lines))
     except json.JSONDecodeError as error:
         text.fail(error.lineno, f"{error.msg}; expected JSON")
+    except RecursionError:
+        text.fail(None, "the content is nested too deeply; expected a list of objects")
     expected = "expected a list of objects with id, scale and points"
     if not isinstance(content, list):
         text.fail(None, f"the content is no list; {expected}")
