@@ -310,7 +310,7 @@ def brightness_derivatives(
     names = [name for name in BrightnessDerivatives.__dataclass_fields__ if name != "vertices"]
     return BrightnessDerivatives(
         *(attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names),
-        tuple(attach(one[0], "length") for one in found.vertices),
+        vertices=tuple(attach(one[0], "length") for one in found.vertices),
     )
 
 

@@ -103,6 +103,6 @@ def test_trails_follow_the_orbit_and_end_on_the_ground():
 def test_the_view_tells_its_speed_and_switches_trails(flown):
     run, flight = flown
     page = run.view(flight=flight).to_html()
-    assert 'id="trails" type="checkbox" checked' in page
+    assert 'class="fullbody-trails" type="checkbox" checked' in page
     assert "At speed 1 the whole run takes 30 seconds." in page
     assert "@media (max-width: 640px)" in page
