@@ -307,11 +307,12 @@ def brightness_derivatives(
     found = photometer.derivatives(_at(system, state, to_observer, to_sun), vertices=True)
     dimensions = {"position": "length", "semi_axes": "length"}
     attach = system.context.units.attach
-    names = [name for name in BrightnessDerivatives.__dataclass_fields__ if name != "vertices"]
-    return BrightnessDerivatives(
-        *(attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names),
-        vertices=tuple(attach(one[0], "length") for one in found.vertices),
-    )
+    values = {
+        name: attach(getattr(found, name)[0], dimensions.get(name, "area"))
+        for name in BrightnessDerivatives.__dataclass_fields__
+        if name != "vertices"
+    }
+    return BrightnessDerivatives(**values, vertices=tuple(attach(one[0], "length") for one in found.vertices))
 
 
 def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
