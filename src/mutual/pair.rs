@@ -107,9 +107,15 @@ impl Pair {
         self.rule.as_ref()
     }
 
-    /// Returns the method; for two points it is always that of point masses.
+    /// Returns the method in use: for two points it is always that of point masses, and the harmonic series
+    /// where the default has chosen it, for the bodies or their fragments.
     pub fn method(&self) -> Method {
-        self.method
+        match self.method {
+            Method::Surface | Method::Focal if self.truncation.is_some() || self.fragments.is_some() => {
+                Method::Harmonic
+            }
+            method => method,
+        }
     }
 
     /// Returns the number of points of the rule in use at a pose.

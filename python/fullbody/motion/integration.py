@@ -22,7 +22,7 @@ from ..model.state import State, strip, wrap
 from ..particles.events import ParticleEvent
 from ..particles.flight import Flight
 from ..particles.initial import Particles
-from ..particles.rules import Bounce, Escape, Radiation
+from ..particles.rules import Bounce, EscapeDistance, Radiation
 from ..particles.task import FlightTask
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
@@ -272,7 +272,7 @@ def fly(
     output: Any = None,
     integrator: Integrator | None = None,
     contact: str | Bounce = "stop",
-    escape: Escape | None = None,
+    escape: EscapeDistance | None = None,
     radiation: Radiation | None = None,
     events: Iterable[ParticleEvent] = (),
     bodies_integrator: Integrator | None = None,

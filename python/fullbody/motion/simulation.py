@@ -135,9 +135,9 @@ class Simulation:
         """The quadrature of each pair of bodies, and for composites of each pair of parts, but for pairs of points.
 
         Each is a dictionary: ``pair`` has the names of the bodies, ``parts`` the indices of the parts if one of these
-        is a composite, ``method`` the method, ``integrated`` the name of the body integrated over, ``points`` the
-        number of points at the present state, and ``order`` the order of the rule; the last three are None for a
-        series.
+        is a composite, ``method`` the method in use (``"harmonic"`` where the default takes the series), ``integrated``
+        the name of the body integrated over, ``points`` the number of points at the present state, and ``order`` the
+        order of the rule; the last three are None for a series.
         """
         names = self._system.names
         rows = []

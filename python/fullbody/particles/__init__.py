@@ -4,20 +4,20 @@ Particles do not act on the bodies. :meth:`fullbody.System.fly` and :meth:`fullb
 :class:`fullbody.Particles` along the motion of the bodies and return a :class:`fullbody.Flight`.
 """
 
-from .events import Function, ParticleEvent, Periapsis, Shadow
+from .events import ParticleEvent, ParticleFunction, ParticlePeriapsis, Shadow
 from .flight import Flight, ParticleOccurrence
 from .initial import Particles
-from .rules import Bounce, Escape, Radiation
+from .rules import Bounce, EscapeDistance, Radiation
 
 __all__ = [
     "Bounce",
-    "Escape",
+    "EscapeDistance",
     "Flight",
-    "Function",
     "ParticleEvent",
+    "ParticleFunction",
     "ParticleOccurrence",
+    "ParticlePeriapsis",
     "Particles",
-    "Periapsis",
     "Radiation",
     "Shadow",
 ]

@@ -31,13 +31,17 @@ class ParticleEvent(Declared):
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
         numbers = self._unitless(context.units, context.index)
-        return {"kind": type(self).__name__, "direction": self.direction, **numbers}
+        return {"kind": type(self).__name__.removeprefix("Particle"), "direction": self.direction, **numbers}
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
         if type(self) is not ParticleEvent:
             kind = next(base.__name__ for base in type(self).__mro__ if ParticleEvent in base.__bases__)
-            return (kind.lower(), *self._unitless(context.units, context.index).values(), self.direction)
+            return (
+                kind.removeprefix("Particle").lower(),
+                *self._unitless(context.units, context.index).values(),
+                self.direction,
+            )
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
 
@@ -58,7 +62,7 @@ class Shadow(ParticleEvent):
 
 
 @dataclass(frozen=True, eq=False)
-class Periapsis(ParticleEvent):
+class ParticlePeriapsis(ParticleEvent):
     """The least distance of a particle from the centre of a body, given by its index or its name."""
 
     body: int | str = field(default=0, metadata=of_kind(body_index))
@@ -66,7 +70,7 @@ class Periapsis(ParticleEvent):
 
 
 @dataclass(frozen=True, eq=False)
-class Function(ParticleEvent):
+class ParticleFunction(ParticleEvent):
     """Zeros of a user's function of a particle, which is slow: it is called about eleven times per step and particle.
 
     Parameters
@@ -94,6 +98,8 @@ def rebuilt(described: dict[str, Any]) -> ParticleEvent:
     options = dict(described)
     kind = options.pop("kind")
     if kind == "Function":
-        return Function(UnstoredFunction(str(options.pop("name")), "give it in events= of another flight"), **options)
+        return ParticleFunction(
+            UnstoredFunction(str(options.pop("name")), "give it in events= of another flight"), **options
+        )
     choice(kind, "event", ("Shadow", "Periapsis"))
-    return {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)
+    return {"Shadow": Shadow, "Periapsis": ParticlePeriapsis}[kind](**options)

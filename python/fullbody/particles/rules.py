@@ -47,7 +47,7 @@ class Bounce(Declared):
 
 
 @dataclass(frozen=True, eq=False)
-class Escape(Declared):
+class EscapeDistance(Declared):
     """The condition for escape, at which a particle's flight ends.
 
     Parameters

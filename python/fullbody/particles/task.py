@@ -21,7 +21,7 @@ from ..record.times import end_of_run, sampling, spacing_warning
 from .events import ParticleEvent, Shadow
 from .flight import Flight
 from .initial import Particles
-from .rules import Bounce, Escape, Radiation
+from .rules import Bounce, EscapeDistance, Radiation
 
 #: The area to mass, in m2/kg, above which there is a warning.
 _LIGHTEST = 1e3
@@ -37,7 +37,7 @@ class FlightTask:
         *,
         integrator: Integrator | None,
         contact: str | Bounce,
-        escape: Escape | None,
+        escape: EscapeDistance | None,
         radiation: Radiation | None,
         events: Iterable[ParticleEvent],
         threads: int | None,
@@ -52,7 +52,7 @@ class FlightTask:
         if not (isinstance(contact, Bounce) or contact in ("stop", "remove")):
             raise InvalidInput(f"contact is {contact!r}; expected 'stop', 'remove' or a fullbody.particles.Bounce")
         self._contact = contact._describe(context) if isinstance(contact, Bounce) else contact
-        for name, value, kind in (("escape", escape, Escape), ("radiation", radiation, Radiation)):
+        for name, value, kind in (("escape", escape, EscapeDistance), ("radiation", radiation, Radiation)):
             if value is not None:
                 instance(value, f"{name}", kind, f"a fullbody.particles.{kind.__name__}")
         self._escape = None if escape is None else escape._describe(context)
@@ -144,7 +144,7 @@ def fly(
     start: Any = None,
     integrator: Integrator | None = None,
     contact: str | Bounce = "stop",
-    escape: Escape | None = None,
+    escape: EscapeDistance | None = None,
     radiation: Radiation | None = None,
     events: Iterable[ParticleEvent] = (),
     threads: int | None = None,
@@ -175,7 +175,7 @@ def fly(
     contact : {"stop", "remove"} or Bounce
         The contact response: the flight ends and the particle stays at the surface (``"stop"``) or is removed, or the
         particle bounces.
-    escape : Escape, optional
+    escape : EscapeDistance, optional
         The condition at which a particle has escaped, which ends its flight.
     radiation : Radiation, optional
         Radiation pressure of a third body.

@@ -201,6 +201,22 @@ def test_a_run_that_is_resumed_before_the_change_equals_the_unbroken_one_bit_for
     assert ends[0] == 0.0 < ends[1]
 
 
+@pytest.mark.parametrize("distance", [1.72, 1.75, 1.78])
+def test_runs_that_start_just_outside_the_circumscribed_spheres_go_on_inside(distance):
+    """The trial of the first step lies where the series has no value: the step has to become shorter, not zero."""
+    rng = np.random.default_rng(5)
+    coarse = SHAPES["octahedra"](rng)
+    system = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-3)
+    pose, _ = near(rng, coarse, 0.3)
+    direction = pose.position[1] / np.linalg.norm(pose.position[1])
+    state = pose.replace(position=[np.zeros(3), distance * direction], velocity=[np.zeros(3), -0.9 * direction])
+    simulation = fullbody.Simulation(system, state, integrator=fullbody.Verner98(rtol=1e-5, atol=1e-5))
+    assert simulation.quadrature[0]["method"] == "harmonic"
+    run = simulation.integrate(0.1)
+    assert run.time[-1] == 0.1
+    assert abs(run.energy_drift).max() < 1e-3
+
+
 @pytest.mark.parametrize("kind", ["octahedra", "hulls"])
 def test_derivatives_are_those_of_the_rule_over_few_faces(kind):
     rng = np.random.default_rng(8)

@@ -145,7 +145,7 @@ FIELDS = {
         **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, rest=1.0, **x), "tangential", None, FRACTION),
         **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, **x), "rest", u.m / u.s, POSITIVE),
     },
-    "particles.Escape": of(" of Escape", particles.Escape, "distance", u.m, POSITIVE),
+    "particles.EscapeDistance": of(" of EscapeDistance", particles.EscapeDistance, "distance", u.m, POSITIVE),
     "particles.Radiation": {
         **of(" of Radiation", particles.Radiation, "strength", u.N, FINITE),
         **of(" of Radiation", particles.Radiation, "radius", u.m, FINITE),

@@ -6,7 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
-from fullbody.particles import Bounce, Escape, Particles, Radiation, Shadow
+from fullbody.particles import Bounce, EscapeDistance, Particles, Radiation, Shadow
 from support import refused
 
 
@@ -64,7 +64,7 @@ def test_what_is_out_of_range_in_the_units_of_the_system_is_refused():
 def test_the_largest_numbers_are_flown(position, speed):
     system, state = fullbody.systems.kw4()
     pair = Particles([[3.0, 0.0, 0.0], [position, 0.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, speed]])
-    flight = system.fly(state, pair, 1.0, output=0.5, escape=Escape(1e61))
+    flight = system.fly(state, pair, 1.0, output=0.5, escape=EscapeDistance(1e61))
     assert flight.fate.tolist() == ["flying", "flying"]
     np.testing.assert_allclose(flight.position[-1, 1], [position, 0.0, speed], rtol=1e-12, atol=1e-12)
     assert (flight.position[:, 0] == system.fly(state, ONE, 1.0, output=0.5).position[:, 0]).all()
@@ -118,7 +118,7 @@ def test_launches_and_runs_that_mean_nothing_are_refused():
     system, state = fullbody.systems.kw4()
     launch = {"longitude": 0.0, "latitude": 0.0, "speed": 1.0}
     refused("dense=True", lambda: system.integrate(state, 1.0).fly(ONE))
-    refused("f of Function", lambda: fullbody.particles.Function(3))
+    refused("f of ParticleFunction", lambda: fullbody.particles.ParticleFunction(3))
     refused("latitude", lambda: Particles.from_surface(system, state, "Beta", **launch | {"latitude": 2.0}))
     refused("n is 0", lambda: Particles.ejecta(system, state, 0, **launch, n=0))
 
@@ -148,7 +148,7 @@ def test_an_error_of_a_function_of_a_particle_keeps_the_flight():
         raise LookupError("mine")
 
     with pytest.raises(LookupError, match="mine") as caught:
-        system.fly(state, ONE, 1.0, events=[fullbody.particles.Function(fails)])
+        system.fly(state, ONE, 1.0, events=[fullbody.particles.ParticleFunction(fails)])
     assert len(caught.value.flight) == 1
 
 

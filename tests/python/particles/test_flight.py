@@ -6,7 +6,7 @@ import pytest
 from astropy import units as u
 from fullbody import Particles
 from fullbody.errors import InvalidInput
-from fullbody.particles import Escape, Function, Periapsis
+from fullbody.particles import EscapeDistance, ParticleFunction, ParticlePeriapsis
 from support import refused
 from support.meshes import box
 
@@ -210,8 +210,8 @@ def flight():
     def height(time, position, velocity):
         return position[2] - 0.1
 
-    events = [Periapsis("Alpha"), Function(height)]
-    return system.fly(state, particles, 10.0, output=5.0, escape=Escape(8.0), events=events)
+    events = [ParticlePeriapsis("Alpha"), ParticleFunction(height)]
+    return system.fly(state, particles, 10.0, output=5.0, escape=EscapeDistance(8.0), events=events)
 
 
 def test_flights_tell_their_fates(flight):
@@ -220,7 +220,7 @@ def test_flights_tell_their_fates(flight):
     assert flight.counts == {"flying": 1, "impact": 1, "escape": 1}
     assert "impact on Alpha" in flight._repr_html_()
     assert str(flight.speed.unit) == "km / h"
-    assert {type(e.event).__name__ for e in flight.events} == {"Periapsis", "Function"}
+    assert {type(e.event).__name__ for e in flight.events} == {"ParticlePeriapsis", "ParticleFunction"}
     assert len(fullbody.Particles(np.eye(3), np.eye(3))) == 3
 
 

@@ -66,7 +66,7 @@ def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
     system, state = lone()
     bounce = fullbody.particles.Bounce(normal=0.6, rest=1e-3)
     start = fullbody.Particles([[1.02, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    top = [fullbody.particles.Function(lambda t, x, v: v[0], direction=-1)]
+    top = [fullbody.particles.ParticleFunction(lambda t, x, v: v[0], direction=-1)]
     flight = system.fly(state, start, 3.0, contact=bounce, events=top)
     # From the energy: v^2/2 = 1 - 1/r at the surface, times the square of the coefficient each time.
     energy = 1.0 - 1.0 / 1.02
@@ -132,10 +132,10 @@ def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
 def test_particles_escape_by_distance_or_energy():
     system, state = lone()
     particles = fullbody.Particles([[2.0, 0.0, 0.0]] * 2, [[0.95, 0.0, 0.0], [1.05, 0.0, 0.0]])
-    near = system.fly(state, particles, 100.0, escape=fullbody.particles.Escape(5.0))
+    near = system.fly(state, particles, 100.0, escape=fullbody.particles.EscapeDistance(5.0))
     assert near.fate.tolist() == ["escape", "escape"]
     assert np.linalg.norm(near.last_position, axis=1) == pytest.approx(5.0, rel=1e-13)
-    unbound = system.fly(state, particles, 100.0, escape=fullbody.particles.Escape(5.0, unbound=True))
+    unbound = system.fly(state, particles, 100.0, escape=fullbody.particles.EscapeDistance(5.0, unbound=True))
     assert unbound.fate.tolist() == ["flying", "escape"]
     assert unbound.last_time[1] == near.last_time[1] == near.fate_time[1]
 
@@ -154,7 +154,7 @@ def test_stopped_particles_stay_and_removed_ones_are_gone():
 def test_periapses_of_particles_are_keplers():
     system, state = lone(radius=0.1)
     particles = fullbody.Particles([[1.5, 0.0, 0.0]], [[0.0, np.sqrt(2.0 / 1.5 - 1.0), 0.0]])
-    flight = system.fly(state, particles, 20.0, events=[fullbody.particles.Periapsis("A")])
+    flight = system.fly(state, particles, 20.0, events=[fullbody.particles.ParticlePeriapsis("A")])
     assert [event.time for event in flight.events] == pytest.approx(np.pi * np.array([1.0, 3.0, 5.0]), rel=1e-10)
     assert np.linalg.norm(flight.events[0].position) == pytest.approx(0.5, rel=1e-10)
 
@@ -228,7 +228,7 @@ def test_two_zeros_near_a_minimum_are_found_for_bodies_and_particles(width, dire
     assert [event.time for event in run.events] == pytest.approx(expected, rel=1e-13)
     # Thirty kilometres away a particle takes steps of several hours.
     particles = fullbody.Particles([[30.0, 0.0, 0.0]], [[0.0, 2.0e-3, 0.0]])
-    watched = fullbody.particles.Function(lambda t, x, v: (t - 5.0) ** 2 - width**2, direction=direction)
+    watched = fullbody.particles.ParticleFunction(lambda t, x, v: (t - 5.0) ** 2 - width**2, direction=direction)
     flight = run.fly(particles, events=[watched])
     assert [event.time for event in flight.events] == pytest.approx(expected, rel=1e-13)
 
@@ -244,9 +244,9 @@ def test_a_zero_where_two_steps_meet_is_found_once():
         return 1.0
 
     particles = fullbody.Particles([[5.0, 0.0, 0.0]], [[0.0, 0.5, 0.0]])
-    run.fly(particles, events=[fullbody.particles.Function(clock)])
+    run.fly(particles, events=[fullbody.particles.ParticleFunction(clock)])
     joints = sorted({time for time in ends if 0.0 < time < 24.0 and ends.count(time) > 1})
     assert len(joints) > 3
     for joint in joints[:4]:
-        event = fullbody.particles.Function(lambda t, x, v, joint=joint: t - joint)
+        event = fullbody.particles.ParticleFunction(lambda t, x, v, joint=joint: t - joint)
         assert [found.time for found in run.fly(particles, events=[event]).events] == [joint]
