@@ -212,3 +212,51 @@ def test_the_first_view_is_dimorphos_that_begins_to_roll(page, address):
     page.set_viewport_size({"width": 390, "height": 844})
     page.screenshot(path=PICTURES / "phone.png", full_page=True)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_the_widget_of_a_notebook_shows_the_runs_of_its_kernel(page):
+    """The module runs in the browser, and its messages go to Python as the kernel of a notebook takes them."""
+
+    class Kernel:
+        def send(self, answer):
+            self.answer = answer
+
+    kernel = Kernel()
+    explorer = fullbody.explore(fullbody.systems.didymos_after_dart, {"tilt": (0.0, 0.5)}, duration=50.0, show=["roll"])
+
+    def answer(message):
+        explorer._answer(kernel, message, [])
+        return kernel.answer
+
+    page.expose_function("answer", answer)
+    page.set_content('<style></style><div id="explorer"></div>')
+    page.evaluate(
+        """async ([module, style]) => {
+          document.querySelector("style").textContent = style;
+          const widget = (await import(URL.createObjectURL(new Blob([module], { type: "text/javascript" })))).default;
+          let hear;
+          const model = {
+            on: (_, take) => { hear = take; },
+            off: () => {},
+            send: message => window.answer(message).then(result => hear(result)),
+          };
+          const root = document.getElementById("explorer");
+          root.addEventListener("fullbody-result", ({ detail }) => {
+            window.newest = { values: detail.values, roll: Array.from(detail.curves[0].values) };
+          });
+          widget.render({ model, el: root });
+        }""",
+        [str(explorer._widget._esm), str(explorer._widget._css)],
+    )
+    page.wait_for_function(IDLE, timeout=60_000)
+    assert page.evaluate("window.newest.values") == {"tilt": 0.0}
+    result = moved(page, "tilt", 0.3)
+    assert result["values"] == {"tilt": 0.3}
+    assert np.allclose(result["roll"], np.degrees(fullbody.observables.roll_pitch_yaw(explorer.run)[:, 0]))
+    page.screenshot(path=PICTURES / "widget.png", full_page=True)
+    page.evaluate("window.newest = null")
+    slider = page.locator("input[type=range][name=tilt]")
+    slider.focus()
+    slider.press("ArrowLeft")
+    page.wait_for_function(IDLE, timeout=60_000)
+    assert np.isclose(explorer.values["tilt"], 0.295)
