@@ -2,8 +2,8 @@
 import init, { Model } from "./fullbody_web.js";
 
 const DEGREES = Math.PI / 180;
-// Samples of a run, and the largest number of them that a page draws at once.
-const INTERVALS = 2000;
+// The intervals between the samples of a run.
+const INTERVALS = 1000;
 const ELEMENTS = [["a", "semi-major axis"], ["e", "eccentricity"], ["i", "inclination"], ["Omega", "longitude of the node"],
   ["omega", "argument of periapsis"], ["M", "mean anomaly"]];
 const byId = name => document.getElementById(name);
