@@ -64,7 +64,7 @@ class Text:
     def expected(
         self, rows: list[tuple[int, list[str]]], k: int, sizes: tuple[int, ...], what: str
     ) -> tuple[int, list[str]]:
-        """Return row ``k``, its line and its words, after checking that it exists and has an allowed number of words."""
+        """Return the line and the words of row ``k``, which has to exist with an allowed number of words."""
         if not rows:
             self.fail(None, f"the file is empty; expected {what}")
         if k >= len(rows):

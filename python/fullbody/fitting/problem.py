@@ -24,7 +24,7 @@ from .inner import Inner, model_of, padded
 from .losses import LINEAR, Loss
 from .noise import relative_change
 from .point import EvaluatedPoint, PullJacobian
-from .signature import arguments_of, taken
+from .signature import arguments_of, parameters_taken
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -89,10 +89,10 @@ class Problem:
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
         self.entries = listed
         names = parameters.names
-        self.of_setup = taken(setup, names)
+        self.of_setup = parameters_taken(setup, names)
         #: The parameters of each of those observations that are functions.
-        self.of_observations = [taken(item, names) if callable(item) else () for item in listed]
-        used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
+        self.of_observations = [parameters_taken(item, names) if callable(item) else () for item in listed]
+        used = {*self.of_setup, *(name for names_taken in self.of_observations for name in names_taken)}
         if unused := [name for name in names if name not in used]:
             arguments = sorted(
                 name for name, item in arguments_of(setup).items() if item.kind is not item.VAR_POSITIONAL
