@@ -52,8 +52,8 @@ impl Target<'_> {
     }
 }
 
-/// Adds the derivatives that follow from those with respect to the vertices of a part, in its frame. The part has
-/// this rotation to the inertial frame, and is scaled by `growth`.
+/// Adds the derivatives that follow from those with respect to the vertices of a part, in its frame. The
+/// part has this rotation to the inertial frame, and is scaled by `growth`.
 fn add(partials: &mut Partials, mesh: &Mesh, rotation: &Mat3, growth: f64, by_vertex: &[Vec3]) {
     let [body, _] = mesh.place;
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());

@@ -115,7 +115,8 @@ impl Model {
     }
 
     /// Returns the osculating elements (6,) of a body about the first one: semi-major axis, eccentricity,
-    /// inclination, longitude of the ascending node, argument of periapsis and mean anomaly, angles in radians.
+    /// inclination, longitude of the ascending node, argument of periapsis and mean anomaly, angles in
+    /// radians.
     pub fn elements(&self, body: usize) -> Result<Vec<f64>> {
         let mu = mu(&self.system, body)?;
         let (x, v) = (self.state.position(), self.state.velocity());
@@ -158,7 +159,8 @@ impl Model {
         Ok(Self { system: self.system.clone(), state })
     }
 
-    /// Returns the model in which a momentum (3,), in the inertial frame, has been added to a body at its centre.
+    /// Returns the model in which a momentum (3,), in the inertial frame, has been added to a body at its
+    /// centre.
     #[wasm_bindgen(js_name = withMomentum)]
     pub fn with_momentum(&self, body: usize, momentum: &[f64]) -> Result<Model> {
         mu(&self.system, body)?;
@@ -178,8 +180,8 @@ impl Model {
         Ok(velocity.normalize().as_slice().to_vec())
     }
 
-    /// Integrates over a duration and returns the motion at the ends of equal intervals, or up to the error that
-    /// ended it early.
+    /// Integrates over a duration and returns the motion at the ends of equal intervals, or up to the error
+    /// that ended it early.
     pub fn integrate(&self, duration: f64, intervals: usize) -> Result<Motion> {
         if intervals == 0 {
             return Err(JsError::new("the number of intervals has to be at least one"));
@@ -224,8 +226,8 @@ impl Motion {
         self.record.attitude.clone()
     }
 
-    /// Returns the change (K,) of the energy since the start, relative to the sum of the translational and the
-    /// potential energy at the start.
+    /// Returns the change (K,) of the energy since the start, relative to the sum of the translational and
+    /// the potential energy at the start.
     #[wasm_bindgen(getter, js_name = energyDrift)]
     pub fn energy_drift(&self) -> Vec<f64> {
         let energy = &self.record.energy;
@@ -242,10 +244,10 @@ impl Motion {
         self.error.clone()
     }
 
-    /// Returns roll, pitch and yaw (K, 3), in radians, of a body in the frame of its orbit about the first one,
-    /// whose x axis points from the body to the first one and whose z axis is the orbit normal. If the x axis of
-    /// the body starts at more than 90 degrees from that of the orbit, the body's x and y axes are reversed. Roll
-    /// and yaw have no jumps.
+    /// Returns roll, pitch and yaw (K, 3), in radians, of a body in the frame of its orbit about the first
+    /// one, whose x axis points from the body to the first one and whose z axis is the orbit normal. If the
+    /// x axis of the body starts at more than 90 degrees from that of the orbit, the body's x and y axes are
+    /// reversed. Roll and yaw have no jumps.
     #[wasm_bindgen(js_name = rollPitchYaw)]
     pub fn roll_pitch_yaw(&self, body: usize) -> Result<Vec<f64>> {
         mu(&self.system, body)?;
@@ -273,7 +275,8 @@ impl Motion {
         Ok(roll_pitch_yaw)
     }
 
-    /// Returns the osculating elements (K, 6) of a body about the first one, in the order of [`Model::elements`].
+    /// Returns the osculating elements (K, 6) of a body about the first one, in the order of
+    /// [`Model::elements`].
     pub fn elements(&self, body: usize) -> Result<Vec<f64>> {
         let mu = mu(&self.system, body)?;
         let mut elements = Vec::with_capacity(6 * self.record.len());
@@ -284,8 +287,8 @@ impl Motion {
         Ok(elements)
     }
 
-    /// Returns the brightness (K,) of all bodies together, in squared length, by Lommel and Seeliger's law with
-    /// occultations and eclipses, for constant directions (3,) to the observer and to the Sun.
+    /// Returns the brightness (K,) of all bodies together, in squared length, by Lommel and Seeliger's law
+    /// with occultations and eclipses, for constant directions (3,) to the observer and to the Sun.
     pub fn brightness(&self, to_observer: &[f64], to_sun: &[f64]) -> Result<Vec<f64>> {
         let (&[ex, ey, ez], &[sx, sy, sz]) = (to_observer, to_sun) else {
             return Err(JsError::new("the number of components of a direction has to be three"));

@@ -40,8 +40,8 @@ impl BoundWeights {
         Self { size, rows }
     }
 
-    /// Returns the lowest degrees for which the bound of the terms beyond them is below a limit, relative to the
-    /// force of two points; `None` where the fragments are too near to each other.
+    /// Returns the lowest degrees for which the bound of the terms beyond them is below a limit, relative to
+    /// the force of two points; `None` where the fragments are too near to each other.
     pub fn kept(&self, [a, b]: [&Fragment; 2], distance: f64, limit: f64) -> Option<Kept> {
         let [x, y] = [a.radius / distance, b.radius / distance];
         let reach = x + y;

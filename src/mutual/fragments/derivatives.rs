@@ -46,8 +46,8 @@ impl Fragments {
         Ok(complete.then_some(out))
     }
 
-    /// Calls a function with all pairs for derivatives, with interrupt checks. Returns false where the tolerance
-    /// is not kept.
+    /// Calls a function with all pairs for derivatives, with interrupt checks. Returns false where the
+    /// tolerance is not kept.
     fn evaluate_interruptibly<'a>(
         &'a self,
         pose: &Pose,
