@@ -83,7 +83,7 @@ class Light:
 
     Parameters
     ----------
-    every : int
+    step : int
         The step between the magnitudes that are used: 1 for all of them.
 
     Attributes
@@ -96,9 +96,9 @@ class Light:
         The directions to the observer and to the Sun.
     """
 
-    def __init__(self, every: int = 1) -> None:
-        self.whole = every == 1
-        self.table = pd.read_csv(PATH)[::every]
+    def __init__(self, step: int = 1) -> None:
+        self.whole = step == 1
+        self.table = pd.read_csv(PATH)[::step]
         column = {name: self.table[name].to_numpy() for name in self.table}
         self._times = Time(column["jd_tdb"], format="jd", scale="tdb")
         sun = np.stack([column[f"sun_{axis}_au"] for axis in "xyz"], axis=1) * u.au

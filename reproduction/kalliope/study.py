@@ -14,7 +14,7 @@ from astropy.table import QTable
 from fullbody import observing
 from fullbody.fitting import Fit
 from fullbody.fitting.free import Parameters
-from fullbody.fitting.inner import Inner, model_of
+from fullbody.fitting.inner import InnerSolution, model_of
 from fullbody.fitting.losses import LINEAR
 from fullbody.fitting.problem import Problem
 
@@ -263,7 +263,7 @@ def timing(light: Light, start: Mapping[str, Any]) -> dict[str, float]:
         "motion with derivatives": seconds(lambda: motion(False)),
         "of which without samples at the data": seconds(lambda: motion(True)),
         "light, design and states": seconds(lambda: model_of(data, run)),
-        "linear unknowns": seconds(lambda: Inner(point.models, LINEAR)),
+        "linear unknowns": seconds(lambda: InnerSolution(point.models, LINEAR)),
         "derivatives of light and design": seconds(lambda: data.linear_derivatives(run, point.inner.held[0])),
         "the setup, twice for each parameter": 2 * len(values) * seconds(lambda: problem.make(values)),
     }

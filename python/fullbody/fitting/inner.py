@@ -38,7 +38,7 @@ def model_of(observation: Any, run: Any) -> LinearModel:
     return model
 
 
-class Inner:
+class InnerSolution:
     """The solution of a fit's inner problem: the L linear unknowns at which the sum of the losses of M pulls is least.
 
     Parameters
@@ -93,7 +93,7 @@ class Inner:
         """Return the parts (M_i, ...) of an array (M, ...), one for each of the models."""
         return [rows[part] for part in self._rows]
 
-    def local(self, index: int) -> Floats:
+    def values_of(self, index: int) -> Floats:
         """Return the linear unknowns of one of the models, in its order."""
         return self.values[self._columns[index]]
 

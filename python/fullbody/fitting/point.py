@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..observing.linear import LinearModel
 from ..typing import Floats
 from .chain import SetupResult
-from .inner import Inner
+from .inner import InnerSolution
 from .losses import LINEAR
 from .noise import design_without_jitter, log_determinant
 
@@ -30,7 +30,7 @@ class EvaluatedPoint:
     observations : list
     models : list of LinearModel
         The pulls of each of the observations as a function of its linear unknowns.
-    inner : Inner
+    inner : InnerSolution
         The solution for the linear unknowns.
     errors : dict of Errors
         The errors of those observations that depend on parameters, by their index.
@@ -41,7 +41,7 @@ class EvaluatedPoint:
     run: Run
     observations: list[Any]
     models: list[LinearModel]
-    inner: Inner
+    inner: InnerSolution
     errors: dict[int, Any]
 
     @property
@@ -68,7 +68,7 @@ class EvaluatedPoint:
             else model
             for i, model in enumerate(self.models)
         ]
-        without_jitter = Inner(models, LINEAR).projection.log_determinant
+        without_jitter = InnerSolution(models, LINEAR).projection.log_determinant
         by_errors = sum(map(log_determinant, self.errors.values()))
         return max(0.0, by_errors + self.inner.projection.log_determinant - without_jitter)
 

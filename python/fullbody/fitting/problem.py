@@ -20,7 +20,7 @@ from ..record.record import Record, joined
 from ..typing import Floats
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
-from .inner import Inner, model_of, padded
+from .inner import InnerSolution, model_of, padded
 from .losses import LINEAR, Loss
 from .noise import relative_change
 from .point import EvaluatedPoint, PullJacobian
@@ -171,7 +171,7 @@ class Problem:
             for i, observation in enumerate(observations)
             if self.of_observations[i] and hasattr(observation, "errors")
         }
-        return EvaluatedPoint(values.copy(), made, run, observations, models, Inner(models, self.loss), errors)
+        return EvaluatedPoint(values.copy(), made, run, observations, models, InnerSolution(models, self.loss), errors)
 
     def _models(self, run: Run, observations: list[Any]) -> list[LinearModel]:
         return [model_of(observation, self._part(run, observation)) for observation in observations]
@@ -220,7 +220,7 @@ class Problem:
 
     def linear_values(self, point: EvaluatedPoint, i: int) -> dict[str, Any]:
         """Return the linear unknowns of one of the observations by the names that it has for them."""
-        both = zip(point.models[i].unknowns, point.inner.local(i).tolist(), strict=True)
+        both = zip(point.models[i].unknowns, point.inner.values_of(i).tolist(), strict=True)
         return {one.name: value if one.unit is None else value * one.unit for one, value in both}
 
     def _part(self, run: Record, observation: Any) -> Any:

@@ -101,8 +101,8 @@ class Explorer:
         self._result({name: control["value"] for name, control in self._controls.items()})
         files = resources.files(__package__)
         page = {
-            part: "".join(files.joinpath(name).read_text(encoding="utf-8") for name in names)
-            for part, names in _FILES.items()
+            attribute: "".join(files.joinpath(name).read_text(encoding="utf-8") for name in names)
+            for attribute, names in _FILES.items()
         }
         self._widget = type("ExplorerWidget", (anywidget.AnyWidget,), page)()
         self._widget.on_msg(self._answer)
