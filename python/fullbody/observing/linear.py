@@ -57,6 +57,16 @@ class LinearModel(NamedTuple):
         The pulls with all linear unknowns zero.
     design : ndarray, (K, C, L)
         The derivatives of the predictions, divided by the errors as the pulls are.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fullbody import observing
+    >>> zero_point = observing.LinearUnknown("zero point")
+    >>> model = observing.LinearModel((zero_point,), np.array([[3.0], [5.0]]), np.ones((2, 1, 1)))
+    >>> values, pulls = model.solved()
+    >>> values.round(12), pulls.ravel().round(12)
+    (array([4.]), array([-1.,  1.]))
     """
 
     unknowns: tuple[LinearUnknown, ...]
