@@ -26,7 +26,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-# One thread each, also for the peers' linear algebra.
+# Each program has one thread, also in its linear algebra.
 os.environ["RAYON_NUM_THREADS"] = "1"
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
@@ -35,10 +35,10 @@ import numpy as np
 from fullbody.base import rotations
 
 HOUR, TOLERANCE = 3600.0, 1e-12
-#: The seconds for which bodies at rest fall, and the times that are integrated for each order of a peer.
+#: The seconds for which bodies at rest fall, and the seconds that are integrated at each order of a peer.
 FALL = 10.0
 SPANS = {2: 20000.0, 4: 5000.0, 8: 300.0}
-#: The peers' Runge-Kutta pair evaluates the forces this often in a step.
+#: The number of evaluations of the forces in a step of the peers' Runge-Kutta pair.
 STAGES = 13
 DEGREES = (2, 3, 4, 6, 8, 12, 16, 20)
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
@@ -52,7 +52,7 @@ G = system.G / HOUR**2
 
 
 def tables(folder: Path) -> None:
-    """Write the shapes about their centres of mass, along the principal axes: metres, vertices numbered from one."""
+    """Write the shapes in their body frames, in metres, with vertices numbered from one."""
     for name, body in zip("AB", system.bodies, strict=True):
         frame = body.working_frame
         points = body.shape.vertices @ rotations.matrices(frame.attitude).T + frame.position
@@ -74,7 +74,7 @@ def numbers(state: fullbody.State) -> np.ndarray:
 
 
 def gubas(program: Path, folder: Path) -> Peer:
-    """Return GUBAS as a function; it reads ``ic_input.txt`` and writes binary files in its working directory."""
+    """Return a function that runs GUBAS, which reads ``ic_input.txt`` and writes binary files in its folder."""
     tables(folder)
 
     def run(order: int, state: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -88,21 +88,21 @@ def gubas(program: Path, folder: Path) -> Peer:
     def call(order: int, state: np.ndarray, seconds: float, fresh: int, integrator: int) -> float:
         files = ["facesA.csv", "verticesA.csv", "facesB.csv", "verticesB.csv"]
         shapes = [*[0.0] * 6, 2, 2, *(body.density for body in system.bodies)]
-        # The orbits and masses of a planet and of the Sun, which are switched off, and the constants of tides.
+        # A planet, the Sun and tides are switched off; their orbits, masses and constants have to be given still.
         off = [0, 0, 0, 0, 0.0, -1e6, 1.5, 0.0, 0.0, 0.0, 0.0, 1e30, 1e8, *[0.0] * 5, 1.0, 1e8, 0.0, 0.0, 1.0, 1.0]
         lines = [G, order, order, order, *shapes, 0.0, seconds, *["-"] * 4, *files, *state.tolist()]
         lines += [fresh, integrator, 1.0, TOLERANCE, *off, 0.0, 0.0, 1e30]
         (folder / "ic_input.txt").write_text("".join(f"{line}\n" for line in lines))
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        started = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([program.resolve()], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return ended.ru_utime + ended.ru_stime - started.ru_utime - started.ru_stime
 
     return run
 
 
 def f2bptoolkit(package: Path, folder: Path) -> Peer:
-    """Return F2BPtoolkit as a function, by its Python interface."""
+    """Return a function that runs F2BPtoolkit by its Python interface."""
     sys.path.append(str(package))
     import f2bptoolkit as peer
 
@@ -112,11 +112,11 @@ def f2bptoolkit(package: Path, folder: Path) -> Peer:
         simulation = peer.Simulation(G=G * 1e9)
         simulation.gravity_order = order
         for name, body in zip("AB", system.bodies, strict=True):
-            added = peer.Body(body.name)
-            added.shape = peer.PolyhedronShape(str(folder / f"vertices{name}.csv"), str(folder / f"faces{name}.csv"))
-            added.density = body.density / 1e9
-            simulation.add(added)
-        # The second spin is taken along the axes of the first body, unlike what the documentation says.
+            twin = peer.Body(body.name)
+            twin.shape = peer.PolyhedronShape(str(folder / f"vertices{name}.csv"), str(folder / f"faces{name}.csv"))
+            twin.density = body.density / 1e9
+            simulation.add(twin)
+        # The program takes the second spin along the axes of the first body, contrary to its documentation.
         simulation.set_state(
             1000.0 * state[:3],
             1000.0 * state[3:6],
@@ -126,12 +126,12 @@ def f2bptoolkit(package: Path, folder: Path) -> Peer:
             B_to_A=state[21:].reshape(3, 3),
         )
         started = time.process_time()
-        found = simulation.integrate(seconds, integrator=peer.RK87(TOLERANCE))
+        result = simulation.integrate(seconds, integrator=peer.RK87(TOLERANCE))
         taken = time.process_time() - started
-        states = np.zeros((len(found.times), 30))
-        states[:, :3], states[:, 3:6] = found.position / 1000.0, found.velocity / 1000.0
-        states[:, 12:21] = found.A_to_N.reshape(-1, 9)
-        return found.times, states, taken
+        states = np.zeros((len(result.times), 30))
+        states[:, :3], states[:, 3:6] = result.position / 1000.0, result.velocity / 1000.0
+        states[:, 12:21] = result.A_to_N.reshape(-1, 9)
+        return result.times, states, taken
 
     return run
 
@@ -142,10 +142,10 @@ def inertial(state: np.ndarray, what: slice) -> np.ndarray:
 
 
 def peer_rows(name: str, run: Peer) -> list[dict[str, Any]]:
-    """Measure a peer at each order; runs of the lower orders are short and the best of three counts."""
+    """Measure a peer at each order; for lower orders, whose runs are short, the fastest of three counts."""
 
-    def best(order: int, state: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray, float]:
-        return min((run(order, state, seconds) for _ in range(3 if order < 8 else 1)), key=lambda found: found[2])
+    def fastest(order: int, state: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray, float]:
+        return min((run(order, state, seconds) for _ in range(3 if order < 8 else 1)), key=lambda result: result[2])
 
     rows: list[dict[str, Any]] = []
     tightest = fullbody.Verner98(1e-15, 1e-15)
@@ -153,30 +153,30 @@ def peer_rows(name: str, run: Peer) -> list[dict[str, Any]]:
     exact = np.diff(fall.velocity, axis=0)[0] / HOUR
     steps_per_hour = np.nan
     for order, span in SPANS.items():
-        # Both runs prepare the shapes, and evaluate the forces at least in the steps of the fall.
-        fall_times, fallen, preparation = best(order, numbers(rest), FALL)
-        times, states, taken = best(order, numbers(start), span)
+        # The difference between the two runs contains neither the preparation of the shapes nor the first steps.
+        fall_times, fallen, preparation = fastest(order, numbers(rest), FALL)
+        times, states, taken = fastest(order, numbers(start), span)
         row: dict[str, Any] = {"program": name, "order": order}
         row["force_error"] = error(inertial(fallen[-1], slice(3, 6)), exact)
         steps = len(times) - len(fall_times)
         seconds = (taken - preparation) / (STAGES * steps)
         row["microseconds"] = 1e6 * seconds
-        # The steps follow from the motion. Those of the highest order are too few to count: they are those below.
+        # The run of the highest order has too few steps to count; their rate is that of the order below.
         if order < 8:
             steps_per_hour = steps / (span - FALL) * HOUR
             series = system.with_options(gravity=f"multipole:{order}")
             end = series.integrate(start, span / HOUR, integrator=tightest)[-1]
-            apart = inertial(states[-1], slice(0, 3)) - np.diff(end.position, axis=0)[0]
-            row["integration_error_km"] = float(np.linalg.norm(apart))
+            difference = inertial(states[-1], slice(0, 3)) - np.diff(end.position, axis=0)[0]
+            row["integration_error_km"] = float(np.linalg.norm(difference))
         row["seconds_per_1000_hours"] = seconds * STAGES * steps_per_hour * 1000.0
         rows.append(row)
         print_row(row)
     return rows
 
 
-def error(found: np.ndarray, exact: np.ndarray) -> float:
+def error(vector: np.ndarray, exact: np.ndarray) -> float:
     """Return the relative error of a vector."""
-    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+    return float(np.linalg.norm(vector - exact) / np.linalg.norm(exact))
 
 
 def own_rows(hours: float, repeats: int) -> list[dict[str, Any]]:
@@ -213,8 +213,8 @@ def print_row(row: dict[str, Any]) -> None:
 def commit(path: Path) -> str | None:
     """Return the commit of a clone of a repository."""
     call = ["git", "-C", str(path if path.is_dir() else path.parent), "rev-parse", "--short", "HEAD"]
-    found = subprocess.run(call, capture_output=True, text=True, check=False)
-    return found.stdout.strip() or None
+    result = subprocess.run(call, capture_output=True, text=True, check=False)
+    return result.stdout.strip() or None
 
 
 def processor() -> str:
@@ -233,7 +233,7 @@ def main() -> None:
     parser.add_argument("--f2bptoolkit", type=Path, help="the clone with the built extension")
     parser.add_argument("--flags", default="not stated", help="the compiler and flags of the peers, for the record")
     parser.add_argument("--hours", type=float, default=200.0, help="hours of fullbody's runs")
-    parser.add_argument("--out", type=Path, help="a file of the numbers")
+    parser.add_argument("--out", type=Path, help="the JSON file for the numbers")
     options = parser.parse_args()
     print(f"{'':<29}{'force error':>12}{'us/evaluation':>14}{'s/1000 h':>14}")
     rows = own_rows(options.hours, 3)

@@ -24,49 +24,51 @@ from fullbody.view.scene import scene_data
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 TARGET = "wasm32-unknown-unknown"
-#: The largest size of the whole page, compressed by gzip as servers do.
+#: The largest size of the whole page in bytes, compressed by gzip as servers do.
 LIMIT = 1_500_000
-#: What the first view shows: Dimorphos begins to roll about its long axis within 400 hours.
+#: The values of controls with which a system is first shown: Dimorphos begins to roll about its long axis in 400 hours.
 FIRST = {"didymos_after_dart": {"tilt of Dimorphos": 0.0573}}
+#: The durations of runs in the systems' units of time; those of other systems are 20 periods.
 DURATIONS = {"didymos_after_dart": 400.0, "kw4": 200.0, "kw4_ho2021": 200.0, "case1": 200.0, "case2": 200.0}
-#: DART's momentum in kg km/h (Cheng et al. 2023, Nature 616, 457: 579.4 kg at 6.1449 km/s).
+#: Bodies that impacts hit, and the momenta in kg km/h: DART's (Cheng et al. 2023, Nature 616, 457: 579.4 kg at 6.1449
+#: km/s).
 IMPACTS = {"didymos": {"body": 1, "momentum": 579.4 * 6.1449 * 3600.0}}
 #: The order of the first systems on the page; the others follow by name.
 ORDER = ("didymos_after_dart", "kw4", "didymos", "kw4_ho2021")
 
 
 def described(name: str) -> dict[str, Any]:
-    """Return what the page knows of a ready-made system, in kilometres, hours and kilograms where it has units."""
+    """Return the page's description of a ready-made system, in kilometres, hours and kilograms if it has units."""
     make = getattr(systems, name)
     system, state = make()
     core = system.context.core
-    start = ("position", "velocity", "attitude", "spin")
+    arrays = ("position", "velocity", "attitude", "spin")
     description = {
         "bodies": core.bodies,
         "gravitational_constant": system.G,
         "settings": core.settings,
         "forces": core.forces,
         "time": state.time,
-        **{key: np.asarray(getattr(state, key)).tolist() for key in start},
+        **{key: np.asarray(getattr(state, key)).tolist() for key in arrays},
     }
-    first = fullbody.KeplerElements.from_cartesian(
+    orbit = fullbody.KeplerElements.from_cartesian(
         state.position[1] - state.position[0], state.velocity[1] - state.velocity[0], system.mu(1, 0)
     )
-    period = 2.0 * np.pi * np.sqrt(float(first.a) ** 3 / float(system.mu(1, 0)))
+    period = 2.0 * np.pi * np.sqrt(float(orbit.a) ** 3 / float(system.mu(1, 0)))
     dimensionless = name.startswith("case")
     shapes = [body.shape for body in system.bodies]
     run = system.integrate(state, state.time + 1e-3 * period)
     surfaces = scene_data(run, flight=None, samples=2, geometry=None)["surfaces"]
-    single = [isinstance(shape, fullbody.Ellipsoid) for shape in shapes]
+    is_ellipsoid = [isinstance(shape, fullbody.Ellipsoid) for shape in shapes]
     return {
         "name": name,
         "title": make.__doc__.partition("\n")[0].rstrip("."),
         "names": list(system.names),
         "description": description,
         # The page makes the surfaces of ellipsoids from their semi-axes.
-        "surfaces": [None if ellipsoid else parts for ellipsoid, parts in zip(single, surfaces, strict=True)],
+        "surfaces": [None if ellipsoid else parts for ellipsoid, parts in zip(is_ellipsoid, surfaces, strict=True)],
         # A light curve of a composite takes too long for a page.
-        "lit": all(single),
+        "lit": all(is_ellipsoid),
         "length": "" if dimensionless else "km",
         "time": "" if dimensionless else "h",
         "mass": "" if dimensionless else "kg",
@@ -77,14 +79,14 @@ def described(name: str) -> dict[str, Any]:
 
 
 def script() -> str:
-    """Return the page's script, one module: the scene, the sliders, and the page's own part."""
+    """Return the page's script as one module: the scene, the sliders, and the part for this page."""
     files = resources.files("fullbody.view")
     parts = [files.joinpath(name).read_text(encoding="utf-8") for name in ("viewer.js", "explorer.js")]
     return "\n".join([*parts, (HERE / "site.js").read_text(encoding="utf-8")])
 
 
 def core(out: Path) -> None:
-    """Compile the core with WebAssembly's vector instructions, and write its module with the glue for it."""
+    """Compile the core with WebAssembly's vector instructions, and write the module with its JavaScript bindings."""
     flags = {f"CARGO_TARGET_{TARGET.upper().replace('-', '_')}_RUSTFLAGS": "-C target-feature=+simd128"}
     environment = {name: value for name, value in os.environ.items() if name != "PYO3_PYTHON"} | flags
     command = ["cargo", "build", "--locked", "--package", "fullbody-web", "--profile", "browser", "--target", TARGET]
@@ -96,7 +98,7 @@ def core(out: Path) -> None:
 
 
 def main(out: Path) -> None:
-    """Build all, and refuse a page that is too large."""
+    """Build the page, and refuse one that is too large."""
     out.mkdir(parents=True, exist_ok=True)
     core(out)
     names = [name for name in systems.__all__ if name not in ("Published", "Value", "published")]

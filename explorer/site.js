@@ -1,14 +1,14 @@
-// The explorer as a page without Python: every run is computed by the core in WebAssembly.
+// The explorer as a page without Python, where the core in WebAssembly computes every run.
 import init, { Model } from "./fullbody_web.js";
 
 const DEGREES = Math.PI / 180;
-// The intervals between the samples of a run.
+// The number of equal intervals between the samples of a run.
 const INTERVALS = 1000;
 const ELEMENTS = [["a", "semi-major axis"], ["e", "eccentricity"], ["i", "inclination"], ["Omega", "longitude of the node"],
   ["omega", "argument of periapsis"], ["M", "mean anomaly"]];
 const byId = name => document.getElementById(name);
 
-// Returns the controls of a system in groups, each with its value at the start.
+// Returns the controls of a system in groups; each control has the value of the system's initial state.
 function controls(model, system) {
   const { names, length, mass, impact } = system, parameters = JSON.parse(model.parameters()), groups = [];
   const slider = (name, label, min, max, value, unit = "") => ({ name, label, min, max, value, unit });
@@ -38,27 +38,27 @@ function controls(model, system) {
   return groups;
 }
 
-// Returns the model that has these values, from the model at the start. What stands at its start is left untouched.
+// Returns the model that has these values. Only values that differ from the initial ones change the model `start`.
 function changed(start, system, values, initial) {
   let model = start;
-  const moved = name => name in initial && values[name] !== initial[name];
-  for (const name of Object.keys(values).filter(name => /^(semi-axis|mass) /.test(name) && moved(name))) model = model.withParameter(name, values[name]);
+  const differs = name => name in initial && values[name] !== initial[name];
+  for (const name of Object.keys(values).filter(name => /^(semi-axis|mass) /.test(name) && differs(name))) model = model.withParameter(name, values[name]);
   system.names.forEach((name, body) => {
     const ids = ELEMENTS.map(([key]) => `${key} of ${name}`);
-    if (!ids.some(moved)) return;
+    if (!ids.some(differs)) return;
     model = model.withElements(body, Float64Array.from(ids, (id, c) => c < 2 ? values[id] : values[id] * DEGREES));
   });
   system.names.forEach((name, body) => {
-    if (moved(`tilt of ${name}`)) model = model.withTilt(body, values[`tilt of ${name}`] * DEGREES);
+    if (differs(`tilt of ${name}`)) model = model.withTilt(body, values[`tilt of ${name}`] * DEGREES);
   });
-  if (moved("beta")) {
+  if (differs("beta")) {
     const momentum = -values.beta * system.impact.momentum;
     model = model.withMomentum(system.impact.body, model.direction(system.impact.body).map(c => c * momentum));
   }
   return model;
 }
 
-// Returns directions to the observer and to the Sun, which are fixed with respect to the orbit at the start.
+// Returns the directions to the observer and to the Sun, which are given relative to the initial orbit.
 function directions(model, values) {
   const [, , i, node] = model.elements(1), [b, p] = [values.aspect * DEGREES, values.phase * DEGREES];
   const x = [Math.cos(node), Math.sin(node), 0], y = [-Math.sin(node) * Math.cos(i), Math.cos(node) * Math.cos(i), Math.sin(i)];
@@ -72,22 +72,22 @@ function column(rows, width, c, factor = 1) {
   return Float64Array.from({ length: rows.length / width }, (_, k) => rows[width * k + c] * factor);
 }
 
-// Returns what the explorer shows: the scene, the curves, and why the run ended early.
+// Returns the scene and the curves of a run, and the reason if it ended early.
 function run(start, system, values, initial, duration) {
   const model = changed(start, system, values, initial), motion = model.integrate(duration, INTERVALS);
-  const { time, position, attitude } = motion, many = system.names.length, samples = time.length;
+  const { time, position, attitude } = motion, count = system.names.length, samples = time.length;
   if (samples < 2) throw new Error(motion.error || "the run has no samples");
   const axes = model.semiAxes(), [observer, sun] = directions(model, { phase: 0, aspect: 0, ...values });
   const surfaces = system.surfaces.map((parts, b) => parts || [{
     columns: [axes[3 * b], 0, 0, 0, axes[3 * b + 1], 0, 0, 0, axes[3 * b + 2]], position: [0, 0, 0]
   }]);
-  const whole = surfaces.every(parts => parts.length === 1 && !parts[0].triangles);
+  const all_ellipsoids = surfaces.every(parts => parts.length === 1 && !parts[0].triangles);
   const curves = [], deg = 1 / DEGREES;
   system.names.slice(1).forEach((name, k) => {
-    const body = k + 1, orbit = motion.elements(body), tag = many > 2 ? ` of ${name}` : "";
-    const apart = Float64Array.from({ length: samples }, (_, s) => Math.hypot(...[0, 1, 2].map(c =>
-      position[3 * (s * many + body) + c] - position[3 * s * many + c])));
-    curves.push({ label: `separation${tag}`, unit: system.length, values: apart });
+    const body = k + 1, orbit = motion.elements(body), tag = count > 2 ? ` of ${name}` : "";
+    const separation = Float64Array.from({ length: samples }, (_, s) => Math.hypot(...[0, 1, 2].map(c =>
+      position[3 * (s * count + body) + c] - position[3 * s * count + c])));
+    curves.push({ label: `separation${tag}`, unit: system.length, values: separation });
     curves.push({ label: `semi-major axis${tag}`, unit: system.length, values: column(orbit, 6, 0) });
     curves.push({ label: `eccentricity${tag}`, unit: "", values: column(orbit, 6, 1) });
     const angles = motion.rollPitchYaw(body);
@@ -100,19 +100,19 @@ function run(start, system, values, initial, duration) {
   }
   const scene = { names: system.names, surfaces, length: system.length, unit: system.time, time, position: Float32Array.from(position),
     attitude: Float32Array.from(attitude), sun: Float32Array.from({ length: 3 * samples }, (_, k) => sun[k % 3]) };
-  if (whole) scene.casts = surfaces.map(([part]) => [{ inverse: part.columns.map(a => a && 1 / a), position: [0, 0, 0] }]);
+  if (all_ellipsoids) scene.casts = surfaces.map(([part]) => [{ inverse: part.columns.map(a => a && 1 / a), position: [0, 0, 0] }]);
   return { scene, curves, time, unit: system.time, notice: motion.error };
 }
 
 // Returns the lines of Python that make the same run.
 function code(system, values, initial, duration) {
   const lines = ["import fullbody", "import numpy as np", "", `system, state = fullbody.systems.${system.name}()`];
-  const moved = name => name in initial && values[name] !== initial[name];
-  for (const name of Object.keys(values).filter(name => /^(semi-axis|mass) /.test(name) && moved(name)))
+  const differs = name => name in initial && values[name] !== initial[name];
+  for (const name of Object.keys(values).filter(name => /^(semi-axis|mass) /.test(name) && differs(name)))
     lines.push(`system = system.changed(${JSON.stringify(name)}, ${values[name]} - system.context.core.parameter_values[${JSON.stringify(name)}])`);
   system.names.forEach((name, body) => {
     const ids = ELEMENTS.map(([key]) => `${key} of ${name}`);
-    if (!ids.some(moved)) return;
+    if (!ids.some(differs)) return;
     const numbers = ids.map((id, c) => c < 2 ? `${values[id]}` : `np.radians(${values[id]})`).join(", ");
     lines.push(`relative = fullbody.KeplerElements(${numbers}).to_cartesian(system.mu(${body}, 0))`,
       `masses = system.masses[[0, ${body}]]`, "shares = np.array([[-masses[1]], [masses[0]]]) / masses.sum()",
@@ -122,9 +122,9 @@ function code(system, values, initial, duration) {
       "state = state.replace(position=position, velocity=velocity)");
   });
   system.names.forEach((name, body) => {
-    if (moved(`tilt of ${name}`)) lines.push(`state = state.rotated(${body}, [1, 0, 0], np.radians(${values[`tilt of ${name}`]}))`);
+    if (differs(`tilt of ${name}`)) lines.push(`state = state.rotated(${body}, [1, 0, 0], np.radians(${values[`tilt of ${name}`]}))`);
   });
-  if (moved("beta")) {
+  if (differs("beta")) {
     const { body, momentum } = system.impact;
     lines.push(`motion = state.velocity[${body}] - state.velocity[0]`,
       `change = ${-values.beta} * ${momentum} / system.masses[${body}] * motion / np.linalg.norm(motion)`,
@@ -143,24 +143,24 @@ async function main() {
   const [systems] = await Promise.all([fetch("systems.json").then(answer => answer.json()), init()]);
   let system, start, initial, values;
   const ui = explorer(root, {
-    compute: async wanted => {
-      values = wanted;
-      // The page answers to the pointer between two runs.
+    compute: async requested => {
+      values = requested;
+      // The browser handles input between two runs.
       await new Promise(resolve => setTimeout(resolve));
       const result = run(start, system, values, initial, byId("duration").valueAsNumber);
       byId("link").href = link();
       return result;
     },
-    code: wanted => code(system, wanted, initial, byId("duration").valueAsNumber),
+    code: requested => code(system, requested, initial, byId("duration").valueAsNumber),
   });
 
   function link() {
-    const moved = Object.keys(values).filter(name => values[name] !== initial[name]).map(name => [name, values[name]]);
-    return "#" + new URLSearchParams([["system", system.name], ["duration", byId("duration").value], ...moved]);
+    const changes = Object.keys(values).filter(name => values[name] !== initial[name]).map(name => [name, values[name]]);
+    return "#" + new URLSearchParams([["system", system.name], ["duration", byId("duration").value], ...changes]);
   }
 
-  // Shows a system with values by name; those that it does not have are left out.
-  function choose(name, duration, wanted) {
+  // Shows a system with values of its controls by name; names that it does not have are ignored.
+  function choose(name, duration, requested) {
     system = systems.find(other => other.name === name) || systems[0];
     byId("system").value = system.name;
     byId("about").textContent = system.title;
@@ -169,7 +169,7 @@ async function main() {
     start = new Model(JSON.stringify(system.description));
     const groups = controls(start, system), all = groups.flatMap(group => group.controls);
     initial = Object.fromEntries(all.map(control => [control.name, control.value]));
-    for (const control of all) if (Number.isFinite(wanted[control.name])) control.value = wanted[control.name];
+    for (const control of all) if (Number.isFinite(requested[control.name])) control.value = requested[control.name];
     ui.setControls(groups);
   }
 
@@ -182,9 +182,9 @@ async function main() {
   byId("reset").onclick = () => choose(system.name, null, {});
   byId("duration").onchange = () => ui.update();
   const open = () => {
-    const asked = new URLSearchParams(location.hash.slice(1)), name = asked.get("system");
+    const query = new URLSearchParams(location.hash.slice(1)), name = query.get("system");
     if (!name) return choose(systems[0].name, null, systems[0].first || {});
-    choose(name, +asked.get("duration"), Object.fromEntries([...asked].map(([key, value]) => [key, +value])));
+    choose(name, +query.get("duration"), Object.fromEntries([...query].map(([key, value]) => [key, +value])));
   };
   window.onhashchange = open;
   open();

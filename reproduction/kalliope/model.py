@@ -1,4 +1,4 @@
-"""Kalliope and Linus as two bodies, their start from a few parameters, and their light curves."""
+"""Kalliope and Linus as two bodies, their initial state from a few parameters, and their light curves."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ PATH = Path(__file__).parents[2] / "tests" / "data" / "observations" / "kalliope
 EPOCH = Time(2459547.7, format="jd", scale="tdb")
 #: The gravitational constant in km^3 / (kg day^2).
 G = 6.6743e-20 * 86400.0**2
-#: The axes of Kalliope in km, the separation in km, the periods of the orbit and of the rotation in days: not fitted.
+#: Numbers that are not fitted: Kalliope's semi-axes and the separation in km, periods of orbit and rotation in days.
 AXES, A, PERIOD, ROTATION = (103.5, 72.5, 61.0), 1063.0, 3.59571, 0.17284169
-#: The published pole and diameter of Linus in km, from which fits start; the phases are found from a grid of starts.
+#: Starting values: the published pole in degrees and radius of Linus in km; longitude and phase come from a grid.
 START = {"radius": 14.0, "longitude": 0.0, "pole_longitude": 195.6, "pole_latitude": 2.2, "phase": 0.0}
 INTEGRATOR = fullbody.Verner98(rtol=1e-11, atol=1e-11)
 
@@ -36,8 +36,8 @@ def setup(
 ) -> tuple[fullbody.System, fullbody.State]:
     """Return the system and its state at the epoch.
 
-    Linus is a sphere of the density of Kalliope, which starts on the circle of the published separation and period
-    about the pole of Kalliope. The total mass is that of such a circle of two points.
+    Linus is a sphere with the density of Kalliope. It starts on a circular orbit in the equator of Kalliope, with the
+    published separation and period. The total mass is that of two points on such an orbit.
 
     Parameters
     ----------
@@ -49,7 +49,12 @@ def setup(
     pole_longitude, pole_latitude : float
         The pole of the orbit and of Kalliope in the ecliptic, in degrees.
     gravity : str
-        The gravity of the system; ``"point"`` keeps the orbit a circle.
+        The gravity of the system; with ``"point"`` the orbit remains circular.
+
+    Returns
+    -------
+    tuple of System and State
+        In km, days and kg, and in the ecliptic.
     """
     share = radius**3 / (radius**3 + np.prod(AXES))
     total = 4.0 * np.pi**2 * A**3 / PERIOD**2 / G
@@ -59,15 +64,15 @@ def setup(
     ]
     units = ("km", "day", "kg")
     system = fullbody.System(bodies, G=G, units=units, frame="ecliptic", epoch=EPOCH, gravity=gravity)
-    orbit, body = (
+    orbit, kalliope = (
         Rotation.from_euler("zyz", [angle, 90.0 - pole_latitude, pole_longitude], degrees=True)
         for angle in (longitude, phase)
     )
-    apart, rate = np.array([[-share], [1.0 - share]]), 2.0 * np.pi / PERIOD
+    shares, rate = np.array([[-share], [1.0 - share]]), 2.0 * np.pi / PERIOD
     state = fullbody.State.from_scipy(
-        position=orbit.apply(apart * [A, 0.0, 0.0]),
-        velocity=orbit.apply(apart * [0.0, A * rate, 0.0]),
-        rotation=Rotation.concatenate([body, orbit]),
+        position=orbit.apply(shares * [A, 0.0, 0.0]),
+        velocity=orbit.apply(shares * [0.0, A * rate, 0.0]),
+        rotation=Rotation.concatenate([kalliope, orbit]),
         spin=[[0.0, 0.0, 2.0 * np.pi / ROTATION], [0.0, 0.0, rate]],
     )
     return system, state
@@ -78,20 +83,22 @@ class Light:
 
     Parameters
     ----------
-    every : int
-        Every how many magnitudes one is taken.
+    step : int
+        The step between the magnitudes that are used: 1 for all of them.
 
     Attributes
     ----------
     whole : bool
-        Whether there are all magnitudes.
+        Whether all magnitudes are used.
     table : DataFrame
+        The magnitudes with their nights, errors and geometry.
     geometry : Geometry
+        The directions to the observer and to the Sun.
     """
 
-    def __init__(self, every: int = 1) -> None:
-        self.whole = every == 1
-        self.table = pd.read_csv(PATH)[::every]
+    def __init__(self, step: int = 1) -> None:
+        self.whole = step == 1
+        self.table = pd.read_csv(PATH)[::step]
         column = {name: self.table[name].to_numpy() for name in self.table}
         self._times = Time(column["jd_tdb"], format="jd", scale="tdb")
         sun = np.stack([column[f"sun_{axis}_au"] for axis in "xyz"], axis=1) * u.au
@@ -111,7 +118,17 @@ class Light:
         return self._sun_radius
 
     def data(self, order: int = 10, albedo: float = 1.0, **options: Any) -> observing.Photometry:
-        """Return the photometry, with a series of an order (none for zero), and Linus' albedo over Kalliope's."""
+        """Return the photometry.
+
+        Parameters
+        ----------
+        order : int
+            The order of the Fourier series in Kalliope's rotation angle; zero for no series.
+        albedo : float
+            The albedo of Linus over that of Kalliope.
+        **options
+            Further options of :class:`fullbody.observing.Photometry`.
+        """
         series = observing.RotationSeries("Kalliope", order) if order else None
         return observing.Photometry(
             self._times,

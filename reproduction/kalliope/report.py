@@ -1,4 +1,4 @@
-"""The report: the fits, the table of events, the verdicts, and where the time goes."""
+"""The report: the fits, the table of events, the verdicts, and the processor time of the parts of a fit."""
 
 from __future__ import annotations
 
@@ -19,31 +19,32 @@ __all__ = ["COLUMNS", "write"]
 
 #: The nonlinear parameters in the order of the tables.
 COLUMNS = ("radius", "longitude", "pole_longitude", "pole_latitude", "phase", "albedo")
-DAYS = ("begin", "umbra_begin", "total_begin", "deepest", "total_end", "umbra_end", "end")
+#: The columns of the table of events that are times.
+TIMES = ("begin", "umbra_begin", "total_begin", "deepest", "total_end", "umbra_end", "end")
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Fit everything and write the report; a draft takes every fifth magnitude, one start and few steps."""
     light = Light(5 if draft else 1)
-    found = study(light, starts=False, draws=3, proposals=15) if draft else study(light)
-    rows = verdicts(found)
-    best = found.fits["with Linus' albedo"]
+    results = study(light, starts=False, draws=3, proposals=15) if draft else study(light)
+    rows = verdicts(results)
+    best = results.fits["with Linus' albedo"]
     drawn = {"curves": figures.curves(light, best), "losses": figures.losses(light, best)}
-    exact = found.fits["a series and events, in exact gravity"]
+    exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)
     numbers = {
         "program": f"fullbody {fullbody.__version__}",
         "draft": draft,
         "counts": counts(rows),
-        "verdicts": [asdict(one) for one in rows],
-        "fits": {name: _numbers(fit) for name, fit in found.fits.items()},
-        "minima": [_minimum(one) for one in exact.minima],
-        "seconds": {"fit": found.seconds, "iterations": found.iterations, **parts},
-        "events": _events(found),
+        "verdicts": [asdict(verdict) for verdict in rows],
+        "fits": {name: _numbers(fit) for name, fit in results.fits.items()},
+        "minima": [_minimum(minimum) for minimum in exact.minima],
+        "seconds": {"fit": results.seconds, "iterations": results.iterations, **parts},
+        "events": _events(results),
         "figures": figures.CAPTIONS,
     }
-    found.table.write(folder / "events.ecsv", overwrite=True)
-    return publish(folder, _text(numbers, rows, found), drawn, numbers)
+    results.table.write(folder / "events.ecsv", overwrite=True)
+    return publish(folder, _text(numbers, rows, results), drawn, numbers)
 
 
 def _numbers(fit: Any) -> dict[str, Any]:
@@ -59,15 +60,15 @@ def _numbers(fit: Any) -> dict[str, Any]:
     }
 
 
-def _minimum(one: Any) -> dict[str, Any]:
-    return {**one.values, "chi2": one.chi2, "starts": one.starts, "message": one.message}
+def _minimum(minimum: Any) -> dict[str, Any]:
+    return {**minimum.values, "chi2": minimum.chi2, "starts": minimum.starts, "message": minimum.message}
 
 
-def _events(found: Results) -> dict[str, Any]:
+def _events(results: Results) -> dict[str, Any]:
     """Return the table of events as text: the head and the rows."""
-    times = [name for name in DAYS if name in found.table.colnames]
+    times = [name for name in TIMES if name in results.table.colnames]
     rows = []
-    for row in found.table:
+    for row in results.table:
         contacts = ["-" if np.any(getattr(row[name], "mask", False)) else str(row[name].iso)[:19] for name in times]
         for name in ("begin", "end"):
             error = float(row[f"{name}_error"].value)
@@ -77,24 +78,31 @@ def _events(found: Results) -> dict[str, Any]:
     return {"head": ["kind", "body", "by", *(name.replace("_", " ") for name in times), "depth, mag"], "rows": rows}
 
 
-def fits_table(found: dict[str, Any]) -> str:
+def fits_table(fits: dict[str, Any]) -> str:
     """Return the table of the fits in Markdown, from their numbers."""
     rows = []
-    for name, fit in found.items():
+    for name, fit in fits.items():
         cells = [
-            f"{fit['values'][one]:.5g} +- {fit['scale'] * fit['sigma'][one]:.2g}" if one in fit["values"] else "-"
-            for one in COLUMNS
+            f"{fit['values'][column]:.5g} +- {fit['scale'] * fit['sigma'][column]:.2g}"
+            if column in fit["values"]
+            else "-"
+            for column in COLUMNS
         ]
         rows.append([name, f"{fit['chi2']:.0f} of {fit['dof']}", *cells, fit["message"]])
-    return table(["model", "chi2", *(one.replace("_", " ") for one in COLUMNS), ""], rows)
+    return table(["model", "chi2", *(column.replace("_", " ") for column in COLUMNS), ""], rows)
 
 
 def minima_table(minima: list[dict[str, Any]]) -> str:
     """Return the table of the minima in Markdown."""
     names = [name for name in COLUMNS if name in minima[0]]
     rows = [
-        [f"{one['chi2']:.1f}", *(f"{one[name]:.5g}" for name in names), str(one["starts"]), one["message"]]
-        for one in minima
+        [
+            f"{minimum['chi2']:.1f}",
+            *(f"{minimum[name]:.5g}" for name in names),
+            str(minimum["starts"]),
+            minimum["message"],
+        ]
+        for minimum in minima
     ]
     return table(["chi2", *(name.replace("_", " ") for name in names), "starts", ""], rows)
 
@@ -105,28 +113,28 @@ def seconds_table(seconds: dict[str, Any]) -> str:
     return table(["part of an iteration", "seconds"], [[name, f"{value:.3f}"] for name, value in parts])
 
 
-def _text(numbers: dict[str, Any], rows: list[Verdict], found: Results) -> str:
+def _text(numbers: dict[str, Any], rows: list[Verdict], results: Results) -> str:
     head = ["system", "quantity", "published", "here", "difference", "verdict", "why"]
     cells = [
         [
-            one.system,
-            one.quantity,
-            one.published,
-            one.fitted,
-            "" if one.difference is None else f"{one.difference:+.2f}",
-            one.verdict,
-            one.why,
+            row.system,
+            row.quantity,
+            row.published,
+            row.fitted,
+            "" if row.difference is None else f"{row.difference:+.2f}",
+            row.verdict,
+            row.why,
         ]
-        for one in rows
+        for row in rows
     ]
     pictures = "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in numbers["figures"].items())
-    best = found.fits["with Linus' albedo"]
-    listed = numbers["events"]
+    best = results.fits["with Linus' albedo"]
+    event_table = numbers["events"]
     return f"""# The mutual events of Kalliope and Linus
 
-{numbers["program"]}{", a draft: some magnitudes" if numbers["draft"] else ""}. Four light curves of 27 to \
-29 November 2021, fitted by a Fourier series of order 10 in the rotation angle of Kalliope, a zero point for each \
-curve, and the events of two ellipsoids that move in their exact gravity. Linus has a radius of \
+{numbers["program"]}{", a draft with a part of the magnitudes" if numbers["draft"] else ""}. Four light curves of \
+27 to 29 November 2021, fitted by a Fourier series of order 10 in the rotation angle of Kalliope, a zero \
+point for each curve, and the events of two ellipsoids that move in their exact gravity. Linus has a radius of \
 {shown(best, "radius")} km and {shown(best, "albedo")} of the albedo of Kalliope. Errors are those of the fit times \
 the root of chi2 over the degrees of freedom, here {scale(best):.2f}. Nothing is tuned. Radii are in km, angles in \
 degrees, poles in the ecliptic.
@@ -141,7 +149,7 @@ Minima in exact gravity, from {len(LONGITUDES) * len(PHASES)} starts on a grid o
 
 ## Events
 
-{table(listed["head"], listed["rows"])}
+{table(event_table["head"], event_table["rows"])}
 
 Times are UTC by the clock of the observer; eclipses have the contacts of the penumbra and of the umbra. The depth is \
 the largest loss of the light of both bodies.

@@ -1,4 +1,4 @@
-"""The fits of the light curves, what is compared with published numbers, and the table of events."""
+"""The fits of the light curves, the comparison with published numbers, and the table of events."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from astropy.table import QTable
 from fullbody import observing
 from fullbody.fitting import Fit
 from fullbody.fitting.free import Parameters
-from fullbody.fitting.inner import Inner, model_of
+from fullbody.fitting.inner import InnerSolution, model_of
 from fullbody.fitting.losses import LINEAR
 from fullbody.fitting.problem import Problem
 
@@ -23,34 +23,35 @@ from .model import AXES, INTEGRATOR, START, Light, setup
 
 __all__ = ["OTHER", "Results", "events", "scale", "shown", "study", "timing", "verdicts"]
 
-#: Angles in degrees from which fits start: two opposite sides of the orbit, and four phases of the rotation, of which
-#: those half a turn apart are alike for an ellipsoid.
+#: Starting values in degrees: two opposite sides of the orbit, and four phases of the rotation over half a turn, after
+#: which an ellipsoid looks the same.
 LONGITUDES, PHASES = (176.0, 356.0), (0.0, 45.0, 90.0, 135.0)
 #: The limit on proposals from each start.
 PROPOSALS = 80
 #: Broz et al. (2023): the diameter of Linus in km with its error, the pole in degrees, and the albedos of Linus and of
 #: Kalliope, of which the abstract says that Linus is darker in most solutions.
 DIAMETER, POLE, ALBEDOS = (28.0, 1.0), (195.6, 2.2), (0.40, 0.44)
-#: Chi2 of fits of the same magnitudes by another program, which takes the brightness alone from this package.
+#: Chi2 of fits of the same magnitudes by another program, which uses this package for the brightness only.
 OTHER = {
     "ellipsoids alone": 357302.0,
     "a series, without events": 18909.0,
     "a series and events, on a circle": 2537.0,
     "a series and events, in exact gravity": 2683.0,
 }
-#: The number of draws from which errors of contacts follow, and the least depth in magnitudes that a table shows.
+#: The number of draws for the errors of contacts, and the least depth in magnitudes that the table shows.
 DRAWS, SHALLOW = 24, 1e-3
 
 
 @dataclass(frozen=True)
 class Results:
-    """What was fitted.
+    """The results of the study.
 
     Attributes
     ----------
     light : Light
+        The light curves.
     fits : dict of Fit
-        By the names of :data:`OTHER`, one at the published pole, and one with a free albedo of Linus.
+        The fits by the names of :data:`OTHER`, one at the published pole, and one with a free albedo of Linus.
     seconds, iterations : float, int
         Processor time and iterations of the fit in exact gravity from the best of the starts, without the others.
     table : QTable
@@ -72,42 +73,42 @@ def _fit(
     *,
     proposals: int,
 ) -> Fit:
-    free = functools.partial(setup, gravity=gravity)
-    return fullbody.fit(free, start, data, integrator=INTEGRATOR, starts=starts, proposals=proposals)
+    with_gravity = functools.partial(setup, gravity=gravity)
+    return fullbody.fit(with_gravity, start, data, integrator=INTEGRATOR, starts=starts, proposals=proposals)
 
 
 def study(light: Light, starts: bool = True, draws: int = DRAWS, proposals: int = PROPOSALS) -> Results:
-    """Fit the models from the simplest on; each continues from the starts, not from the others.
+    """Fit the models, each from the starting values and not from another fit.
 
     Parameters
     ----------
     light : Light
     starts : bool
-        Whether to start from all of the grid; otherwise from its best point alone.
+        Whether to start from all points of the grid, or from its best point only.
     draws, proposals : int
         Numbers of draws for the errors of contacts, and the limit on proposals from each start.
     """
-    some = functools.partial(_fit, proposals=proposals)
+    fit_free = functools.partial(_fit, proposals=proposals)
     at_pole = functools.partial(_at_pole, proposals=proposals)
     grid = [START | {"longitude": x, "phase": y} for x in LONGITUDES for y in PHASES]
     data = light.data()
     best = min(grid, key=lambda start: _chi2(start, data))
-    begins = grid if starts else [best]
+    starting_values = grid if starts else [best]
     fits = {
         "ellipsoids alone": at_pole(best, light.data(order=0), ("radius", "longitude", "phase")),
         "a series, without events": at_pole(best, light.data(mutual=False), ("phase",)),
-        "a series and events, on a circle": some(best, data, [best], "point"),
-        "a series and events, in exact gravity": some(best, data, begins),
+        "a series and events, on a circle": fit_free(best, data, [best], "point"),
+        "a series and events, in exact gravity": fit_free(best, data, starting_values),
     }
     fits["at the published pole"] = at_pole(best, data, ("radius", "longitude", "phase"))
-    begun = time.process_time()
-    alone = some(best, data, [best])
-    seconds = time.process_time() - begun
-    found = fits["a series and events, in exact gravity"].minima[0].values
-    start = {**found, "albedo": 1.0}
-    free = some(start, lambda albedo: light.data(albedo=albedo), [start])
-    fits["with Linus' albedo"] = free
-    return Results(light, fits, seconds, alone.iterations, events(light, free, draws))
+    started = time.process_time()
+    single = fit_free(best, data, [best])
+    seconds = time.process_time() - started
+    values = fits["a series and events, in exact gravity"].minima[0].values
+    start = {**values, "albedo": 1.0}
+    with_albedo = fit_free(start, lambda albedo: light.data(albedo=albedo), [start])
+    fits["with Linus' albedo"] = with_albedo
+    return Results(light, fits, seconds, single.iterations, events(light, with_albedo, draws))
 
 
 def _chi2(start: Mapping[str, Any], data: observing.Photometry) -> float:
@@ -116,15 +117,17 @@ def _chi2(start: Mapping[str, Any], data: observing.Photometry) -> float:
 
 
 def _at_pole(start: Mapping[str, Any], data: observing.Photometry, free: Sequence[str], *, proposals: int) -> Fit:
-    """Fit some of the parameters and keep the others, among them the published pole."""
-    kept: Callable[..., Any] = functools.partial(
+    """Fit the parameters ``free`` and fix the others, among them the published pole."""
+    with_fixed: Callable[..., Any] = functools.partial(
         setup, **{name: value for name, value in start.items() if name not in free}
     )
 
-    def some(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
-        return kept(**parameters)
+    def setup_of_free(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
+        return with_fixed(**parameters)
 
-    return fullbody.fit(some, {name: start[name] for name in free}, data, integrator=INTEGRATOR, proposals=proposals)
+    return fullbody.fit(
+        setup_of_free, {name: start[name] for name in free}, data, integrator=INTEGRATOR, proposals=proposals
+    )
 
 
 def scale(fit: Fit) -> float:
@@ -139,26 +142,26 @@ def events(light: Light, fit: Fit, draws: int) -> QTable:
     """
     albedo = {"Kalliope": 1.0, "Linus": fit.values["albedo"]}
     options: dict[str, Any] = {"sun_radius": light.sun_radius, "law": observing.LommelSeeliger(), "albedo": albedo}
-    found = observing.mutual_events(fit.run, light.geometry, **options)
-    deep = [event.depth is not None and event.depth > SHALLOW for event in found]
-    table = found.to_table()[deep]
+    fitted = observing.mutual_events(fit.run, light.geometry, **options)
+    deep = [event.depth is not None and event.depth > SHALLOW for event in fitted]
+    table = fitted.to_table()[deep]
     ends: dict[Any, list[list[float]]] = {}
     for values in fit.draws_as_array(draws, rng=1):
         system, state = setup(**dict(zip(START, values, strict=False)))
-        moved = _through(system, state, fit)
-        for event in observing.mutual_events(moved, light.geometry, sun_radius=light.sun_radius):
-            both = [np.nan if end is None else end.to_value("s") for end in (event.begin, event.end)]
-            ends.setdefault((event.kind, event.body), []).append(both)
+        run = _run_over_data(system, state, fit)
+        for event in observing.mutual_events(run, light.geometry, sun_radius=light.sun_radius):
+            contacts = [np.nan if end is None else end.to_value("s") for end in (event.begin, event.end)]
+            ends.setdefault((event.kind, event.body), []).append(contacts)
     for k, name in enumerate(("begin", "end")):
         table[f"{name}_error"] = [
             _spread(ends.get((row["kind"], row["body"]), []), event, k) * scale(fit)
-            for row, event in zip(table, np.array(found, dtype=object)[deep], strict=True)
+            for row, event in zip(table, np.array(fitted, dtype=object)[deep], strict=True)
         ]
         table[f"{name}_error"].unit = "s"
     return table
 
 
-def _through(system: fullbody.System, state: fullbody.State, fit: Fit) -> fullbody.Run:
+def _run_over_data(system: fullbody.System, state: fullbody.State, fit: Fit) -> fullbody.Run:
     """Return a run with a continuous solution over all observations of a fit."""
     times = fit.times[0].to_value("day")
     simulation = fullbody.Simulation(system, state, integrator=INTEGRATOR)
@@ -167,39 +170,39 @@ def _through(system: fullbody.System, state: fullbody.State, fit: Fit) -> fullbo
 
 
 def _spread(ends: list[list[float]], event: observing.MutualEvent, k: int) -> float:
-    """Return the standard deviation in s of a contact over draws: of those ends that are nearest to the event's."""
+    """Return the standard deviation in s, over draws, of the contacts within an hour of an event's contact ``k``."""
     time = (event.begin, event.end)[k]
     if time is None:
         return np.nan
-    apart = np.array([pair[k] for pair in ends]) - time.to_value("s")
-    near = apart[np.abs(apart) < 3600.0]
+    differences = np.array([pair[k] for pair in ends]) - time.to_value("s")
+    near = differences[np.abs(differences) < 3600.0]
     return float(np.std(near, ddof=1)) if len(near) > 1 else np.nan
 
 
-def verdicts(found: Results) -> list[Verdict]:
-    """Compare with the paper and with the fits by another program."""
+def verdicts(results: Results) -> list[Verdict]:
+    """Compare the results with the paper and with the fits by another program."""
     rows = []
-    for name, chi2 in OTHER.items() if found.light.whole else ():
-        fit = found.fits[name]
-        same = abs(fit.chi2 / chi2 - 1.0) < 0.01
-        why = "" if same else "a lower minimum" if fit.chi2 < chi2 else "a higher minimum"
-        told = f"{chi2:.0f}, another program", f"{fit.chi2:.0f} of {fit.dof}"
-        rows.append(Verdict("chi2", name, *told, None, "holds" if same else "differs", why))
-    for name, fit in found.fits.items():
+    for name, chi2 in OTHER.items() if results.light.whole else ():
+        fit = results.fits[name]
+        agrees = abs(fit.chi2 / chi2 - 1.0) < 0.01
+        why = "" if agrees else "a lower minimum" if fit.chi2 < chi2 else "a higher minimum"
+        texts = f"{chi2:.0f}, another program", f"{fit.chi2:.0f} of {fit.dof}"
+        rows.append(Verdict("chi2", name, *texts, None, "holds" if agrees else "differs", why))
+    for name, fit in results.fits.items():
         if "pole_longitude" not in fit.names:
             continue
-        wide = scale(fit)
-        value, error = 2.0 * fit.values["radius"], 2.0 * wide * fit.sigma["radius"]
+        factor = scale(fit)
+        value, error = 2.0 * fit.values["radius"], 2.0 * factor * fit.sigma["radius"]
         rows.append(compared(name, "diameter of Linus [km]", DIAMETER, (value, error), "Kalliope is no ellipsoid"))
         for what, published in zip(("longitude", "latitude"), POLE, strict=True):
-            ours = fit.values[f"pole_{what}"], wide * fit.sigma[f"pole_{what}"]
+            ours = fit.values[f"pole_{what}"], factor * fit.sigma[f"pole_{what}"]
             why = "the shadows are those of an ellipsoid; no error is published"
             rows.append(compared(name, f"{what} of the pole [deg]", (published, 0.0), ours, why))
         if "albedo" in fit.names:
             ratio = ALBEDOS[0] / ALBEDOS[1]
-            ours = fit.values["albedo"], wide * fit.sigma["albedo"]
+            ours = fit.values["albedo"], factor * fit.sigma["albedo"]
             rows.append(compared(name, "albedo of Linus over Kalliope's", (ratio, 0.0), ours, "no error is published"))
-    fixed, free = (found.fits[name] for name in ("at the published pole", "a series and events, in exact gravity"))
+    fixed, free = (results.fits[name] for name in ("at the published pole", "a series and events, in exact gravity"))
     rise = (fixed.chi2 - free.chi2) / scale(free) ** 2
     rows.append(
         Verdict(
@@ -239,32 +242,32 @@ def timing(light: Light, start: Mapping[str, Any]) -> dict[str, float]:
     point = problem.point(values, differentiated=True)
 
     def seconds(work: Callable[[], Any], n: int = 3) -> float:
-        begun = time.process_time()
+        started = time.process_time()
         for _ in range(n):
             work()
-        return (time.process_time() - begun) / n
+        return (time.process_time() - started) / n
 
     run, names = point.run, list(point.run.parameters)
     times = np.unique(data.emission(point.made.system).value)
-    back, ahead = times[times < 0.0][::-1], times[times >= 0.0]
+    before_epoch, after_epoch = times[times < 0.0][::-1], times[times >= 0.0]
 
     def motion(ends: bool) -> None:
-        for part in (back, ahead):
+        for part in (before_epoch, after_epoch):
             if len(part):
                 output = "ends" if ends else part
                 options: dict[str, Any] = {"integrator": INTEGRATOR, "derivatives": names or True}
                 point.made.system.integrate(point.made.state, part[-1], output=output, **options)
 
-    every = seconds(lambda: problem.jacobian(problem.point(values, differentiated=True)))
+    whole = seconds(lambda: problem.jacobian(problem.point(values, differentiated=True)))
     parts = {
         "motion with derivatives": seconds(lambda: motion(False)),
         "of which without samples at the data": seconds(lambda: motion(True)),
         "light, design and states": seconds(lambda: model_of(data, run)),
-        "linear unknowns": seconds(lambda: Inner(point.models, LINEAR)),
+        "linear unknowns": seconds(lambda: InnerSolution(point.models, LINEAR)),
         "derivatives of light and design": seconds(lambda: data.linear_derivatives(run, point.inner.held[0])),
         "the setup, twice for each parameter": 2 * len(values) * seconds(lambda: problem.make(values)),
     }
-    return {**parts, "all of an iteration": every}
+    return {**parts, "all of an iteration": whole}
 
 
 def shown(fit: Fit, name: str) -> str:

@@ -8,20 +8,20 @@ use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
-/// A body in sunlight by the facets of its parts.
+/// A body in sunlight, described by the facets of its parts.
 pub struct FacetedBody<'a> {
     pub parts: Vec<FacetedPart<'a>>,
     pub surface: SurfaceLight<'a>,
 }
 
-/// A body in sunlight: one ellipsoid about its centre, or any other one.
+/// A body in sunlight: an ellipsoid about its centre of mass, or a body of any other shape.
 pub enum Target<'a> {
     Ellipsoid(Lit<'a>),
     Facets(FacetedBody<'a>),
 }
 
 impl Target<'_> {
-    /// Returns the brightness, in squared length; that of an ellipsoid without its albedo.
+    /// Returns the brightness in squared length. That of an ellipsoid does not contain the albedo.
     pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
         match self {
             Self::Ellipsoid(lit) => lit.brightness(interrupt),
@@ -52,19 +52,19 @@ impl Target<'_> {
     }
 }
 
-/// Adds derivatives with respect to the vertices of a part, in its frame, which has this rotation and growth in
-/// the inertial frame.
+/// Adds the derivatives that follow from those with respect to the vertices of a part, in its frame. The
+/// part has this rotation to the inertial frame, and is scaled by `growth`.
 fn add(partials: &mut Partials, mesh: &Mesh, rotation: &Mat3, growth: f64, by_vertex: &[Vec3]) {
     let [body, _] = mesh.place;
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
-    for (at, by) in mesh.vertices.iter().zip(by_vertex) {
-        force += by;
-        torque += at.cross(by);
+    for (vertex, derivative) in mesh.vertices.iter().zip(by_vertex) {
+        force += derivative;
+        torque += vertex.cross(derivative);
     }
     let (position, pose) = &mesh.pose;
     partials.by_body[body].position += rotation * force / growth;
     partials.by_body[body].rotation += pose * torque + position.cross(&(pose * force));
     if let Some(sums) = partials.by_vertex.get_mut(body) {
-        sums.iter_mut().zip(by_vertex).for_each(|(sum, by)| *sum += pose * by);
+        sums.iter_mut().zip(by_vertex).for_each(|(sum, derivative)| *sum += pose * derivative);
     }
 }

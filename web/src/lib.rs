@@ -1,7 +1,7 @@
-//! The core for a page in a browser: a system with the state from which it starts, and runs of it.
+//! The core for a page in a browser: a system with an initial state, and runs of it.
 //!
-//! All arrays are flat, in C order, with the shapes that the documentation of each function gives. A text that
-//! describes a system is the JSON that `explorer/build.py` writes.
+//! All arrays are flat, in C order, with the shapes that the documentation of each function gives. Units are
+//! those of the system. A system is described by the JSON that `explorer/build.py` writes.
 
 use fullbody::dynamics::{Parameter, Settings, State, System};
 use fullbody::error::{Error, Result as CoreResult};
@@ -21,10 +21,10 @@ use std::time::Duration;
 use wasm_bindgen::prelude::*;
 use web_time::Instant;
 
-/// The longest time that a call may take, since a page answers to nothing meanwhile.
+/// The longest time that a call may take, since the page does not respond meanwhile.
 const TIME_LIMIT: Duration = Duration::from_secs(5);
 
-/// What makes a [`Model`].
+/// The description of a [`Model`].
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Description {
@@ -39,7 +39,8 @@ struct Description {
     spin: Vec<[f64; 3]>,
 }
 
-/// A system and the state from which its runs start. It never changes: what changes a number makes another model.
+/// A system and the initial state of its runs. It never changes: methods that change a number return another
+/// model.
 #[wasm_bindgen]
 pub struct Model {
     system: System,
@@ -50,13 +51,14 @@ type Result<T> = std::result::Result<T, JsError>;
 
 impl Model {
     /// Returns the model with other positions and velocities.
-    fn moved(&self, position: Vec<Vec3>, velocity: Vec<Vec3>) -> CoreResult<Self> {
+    fn with_orbit(&self, position: Vec<Vec3>, velocity: Vec<Vec3>) -> CoreResult<Self> {
         let state = &self.state;
         let state =
             State::new(state.time(), position, velocity, state.attitude().to_vec(), state.spin().to_vec())?;
         Ok(Self { system: self.system.clone(), state })
     }
 
+    /// Integrates over a duration, with samples at the ends of equal intervals.
     fn simulate(&self, duration: f64, intervals: usize) -> CoreResult<Motion> {
         let start = self.state.time();
         let mut simulation =
@@ -66,20 +68,29 @@ impl Model {
         let mut hook = time_limit();
         let output = Output::Times(times);
         let outcome = simulation.integrate(start + duration, &output, &mut record, &mut |_| hook());
-        Ok(Motion { system: self.system.clone(), record, error: outcome.err().map(explained) })
+        Ok(Motion { system: self.system.clone(), record, error: outcome.err().map(message_of) })
     }
 }
 
 #[wasm_bindgen]
 impl Model {
-    /// Makes a model from its description.
+    /// Makes a model from its description in JSON.
+    ///
+    /// # Errors
+    /// A message for a description of another form, and for values that the core refuses.
     #[wasm_bindgen(constructor)]
     pub fn new(description: &str) -> Result<Model> {
-        let d: Description = serde_json::from_str(description)?;
-        let system = System::new(d.bodies, d.gravitational_constant, d.settings)?.with_forces(d.forces)?;
+        let description: Description = serde_json::from_str(description)?;
+        let system =
+            System::new(description.bodies, description.gravitational_constant, description.settings)?
+                .with_forces(description.forces)?;
         let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vec3::from).collect();
-        let (position, velocity, spin) = (vectors(d.position), vectors(d.velocity), vectors(d.spin));
-        Ok(Self { system, state: State::new(d.time, position, velocity, d.attitude, spin)? })
+        let (position, velocity, spin) =
+            (vectors(description.position), vectors(description.velocity), vectors(description.spin));
+        Ok(Self {
+            system,
+            state: State::new(description.time, position, velocity, description.attitude, spin)?,
+        })
     }
 
     /// Returns the names and values of the parameters of the system, such as masses and semi-axes, as JSON.
@@ -88,13 +99,14 @@ impl Model {
         Ok(serde_json::to_string(&values)?)
     }
 
-    /// Returns the semi-axes (N, 3) of the bodies; those of what is no ellipsoid are zero.
+    /// Returns the semi-axes (N, 3) of the bodies; those of other shapes are zero.
     #[wasm_bindgen(js_name = semiAxes)]
     pub fn semi_axes(&self) -> Vec<f64> {
         self.system.bodies().iter().flat_map(Body::semi_axes).collect()
     }
 
-    /// Returns the model in which a parameter of the system has this value.
+    /// Returns the model in which a parameter of the system has this value; its names are those of
+    /// [`Self::parameters`].
     #[wasm_bindgen(js_name = withParameter)]
     pub fn with_parameter(&self, name: &str, value: f64) -> Result<Model> {
         let parameter = Parameter::named(name, &self.system)?;
@@ -103,7 +115,8 @@ impl Model {
     }
 
     /// Returns the osculating elements (6,) of a body about the first one: semi-major axis, eccentricity,
-    /// inclination, longitude of the ascending node, argument of periapsis and mean anomaly, angles in radians.
+    /// inclination, longitude of the ascending node, argument of periapsis and mean anomaly, angles in
+    /// radians.
     pub fn elements(&self, body: usize) -> Result<Vec<f64>> {
         let mu = mu(&self.system, body)?;
         let (x, v) = (self.state.position(), self.state.velocity());
@@ -111,7 +124,7 @@ impl Model {
     }
 
     /// Returns the model in which a body has these osculating elements about the first one. The barycentre of
-    /// the two keeps its place and its velocity; attitudes and spins stay as they are.
+    /// the two keeps its position and velocity; attitudes and spins remain.
     #[wasm_bindgen(js_name = withElements)]
     pub fn with_elements(&self, body: usize, elements: &[f64]) -> Result<Model> {
         let mu = mu(&self.system, body)?;
@@ -128,11 +141,11 @@ impl Model {
             vectors
         };
         let position = about_barycentre(self.state.position(), x);
-        Ok(self.moved(position, about_barycentre(self.state.velocity(), v))?)
+        Ok(self.with_orbit(position, about_barycentre(self.state.velocity(), v))?)
     }
 
-    /// Returns the model in which a body is rotated by an angle, in radians, about its own x axis, with the
-    /// spin in its own frame as it was.
+    /// Returns the model in which a body is rotated by an angle, in radians, about its own x axis, while its
+    /// spin in its body frame remains.
     #[wasm_bindgen(js_name = withTilt)]
     pub fn with_tilt(&self, body: usize, angle: f64) -> Result<Model> {
         let state = &self.state;
@@ -146,7 +159,8 @@ impl Model {
         Ok(Self { system: self.system.clone(), state })
     }
 
-    /// Returns the model in which a body has got a momentum (3,), in the inertial frame, through its centre.
+    /// Returns the model in which a momentum (3,), in the inertial frame, has been added to a body at its
+    /// centre.
     #[wasm_bindgen(js_name = withMomentum)]
     pub fn with_momentum(&self, body: usize, momentum: &[f64]) -> Result<Model> {
         mu(&self.system, body)?;
@@ -155,7 +169,7 @@ impl Model {
         };
         let mut velocity = self.state.velocity().to_vec();
         velocity[body] += Vec3::new(x, y, z) / self.system.bodies()[body].mass();
-        Ok(self.moved(self.state.position().to_vec(), velocity)?)
+        Ok(self.with_orbit(self.state.position().to_vec(), velocity)?)
     }
 
     /// Returns the unit vector (3,) of a body's velocity relative to the first body.
@@ -166,8 +180,8 @@ impl Model {
         Ok(velocity.normalize().as_slice().to_vec())
     }
 
-    /// Integrates over a duration and returns the motion at the ends of this many equal intervals, or up to the
-    /// error that ended it early.
+    /// Integrates over a duration and returns the motion at the ends of equal intervals, or up to the error
+    /// that ended it early.
     pub fn integrate(&self, duration: f64, intervals: usize) -> Result<Motion> {
         if intervals == 0 {
             return Err(JsError::new("the number of intervals has to be at least one"));
@@ -185,7 +199,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Returns position and velocity of a body relative to the first one in a sample.
+    /// Returns the position and velocity of a body relative to the first one in sample `k`.
     fn relative(&self, k: usize, body: usize) -> (Vec3, Vec3) {
         let record = &self.record;
         (record.position(k, body) - record.position(k, 0), record.velocity(k, body) - record.velocity(k, 0))
@@ -212,8 +226,8 @@ impl Motion {
         self.record.attitude.clone()
     }
 
-    /// Returns the change of the energy (K,) since the start relative to the energy of the orbit, which is the
-    /// translational and the potential one.
+    /// Returns the change (K,) of the energy since the start, relative to the sum of the translational and
+    /// the potential energy at the start.
     #[wasm_bindgen(getter, js_name = energyDrift)]
     pub fn energy_drift(&self) -> Vec<f64> {
         let energy = &self.record.energy;
@@ -230,49 +244,51 @@ impl Motion {
         self.error.clone()
     }
 
-    /// Returns roll, pitch and yaw (K, 3) of a body in the frame of its orbit about the first one, in radians: its
-    /// x axis points from the body to the first one, its z axis along the normal. A body that starts nearer to
-    /// backwards is taken as rotated by half a turn about its z axis. Roll and yaw have no jumps.
+    /// Returns roll, pitch and yaw (K, 3), in radians, of a body in the frame of its orbit about the first
+    /// one, whose x axis points from the body to the first one and whose z axis is the orbit normal. If the
+    /// x axis of the body starts at more than 90 degrees from that of the orbit, the body's x and y axes are
+    /// reversed. Roll and yaw have no jumps.
     #[wasm_bindgen(js_name = rollPitchYaw)]
     pub fn roll_pitch_yaw(&self, body: usize) -> Result<Vec<f64>> {
         mu(&self.system, body)?;
-        let mut all: Vec<f64> = Vec::with_capacity(3 * self.record.len());
-        let mut side = 1.0;
+        let mut roll_pitch_yaw: Vec<f64> = Vec::with_capacity(3 * self.record.len());
+        let mut sign = 1.0;
         for k in 0..self.record.len() {
             let (position, velocity) = self.relative(k, body);
             let (x, z) = (-position.normalize(), position.cross(&velocity).normalize());
             let orbit = Mat3::from_columns(&[x, z.cross(&x), z]);
             let mut r = orbit.transpose() * rotation::matrix(self.record.state(k).attitude()[body]);
             if k == 0 && r[(0, 0)] < 0.0 {
-                side = -1.0;
+                sign = -1.0;
             }
-            r = Mat3::from_columns(&[r.column(0) * side, r.column(1) * side, r.column(2).into()]);
+            r = Mat3::from_columns(&[r.column(0) * sign, r.column(1) * sign, r.column(2).into()]);
             let mut angles =
                 [r[(2, 1)].atan2(r[(2, 2)]), -r[(2, 0)].clamp(-1.0, 1.0).asin(), r[(1, 0)].atan2(r[(0, 0)])];
             if k > 0 {
                 for axis in [0, 2] {
-                    let last = all[3 * (k - 1) + axis];
+                    let last = roll_pitch_yaw[3 * (k - 1) + axis];
                     angles[axis] += TAU * ((last - angles[axis]) / TAU).round();
                 }
             }
-            all.extend(angles);
+            roll_pitch_yaw.extend(angles);
         }
-        Ok(all)
+        Ok(roll_pitch_yaw)
     }
 
-    /// Returns the osculating elements (K, 6) of a body about the first one, as [`Model::elements`].
+    /// Returns the osculating elements (K, 6) of a body about the first one, in the order of
+    /// [`Model::elements`].
     pub fn elements(&self, body: usize) -> Result<Vec<f64>> {
         let mu = mu(&self.system, body)?;
-        let mut all = Vec::with_capacity(6 * self.record.len());
+        let mut elements = Vec::with_capacity(6 * self.record.len());
         for k in 0..self.record.len() {
             let (position, velocity) = self.relative(k, body);
-            all.extend(numbers(&KeplerElements::from_cartesian(&position, &velocity, mu)?));
+            elements.extend(numbers(&KeplerElements::from_cartesian(&position, &velocity, mu)?));
         }
-        Ok(all)
+        Ok(elements)
     }
 
-    /// Returns the brightness (K,) of all bodies together by Lommel and Seeliger's law, with occultations and
-    /// eclipses, for directions (3,) to the observer and to the Sun that stay as they are.
+    /// Returns the brightness (K,) of all bodies together, in squared length, by Lommel and Seeliger's law
+    /// with occultations and eclipses, for constant directions (3,) to the observer and to the Sun.
     pub fn brightness(&self, to_observer: &[f64], to_sun: &[f64]) -> Result<Vec<f64>> {
         let (&[ex, ey, ez], &[sx, sy, sz]) = (to_observer, to_sun) else {
             return Err(JsError::new("the number of components of a direction has to be three"));
@@ -285,8 +301,8 @@ impl Motion {
         let views: Vec<_> = states.iter().map(view).collect();
         let mut hook = time_limit();
         let brightness = photometer.brightness_in(&views, &mut InterruptCheck::new(&mut hook));
-        let each = brightness.map_err(|error| JsError::new(&explained(error)))?;
-        Ok(each.chunks_exact(bodies.len()).map(|row| row.iter().sum()).collect())
+        let by_body = brightness.map_err(|error| JsError::new(&message_of(error)))?;
+        Ok(by_body.chunks_exact(bodies.len()).map(|row| row.iter().sum()).collect())
     }
 }
 
@@ -296,20 +312,20 @@ fn time_limit() -> impl FnMut() -> ControlFlow<()> {
     move || if start.elapsed() > TIME_LIMIT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Returns the message of an error, with the reason if the computation took too long.
-fn explained(error: Error) -> String {
+/// Returns the message of an error, which gives the time reached if the computation took too long.
+fn message_of(error: Error) -> String {
     match error {
         Error::Interrupted { time } => {
-            format!(
-                "the computation has come to time {time:.6} after {} seconds and stops there",
-                TIME_LIMIT.as_secs()
-            )
+            format!("the computation was stopped at time {time:.6}, after {} seconds", TIME_LIMIT.as_secs())
         }
         error => error.to_string(),
     }
 }
 
-/// Returns the product of G and the masses of the first body and another one, or an error for what is none.
+/// Returns G times the sum of the masses of the first body and another one.
+///
+/// # Errors
+/// If `body` is not the index of another body.
 fn mu(system: &System, body: usize) -> CoreResult<f64> {
     let bodies = system.bodies();
     if body == 0 || body >= bodies.len() {
@@ -318,6 +334,7 @@ fn mu(system: &System, body: usize) -> CoreResult<f64> {
     Ok(system.gravitational_constant() * (bodies[0].mass() + bodies[body].mass()))
 }
 
+/// Returns the view of a state by a distant observer.
 fn view(state: &State, to_observer: Vec3, to_sun: Vec3) -> View<'_> {
     View {
         time: state.time(),
@@ -330,6 +347,7 @@ fn view(state: &State, to_observer: Vec3, to_sun: Vec3) -> View<'_> {
     }
 }
 
+/// Returns elements in the order of [`Model::elements`].
 fn numbers(orbit: &KeplerElements) -> Vec<f64> {
     vec![
         orbit.semi_major_axis,

@@ -1,4 +1,4 @@
-"""Linear unknowns of a problem of least squares, for which it is solved by an orthogonal factorisation."""
+"""Linear least squares by an orthogonal factorisation of the design."""
 
 from __future__ import annotations
 
@@ -9,17 +9,23 @@ import numpy as np
 from ..errors import InvalidInput
 from ..typing import Floats
 
-#: The ratio of the smallest to the largest singular value of a design, with columns of length one, below which a
-#: combination of its unknowns is lost: its error would be larger than those of the data by the inverse.
+#: The ratio of the smallest to the largest singular value of a design, with columns scaled to length one, below which a
+#: combination of its unknowns is undetermined: its error would exceed those of the data by the inverse.
 _SINGULAR = 1e-8
-#: The length of a column relative to that of the longest one below which it has no effect.
-_NOTHING = 1e-12
-#: The smallest coefficient of a lost combination that an error names, relative to the largest.
+#: The length of a column, relative to the longest one, below which it counts as zero.
+_ZERO_COLUMN = 1e-12
+#: The smallest coefficient, relative to the largest, with which an error names an unknown of such a combination.
 _NAMED = 0.1
 
 
 class Projection:
-    """The factors Q R of a design A (M, L), whose product with L unknowns is subtracted from M numbers.
+    """The factorisation A = Q R of a design A (M, L), whose product with L unknowns approximates M numbers.
+
+    Parameters
+    ----------
+    design : ndarray, (M, L)
+    names : sequence of str
+        The names of the unknowns, for errors.
 
     Attributes
     ----------
@@ -31,20 +37,20 @@ class Projection:
     Raises
     ------
     InvalidInput
-        For columns that cannot be told apart, which the error names.
+        If the data leave a combination of the unknowns undetermined; the error names these.
     """
 
     def __init__(self, design: Floats, names: Sequence[str]) -> None:
         norms = np.linalg.norm(design, axis=0)
-        # A column of rounding errors, such as of sines at multiples of pi, is none.
-        scaled = design / np.where(norms > _NOTHING * norms.max(initial=0.0), norms, np.inf)
+        # A column of rounding errors, such as sines at multiples of pi, counts as zero and makes the design singular.
+        scaled = design / np.where(norms > _ZERO_COLUMN * norms.max(initial=0.0), norms, np.inf)
         self.basis, factor = np.linalg.qr(scaled)
         if len(names):
             _, sizes, vectors = np.linalg.svd(factor)
-            # With fewer rows than unknowns there are more vectors than singular values.
+            # A design with fewer rows than unknowns has fewer singular values than unknowns.
             if len(design) < len(names) or not sizes[-1] > _SINGULAR * sizes[0]:
-                lost = np.abs(vectors[-1])
-                which = [name for name, part in zip(names, lost, strict=True) if part > _NAMED * lost.max()]
+                shares = np.abs(vectors[-1])
+                which = [name for name, share in zip(names, shares, strict=True) if share > _NAMED * shares.max()]
                 raise InvalidInput(
                     f"the {len(design)} data leave {', '.join(which)} undetermined"
                     f"{' beside each other' if len(which) > 1 else ''}; expected times at which "
@@ -54,15 +60,15 @@ class Projection:
         self.log_determinant = 2.0 * float(np.log(np.abs(np.diag(self._factor))).sum())
 
     def coordinates(self, values: Floats) -> Floats:
-        """Return R times unknowns (L, ...): their coordinates in the basis."""
+        """Return the coordinates (L, ...) of unknowns in the basis, R times the unknowns."""
         return np.asarray(self._factor @ values)
 
     def unknowns(self, coordinates: Floats) -> Floats:
-        """Return the unknowns (L, ...) with coordinates in the basis."""
+        """Return the unknowns (L, ...) that have these coordinates in the basis."""
         return np.linalg.solve(self._factor, coordinates) if len(self._factor) else coordinates
 
     def solve(self, numbers: Floats) -> Floats:
-        """Return the unknowns (L, ...) at which the squares of what is left of numbers (M, ...) have the least sum."""
+        """Return the unknowns (L, ...) at which the sum of the squared residuals of numbers (M, ...) is least."""
         return self.unknowns(self.basis.T @ numbers)
 
     @property
@@ -71,12 +77,12 @@ class Projection:
         return np.linalg.solve(self._factor, self.basis.T).T if len(self._factor) else self.basis
 
     def derivative(self, explicit: Floats, crossed: Floats, curvature: Floats | None = None) -> Floats:
-        """Return the derivatives (M, P) of what a solution leaves (Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413).
+        """Return the derivatives (M, P) of a solution's residuals (Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413).
 
         Parameters
         ----------
         explicit : ndarray, (M, P)
-            Derivatives of what is left, r, for constant unknowns.
+            Derivatives of the residuals r for constant unknowns.
         crossed : ndarray, (L, P)
             Derivatives of A^T psi for constant psi, half the derivatives of the losses: r for least squares.
         curvature : ndarray, (M,), optional
@@ -87,5 +93,5 @@ class Projection:
         if curvature is None:
             return np.asarray(explicit - self.basis @ (self.basis.T @ explicit + lower))
         weighted = curvature[:, None] * self.basis
-        moved = weighted.T @ explicit + lower
-        return np.asarray(explicit - self.basis @ np.linalg.solve(weighted.T @ self.basis, moved))
+        right_side = weighted.T @ explicit + lower
+        return np.asarray(explicit - self.basis @ np.linalg.solve(weighted.T @ self.basis, right_side))

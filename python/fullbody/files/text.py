@@ -18,7 +18,7 @@ NOT_NEGATIVE = Limits(least=0.0, text="a number, zero or above")
 
 @contextmanager
 def naming(path: Any) -> Iterator[None]:
-    """Context manager that makes errors about the content of a file name the file."""
+    """Return a context manager that puts the name of a file before errors about its content."""
     try:
         yield
     except InvalidInput as error:
@@ -41,7 +41,7 @@ class Text:
         raise InvalidInput(f"{where}: {message}")
 
     def number(self, line: int | None, text: str, what: str, limits: Limits = NUMBER) -> float:
-        """Return a number of a line, which must be within limits."""
+        """Return the number that a text states, after checking that it is within limits."""
         expected = "a number"
         with suppress(ValueError):
             value = float(text)
@@ -51,20 +51,20 @@ class Text:
         self.fail(line, f"{what} is {text!r}; expected {expected}")
 
     def whole(self, line: int, text: str, what: str, least: int = 0) -> int:
-        """Return a whole number of a line, which must not be below ``least``."""
+        """Return the whole number that a text states, after checking that it is not below ``least``."""
         with suppress(ValueError):
             if (value := int(text)) >= least:
                 return value
         self.fail(line, f"{what} is {text!r}; expected a whole number from {least} on")
 
     def words(self) -> list[tuple[int, list[str]]]:
-        """Return the words of each line that has any, after the number of the line."""
+        """Return the number and the words of each line that is not blank."""
         return [(k, words) for k, line in enumerate(self.lines, 1) if (words := line.split())]
 
     def expected(
         self, rows: list[tuple[int, list[str]]], k: int, sizes: tuple[int, ...], what: str
     ) -> tuple[int, list[str]]:
-        """Return a row after checking that the file has it, with a right number of words."""
+        """Return the line and the words of row ``k``, which has to exist with an allowed number of words."""
         if not rows:
             self.fail(None, f"the file is empty; expected {what}")
         if k >= len(rows):

@@ -1,8 +1,8 @@
 """The linear unknowns of all observations of a fit, solved for at values of its other parameters.
 
-With z the pulls for linear unknowns of zero and A their design, the unknowns b have the least sum of the losses of
-z - A b. The solver of the fit sees these pulls alone, with their exact derivatives (variable projection, Golub &
-Pereyra 1973), so that linear unknowns cost neither iterations nor runs.
+Let z be the pulls with all linear unknowns zero, and A the design. The unknowns b are those at which the sum of the
+losses of z - A b is least. The solver of the fit receives only these pulls, with their exact derivatives (variable
+projection, Golub & Pereyra 1973), so that linear unknowns cost neither iterations nor runs.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ from ..record.derivatives import FunctionDerivatives
 from ..typing import Floats
 from .losses import Loss
 
-#: The change of pulls at which the solution for a robust loss has converged, absolute and relative, and the limit.
-_CLOSE, _RELATIVE, _MOST = 1e-9, 1e-13, 200
+#: The absolute and relative size of a step at which the solution for a robust loss has converged, and the largest
+#: number of steps.
+_ABSOLUTE, _RELATIVE, _STEPS = 1e-9, 1e-13, 200
 
 
 def model_of(observation: Any, run: Any) -> LinearModel:
-    """Return the pulls of observations as a function of their linear unknowns; other classes may have none."""
+    """Return the pulls of observations as a function of their linear unknowns, which a class of the user may lack."""
     if hasattr(observation, "linear"):
         model: LinearModel = observation.linear(run)
     else:
@@ -37,8 +38,8 @@ def model_of(observation: Any, run: Any) -> LinearModel:
     return model
 
 
-class Inner:
-    """The M pulls of all observations, and the L linear unknowns at which the sum of their losses is least.
+class InnerSolution:
+    """The solution of a fit's inner problem: the L linear unknowns at which the sum of the losses of M pulls is least.
 
     Parameters
     ----------
@@ -48,12 +49,15 @@ class Inner:
     Attributes
     ----------
     unknowns : tuple of LinearUnknown
-        The linear unknowns; those of one name in several observations are one if they are shared.
+        The linear unknowns; shared ones of the same name in several observations are one unknown.
     values : ndarray, (L,)
+        The solution.
     pulls : ndarray, (M,)
+        The pulls of all observations at the solution.
     projection : Projection
+        The factorisation of the design of all observations.
     held : list of Held
-        What is constant in the derivatives of each of the models.
+        For each of the models, the constants with which it is differentiated.
     """
 
     def __init__(self, models: Sequence[LinearModel], loss: Loss) -> None:
@@ -66,7 +70,7 @@ class Inner:
             design[rows, columns] = model.design.reshape(model.pulls.size, len(columns))
         numbers = np.concatenate([model.pulls.ravel() for model in models])
         self.design = design
-        self.projection = Projection(design, [one.name for one in self.unknowns])
+        self.projection = Projection(design, [unknown.name for unknown in self.unknowns])
         basis = self.projection.basis
         coordinates = basis.T @ numbers
         if not loss.linear and self.unknowns:
@@ -86,29 +90,29 @@ class Inner:
         self._is_linear = loss.linear
 
     def split(self, rows: Floats) -> list[Floats]:
-        """Return the parts (M_i, ...) of an array (M, ...) that belong to each of the models."""
-        return [rows[which] for which in self._rows]
+        """Return the parts (M_i, ...) of an array (M, ...), one for each of the models."""
+        return [rows[part] for part in self._rows]
 
-    def local(self, index: int) -> Floats:
+    def values_of(self, index: int) -> Floats:
         """Return the linear unknowns of one of the models, in its order."""
         return self.values[self._columns[index]]
 
     def gathered(self, parts: Sequence[Floats]) -> Floats:
-        """Return numbers (M + L + 1, ...) of all models together from those that each of them contracts."""
+        """Return the contracted numbers (M + L + 1, ...) of all models together from those of each of them."""
         count = len(self.pulls)
-        found = np.zeros((count + len(self.unknowns) + 1, *parts[0].shape[1:]))
+        gathered = np.zeros((count + len(self.unknowns) + 1, *parts[0].shape[1:]))
         for part, rows, columns, size in zip(parts, self._rows, self._columns, self._sizes, strict=True):
-            found[rows] = part[:size]
-            found[count + columns] += part[size:-1]
-            found[-1] += part[-1]
-        return found
+            gathered[rows] = part[:size]
+            gathered[count + columns] += part[size:-1]
+            gathered[-1] += part[-1]
+        return gathered
 
     def contracted(self, models: Sequence[LinearModel]) -> Floats:
-        """Return what other models contract, (M + L + 1,)."""
+        """Return the contracted numbers (M + L + 1,) of other models with the constants of these."""
         return self.gathered([model.contracted(held) for model, held in zip(models, self.held, strict=True)])
 
     def sizes(self) -> tuple[Floats, npt.NDArray[np.intp]]:
-        """Return the sizes (M + L + 1,) of contracted numbers, to which rounding is relative, and their kinds."""
+        """Return the scales (M + L + 1,) of the rounding errors of contracted numbers, and their kinds, 0 to 2."""
         rows = np.full(len(self.pulls), max(1.0, float(np.abs(self.pulls).max(initial=0.0))))
         columns = np.linalg.norm(self.design, axis=0) * max(1.0, float(np.linalg.norm(self.pulls)))
         kinds = np.repeat([0, 1, 2], [len(rows), len(columns), 1])
@@ -133,34 +137,34 @@ def padded(by: FunctionDerivatives) -> FunctionDerivatives:
 
 
 def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnknown, ...]]:
-    """Return the places of each model's unknowns among those of all models, and these."""
-    local = [one.name for model in models for one in model.unknowns if not one.shared]
-    places: dict[tuple[int, str], int] = {}
+    """Return the indices of each model's unknowns among those of all models, and the latter."""
+    local = [unknown.name for model in models for unknown in model.unknowns if not unknown.shared]
+    indices: dict[tuple[int, str], int] = {}
     unknowns: list[LinearUnknown] = []
     columns = []
     for i, model in enumerate(models):
-        own = []
-        for one in model.unknowns:
-            key = (-1 if one.shared else i, one.name)
-            if key not in places:
-                places[key] = len(unknowns)
-                is_alone = one.shared or local.count(one.name) == 1
-                name = one.name if is_alone else f"{one.name} of observations[{i}]"
-                unknowns.append(LinearUnknown(name, one.unit, one.shared))
-            own.append(places[key])
-        columns.append(np.array(own, dtype=np.intp))
+        of_model = []
+        for unknown in model.unknowns:
+            key = (-1 if unknown.shared else i, unknown.name)
+            if key not in indices:
+                indices[key] = len(unknowns)
+                is_unique = unknown.shared or local.count(unknown.name) == 1
+                name = unknown.name if is_unique else f"{unknown.name} of observations[{i}]"
+                unknowns.append(LinearUnknown(name, unknown.unit, unknown.shared))
+            of_model.append(indices[key])
+        columns.append(np.array(of_model, dtype=np.intp))
     return columns, tuple(unknowns)
 
 
 def _robust(numbers: Floats, basis: Floats, coordinates: Floats, loss: Loss) -> Floats:
     """Return the coordinates (L,) in an orthonormal basis (M, L) at which a sum of losses has its minimum.
 
-    Newton's steps are replaced by those of reweighted least squares, which never raise the sum of a loss that is
-    concave in the squares, where they do not lower it.
+    A step is Newton's where it lowers the sum, and that of reweighted least squares otherwise, which never raises the
+    sum of a loss that is concave in the squares.
     """
     pulls = numbers - basis @ coordinates
     cost = loss.total(pulls)
-    for _ in range(_MOST):
+    for _ in range(_STEPS):
         slope, curvature = loss.influence(pulls)
         gradient = basis.T @ (slope * pulls)
         for weights in (curvature, slope):
@@ -168,12 +172,12 @@ def _robust(numbers: Floats, basis: Floats, coordinates: Floats, loss: Loss) -> 
             if np.linalg.eigvalsh(matrix)[0] <= 0.0:
                 continue
             step = np.linalg.solve(matrix, gradient)
-            moved = pulls - basis @ step
-            if (lower := loss.total(moved)) <= cost:
+            trial = pulls - basis @ step
+            if (trial_cost := loss.total(trial)) <= cost:
                 break
         else:
             return coordinates
-        coordinates, pulls, cost = coordinates + step, moved, lower
-        if np.linalg.norm(step) <= _CLOSE + _RELATIVE * np.linalg.norm(coordinates):
+        coordinates, pulls, cost = coordinates + step, trial, trial_cost
+        if np.linalg.norm(step) <= _ABSOLUTE + _RELATIVE * np.linalg.norm(coordinates):
             return coordinates
-    raise InvalidInput(f"the linear unknowns have no minimum of the loss {loss.argument!r} within {_MOST} steps")
+    raise InvalidInput(f"the linear unknowns have no minimum of the loss {loss.argument!r} within {_STEPS} steps")

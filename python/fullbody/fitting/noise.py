@@ -1,4 +1,4 @@
-"""Parameters of the errors of observations, such as a jitter: derivatives of the likelihood, and expected information.
+"""Derivatives of the likelihood, and expected information, for parameters of the errors such as a jitter.
 
 Let p be the pulls, the residuals divided by their errors, C the covariance of the errors, and A the derivatives of the
 predictions with respect to linear unknowns, such as zero points, which are solved for at each point of the fit. Minus
@@ -39,13 +39,13 @@ class NoiseDerivatives(NamedTuple):
 
 def log_determinant(errors: Any) -> float:
     """Return the logarithm of the determinant of C, minus that of the covariance without a jitter."""
-    pair = errors.covariance, errors.without_jitter
-    with_jitter, without = (np.diagonal(np.linalg.cholesky(c), axis1=1, axis2=2) for c in pair)
+    covariances = errors.covariance, errors.without_jitter
+    with_jitter, without = (np.diagonal(np.linalg.cholesky(c), axis1=1, axis2=2) for c in covariances)
     return float(2.0 * np.log(with_jitter / without).sum())
 
 
 def design_without_jitter(errors: Any, design: Floats) -> Floats:
-    """Return a design matrix (K, C, L) divided by the errors without a jitter, from one divided by those with it."""
+    """Return a design (K, C, L) divided by the errors without a jitter, from the design divided by those with it."""
     with_jitter, without = (np.linalg.cholesky(c) for c in (errors.covariance, errors.without_jitter))
     return np.asarray(np.linalg.solve(without, with_jitter @ design))
 
@@ -69,8 +69,8 @@ def derivatives(
     Let C = L L^T, S the relative derivative L^-1 dC L^-T, Q an orthonormal basis of L^-1 A and M = I - Q Q^T. The
     derivative of the logarithm of the determinants is the trace of M S, and the information about two parameters is
     half the trace of M S M S'. The derivative of the factor L is L T, where T is the lower triangle of S with half its
-    diagonal, and that of the pulls p is -T p at fixed linear unknowns. The linear unknowns are at their best values,
-    where their change has no effect to first order.
+    diagonal, and that of the pulls p is -T p at fixed linear unknowns. The linear unknowns are at the minimum, where
+    their change has no effect to first order.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def derivatives(
     basis, pulls, half_slopes : sequence of ndarray, (K C, L), (K C,) and (K C,)
         The rows of Q, the pulls, and half the derivatives of the losses by the pulls, for each of the observations.
     """
-    gradient, determinants = np.zeros(count), np.zeros(count)
+    gradient, traces = np.zeros(count), np.zeros(count)
     information, inner = np.zeros((count, count)), np.zeros((count, *[len(basis[0].T)] * 2))
     products: dict[tuple[int, int], Floats] = {}
     for k, parts in changes.items():
@@ -92,13 +92,13 @@ def derivatives(
             inner[k] += np.einsum("kcl,kcm->lm", rows, products[k, i])
             lower = change * (np.tri(size, k=-1) + 0.5 * np.eye(size))
             gradient[k] -= np.einsum("kc,kcd,kd->", half_slopes[i].reshape(-1, size), lower, pulls[i].reshape(-1, size))
-            determinants[k] += np.einsum("kcc->", change)
+            traces[k] += np.einsum("kcc->", change)
     for k, parts in changes.items():
-        determinants[k] -= np.trace(inner[k])
+        traces[k] -= np.trace(inner[k])
         for other, others in changes.items():
             information[k, other] = np.vdot(inner[k], inner[other])
             for i in parts.keys() & others.keys():
                 information[k, other] += np.vdot(parts[i], others[i]) - 2.0 * np.vdot(
                     products[k, i], products[other, i]
                 )
-    return NoiseDerivatives(gradient + 0.5 * determinants, 0.5 * information, determinants)
+    return NoiseDerivatives(gradient + 0.5 * traces, 0.5 * information, traces)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..observing.linear import LinearModel
 from ..typing import Floats
 from .chain import SetupResult
-from .inner import Inner
+from .inner import InnerSolution
 from .losses import LINEAR
 from .noise import design_without_jitter, log_determinant
 
@@ -20,9 +20,20 @@ if TYPE_CHECKING:
 class EvaluatedPoint:
     """Predictions at values (P,) of the parameters.
 
-    The run has samples at all times that the observations need; there are the pulls of each of the observations as
-    functions of their linear unknowns, the solution for these, and the errors of those observations that are functions
-    of parameters, by their index.
+    Attributes
+    ----------
+    values : ndarray, (P,)
+    made : SetupResult
+        The system and the state of the setup.
+    run : Run
+        A run with samples at all times that the observations need.
+    observations : list
+    models : list of LinearModel
+        The pulls of each of the observations as a function of its linear unknowns.
+    inner : InnerSolution
+        The solution for the linear unknowns.
+    errors : dict of Errors
+        The errors of those observations that depend on parameters, by their index.
     """
 
     values: Floats
@@ -30,24 +41,24 @@ class EvaluatedPoint:
     run: Run
     observations: list[Any]
     models: list[LinearModel]
-    inner: Inner
+    inner: InnerSolution
     errors: dict[int, Any]
 
     @property
     def rows(self) -> Floats:
-        """Return all pulls as one array (M,)."""
+        """The pulls of all observations as one array (M,)."""
         return self.inner.pulls
 
     @property
     def pulls(self) -> list[Floats]:
-        """Return the pulls of each of the observations in their shape."""
+        """The pulls of each of the observations, (K, C)."""
         parts = zip(self.inner.split(self.rows), self.models, strict=True)
         return [part.reshape(model.pulls.shape) for part, model in parts]
 
     @property
     def log_determinant(self) -> float:
-        """Return the logarithms of the determinants of the errors and of the information about linear unknowns, both
-        minus those without a jitter.
+        """The sum of the logarithms of the determinants of the errors' covariance and of the information about linear
+        unknowns, minus the same sum without a jitter.
         """
         if not self.errors:
             return 0.0
@@ -57,9 +68,9 @@ class EvaluatedPoint:
             else model
             for i, model in enumerate(self.models)
         ]
-        narrow = Inner(models, LINEAR).projection.log_determinant
-        widened = sum(map(log_determinant, self.errors.values()))
-        return max(0.0, widened + self.inner.projection.log_determinant - narrow)
+        without_jitter = InnerSolution(models, LINEAR).projection.log_determinant
+        by_errors = sum(map(log_determinant, self.errors.values()))
+        return max(0.0, by_errors + self.inner.projection.log_determinant - without_jitter)
 
 
 @dataclass
@@ -69,7 +80,7 @@ class PullJacobian:
     Attributes
     ----------
     rows : ndarray, (M, P)
-        Derivatives of the pulls, for constant errors and with the linear unknowns that follow.
+        Derivatives of the pulls for constant errors, where the linear unknowns are solved for again.
     explicit : ndarray, (M, P)
         Derivatives of the pulls for constant linear unknowns.
     log_determinant : ndarray, (P,)
@@ -77,7 +88,7 @@ class PullJacobian:
     noise : dict of dict of ndarray, (K, C, C)
         The relative changes of the covariances of errors, by the index of the parameter and of the observations.
     differenced : dict of str
-        The parameters that were differenced, with the reason.
+        The reasons why parameters were differenced, by their names.
     """
 
     rows: Floats

@@ -20,11 +20,11 @@ from ..record.record import Record, joined
 from ..typing import Floats
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
-from .inner import Inner, model_of, padded
+from .inner import InnerSolution, model_of, padded
 from .losses import LINEAR, Loss
 from .noise import relative_change
 from .point import EvaluatedPoint, PullJacobian
-from .signature import arguments_of, taken
+from .signature import arguments_of, parameters_taken
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -89,10 +89,10 @@ class Problem:
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
         self.entries = listed
         names = parameters.names
-        self.of_setup = taken(setup, names)
+        self.of_setup = parameters_taken(setup, names)
         #: The parameters of each of those observations that are functions.
-        self.of_observations = [taken(item, names) if callable(item) else () for item in listed]
-        used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
+        self.of_observations = [parameters_taken(item, names) if callable(item) else () for item in listed]
+        used = {*self.of_setup, *(name for names_taken in self.of_observations for name in names_taken)}
         if unused := [name for name in names if name not in used]:
             arguments = sorted(
                 name for name, item in arguments_of(setup).items() if item.kind is not item.VAR_POSITIONAL
@@ -171,7 +171,7 @@ class Problem:
             for i, observation in enumerate(observations)
             if self.of_observations[i] and hasattr(observation, "errors")
         }
-        return EvaluatedPoint(values.copy(), made, run, observations, models, Inner(models, self.loss), errors)
+        return EvaluatedPoint(values.copy(), made, run, observations, models, InnerSolution(models, self.loss), errors)
 
     def _models(self, run: Run, observations: list[Any]) -> list[LinearModel]:
         return [model_of(observation, self._part(run, observation)) for observation in observations]
@@ -220,7 +220,7 @@ class Problem:
 
     def linear_values(self, point: EvaluatedPoint, i: int) -> dict[str, Any]:
         """Return the linear unknowns of one of the observations by the names that it has for them."""
-        both = zip(point.models[i].unknowns, point.inner.local(i).tolist(), strict=True)
+        both = zip(point.models[i].unknowns, point.inner.values_of(i).tolist(), strict=True)
         return {one.name: value if one.unit is None else value * one.unit for one, value in both}
 
     def _part(self, run: Record, observation: Any) -> Any:

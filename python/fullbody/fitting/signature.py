@@ -19,19 +19,15 @@ def arguments_of(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter
         ) from error
 
 
-def taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the parameters that a function takes, after checking that it needs no others."""
+def parameters_taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:
+    """Return those names of parameters that a function takes, after checking that it needs no others."""
     arguments = arguments_of(function)
     if any(argument.kind is argument.VAR_KEYWORD for argument in arguments.values()):
         return tuple(names)
-    for name, observation in arguments.items():
-        if observation.kind is observation.POSITIONAL_ONLY:
+    for name, argument in arguments.items():
+        if argument.kind is argument.POSITIONAL_ONLY:
             raise InvalidInput(f"{function!r} takes {name} by its position alone; expected arguments that have names")
-        if (
-            observation.default is observation.empty
-            and observation.kind is not observation.VAR_POSITIONAL
-            and name not in names
-        ):
+        if argument.default is argument.empty and argument.kind is not argument.VAR_POSITIONAL and name not in names:
             raise InvalidInput(f"parameters has no {name!r}, which {function!r} needs; it has {', '.join(names)}")
     return tuple(
         name for name in names if name in arguments and arguments[name].kind is not inspect.Parameter.VAR_POSITIONAL

@@ -24,8 +24,9 @@ from .vectors import Vectors
 
 _KEYWORD = re.compile(r"([A-Z][A-Z0-9]*)\s*=(.*)")
 _DELIMITERS = {"PIPE": "|", "TAB": "\t"}
-#: The words of the corrections that data may have: none, one value for the block, or one for each point.
+#: Values of the keywords of corrections: not applied, one value for the block, or one for each point.
 _APPLIED = ("NONE", "AVERAGE", "POINT")
+#: The values that the standard allows for keywords.
 _WORDS = {
     "LTCAPP": _APPLIED,
     "LTCTYPE": ("NONE", "LIGHTTIME"),
@@ -33,9 +34,9 @@ _WORDS = {
     "DELIMITER": tuple(_DELIMITERS),
     "STANDARD": ("NONE", "INTERNAL", "TRANSFORMED"),
 }
-#: Other keywords that are used, each of which a block has once.
+#: Other keywords that the reader uses, each of which a block has at most once.
 _ONCE = ("OBJECTNUMBER", "OBJECTNAME", "SESSIONDATE", "SESSIONTIME", "FILTER", "LTCDAYS", "UCORMAG", "MAGADJUST")
-#: Keywords that the writer sets itself, and those that it needs.
+#: Keywords that the writer sets itself, and those that its user has to give.
 _WRITTEN = ("SESSIONDATE", "SESSIONTIME", "LTCAPP", "LTCTYPE", "LTCDAYS", "REDUCEDMAGS", "UCORMAG", "DIFFERMAGS")
 _NEEDED = ("OBJECTNUMBER", "OBJECTNAME", "CONTACTNAME", "CONTACTINFO", "OBSERVERS", "FILTER", "MAGBAND", "STANDARD")
 
@@ -48,11 +49,11 @@ class _Block(NamedTuple):
     rows: Floats
 
     def word(self, keyword: str) -> str:
-        """Return the value of a keyword in capitals, NONE where there is none."""
+        """Return the value of a keyword in capitals, or NONE if the block does not have it."""
         return self.metadata.get(keyword, (0, ""))[1].upper() or "NONE"
 
     def number(self, text: Text, keyword: str, reason: str = "") -> float:
-        """Return the number of a keyword: zero where there is none, which is an error if there is a reason for one."""
+        """Return the number of a keyword, or zero if the block does not have it; with a ``reason`` this is an error."""
         line, value = self.metadata.get(keyword, (self.line, ""))
         if not value and reason:
             text.fail(line, f"the block has no {keyword}, and has {reason}; expected a number")
@@ -73,11 +74,13 @@ def read_alcdef(
     Parameters
     ----------
     path : str or Path
+        The file.
     geometry : Geometry
-        A geometry that includes the Sun, with ``light_time=False`` for a file whose times are less light time point by
-        point (``LTCAPP=POINT``).
+        A geometry that includes the Sun, with ``light_time=False`` for a file in which light time is subtracted from
+        each time (``LTCAPP=POINT``).
     sigma : float, Quantity or array_like, () or (C,), or "estimate"
-        Standard errors in place of those of the file. For a file without errors, see :func:`read_damit`.
+        Standard errors in magnitudes in place of those of the file: one number, or one for each of the C blocks. A file
+        without errors is treated as by :func:`read_damit`.
     airmass : bool
         Whether to take the airmasses of the file, in which each block then has a free slope.
     **options
@@ -93,14 +96,14 @@ def read_alcdef(
     Raises
     ------
     InvalidInput
-        For content of another form, words that the standard does not have for the keywords that are used,
-        contradictions of these, blocks of several asteroids, and times whose light time is not that of the geometry;
-        the message names the line.
+        For content of another form, values that the standard does not allow, keywords that contradict each other,
+        blocks of several asteroids, and times with another treatment of light time than that of the geometry; the
+        message names the line.
 
     Notes
     -----
-    Keywords that the standard does not have are ignored, as it says. Files of the archive may lack ``ENDDATA``, and
-    errors of zero there count as absent.
+    Keywords that the standard does not have are ignored, as it prescribes. Files of the archive may lack ``ENDDATA``,
+    and errors of zero there count as absent.
 
     References
     ----------
@@ -122,8 +125,8 @@ def read_alcdef(
     >>> night.nights, night.magnitude, night.sigma
     (array(['2011-09-13 C'], dtype='<U12'), array([7.328, 7.317]), array([0.004, 0.004]))
     """
-    own = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
-    refuse_unknown(options, [name for name in options_of(Photometry) if name not in own], "read_alcdef")
+    fixed = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
+    refuse_unknown(options, [name for name in options_of(Photometry) if name not in fixed], "read_alcdef")
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     flag(airmass, "airmass")
     text = Text(path)
@@ -133,13 +136,17 @@ def read_alcdef(
     for block in blocks:
         _check(text, block, blocks[0], geometry)
     errors: Any = [block.rows[:, 2] for block in blocks]
-    if sigma is not None or any(np.isnan(one).any() for one in errors):
-        if sigma is None and not all(np.isnan(one).all() for one in errors):
-            bad = next(block for block, one in zip(blocks, errors, strict=True) if np.isnan(one).any())
-            text.fail(bad.line, f"the block of {bad.name} has points without errors, and others have them; give sigma=")
+    if sigma is not None or any(np.isnan(error).any() for error in errors):
+        if sigma is None and not all(np.isnan(error).all() for error in errors):
+            bare = next(block for block, error in zip(blocks, errors, strict=True) if np.isnan(error).any())
+            text.fail(
+                bare.line, f"the block of {bare.name} has points without errors, and others have them; give sigma="
+            )
         curves = [Curve(f"{block.name} (line {block.line})", block.rows[:, 0], block.rows[:, 1]) for block in blocks]
         errors = standard_errors(sigma, curves, path)
-    return [_photometry(text, *one, geometry, airmass, options) for one in zip(blocks, errors, strict=True)]
+    return [
+        _photometry(text, block, error, geometry, airmass, options) for block, error in zip(blocks, errors, strict=True)
+    ]
 
 
 def _photometry(
@@ -205,18 +212,22 @@ def _point(text: Text, line: int, words: Sequence[str]) -> list[float]:
     """Return JD, magnitude, error and airmass, NaN where the last two are absent."""
     if not 2 <= len(words) <= 4:
         text.fail(line, f"DATA has {len(words)} fields; expected JD, magnitude, its error and the airmass")
-    found = [text.number(line, word.strip(), what) for word, what in zip(words, ("JD", "the magnitude"), strict=False)]
+    numbers = [
+        text.number(line, word.strip(), what) for word, what in zip(words, ("JD", "the magnitude"), strict=False)
+    ]
     for word, what in zip(words[2:], ("the error of the magnitude", "the airmass"), strict=False):
-        found.append(text.number(line, word.strip(), what, NOT_NEGATIVE) if word.strip() else 0.0)
-    return found[:2] + [one or math.nan for one in [*found[2:], 0.0, 0.0][:2]]
+        numbers.append(text.number(line, word.strip(), what, NOT_NEGATIVE) if word.strip() else 0.0)
+    return numbers[:2] + [value or math.nan for value in [*numbers[2:], 0.0, 0.0][:2]]
 
 
 def _check(text: Text, block: _Block, first: _Block, geometry: Vectors) -> None:
     """Raise an error for a block of another asteroid, or with times other than those of the geometry."""
     for key in ("OBJECTNUMBER", "OBJECTNAME"):
         line, name = block.metadata.get(key, (block.line, ""))
-        if name != (had := first.metadata.get(key, (0, ""))[1]):
-            text.fail(line, f"{key} is {name!r}, after {had!r} in the first block; expected blocks of one asteroid")
+        if name != (expected := first.metadata.get(key, (0, ""))[1]):
+            text.fail(
+                line, f"{key} is {name!r}, after {expected!r} in the first block; expected blocks of one asteroid"
+            )
     applied, kind = block.word("LTCAPP"), block.word("LTCTYPE")
     if "LTCTYPE" in block.metadata and (applied == "NONE") != (kind == "NONE"):
         text.fail(
@@ -236,7 +247,7 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
     path : str or Path
         A file that exists is replaced.
     data : Photometry or sequence of Photometry
-        Data whose times are dates. Each night of each of them is a block.
+        Data whose times are dates. Each night of each data set is a block.
     metadata : dict
         Values by keyword: ``OBJECTNUMBER`` (0 for none), ``OBJECTNAME``, ``CONTACTNAME``, ``CONTACTINFO``,
         ``OBSERVERS``, ``FILTER``, ``MAGBAND`` and ``STANDARD`` (NONE for differential magnitudes, INTERNAL or
@@ -251,7 +262,7 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
 
     Notes
     -----
-    JD are in UTC, to 1 ms, magnitudes to 1e-6.
+    JD are written in UTC to 1 ms, magnitudes to 1e-6.
 
     Examples
     --------
@@ -269,24 +280,27 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
     ...     print(path.read_text().splitlines()[-2])
     DATA=2455817.56250000|+7.400000|+0.010000
     """
-    about = {str(key): str(value).strip() for key, value in instance(metadata, "metadata", Mapping, "a dict").items()}
-    for key, value in about.items():
+    given_keywords = {
+        str(key): str(value).strip() for key, value in instance(metadata, "metadata", Mapping, "a dict").items()
+    }
+    for key, value in given_keywords.items():
         if not _KEYWORD.fullmatch(f"{key}={value}") or key in (*_WRITTEN, "DATA", "DELIMITER"):
             raise InvalidInput(
                 f"metadata has {key!r}: {value!r}; expected keywords in capitals that the data do not give"
             )
-    if missing := [key for key in _NEEDED if not about.get(key)]:
+    if missing := [key for key in _NEEDED if not given_keywords.get(key)]:
         raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_NEEDED)}")
-    choice(about["STANDARD"], "STANDARD", _WORDS["STANDARD"])
-    several = [data] if isinstance(data, Photometry) else list(data)
-    lines = [line for one in several for line in _written(one, about)]
+    choice(given_keywords["STANDARD"], "STANDARD", _WORDS["STANDARD"])
+    data_sets = [data] if isinstance(data, Photometry) else list(data)
+    lines = [line for photometry in data_sets for line in _written(photometry, given_keywords)]
     if not lines:
         raise InvalidInput("data is empty; expected one Photometry or more")
     with replacing(path) as file:
         file.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _written(data: Photometry, about: dict[str, str]) -> Iterator[str]:
+def _written(data: Photometry, given_keywords: dict[str, str]) -> Iterator[str]:
+    """Yield the lines of the blocks of photometry."""
     instance(data, "data", Photometry, "a Photometry")
     if not are_dates(data.times):
         raise InvalidInput("times of data are not dates; expected astropy Times, as ALCDEF has JD")
@@ -299,9 +313,13 @@ def _written(data: Photometry, about: dict[str, str]) -> Iterator[str]:
         middle = utc[0] + 0.5 * (utc[-1] - utc[0])
         day, clock = middle.isot.split("T")
         words = {"SESSIONDATE": day, "SESSIONTIME": clock[:8], **_corrections(data, rows["times"][len(rows) // 2])}
-        words["DIFFERMAGS"] = "TRUE" if about["STANDARD"] == "NONE" else "FALSE"
+        words["DIFFERMAGS"] = "TRUE" if given_keywords["STANDARD"] == "NONE" else "FALSE"
         words["DELIMITER"] = "PIPE"
-        yield from ("STARTMETADATA", *(f"{key}={value}" for key, value in (about | words).items()), "ENDMETADATA")
+        yield from (
+            "STARTMETADATA",
+            *(f"{key}={value}" for key, value in (given_keywords | words).items()),
+            "ENDMETADATA",
+        )
         columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]
         for when, *values in zip(utc, *columns, strict=True):
             days, fraction = divmod(round((when.jd1 % 1.0 + when.jd2) * 1e8), 10**8)
@@ -310,7 +328,7 @@ def _written(data: Photometry, about: dict[str, str]) -> Iterator[str]:
 
 
 def _corrections(data: Photometry, time: Any) -> dict[str, str]:
-    """Return the keywords of light time and unit distances for a block, with their values at a time of its middle."""
+    """Return the keywords of light time and unit distances for a block, with their values at one time."""
     words = {"LTCAPP": "NONE", "LTCTYPE": "NONE", "REDUCEDMAGS": "NONE"}
     if data.geometry.light_time and not data.reduced:
         return words

@@ -26,12 +26,12 @@ from .scatter import Curve, standard_errors
 
 _POINT = "JD, intensity, and the vectors to the Sun and to the Earth, 8 numbers"
 _SCALES = ("tdb", "tt", "utc", "tai")
-#: The angle in radians between the spin and the principal axis, from which a run wobbles visibly.
-_OFF = 1e-3
+#: The angle in radians between the spin and the principal axis above which a warning is given.
+_TILT_LIMIT = 1e-3
 
 
-class _Given(NamedTuple):
-    """A curve of a file: what it is called, whether it is calibrated, and its rows (K, 8)."""
+class _LightCurve(NamedTuple):
+    """A light curve of a file: its name, whether it is calibrated, and its rows (K, 8)."""
 
     name: str
     calibrated: bool
@@ -44,13 +44,14 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
     Parameters
     ----------
     path : str or Path
-        A text (the number of curves; for each curve a line with the number of points and 1 for calibrated or 0 for
-        relative; lines with JD, intensity, and the vectors in au from the asteroid to the Sun and to the Earth in the
-        ecliptic of J2000), or with the suffix ``.json`` a list of objects with ``id``, ``scale`` and ``points``.
+        A text file has the number of curves; for each curve a line with the number of points and 1 for calibrated or 0
+        for relative; and lines with JD, intensity, and the vectors in au from the asteroid to the Sun and to the Earth
+        in the ecliptic of J2000. A file with the suffix ``.json`` has a list of objects with ``id``, ``scale`` and
+        ``points``.
     sigma : float, Quantity or array_like, () or (C,), or "estimate"
-        Standard errors in magnitudes, which the files do not have: one, or one for each curve. They are estimated from
-        the scatter of each curve about cubics through neighbouring points otherwise, with a warning unless it is
-        ``"estimate"``.
+        Standard errors in magnitudes, which the files do not have: one number, or one for each of the C curves.
+        Otherwise they are estimated from the scatter of each curve about cubics through neighbouring points, with a
+        warning unless ``sigma`` is ``"estimate"``.
     scale : {"tdb", "tt", "utc", "tai"}
         The time scale of the JD, which the files do not say; their vectors from Earth to Sun are those of JD in TDB.
     **options
@@ -59,9 +60,9 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
     Returns
     -------
     list of Photometry
-        The curves in the order of the file, with the geometry of the file. Times are less light time. The intensities
-        become magnitudes reduced to unit distances; a relative curve has a zero point of its own, which is its factor,
-        and all calibrated curves share one, named ``calibrated``.
+        The curves in the order of the file, with the geometry of the file. Times are those at the asteroid, light time
+        subtracted. The intensities become magnitudes reduced to unit distances. A relative curve has a zero point of
+        its own, which is its factor; all calibrated curves share one, named ``calibrated``.
 
     Raises
     ------
@@ -94,55 +95,57 @@ def read_damit(path: Any, *, sigma: Any = None, scale: str = "tdb", **options: A
     >>> curves[0].magnitude.round(3), curves[0].nights
     (array([-0.063, -0.032]), array(['curve 1'], dtype='<U7'))
     """
-    own = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
-    refuse_unknown(options, [name for name in options_of(Photometry) if name not in own], "read_damit")
+    fixed = ("times", "magnitude", "sigma", "geometry", "zero", "night", "filter", "airmass", "reduced")
+    refuse_unknown(options, [name for name in options_of(Photometry) if name not in fixed], "read_damit")
     choice(scale, "scale", _SCALES)
     text = Text(path)
     is_json = str(path).lower().endswith(".json")
-    given = list(_json_curves(text) if is_json else _text_curves(text))
-    if not given:
+    light_curves = list(_json_curves(text) if is_json else _text_curves(text))
+    if not light_curves:
         text.fail(None, "the file has no light curves; expected one or more")
-    magnitudes = [-2.5 * np.log10(one.rows[:, 1]) for one in given]
+    magnitudes = [-2.5 * np.log10(light_curve.rows[:, 1]) for light_curve in light_curves]
     errors = standard_errors(
-        sigma, [Curve(one.name, one.rows[:, 0], m) for one, m in zip(given, magnitudes, strict=True)], path
+        sigma, [Curve(c.name, c.rows[:, 0], m) for c, m in zip(light_curves, magnitudes, strict=True)], path
     )
     return [
-        _photometry(one, magnitude, error, scale, options)
-        for one, magnitude, error in zip(given, magnitudes, errors, strict=True)
+        _photometry(light_curve, magnitude, error, scale, options)
+        for light_curve, magnitude, error in zip(light_curves, magnitudes, errors, strict=True)
     ]
 
 
-def _photometry(one: _Given, magnitude: Floats, sigma: float, scale: str, options: dict[str, Any]) -> Photometry:
+def _photometry(
+    light_curve: _LightCurve, magnitude: Floats, sigma: float, scale: str, options: dict[str, Any]
+) -> Photometry:
     with need("observing", "dates of light curves"):
         import astropy.units as u
         from astropy.time import Time
 
-    times = Time(one.rows[:, 0], format="jd", scale=scale)
-    first = np.unique(one.rows[:, 0], return_index=True)[1]
-    sun, earth = one.rows[first, 2:5] * u.au, one.rows[first, 5:8] * u.au
+    times = Time(light_curve.rows[:, 0], format="jd", scale=scale)
+    first = np.unique(light_curve.rows[:, 0], return_index=True)[1]
+    sun, earth = light_curve.rows[first, 2:5] * u.au, light_curve.rows[first, 5:8] * u.au
     geometry = Geometry(times[first], to_observer=earth, to_sun=sun, frame="ecliptic", light_time=False)
-    filters = np.full(len(times), "calibrated") if one.calibrated else None
-    night = np.full(len(times), one.name)
+    filters = np.full(len(times), "calibrated") if light_curve.calibrated else None
+    night = np.full(len(times), light_curve.name)
     return Photometry(times, magnitude, sigma, geometry=geometry, night=night, filter=filters, **options)
 
 
-def _text_curves(text: Text) -> Iterator[_Given]:
+def _text_curves(text: Text) -> Iterator[_LightCurve]:
     rows = text.words()
     line, words = text.expected(rows, 0, (1,), "the number of light curves")
-    place = 1
+    next_row = 1
     for k in range(text.whole(line, words[0], "the number of light curves")):
-        line, words = text.expected(rows, place, (2,), f"the number of points of curve {k + 1}, and 0 or 1")
+        line, words = text.expected(rows, next_row, (2,), f"the number of points of curve {k + 1}, and 0 or 1")
         count = text.whole(line, words[0], "the number of points", 1)
         if words[1] not in ("0", "1"):
             text.fail(line, f"the scale is {words[1]!r}; expected 0 for relative or 1 for calibrated")
-        points = [_point(text, *text.expected(rows, place + 1 + j, (8,), _POINT)) for j in range(count)]
-        yield _Given(f"curve {k + 1}", words[1] == "1", np.array(points))
-        place += 1 + count
-    if place < len(rows):
-        text.fail(rows[place][0], "the line is after the last of the light curves; expected the end of the file")
+        points = [_point(text, *text.expected(rows, next_row + 1 + j, (8,), _POINT)) for j in range(count)]
+        yield _LightCurve(f"curve {k + 1}", words[1] == "1", np.array(points))
+        next_row += 1 + count
+    if next_row < len(rows):
+        text.fail(rows[next_row][0], "the line is after the last of the light curves; expected the end of the file")
 
 
-def _json_curves(text: Text) -> Iterator[_Given]:
+def _json_curves(text: Text) -> Iterator[_LightCurve]:
     try:
         content = json.loads("\n".join(text.lines))
     except json.JSONDecodeError as error:
@@ -152,39 +155,41 @@ def _json_curves(text: Text) -> Iterator[_Given]:
     expected = "expected a list of objects with id, scale and points"
     if not isinstance(content, list):
         text.fail(None, f"the content is no list; {expected}")
-    for k, one in enumerate(content, 1):
-        if not (isinstance(one, dict) and {"scale", "points"} <= one.keys() and one["scale"] in (0, 1)):
-            text.fail(None, f"entry {k} is {one!r:.60}; {expected}, scale 0 or 1")
-        name, points = f"curve {one.get('id', k)}", one["points"]
+    for k, entry in enumerate(content, 1):
+        if not (isinstance(entry, dict) and {"scale", "points"} <= entry.keys() and entry["scale"] in (0, 1)):
+            text.fail(None, f"entry {k} is {entry!r:.60}; {expected}, scale 0 or 1")
+        name, points = f"curve {entry.get('id', k)}", entry["points"]
         if isinstance(points, str):
             points = [words for row in points.splitlines() if (words := row.split())]
-        if not isinstance(points, list) or not points or one.get("points_count", len(points)) != len(points):
-            text.fail(None, f"{name} has {points!r:.60} for {one.get('points_count')} points; expected a row for each")
+        if not isinstance(points, list) or not points or entry.get("points_count", len(points)) != len(points):
+            text.fail(
+                None, f"{name} has {points!r:.60} for {entry.get('points_count')} points; expected a row for each"
+            )
         for j, row in enumerate(points, 1):
             if not isinstance(row, list) or len(row) != 8:
                 text.fail(None, f"row {j} of {name} is {row!r:.60}; expected {_POINT}")
-        yield _Given(name, one["scale"] == 1, np.array([_point(text, None, row, name) for row in points]))
+        yield _LightCurve(name, entry["scale"] == 1, np.array([_point(text, None, row, name) for row in points]))
 
 
 def _point(text: Text, line: int | None, words: Sequence[Any], curve: str = "") -> list[float]:
     """Return the numbers of a point after checking them."""
     what = f" of {curve}" if curve else ""
-    found = [text.number(line, str(word), f"column {k}{what}") for k, word in enumerate(words, 1)]
+    numbers = [text.number(line, str(word), f"column {k}{what}") for k, word in enumerate(words, 1)]
     text.number(line, str(words[1]), f"the intensity{what}", POSITIVE)
-    for body, vector in (("Sun", found[2:5]), ("Earth", found[5:8])):
+    for body, vector in (("Sun", numbers[2:5]), ("Earth", numbers[5:8])):
         if not any(vector):
             text.fail(line, f"the vector to the {body}{what} is zero; expected one in au")
-    return found
+    return numbers
 
 
 class DamitModel(NamedTuple):
-    """A model of DAMIT: a body that rotates, seen in the light of a law.
+    """A model of DAMIT: a rotating body and its scattering law.
 
     Attributes
     ----------
     body : Body
     state : State
-        That of the body alone at ``epoch``, in the ecliptic of J2000, its centre of mass at rest in the origin.
+        The state of the body alone at ``epoch``, in the ecliptic of J2000, with its centre of mass at rest at 0.
     epoch : Time
         The time zero of the state.
     period : Quantity
@@ -216,20 +221,22 @@ def read_damit_model(
     Parameters
     ----------
     shape : str or Path
-        The numbers of vertices and facets, the vertices, and the triangles, whose vertices count from 1.
+        The file lists the numbers of vertices and facets, the vertices, and the triangles by their vertices' numbers,
+        which count from 1.
     spin : str or Path
-        Longitude and latitude of the pole in degrees (ecliptic of J2000) and sidereal period in hours; JD and the
-        rotation angle in degrees at this time; the phase function's a, d, k; the factor of Lambert's law. The last two
-        lines may be missing.
+        The file has four lines: longitude and latitude of the pole in degrees (ecliptic of J2000) and sidereal period
+        in hours; JD and the rotation angle in degrees at this time; a, d and k of the phase function; the factor of
+        Lambert's law. The last two lines may be missing.
     diameter : Quantity or str, optional
         The diameter of the sphere of the same volume, to which the shape is scaled: most shapes have no scale.
     unit : Unit or str
-        The unit of the vertices without ``diameter``.
+        The unit of the vertices; it has no effect if ``diameter`` is given.
     epoch : Time or str, optional
-        The date of the state, the time of the file of the spin unless given.
+        The date of the state; by default the time in the file of the spin.
     scale : {"tdb", "tt", "utc", "tai"}
         The time scale of the file's JD.
     name : str, optional
+        The name of the body.
     **amount
         The body's ``mass``, ``density`` or ``GM``, which the files do not have.
 
@@ -245,12 +252,12 @@ def read_damit_model(
     Warns
     -----
     InconsistentInput
-        If the z-axis of the shape, about which it spins, is not a principal axis: a run wobbles, which the model of the
-        database does not.
+        If the z-axis of the shape, about which it spins, is not a principal axis: the body then wobbles in a run,
+        unlike the model of the database.
 
     Notes
     -----
-    A vector of the shape is turned into the ecliptic by Rz(longitude) Ry(90 degrees - latitude) Rz(angle), with the
+    A vector of the shape is rotated into the ecliptic by Rz(longitude) Ry(90 degrees - latitude) Rz(angle), with the
     angle of the file plus 360 degrees times the time since its JD over the period (Kaasalainen & Torppa 2001, Icarus
     153, 24; Durech et al. 2010). These axes are the body's :attr:`~fullbody.Body.working_frame`.
 
@@ -276,8 +283,8 @@ def read_damit_model(
     text = Text(spin)
     (longitude, latitude, hours, jd, angle), law = _spin(text)
     start = Time(jd, format="jd", scale=scale)
-    moment = start if epoch is None else date(epoch, "epoch")
-    turns = float((moment - start).to_value("h")) / hours
+    state_epoch = start if epoch is None else date(epoch, "epoch")
+    rotations_since = float((state_epoch - start).to_value("h")) / hours
     with naming(shape):
         solid = _shape(Text(shape), diameter, unit)
         body = Body(solid, name=name, **amount)
@@ -286,15 +293,15 @@ def read_damit_model(
     attitude = rotations.product(
         rotations.about_axis(2, np.radians(longitude)),
         rotations.about_axis(1, np.radians(90.0 - latitude)),
-        rotations.about_axis(2, np.radians(angle) + 2.0 * np.pi * (turns % 1.0)),
+        rotations.about_axis(2, np.radians(angle) + 2.0 * np.pi * (rotations_since % 1.0)),
         rotations.inverse(frame.attitude),
     )
     axis = rotations.matrices(frame.attitude)[:, 2]
     tilt = float(np.arctan2(np.hypot(axis[0], axis[1]), abs(axis[2])))
-    if tilt > _OFF:
+    if tilt > _TILT_LIMIT:
         caution(
-            f"{shape}: the spin is {np.degrees(tilt):.3g} degrees from the principal axis of the shape, so that a run "
-            "of it wobbles, which the model of the database does not"
+            f"{shape}: the spin is {np.degrees(tilt):.3g} degrees from the principal axis of the shape, so that the "
+            "body wobbles in a run, unlike the model of the database"
         )
     state = State(
         position=np.zeros((1, 3)) * u.km,
@@ -302,7 +309,7 @@ def read_damit_model(
         attitude=[attitude],
         spin=2.0 * np.pi / hours * axis[None] * u.rad / u.h,
     )
-    return DamitModel(body, state, moment, hours * u.h, law)
+    return DamitModel(body, state, state_epoch, hours * u.h, law)
 
 
 def _spin(text: Text) -> tuple[list[float], LommelSeeligerLambert | None]:
@@ -313,20 +320,20 @@ def _spin(text: Text) -> tuple[list[float], LommelSeeligerLambert | None]:
         ("a, d, k of the phase function", 3),
         ("the factor of Lambert's law", 1),
     ]
-    found: list[float] = []
+    numbers: list[float] = []
     for k, (what, size) in enumerate(kinds if len(rows) > 2 else kinds[:2]):
         line, words = text.expected(rows, k, (size,), what)
-        found += [text.number(line, word, what) for word in words]
+        numbers += [text.number(line, word, what) for word in words]
         if k == 0:
             text.number(line, words[2], "the period in hours", POSITIVE)
-            if not abs(found[1]) <= 90.0:
+            if not abs(numbers[1]) <= 90.0:
                 text.fail(line, f"the latitude of the pole is {words[1]}; expected -90 to 90 degrees")
     if len(rows) > len(kinds):
         text.fail(rows[len(kinds)][0], "the line is one too many; expected the end of the file")
-    if len(found) == 5:
-        return found, None
+    if len(numbers) == 5:
+        return numbers, None
     with naming(text.path):
-        return found[:5], LommelSeeligerLambert(LinearExponential(*found[5:8]), lambert=found[8])
+        return numbers[:5], LommelSeeligerLambert(LinearExponential(*numbers[5:8]), lambert=numbers[8])
 
 
 def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:

@@ -65,7 +65,8 @@ class Observations(Predictions, Tabled):
         dates : (format, scale), optional
             The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
         **options
-            The other arguments of the class. ``night`` and ``airmass`` of :class:`Photometry` may be names of columns.
+            The other arguments of the class. ``night``, ``filter`` and ``airmass`` of :class:`Photometry` may be names
+            of columns.
 
         Returns
         -------
@@ -85,8 +86,9 @@ class Observations(Predictions, Tabled):
         if columns is not None:
             instance(columns, f"columns of {cls.__name__}", Mapping, "a dict of arguments to names of columns")
         refuse_unknown(options, options_of(cls), cls.__name__)
-        labels = [c.name for c in cls._columns if c.named and isinstance(options.get(c.name), str)]
-        names = dict(columns or {}) | {name: options.pop(name) for name in labels}
+        nameable = [c.name for c in cls._columns if c.named or c.kind == "labels"]
+        named = [name for name in nameable if isinstance(options.get(name), str)]
+        names = dict(columns or {}) | {name: options.pop(name) for name in named}
         return cls(**cls._arguments(read_table(table, cls._columns, names, unit, dates, cls.__name__)), **options)
 
     @classmethod

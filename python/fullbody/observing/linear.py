@@ -11,15 +11,16 @@ from ..typing import Floats
 
 
 class LinearUnknown(NamedTuple):
-    """An unknown on which the predictions of data depend linearly.
+    """An unknown on which the predictions of data depend linearly, such as a zero point.
 
     Attributes
     ----------
     name : str
+        The name under which a fit lists it.
     unit : unit or None
         ``None`` for plain numbers.
     shared : bool
-        Whether it is one unknown in all data that have one of this name, or another one in each of them.
+        Whether all data sets with an unknown of this name have it in common; otherwise each has its own.
     """
 
     name: str
@@ -28,16 +29,16 @@ class LinearUnknown(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is constant while a :class:`LinearModel` of K rows of C numbers is differentiated.
+    """The constants with which a :class:`LinearModel` of K rows of C numbers is differentiated.
 
     Attributes
     ----------
     values : ndarray, (L,)
         The linear unknowns.
     rows : ndarray, (K, C)
-        Weights of the rows of the design, which are summed for each of its columns.
+        Weights in the sum over the rows of each column of the design.
     design : ndarray, (K, C, L)
-        Weights of all numbers of the design, which are summed.
+        Weights in the sum over all numbers of the design.
     """
 
     values: Floats
@@ -51,10 +52,21 @@ class LinearModel(NamedTuple):
     Attributes
     ----------
     unknowns : tuple of LinearUnknown
+        The L unknowns, in the order of the design's columns.
     pulls : ndarray, (K, C)
         The pulls with all linear unknowns zero.
     design : ndarray, (K, C, L)
         The derivatives of the predictions, divided by the errors as the pulls are.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fullbody import observing
+    >>> zero_point = observing.LinearUnknown("zero point")
+    >>> model = observing.LinearModel((zero_point,), np.array([[3.0], [5.0]]), np.ones((2, 1, 1)))
+    >>> values, pulls = model.solved()
+    >>> values.round(12), pulls.ravel().round(12)
+    (array([4.]), array([-1.,  1.]))
     """
 
     unknowns: tuple[LinearUnknown, ...]
@@ -62,19 +74,21 @@ class LinearModel(NamedTuple):
     design: Floats
 
     def solved(self) -> tuple[Floats, Floats]:
-        """Return the unknowns (L,) with which the squares of the pulls have the least sum, and these pulls."""
+        """Return the unknowns (L,) at which the sum of the squared pulls is least, and the pulls (K, C) there."""
         values = self.projection().solve(self.pulls.ravel())
         return values, self.pulls - self.design @ values
 
     def projection(self) -> Projection:
-        """Return the factors of the design."""
-        return Projection(self.design.reshape(self.pulls.size, len(self.unknowns)), [one.name for one in self.unknowns])
+        """Return the orthogonal factorisation of the design."""
+        return Projection(
+            self.design.reshape(self.pulls.size, len(self.unknowns)), [unknown.name for unknown in self.unknowns]
+        )
 
     def contracted(self, held: Held) -> Floats:
-        """Return what a fit differentiates, (K C + L + 1,).
+        """Return the numbers (K C + L + 1,) that a fit differentiates.
 
-        These are the pulls for the unknowns that are held, the sums of the weighted rows of the design, and that of all
-        its weighted numbers.
+        They are the pulls at the held unknowns, the weighted sum of each column of the design, and the weighted sum of
+        all its numbers.
         """
         design = self.design.reshape(self.pulls.size, len(self.unknowns))
         pulls, total = self.pulls.ravel() - design @ held.values, np.vdot(held.design, self.design)

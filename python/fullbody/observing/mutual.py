@@ -26,11 +26,11 @@ from .vectors import SystemGeometry, Vectors, local_geometry
 if TYPE_CHECKING:
     from .laws import Law
 
-#: Kinds of events, and the sign of the light's way: toward the distant point or from there.
+#: Kinds of events, and the sign of the light's direction: 1 toward the observer, -1 from the Sun.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
-#: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
+#: The least number of rows of a table of directions, which keeps its spline equal to that of the geometry.
 _ROWS = 64
-#: The number of points on the limb of the Sun, and that between them at which contacts are interpolated.
+#: The number of points on the limb of the Sun, and the factor by which interpolation makes them denser.
 _LIMB, _FINE = 16, 64
 #: The number of magnitudes in a search for the greatest depth, each of which narrows it down to two intervals, and the
 #: number of searches.
@@ -48,25 +48,24 @@ def mutual_events(
     law: Law | dict[str, Law] | None = None,
     albedo: float | Array | dict[str, Any] = 1.0,
 ) -> MutualEvents:
-    """All occultations and eclipses among the bodies of a run, in the order of time.
+    """Find all occultations and eclipses among the bodies of a run, in the order of time.
 
-    Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
-    extrema are sought, so that events that only graze are found too. Each body is taken at the time when its light left
-    it, and seen within its cone from the observer, or from the Sun, at any distance. Shadows take account of the time
-    that light takes from body to body.
+    Contacts are located on the continuous solution to the last digits of their time. Extrema within a step are searched
+    too, so that grazing events are found. Each body is at the place where the light left it, and lies within its cone
+    from the observer, or from the Sun, at any distance. Shadows contain the light time from body to body.
 
     Parameters
     ----------
     run : Run
         A run with ``dense=True``.
     geometry : Geometry
-        Events are those in the time that both the run and the geometry cover. Without the Sun there are occultations
-        alone.
+        The positions of the observer and of the Sun. Events are searched in the time that both the run and the geometry
+        cover. Without the Sun only occultations are found.
     sun_radius : float, Quantity or str
-        Angular radius of the Sun's disc, radians: 0.00465 at 1 au. With it eclipses have the contacts of the penumbra
-        and of the umbra; zero for a Sun that is a point.
+        Angular radius of the Sun's disc in radians, 0.00465 at 1 au. With it eclipses have the contacts of the penumbra
+        and of the umbra. The Sun is a point if it is zero.
     law : Law or dict, optional
-        The scattering law, with which events have their depth in magnitudes; without it they have none.
+        The scattering law for the depths of the events in magnitudes; without it events have no depth.
     albedo : float, array_like or dict
         Option of :func:`brightness` for the depths.
 
@@ -83,8 +82,9 @@ def mutual_events(
 
     Notes
     -----
-    The outline of an ellipsoid is an ellipse; that of a composite is the union of its parts' outlines, but it is only
-    within one of them that something counts as totally hidden; that of a polyhedron is the convex hull of its vertices.
+    The outline of an ellipsoid is an ellipse, that of a polyhedron is the convex hull of its projected vertices, and
+    that of a composite is the union of its parts' outlines. A body behind a composite counts as totally hidden only
+    within the outline of one part.
 
     Examples
     --------
@@ -115,9 +115,7 @@ def mutual_events(
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry.has_sun]
     pairs = [(i, j) for i in range(len(system.context)) for j in range(len(system.context)) if i != j]
     points = {kind: range(_LIMB if radius > 0.0 and kind == "eclipse" else 1) for kind in kinds}
-    asked = [
-        (kind, i, j, total, q) for kind in kinds for i, j in pairs for total in (False, True) for q in points[kind]
-    ]
+    keys = [(kind, i, j, total, q) for kind in kinds for i, j in pairs for total in (False, True) for q in points[kind]]
     towards = {}
     weights = system.context.masses / system.context.masses.sum()
     for kind in kinds:
@@ -129,37 +127,38 @@ def mutual_events(
         for q, limb in enumerate(_limb(np.array(toward), radius if len(points[kind]) > 1 else 0.0)):
             slowness = KINDS[kind] / local.light_speed
             towards[kind, q] = _core.Toward(knots, limb.tolist(), slowness, local.distant, False)
-    conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in asked]
+    conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in keys]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
-    intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
-    found = []
+    intervals = {key: _intervals(*crossing, span, start < stop) for key, crossing in zip(keys, crossings, strict=True)}
+    events_found = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
         seen, totals = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
-        found += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
-    found.sort(key=lambda one: one[0][:2])
-    times = np.array([one[0] for one in found]).reshape(-1, 6)
-    hidden = np.array([i for _, _, i, _ in found], dtype=np.intp)
-    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in found], dtype=bool)
-    known = ~(np.isnan(times) | np.isin(times, span))
-    which = np.nonzero(known)[0]
-    times[known] = _arrivals(run, local, times[known], hidden[which], eclipsed[which])
+        events_found += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
+    events_found.sort(key=lambda event: event[0][:2])
+    times = np.array([contacts for contacts, _, _, _ in events_found]).reshape(-1, 6)
+    hidden = np.array([i for _, _, i, _ in events_found], dtype=np.intp)
+    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in events_found], dtype=bool)
+    # Ends of the span are no contacts.
+    is_contact = ~(np.isnan(times) | np.isin(times, span))
+    rows = np.nonzero(is_contact)[0]
+    times[is_contact] = _arrivals(run, local, times[is_contact], hidden[rows], eclipsed[rows])
 
-    def attached(time: float, is_known: bool) -> Any:
-        return system.context.units.attach(float(time), "time") if is_known else None
+    def attached(time: float, exists: bool) -> Any:
+        return system.context.units.attach(float(time), "time") if exists else None
 
     events = [
         MutualEvent(kind, system.context.names[i], system.context.names[j], *map(attached, row, mask))
-        for (_, kind, i, j), row, mask in zip(found, times, known, strict=True)
+        for (_, kind, i, j), row, mask in zip(events_found, times, is_contact, strict=True)
     ]
     if law is not None:
         edges = local.arrival(np.array(span))
-        ends = [np.where(known[:, k], times[:, k], edges[k]) for k in (0, 1)]
+        ends = [np.where(is_contact[:, k], times[:, k], edges[k]) for k in (0, 1)]
 
         def loss(moments: Floats) -> Floats:
             options: dict[str, Any] = {"law": law, "albedo": albedo, "sun_radius": sun_radius}
             when = system.context.units.attach(moments, "time")
-            hidden, free = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
-            return hidden - free
+            dimmed, undimmed = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
+            return dimmed - undimmed
 
         for k, (first, last) in enumerate(zip(*ends, strict=True)):
             moment, depth = _deepest(loss, first, last)
@@ -172,7 +171,7 @@ def _limb(toward: Floats, radius: float) -> list[Floats]:
     if radius == 0.0:
         return [toward]
     length = np.linalg.norm(toward, axis=1, keepdims=True)
-    # The two axes across turn with the direction, without jumps, from those of the first one.
+    # The axes across are computed from one fixed vector, so that they follow the direction without jumps.
     least = np.eye(3)[np.argmin(np.abs(toward[0]))]
     first = np.cross(toward, least)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -184,13 +183,13 @@ def _limb(toward: Floats, radius: float) -> list[Floats]:
 def _contacts(
     seen: list[list[tuple[float, float]]], totals: list[list[tuple[float, float]]], span: list[float]
 ) -> list[list[float]]:
-    """Return begin, end, those of totality and those of the umbra of events, nan where there is none.
+    """Return begin and end of events, of their totality and of the umbra; nan where they do not exist.
 
     The lists have the intervals in which a body is hidden, and totally so, from each of several points.
     """
-    found: list[list[float]] = []
+    contacts: list[list[float]] = []
     groups: list[list[tuple[int, float, float]]] = []
-    for begin, end, q in sorted((*interval, q) for q, own in enumerate(seen) for interval in own):
+    for begin, end, q in sorted((*interval, q) for q, intervals in enumerate(seen) for interval in intervals):
         if groups and begin <= max(group[2] for group in groups[-1]):
             groups[-1].append((q, begin, end))
         else:
@@ -200,24 +199,24 @@ def _contacts(
         for q, begin, end in group:
             begins[q], ends[q] = np.fmin(begins[q], begin), np.fmax(ends[q], end)
         first, last = _extreme(begins, -1.0, span), _extreme(ends, 1.0, span)
-        inner = [[ends for ends in own if first <= ends[0] and ends[1] <= last] for own in totals]
+        inner = [[ends for ends in intervals if first <= ends[0] and ends[1] <= last] for intervals in totals]
         total = umbra = (np.nan, np.nan)
         if all(inner):
             total = (
-                _extreme(np.array([own[0][0] for own in inner]), 1.0, span),
-                _extreme(np.array([own[-1][1] for own in inner]), -1.0, span),
+                _extreme(np.array([intervals[0][0] for intervals in inner]), 1.0, span),
+                _extreme(np.array([intervals[-1][1] for intervals in inner]), -1.0, span),
             )
         if len(seen) > 1 and not np.isnan(begins).any():
             umbra = _extreme(begins, 1.0, span), _extreme(ends, -1.0, span)
         pairs = (pair if pair[0] < pair[1] else (np.nan, np.nan) for pair in (total, umbra))
-        found.append([first, last, *next(pairs), *next(pairs)])
-    return found
+        contacts.append([first, last, *next(pairs), *next(pairs)])
+    return contacts
 
 
 def _extreme(times: Floats, sign: float, span: list[float]) -> float:
-    """Return the latest (sign 1) or first (-1) of times for points around a limb, interpolated between these.
+    """Return the latest (sign 1) or first (-1) of the times of points around a limb, interpolated between the points.
 
-    Where some of the points have no time, or one at an end of the span, it is that of a point.
+    If a point has no time, or a time at an end of the span, nothing is interpolated.
     """
     if len(times) > 1 and not (np.isnan(times).any() or np.isin(times, span).any()):
         middle = times.mean()
@@ -238,24 +237,24 @@ def _deepest(loss: Callable[[Floats], Floats], first: float, last: float) -> tup
 def _arrivals(
     run: Record, local: SystemGeometry, times: Floats, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
 ) -> Floats:
-    """Return when the observer sees contacts that conditions have at times (T,), with the indices of hidden bodies."""
-    found = local.arrival(times)
+    """Return the times (T,) when the observer sees contacts, from those of the conditions and the hidden bodies."""
+    seen = local.arrival(times)
     if np.isinf(local.light_speed) or not eclipsed.any():
-        return found
+        return seen
     assert run.dense is not None
-    # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
+    # The time of an eclipse's condition is that at which sunlight passes the barycentre; it leaves the body at another.
     passing = left = times[eclipsed]
-    sun = local.sun(found[eclipsed])
+    sun = local.sun(seen[eclipsed])
     weights = run.context.masses / run.context.masses.sum()
     for _ in range(_ITERATIONS):
         position = run.dense.core.states(np.clip(left, min(run.dense.core.range), max(run.dense.core.range)))[
             "position"
         ]
-        place = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
-        way = np.linalg.norm(sun - place, axis=1) - np.linalg.norm(sun, axis=1)
-        left = passing + way / local.light_speed
-    found[eclipsed] = local.arrival(left, place)
-    return found
+        body = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
+        detour = np.linalg.norm(sun - body, axis=1) - np.linalg.norm(sun, axis=1)
+        left = passing + detour / local.light_speed
+    seen[eclipsed] = local.arrival(left, body)
+    return seen
 
 
 def _intervals(at_start: float, zeros: list[float], span: list[float], forward: bool) -> list[tuple[float, float]]:
@@ -267,21 +266,21 @@ def _intervals(at_start: float, zeros: list[float], span: list[float], forward: 
     edges = [-np.inf, *zeros] if below else [*zeros]
     edges += [np.inf] if len(edges) % 2 else []
     pairs = zip(edges[::2], edges[1::2], strict=True)
-    # Round-off may find a zero twice; nothing lasts no time.
+    # Rounding may give a zero twice, and such an interval has no length.
     clipped = ((max(a, span[0]), min(b, span[1])) for a, b in pairs)
     return [(a, b) for a, b in clipped if a < b]
 
 
 def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[float], list[list[float]]]:
-    """Times of emission in a span and the vectors to the observer, or to the Sun, of the light that leaves then."""
+    """Return times of emission in a span, and vectors to the observer, or to the Sun, for light that leaves then."""
     ends = [float(local.arrival(time)) for time in span]
     rows = local.rows()
     inside = rows[(rows > ends[0]) & (rows < ends[1])]
-    # Between the rows of the geometry its own spline is a cubic: a few points on each piece give it back.
+    # The spline of the geometry is a cubic between its rows, which a few points on each piece reproduce.
     knots = np.unique(np.concatenate([[ends[0]], inside, [ends[1]]]))
     parts = max(3, -(-_ROWS // len(knots)))
-    places = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
-    arrivals = np.interp(places, np.arange(len(knots)), knots)
+    positions = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
+    arrivals = np.interp(positions, np.arange(len(knots)), knots)
     vectors = local.observer(arrivals) if kind == "occultation" else local.sun(arrivals)
     return local.emission(arrivals).tolist(), vectors.tolist()
 
@@ -297,7 +296,7 @@ def occultation(
     direction: int = 0,
     terminal: bool = False,
 ) -> Occultation:
-    """An event of :mod:`fullbody.events` for a run to watch for, or to end with: a mutual event in a geometry.
+    """Make an event of :mod:`fullbody.events` from a mutual event in a geometry, which a run records or ends with.
 
     Parameters
     ----------
@@ -308,18 +307,25 @@ def occultation(
     body, by : int or str
         The hidden body and the one that hides it, by their indices in the system or their names.
     kind : {"occultation", "eclipse"}
+        Whether the body is hidden from the observer or from the Sun.
     total : bool
-        Whether the whole outline of the body is hidden.
+        Whether the event is that of the whole outline of the body being hidden.
     direction : {-1, 0, 1}
-        -1: it begins; 1: it ends; 0: both.
+        -1 for its begin, 1 for its end, 0 for both.
     terminal : bool
+        Whether the run ends with it.
 
     Returns
     -------
     fullbody.events.Occultation
-        Its times are those at which the observed light left the barycentre, or sunlight passed it. Bodies are seen, at
-        their own times and within cones, as by :func:`mutual_events`. A run in which one of the two bodies reaches as
-        far toward the observer, or the Sun, as these are from the barycentre ends in ``InvalidInput``.
+        The event, whose times are those at which the observed light left the barycentre, or sunlight passed it. Bodies
+        are seen as by :func:`mutual_events`.
+
+    Raises
+    ------
+    InvalidInput
+        For a body, a kind or a direction that does not exist. A run also raises it if one of the two bodies reaches as
+        far toward the observer, or the Sun, as these are from the barycentre.
 
     Examples
     --------
@@ -336,7 +342,7 @@ def occultation(
     span = [float(local.emission(end)) for end in local.ends()]
     times, toward = _table(local, kind, span)
     when = system.context.units.attach(np.array(times), "time")
-    places = system.context.index(body, "body"), system.context.index(by, "by")
+    indices = system.context.index(body, "body"), system.context.index(by, "by")
     slowness = KINDS[kind] / local.light_speed
     options: dict[str, Any] = {"direction": direction, "terminal": terminal}
-    return Occultation(*places, toward, when, total, local.distant, slowness, **options)
+    return Occultation(*indices, toward, when, total, local.distant, slowness, **options)

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class MutualEvent:
-    """A body that another one hides from the observer, or from the Sun.
+    """A mutual event: one body hides another one from the observer, or from the Sun.
 
-    Times are those at which the observer sees it, in the system's clock: numbers, or Quantities since the epoch. The
-    outlines of the bodies overlap from ``begin`` to ``end``, as seen from a point; how much of the hidden part faces
-    the observer is another question, which ``depth`` and a light curve answer.
+    Times are those at which the observer sees the event, on the system's clock: numbers, or Quantities since the epoch.
+    The outlines of the bodies overlap from ``begin`` to ``end``, as seen from the observer or from the Sun. The hidden
+    part need not be one that the observer sees; ``depth`` and a light curve give the loss of light.
 
     Attributes
     ----------
@@ -32,16 +32,16 @@ class MutualEvent:
     body, by : str
         Names of the hidden body and of the other one.
     begin, end : float, Quantity or None
-        ``None`` where the run, or the geometry, begins or ends within the event. Of an eclipse by the Sun's disc they
-        are the contacts with the penumbra.
+        First and last contact; ``None`` where the run, or the geometry, begins or ends within the event. They are
+        contacts with the penumbra for an eclipse with the Sun's disc.
     total_begin, total_end : float, Quantity or None
-        First and last time of totality, when the whole outline is hidden, in an eclipse from all of the Sun's disc;
-        ``None`` if it never is, or where the run begins or ends within it.
+        First and last time of totality, when the whole outline is hidden from the observer, or from all of the Sun's
+        disc; ``None`` for a partial event, and where the run begins or ends within totality.
     umbra_begin, umbra_end : float, Quantity or None
-        First and last time at which a part of the body is hidden from all of the Sun's disc; ``None`` if none is, and
-        for occultations and a Sun without a disc.
+        First and last time at which a part of the body is hidden from all of the Sun's disc; ``None`` if there is
+        no such part, and for occultations and a Sun without a disc.
     depth : float or None
-        The largest loss of the light of all bodies in the event, in magnitudes, by all events at that time.
+        The largest loss of the light of all bodies during the event, in magnitudes, by all events at that time.
     deepest : float, Quantity or None
         The time of this loss.
     """
@@ -60,16 +60,16 @@ class MutualEvent:
 
     @property
     def middle(self) -> Scalar | None:
-        """The middle between ``begin`` and ``end``; ``None`` if one of them is ``None``."""
+        """The mean of ``begin`` and ``end``, or ``None`` if one of them is ``None``."""
         return None if self.begin is None or self.end is None else 0.5 * (self.begin + self.end)
 
     @property
     def duration(self) -> Scalar | None:
-        """Time from ``begin`` to ``end``; ``None`` where one of them is."""
+        """The time from ``begin`` to ``end``, or ``None`` if one of them is ``None``."""
         return None if self.begin is None or self.end is None else self.end - self.begin
 
 
-#: The times of an event in the order in which they come, besides that of its greatest depth.
+#: The contacts of an event in the order of time.
 _CONTACTS = ("begin", "umbra_begin", "total_begin", "total_end", "umbra_end", "end")
 
 
@@ -80,7 +80,7 @@ class MutualEvents(list[MutualEvent]):
     ----------
     events : iterable of MutualEvent
     system : System
-        The system whose clock the times are of.
+        The system on whose clock the times are.
     """
 
     def __init__(self, events: Iterable[MutualEvent], system: SystemLike) -> None:
@@ -92,8 +92,8 @@ class MutualEvents(list[MutualEvent]):
 
         It has the columns ``kind``, ``body`` and ``by``, the contacts ``begin``, ``umbra_begin``, ``total_begin``,
         ``total_end``, ``umbra_end`` and ``end``, and ``deepest`` and ``depth`` in magnitudes. Times are dates in UTC
-        if the system has an epoch, by the clock of the observer. They are masked where there are none, and columns of
-        times that no event has are left out.
+        if the system has an epoch, by the clock of the observer. A time that an event does not have is masked, and
+        columns of times that no event has are left out.
 
         Examples
         --------
@@ -109,19 +109,19 @@ class MutualEvents(list[MutualEvent]):
         with need("observing", "a table"):
             from astropy.table import MaskedColumn, QTable
 
-        found = QTable({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
+        table = QTable({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
         for name in (*_CONTACTS, "deepest"):
             times = [getattr(event, name) for event in self]
             if any(time is not None for time in times) or name in ("begin", "end"):
-                found[name] = self._column(times)
+                table[name] = self._column(times)
         depths = [event.depth for event in self]
         if any(depth is not None for depth in depths):
-            found["depth"] = MaskedColumn([0.0 if depth is None else depth for depth in depths], unit="mag")
-            found["depth"].mask = [depth is None for depth in depths]
-        return found
+            table["depth"] = MaskedColumn([0.0 if depth is None else depth for depth in depths], unit="mag")
+            table["depth"].mask = [depth is None for depth in depths]
+        return table
 
     def _column(self, times: list[Any]) -> Any:
-        """Return times as a column, with those masked that do not exist."""
+        """Return times as a column, in which ``None`` is masked."""
         context = self._system.context
         plain = np.array([0.0 if time is None else context.units.strip(time, "time", "time") for time in times])
         mask = np.array([time is None for time in times], dtype=bool)

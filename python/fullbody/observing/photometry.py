@@ -1,4 +1,4 @@
-"""Photometry: observed magnitudes of all bodies together."""
+"""Photometry: observed magnitudes of all bodies of a system together."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Photometry(Observations):
     magnitude : array_like or Quantity, (K,)
         Rows with masked or NaN values are left out, with a warning.
     sigma : float, array_like or Quantity, () or (K,)
-        Standard errors.
+        Standard errors in magnitudes.
     geometry : Geometry
         A geometry that includes the Sun.
     law, albedo, mutual, sun_radius
@@ -55,10 +55,10 @@ class Photometry(Observations):
         Labels of the nights. Without them a night ends with a gap of more than eight hours; times that are plain
         numbers are one night.
     filter : array_like, (K,), optional
-        Names of the filters of calibrated magnitudes, as of sparse photometry, in which free zero points are those of
-        the filters. Data that have a filter in common share its zero point.
+        Names of the filters of calibrated magnitudes, as in sparse photometry. Free zero points then belong to filters
+        instead of nights, and data sets that have a filter in common share its zero point.
     airmass : array_like, (K,), optional
-        Airmasses, in which each night then has a free slope, its extinction.
+        Airmasses. With them each night has a free slope in airmass, its extinction.
     drift : "free", optional
         Whether each night has a free slope in time, in magnitudes per unit of time, from the mean of its times.
     phase_slope : "free", optional
@@ -71,9 +71,9 @@ class Photometry(Observations):
     Raises
     ------
     InvalidInput
-        For a geometry without the Sun, errors that are not above zero, an unknown kind of zero point. When a run is
-        compared: for free slopes, series and zero points that the data do not tell apart, such as a slope in airmass of
-        a night at one airmass.
+        For a geometry without the Sun, errors that are not above zero, and an unknown kind of zero point. When a run is
+        compared, for free slopes, series and zero points that the data leave undetermined, such as a slope in airmass
+        of a night with one airmass.
 
     Warns
     -----
@@ -82,8 +82,8 @@ class Photometry(Observations):
 
     Notes
     -----
-    Free zero points, slopes and series are linear in magnitudes: they are solved for wherever a run is compared with
-    the data, at the least chi2, and a fit of other parameters takes no iterations for them.
+    Free zero points, slopes and series are linear in magnitudes: wherever a run is compared with the
+    data, they are solved for at the least chi2, and a fit of other parameters takes no iterations for them.
 
     Examples
     --------
@@ -159,16 +159,16 @@ class Photometry(Observations):
         if filter is not None and any(label is not None for label in np.ravel(filter)):
             self.filters, self._filter = self._labels(filter, "filter", rows.given)
 
-    def _labels(self, given: Any, what: str, count: int) -> tuple[Any, Any]:
+    def _labels(self, row_labels: Any, what: str, count: int) -> tuple[Any, Any]:
         """Return the distinct labels of the rows, and the index of each row's label among them."""
-        if given is not None and np.shape(given) != (count,):
-            raise InvalidInput(f"{what} has shape {np.shape(given)}; expected ({count},), one for each of times")
-        absent = given is None or all(label is None for label in np.asarray(given))
-        labels = _nights(self.times) if absent else np.asarray(given)[self.rows]
+        if row_labels is not None and np.shape(row_labels) != (count,):
+            raise InvalidInput(f"{what} has shape {np.shape(row_labels)}; expected ({count},), one for each of times")
+        absent = row_labels is None or all(label is None for label in np.asarray(row_labels))
+        labels = _nights(self.times) if absent else np.asarray(row_labels)[self.rows]
         try:
             return np.unique(labels, return_inverse=True)
         except TypeError as error:
-            raise InvalidInput(f"{what} is {shown(given)}, labels of several kinds; expected one kind") from error
+            raise InvalidInput(f"{what} is {shown(row_labels)}, labels of several kinds; expected one kind") from error
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
@@ -184,10 +184,12 @@ class Photometry(Observations):
         Parameters
         ----------
         run : Run
+            A run as for :meth:`predict`.
 
         Returns
         -------
         ndarray, (number of filters or nights,)
+            Zero points in magnitudes.
         """
         count = len(self._zero_labels)
         if self.zero != "free":
@@ -200,19 +202,19 @@ class Photometry(Observations):
 
     def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
         shared, labels = self.filters is not None, self._zero_labels if self.zero == "free" else ()
-        found = [LinearUnknown(f"zero point of {label}", shared=shared) for label in labels]
+        unknowns = [LinearUnknown(f"zero point of {label}", shared=shared) for label in labels]
         if self.airmass is not None:
-            found += [LinearUnknown(f"airmass slope of {night}") for night in self.nights]
+            unknowns += [LinearUnknown(f"airmass slope of {night}") for night in self.nights]
         if self.drift is not None:
             units = system.context.units
             per_time = units.unit("time") ** -1 if units.defined else None
-            found += [LinearUnknown(f"drift of {night}", per_time) for night in self.nights]
+            unknowns += [LinearUnknown(f"drift of {night}", per_time) for night in self.nights]
         if self.phase_slope is not None:
-            found.append(LinearUnknown("phase slope"))
+            unknowns.append(LinearUnknown("phase slope"))
         if self.rotation is not None:
             name = system.context.names[system.context.index(self.rotation.body, "body of RotationSeries")]
-            found += [LinearUnknown(one, shared=True) for one in self.rotation.names(name)]
-        return tuple(found)
+            unknowns += [LinearUnknown(coefficient, shared=True) for coefficient in self.rotation.names(name)]
+        return tuple(unknowns)
 
     def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
         night = np.eye(len(self.nights))[self._night]
@@ -241,7 +243,7 @@ class Photometry(Observations):
         return np.asarray(2.0 * np.arctan2(*(np.linalg.norm(toward + s * sunward, axis=1) for s in (-1.0, 1.0))))
 
     def _rotation_angle(self, system: SystemLike, states: dict[str, Floats]) -> tuple[Floats, Floats]:
-        """Return the rotation angle (K,) of the body of the series, and its derivatives (K, 3) by its rotation."""
+        """Return the rotation angle (K,) of the series' body, and its derivatives (K, 3) by the body's rotation."""
         assert self.rotation is not None
         body = system.context.index(self.rotation.body, "body of RotationSeries")
         retarded = self._retarded(system, states)
@@ -258,10 +260,10 @@ class Photometry(Observations):
         angle, by_rotation = self._rotation_angle(system, states)
         rotation = np.zeros_like(states["spin"])
         rotation[:, system.context.index(self.rotation.body, "body of RotationSeries")] = by_rotation
-        by_state, pull = _by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
+        by_state, by_mass = _by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
         slope = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
         slope[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
-        masses = {f"mass of {body}": pull[:, [k]] for k, body in enumerate(system.context.names)}
+        masses = {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
         direct = {name: masses.get(name, np.zeros((len(self), 1))) for name in parameters}
         return [DesignArgument(slope, by_state[:, None], direct)]
 
@@ -316,35 +318,36 @@ class Photometry(Observations):
         result = self._photometer(system).derivatives(self._view(system, states, retarded))
         factor = -2.5 / np.log(10.0) / self._total(result.brightness)
         position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
-        by_state, pull = _by_states(system, states, retarded, position, rotation)
+        by_state, by_mass = _by_states(system, states, retarded, position, rotation)
         axes: dict[str, Floats] = {
-            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, place, [k]]
-            for place, body in enumerate(system.context.names)
+            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, index, [k]]
+            for index, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
-        axes |= {f"mass of {body}": pull[:, [k]] for k, body in enumerate(system.context.names)}
+        axes |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return by_state[:, None], direct
 
     def _described(self) -> list[tuple[str, str]]:
         free = [("drift", self.drift), ("phase slope", self.phase_slope), ("rotation", self.rotation)]
         free += [("airmass slope", None if self.airmass is None else "free")]
-        given = [(what, str(value)) for what, value in free if value is not None]
-        return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), *given, ("law", repr(self.law))]
+        options = [(what, str(value)) for what, value in free if value is not None]
+        return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), *options, ("law", repr(self.law))]
 
 
 def _by_states(
     system: SystemLike, states: dict[str, Floats], retarded: RetardedStates, position: Floats, rotation: Floats
 ) -> tuple[Floats, Floats]:
-    """Return derivatives (K, 12 N) with respect to states, and (K, N) to masses, of K numbers.
+    """Return the derivatives of K numbers with respect to states, (K, 12 N), and to masses, (K, N).
 
-    Their derivatives with respect to retarded positions and rotation vectors, (K, N, 3), are given. Let e be the unit
+    ``position`` and ``rotation`` are the derivatives of these numbers with respect to retarded positions and rotation
+    vectors, (K, N, 3). Let e be the unit
     vector from a body to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a
     change r' of the position, which also changes the time at which the light left. A mass moves the barycentre,
     relative to which the directions and distances of observer and Sun are given.
     """
-    way = retarded.observer[:, None] - retarded.centre
-    toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    to_observer = retarded.observer[:, None] - retarded.centre
+    toward = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
     later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
     speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
     position = position + toward * (later / speed)[..., None]
@@ -356,12 +359,12 @@ def _by_states(
         rotation + np.cross(delay * states["spin"], rotation),
         spin,
     ]
-    pull = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
-    return np.concatenate(parts, axis=-1).reshape(len(way), -1), -pull
+    by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
+    return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
 
 
 def _nights(times: Any) -> Any:
-    """Return labels of nights, which gaps separate, for times in their order."""
+    """Return the label of the night of each of the sorted times; gaps separate nights."""
     if are_dates(times):
         hours = np.asarray((times - times[0]).to_value("h"))
     elif is_quantity(times):

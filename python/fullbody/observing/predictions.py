@@ -35,16 +35,16 @@ class Errors(NamedTuple):
 
 
 class DesignArgument(NamedTuple):
-    """A number of each of K rows of C numbers through which the design depends on the motion.
+    """A quantity of K rows of C numbers, such as a rotation angle, through which the design depends on the motion.
 
     Attributes
     ----------
     slope : ndarray, (K, C, L)
-        The derivatives of the design with respect to the number.
+        The derivatives of the design with respect to the quantity.
     by_state : ndarray, (K, C, 12 N)
-        The derivatives of the number with respect to the states.
+        The derivatives of the quantity with respect to the states.
     direct : dict of ndarray, (K, C)
-        Those with respect to parameters of the system at given states.
+        The derivatives of the quantity with respect to parameters of the system at constant states, by name.
     """
 
     slope: Floats
@@ -53,12 +53,14 @@ class DesignArgument(NamedTuple):
 
 
 class Predictions:
-    """Base of observations of K rows of C numbers: predictions for them, and comparison with what was observed.
+    """Base class of observations of K rows of C numbers, which predicts them from a run and compares the two.
 
     Attributes
     ----------
     times : astropy Time, Quantity or ndarray, (K,)
+        Times at the observer.
     geometry : Geometry
+        The positions of the observer and of the Sun.
     """
 
     def __init__(self, times: Any, geometry: Vectors) -> None:
@@ -71,7 +73,7 @@ class Predictions:
         return type(self).__name__
 
     def emission(self, system: SystemLike) -> Any:
-        """Return the times of a system's clock at which the observed light left its barycentre: runs need states there.
+        """Return the times on a system's clock at which the observed light left its barycentre; runs need states there.
 
         Parameters
         ----------
@@ -80,6 +82,7 @@ class Predictions:
         Returns
         -------
         ndarray or Quantity, (K,)
+            Times since the epoch, in the system's unit of time.
         """
         return system.context.units.attach(self._emission(system), "time")
 
@@ -95,13 +98,13 @@ class Predictions:
 
     def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
         """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
-        known_names = system.context.masses if masses is None else masses
-        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known_names, states)
+        masses = system.context.masses if masses is None else masses
+        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), masses, states)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
 
-        Positions and velocities may be several for each time, (..., K, N, 3).
+        Positions and velocities may have further leading axes, (..., K, N, 3).
         """
         raise NotImplementedError
 
@@ -110,7 +113,7 @@ class Predictions:
         raise NotImplementedError
 
     def _covariance(self, system: SystemLike) -> Floats:
-        """Return the covariance (K, C, C) of each row, in the numbers of the predictions."""
+        """Return the covariances (K, C, C) of the rows, in the numbers of the predictions."""
         raise NotImplementedError
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
@@ -135,11 +138,11 @@ class Predictions:
         by_state = np.zeros((*self._observed(system).shape, 12 * count))
         for body in range(count):
             # All six components of a body take one call, which costs hardly more than one component.
-            moved: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
+            shifted: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
             for kind, name in enumerate(kinds):
                 for axis in range(3):
-                    moved[name][3 * kind + axis, :, body, axis] += 1j * _STEP
-            by = self._model(system, moved).imag / _STEP
+                    shifted[name][3 * kind + axis, :, body, axis] += 1j * _STEP
+            by = self._model(system, shifted).imag / _STEP
             by_state[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
             for axis in range(3 if self._depends_on_figures() else 0):
                 attitude = states["attitude"].astype(np.complex128)
@@ -186,7 +189,7 @@ class Predictions:
     def _design_arguments(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
     ) -> list[DesignArgument]:
-        """Return the numbers through which the design depends on the motion; none unless a class has some."""
+        """Return the quantities through which the design depends on the motion; none unless a class has some."""
         return []
 
     def _parts(self, run: Record) -> tuple[Floats, Floats, Floats]:
@@ -201,6 +204,7 @@ class Predictions:
         Parameters
         ----------
         run : Run
+            A run as for :meth:`predict`.
 
         Returns
         -------
@@ -211,7 +215,7 @@ class Predictions:
         return LinearModel(self._linear_unknowns(run.system), white[..., 0], white[..., 1:])
 
     def _solved(self, run: Record, linear: Any) -> tuple[Floats, Floats, dict[str, Any]]:
-        """Return predictions and residuals (K, C), and the linear unknowns by name, solved for unless given."""
+        """Return predictions and residuals (K, C), and the linear unknowns, solved for if ``linear`` is None."""
         prediction, residuals, design = self._parts(run)
         unknowns = self._linear_unknowns(run.system)
         if linear is None:
@@ -219,16 +223,17 @@ class Predictions:
             model = LinearModel(unknowns, white[..., 0], white[..., 1:])
             values, _ = model.solved()
         else:
-            values = np.array([self._given(one, linear) for one in unknowns])
+            values = np.array([self._number_in(linear, unknown) for unknown in unknowns])
         change = design @ values
         named = zip(unknowns, values.tolist(), strict=True)
         return (
             prediction + change,
             residuals - change,
-            {one.name: value if one.unit is None else value * one.unit for one, value in named},
+            {unknown.name: value if unknown.unit is None else value * unknown.unit for unknown, value in named},
         )
 
-    def _given(self, unknown: LinearUnknown, linear: Any) -> float:
+    def _number_in(self, linear: Any, unknown: LinearUnknown) -> float:
+        """Return the value that a dict has of a linear unknown, in plain numbers."""
         if not isinstance(linear, Mapping) or unknown.name not in linear:
             raise InvalidInput(f"linear has no {unknown.name!r}; expected a dict with it, or None to solve for it")
         value, what = linear[unknown.name], f"{unknown.name} of linear"
@@ -241,11 +246,16 @@ class Predictions:
         Parameters
         ----------
         run : Run
+            A run as for :meth:`predict`.
+
+        Returns
+        -------
+        dict of str to float or Quantity
 
         Raises
         ------
         InvalidInput
-            If the data do not tell them apart.
+            If the data leave a combination of them undetermined.
         """
         return self._solved(run, None)[2]
 
@@ -257,8 +267,8 @@ class Predictions:
         run : Run
             A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
         linear : dict, optional
-            The linear unknowns, such as zero points, as :meth:`linear_values` returns them; those at which chi2 of
-            these observations is least unless given.
+            The linear unknowns, such as zero points, as :meth:`linear_values` returns them; by default those at which
+            chi2 of these observations is least.
 
         Returns
         -------
@@ -281,7 +291,7 @@ class Predictions:
         """Return the residuals (K, C) made independent of each other and divided by their standard errors.
 
         They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
-        of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
+        pull of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
         """
         return self.linear(run).solved()[1]
 
@@ -317,8 +327,8 @@ class Predictions:
         by = self.linear_derivatives(run, held)
 
         def projected(columns: Floats) -> Floats:
-            found = projection.derivative(columns[:size], columns[size:-1])
-            return found.reshape(*model.pulls.shape, *columns.shape[1:])
+            derivative = projection.derivative(columns[:size], columns[size:-1])
+            return derivative.reshape(*model.pulls.shape, *columns.shape[1:])
 
         by_parameter = {name: projected(column[:, None])[..., 0] for name, column in by.by_parameter.items()}
         return FunctionDerivatives(held.rows, projected(by.start), by_parameter)
@@ -333,29 +343,29 @@ class Predictions:
         tangent = np.concatenate(tangents, axis=-1)
         start = tangent.shape[-1] - len(names)
 
-        def moved(by_state: Floats, direct: Mapping[str, Floats]) -> Floats:
-            """Return derivatives (K, C, 12 N + names) by the start and the parameters."""
-            found = np.asarray(by_state @ tangent)
+        def chained(by_state: Floats, direct: Mapping[str, Floats]) -> Floats:
+            """Return derivatives (K, C, 12 N + P) with respect to the start and the P parameters."""
+            derivative = np.asarray(by_state @ tangent)
             for k, name in enumerate(names, start):
-                found[..., k] += direct[name]
-            return found
+                derivative[..., k] += direct[name]
+            return derivative
 
-        change = moved(*self._partials(system, states, run.parameters))
+        change = chained(*self._partials(system, states, run.parameters))
         size, count = held.rows.size, len(held.values)
-        found = np.zeros((size + count + 1, tangent.shape[-1]))
+        contracted = np.zeros((size + count + 1, tangent.shape[-1]))
         arguments = self._design_arguments(system, states, run.parameters)
         if arguments:
             weights = np.concatenate([held.rows[..., None], held.design], axis=-1)
-            back = self._whiten(weights, system, transposed=True)
+            weights = self._whiten(weights, system, transposed=True)
         for argument in arguments:
-            by = moved(argument.by_state, argument.direct)
+            by = chained(argument.by_state, argument.direct)
             change += (argument.slope @ held.values)[..., None] * by
             flat = by.reshape(size, -1)
-            found[size:-1] += (back[..., :1] * argument.slope).reshape(size, count).T @ flat
-            found[-1] += np.sum(back[..., 1:] * argument.slope, axis=-1).ravel() @ flat
-        found[:size] = -self._whiten(change, system).reshape(size, -1)
-        by_parameter = {name: found[:, k] for k, name in enumerate(names, start)}
-        return FunctionDerivatives(np.zeros(len(found)), found[:, :start], by_parameter)
+            contracted[size:-1] += (weights[..., :1] * argument.slope).reshape(size, count).T @ flat
+            contracted[-1] += np.sum(weights[..., 1:] * argument.slope, axis=-1).ravel() @ flat
+        contracted[:size] = -self._whiten(change, system).reshape(size, -1)
+        by_parameter = {name: contracted[:, k] for k, name in enumerate(names, start)}
+        return FunctionDerivatives(np.zeros(len(contracted)), contracted[:, :start], by_parameter)
 
     def errors(self, system: SystemLike) -> Errors:
         """Return the errors of the rows, with and without a jitter, in the system's units."""

@@ -11,15 +11,15 @@ from ..errors import InvalidInput, caution
 from ..typing import Floats
 from .columns import column
 
-#: The longest time in days in which a light curve counts as a cubic, and the least number of points beside which
-#: there are enough others within it.
-_SPAN, _LEAST = 0.2, 3
+#: The longest time in days over which a cubic approximates a light curve, and the least number of points with two
+#: others before and after within that time from which a scatter is computed.
+_SPAN, _FEWEST = 0.2, 3
 #: The standard deviation of a normal distribution over the median of the sizes of its values.
 _NORMAL = 1.482602218505602
 
 
 class Curve(NamedTuple):
-    """The ``days`` and magnitudes (K,) of a curve of a file, with what it is called in messages."""
+    """The times in ``days`` and magnitudes (K,) of a curve of a file, with its name in messages."""
 
     name: str
     days: Floats
@@ -38,41 +38,45 @@ def scatter(days: Floats, magnitude: Floats) -> float | None:
     windows = np.lib.stride_tricks.sliding_window_view(order, 5)
     times, values = days[windows], magnitude[windows]
     usable = (np.diff(times, axis=1) > 0.0).all(axis=1) & (times[:, 4] - times[:, 0] <= _SPAN)
-    near, middle = np.delete(times[usable], 2, axis=1), times[usable, 2]
-    if len(near) < _LEAST:
+    neighbours, middle = np.delete(times[usable], 2, axis=1), times[usable, 2]
+    if len(neighbours) < _FEWEST:
         return None
     others = [[j for j in range(4) if j != k] for k in range(4)]
     weights = np.stack(
-        [np.prod((middle[:, None] - near[:, j]) / (near[:, [k]] - near[:, j]), axis=1) for k, j in enumerate(others)], 1
+        [
+            np.prod((middle[:, None] - neighbours[:, j]) / (neighbours[:, [k]] - neighbours[:, j]), axis=1)
+            for k, j in enumerate(others)
+        ],
+        axis=1,
     )
-    apart = values[usable, 2] - np.sum(weights * np.delete(values[usable], 2, axis=1), axis=1)
-    found = float(_NORMAL * np.median(np.abs(apart) / np.sqrt(1.0 + np.sum(weights**2, axis=1))))
-    return found if found > 0.0 else None
+    residuals = values[usable, 2] - np.sum(weights * np.delete(values[usable], 2, axis=1), axis=1)
+    deviation = float(_NORMAL * np.median(np.abs(residuals) / np.sqrt(1.0 + np.sum(weights**2, axis=1))))
+    return deviation if deviation > 0.0 else None
 
 
 def standard_errors(sigma: Any, curves: Sequence[Curve], path: Any) -> Floats:
-    """Return the standard errors (C,) of C curves: those given, or those of their scatter, which a warning says."""
+    """Return the standard errors (C,) of C curves: those given, or estimates from their scatter, with a warning."""
     if not (sigma is None or (isinstance(sigma, str) and sigma == "estimate")):
-        given = column(sigma, "sigma", "mag")[0]
-        if given.shape not in ((), (len(curves),)):
+        errors = column(sigma, "sigma", "mag")[0]
+        if errors.shape not in ((), (len(curves),)):
             raise InvalidInput(
-                f"sigma has shape {given.shape}; expected one number, or ({len(curves)},) for the curves"
+                f"sigma has shape {errors.shape}; expected one number, or ({len(curves)},) for the curves"
             )
-        return np.broadcast_to(given, len(curves))
-    found = [scatter(curve.days, curve.magnitude) for curve in curves]
-    known, few = (
-        [one for one in found if one is not None],
-        [c.name for c, one in zip(curves, found, strict=True) if not one],
-    )
-    if not known:
-        raise InvalidInput(f"{path} has no errors, and {few[0]} too few points to estimate them; give sigma=")
+        return np.broadcast_to(errors, len(curves))
+    estimates = [scatter(curve.days, curve.magnitude) for curve in curves]
+    estimated = [estimate for estimate in estimates if estimate is not None]
+    too_few = [curve.name for curve, estimate in zip(curves, estimates, strict=True) if estimate is None]
+    if not estimated:
+        raise InvalidInput(f"{path} has no errors, and {too_few[0]} too few points to estimate them; give sigma=")
     if sigma is None:
         rest = (
-            f"; {len(few)} curves with too few points, such as {few[0]}, have the median of the others" if few else ""
+            f"; {len(too_few)} curves with too few points, such as {too_few[0]}, have the median of the others"
+            if too_few
+            else ""
         )
         caution(
             f"{path} has no standard errors of {len(curves)} curves; they are estimated from the scatter about cubics "
-            f"through neighbouring points, {min(known):.2g} to {max(known):.2g} mag{rest}; give sigma=, or "
+            f"through neighbouring points, {min(estimated):.2g} to {max(estimated):.2g} mag{rest}; give sigma=, or "
             "sigma='estimate' to accept this"
         )
-    return np.array([np.median(known) if one is None else one for one in found])
+    return np.array([np.median(estimated) if estimate is None else estimate for estimate in estimates])

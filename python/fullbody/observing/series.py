@@ -1,4 +1,4 @@
-"""Fourier series in the rotation angle of a body, which describe the light that its shape does not."""
+"""Fourier series in the rotation angle of a body, which describe the part of its light that its shape does not."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..typing import Floats
 
-#: The least angle in radians between the axis of the body and the line of sight, at which its rotation is seen.
+#: The least angle in radians between the z-axis of the body and the line of sight for which its rotation is seen.
 _POLE_ON = 1e-6
 
 
@@ -20,26 +20,27 @@ _POLE_ON = 1e-6
 class RotationSeries(Declared):
     """A Fourier series in the rotation angle of a body, in magnitudes, whose coefficients a fit solves for.
 
-    It describes what the shape of the body leaves of its light curve, as observers do to find mutual events in it.
+    It describes the part of the light curve that the body's shape does not. Observers subtract such a series to find
+    mutual events.
 
     Parameters
     ----------
     body : int or str
         The body, by its index in the system or its name, which has to rotate about its z-axis.
     order : int
-        The number of terms: each is a cosine and a sine of a multiple of the angle.
+        The number of terms, each of which is a cosine and a sine of a multiple of the angle.
     name : str
-        A word before the names of the coefficients. Data whose series have the same body and name share the
+        A prefix of the names of the coefficients. Data whose series have the same body and name share the
         coefficients; give different names for different filters.
 
     Notes
     -----
-    The rotation angle is that about the z-axis from the direction in the middle between observer and Sun, the bisector
-    of the phase angle, to the x-axis of the body. A period of the series is thus a synodic one.
+    The rotation angle is measured about the z-axis, from the bisector of the directions to the observer and to the Sun
+    to the x-axis of the body. The period of the series is thus synodic.
 
-    The series multiplies the light of all bodies of the system, although the light of a satellite has no part in it: as
-    a share, the depth of an event of the satellite is wrong by up to the amplitude of the series (0.92 of it in
-    magnitudes). Shadows and occultations remain those of the shape that the body has in the system.
+    The series multiplies the light of all bodies of the system, although the light of a satellite does not vary
+    with it: the relative error of the depth of a satellite's event is at most 0.92 times the amplitude of the series in
+    magnitudes. Shadows and occultations remain those of the shape that the body has in the system.
 
     Examples
     --------
@@ -69,13 +70,14 @@ class RotationSeries(Declared):
 
 
 def rotation_angle(body: str, attitude: Floats, spin: Floats, bisector: Floats) -> tuple[Floats, Floats]:
-    """Return the rotation angles (K,) of a body, and their derivatives (K, 3) by its rotation vector in its own frame.
+    """Return the rotation angles (K,) of a body, and their derivatives (K, 3) with respect to its body-frame rotation.
 
     Parameters
     ----------
     body : str
         The name of the body, for errors.
     attitude, spin : ndarray, (K, 4) and (K, 3)
+        Its attitudes, and its spins in its body frame.
     bisector : ndarray, (K, 3)
         Unit vectors between the directions to the observer and to the Sun.
     """

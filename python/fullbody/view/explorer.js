@@ -1,24 +1,26 @@
-// Sliders beside a scene and curves: whatever a slider moves is computed again, and the newest values win.
-// `compute(values)` resolves to { scene, curves, time, unit, notice }: what `scene().load` takes, a list of { label, unit, values, inverted },
+// Sliders beside a scene and curves. When a slider moves, the run is computed again; values that are superseded meanwhile are skipped.
+// `compute(values)` resolves to { scene, curves, time, unit, notice }: the argument of `scene().load`, a list of { label, unit, values, inverted },
 // the times (K,) of the curves and their unit, and a text or nothing. It rejects with an error whose message is shown beside the slider.
 
 const INK = "#1b5e92", BAND = "rgba(27, 94, 146, .35)", MARK = "#b3261e", GREY = "#666";
 
-function brief(value) {  // four digits
+// Returns a number as text with at most four digits.
+function brief(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
   return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(+value.toPrecision(4));
 }
 
-function written(value, range) {  // six digits of a range
+// Returns a number with six digits; zero for one that is zero within the rounding of its slider's range.
+function rounded(value, range) {
   return Math.abs(value) < 1e-9 * range ? 0 : +value.toPrecision(6);
 }
 
-// Draws a curve with the time that the scene shows. Where a pixel holds several samples, it has their envelope and their mean.
-function draw_curve(canvas, { label, unit, values, inverted }, time, time_unit, part) {
-  const ratio = window.devicePixelRatio || 1, wide = canvas.clientWidth, high = canvas.clientHeight;
-  if (!wide) return;
-  [canvas.width, canvas.height] = [wide * ratio, high * ratio];
+// Draws a curve with a mark at the time that the scene shows. Where a column of pixels has several samples, their envelope and mean are drawn.
+function draw_curve(canvas, { label, unit, values, inverted }, time, time_unit, position) {
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (!width) return;
+  [canvas.width, canvas.height] = [width * ratio, height * ratio];
   const pen = canvas.getContext("2d"), [left, right, top, bottom] = [64, 12, 22, 20];
   pen.scale(ratio, ratio);
   pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
@@ -27,32 +29,32 @@ function draw_curve(canvas, { label, unit, values, inverted }, time, time_unit, 
   pen.fillStyle = "#222";
   pen.fillText(unit ? `${label} [${unit}]` : label, left, 14);
   if (low > up) {
-    pen.fillText("has no values in this run", left, high / 2);
+    pen.fillText("has no values in this run", left, height / 2);
     return;
   }
   // A curve that is constant but for rounding is drawn as a line.
   const span = Math.max(up - low, 1e-12 * Math.max(Math.abs(up), Math.abs(low)), 1e-300), last = values.length - 1;
-  const x = k => left + (wide - left - right) * (time[k] - time[0]) / (time[last] - time[0]);
+  const x = k => left + (width - left - right) * (time[k] - time[0]) / (time[last] - time[0]);
   const y = value => {
-    const height = (value - low) / span;
-    return top + (high - top - bottom) * (inverted ? height : 1 - height);
+    const share = (value - low) / span;
+    return top + (height - top - bottom) * (inverted ? share : 1 - share);
   };
   pen.strokeStyle = "#ccc";
-  pen.strokeRect(left, top, wide - left - right, high - top - bottom);
+  pen.strokeRect(left, top, width - left - right, height - top - bottom);
   pen.textAlign = "right";
   for (const value of up > low ? [low, up] : [low]) pen.fillText(brief(value), left - 5, y(value) + 4);
   pen.textAlign = "left";
   pen.fillStyle = GREY;
-  pen.fillText(brief(time[0]), left, high - 5);
+  pen.fillText(brief(time[0]), left, height - 5);
   pen.textAlign = "right";
-  pen.fillText(`${brief(time[last])} ${time_unit}`.trim(), wide - right, high - 5);
+  pen.fillText(`${brief(time[last])} ${time_unit}`.trim(), width - right, height - 5);
   pen.textAlign = "left";
-  if (values.length > 2 * wide) {
+  if (values.length > 2 * width) {
     const columns = new Map();
     values.forEach((value, k) => {
       if (!Number.isFinite(value)) return;
-      const column = Math.round(x(k)), known = columns.get(column) || [Infinity, -Infinity, 0, 0];
-      columns.set(column, [Math.min(known[0], value), Math.max(known[1], value), known[2] + value, known[3] + 1]);
+      const column = Math.round(x(k)), summary = columns.get(column) || [Infinity, -Infinity, 0, 0];
+      columns.set(column, [Math.min(summary[0], value), Math.max(summary[1], value), summary[2] + value, summary[3] + 1]);
     });
     pen.strokeStyle = BAND;
     pen.beginPath();
@@ -69,19 +71,19 @@ function draw_curve(canvas, { label, unit, values, inverted }, time, time_unit, 
     pen.strokeStyle = INK;
     pen.lineWidth = 1.2;
     pen.beginPath();
-    let down = false;
+    let drawing = false;
     values.forEach((value, k) => {
-      if (Number.isFinite(value)) pen[down ? "lineTo" : "moveTo"](x(k), y(value));
-      down = Number.isFinite(value);
+      if (Number.isFinite(value)) pen[drawing ? "lineTo" : "moveTo"](x(k), y(value));
+      drawing = Number.isFinite(value);
     });
     pen.stroke();
   }
-  const now = left + (wide - left - right) * part;
+  const now = left + (width - left - right) * position;
   pen.strokeStyle = MARK;
   pen.lineWidth = 1;
   pen.beginPath();
   pen.moveTo(now, top);
-  pen.lineTo(now, high - bottom);
+  pen.lineTo(now, height - bottom);
   pen.stroke();
 }
 
@@ -92,15 +94,15 @@ function explorer(root, { compute, code, onValues = () => {} }) {
 <div class="fullbody-shown"><div class="fullbody-view" tabindex="0"></div><p class="fullbody-notice" role="status"></p><div class="fullbody-curves"></div>
 <p><button type="button" class="fullbody-copy">Copy as Python</button></p><pre class="fullbody-code" hidden></pre></div>`;
   const element = name => root.querySelector(`.fullbody-${name}`);
-  let values = {}, faults = {}, moved = null, busy = false, waiting = false, shown = null, part = 0;
+  let values = {}, faults = {}, moved = null, busy = false, waiting = false, shown = null, position = 0;
   const picture = scene(element("view"), now => {
-    part = now;
+    position = now;
     redraw();
   });
 
   function redraw() {
     if (!shown) return;
-    [...element("curves").children].forEach((canvas, k) => draw_curve(canvas, shown.curves[k], shown.time, shown.unit, part));
+    [...element("curves").children].forEach((canvas, k) => draw_curve(canvas, shown.curves[k], shown.time, shown.unit, position));
   }
 
   function seek(event) {
@@ -124,7 +126,7 @@ function explorer(root, { compute, code, onValues = () => {} }) {
     if (first) picture.seek(0);
     redraw();
     element("notice").textContent = result.notice || "";
-    // A test reads the numbers that are shown here.
+    // Tests listen to this event for the numbers that are shown.
     root.dispatchEvent(new CustomEvent("fullbody-result", { detail: { values: { ...values }, ...result } }));
   }
 
@@ -143,7 +145,7 @@ function explorer(root, { compute, code, onValues = () => {} }) {
         for (const fault of Object.values(faults)) fault.textContent = "";
         load(result);
       } catch (error) {
-        // The last good run stays.
+        // The last good run stays on the page.
         const fault = faults[name] || element("notice");
         fault.textContent = error.message;
       }
@@ -168,11 +170,11 @@ function explorer(root, { compute, code, onValues = () => {} }) {
         const slider = document.createElement("input"), number = document.createElement("input"), fault = document.createElement("em");
         text.textContent = unit ? `${label} [${unit}]` : label;
         Object.assign(slider, { type: "range", min, max, step: "any", value, name });
-        Object.assign(number, { type: "number", step: "any", value: written(value, max - min) });
+        Object.assign(number, { type: "number", step: "any", value: rounded(value, max - min) });
         number.setAttribute("aria-label", `${label}, typed in`);
         fault.setAttribute("role", "alert");
         faults[name] = fault;
-        // A slider of step "any" moves by too little on a key.
+        // With the step "any" browsers move a slider by too little for a key.
         slider.onkeydown = event => {
           const sign = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
           if (!sign) return;
@@ -180,15 +182,15 @@ function explorer(root, { compute, code, onValues = () => {} }) {
           slider.oninput();
           event.preventDefault();
         };
-        const take = value => {
+        const change = value => {
           values[name] = value;
           moved = name;
           onValues({ ...values });
           update();
         };
         slider.oninput = () => {
-          number.value = written(+slider.value, max - min);
-          take(+slider.value);
+          number.value = rounded(+slider.value, max - min);
+          change(+slider.value);
         };
         number.onchange = () => {
           if (!Number.isFinite(number.valueAsNumber)) {
@@ -196,7 +198,7 @@ function explorer(root, { compute, code, onValues = () => {} }) {
             return;
           }
           slider.value = number.valueAsNumber;
-          take(number.valueAsNumber);
+          change(number.valueAsNumber);
         };
         row.append(text, slider, number, fault);
         group.append(row);

@@ -1,4 +1,4 @@
-"""Sliders that integrate again while they move: the exploration of orbital elements and shapes in a notebook."""
+"""A notebook's sliders for the parameters of a setup, whose run is integrated again while they move."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from ..observing.geometry import Geometry
 
 Curve = Callable[[Record], Any]
-#: The longest run in samples, which a browser still draws at once.
-_SAMPLES = 200_000
+#: The largest number of samples, which a browser still draws at once.
+_MOST_SAMPLES = 200_000
 
 
 def _separation(run: Any, body: Any, about: Any, _: Any) -> Any:
-    first, second = (run.arrays["position"][:, run.context.index(one)] for one in (body, about))
+    first, second = (run.arrays["position"][:, run.context.index(item)] for item in (body, about))
     return np.linalg.norm(first - second, axis=1)
 
 
@@ -42,13 +42,13 @@ def _angle(axis: int) -> Any:
 
 def _light(run: Any, _body: Any, _about: Any, geometry: Geometry | None) -> Any:
     if geometry is None:
-        raise InvalidInput("geometry is None; expected a Geometry, from which the light curve is seen")
+        raise InvalidInput("geometry is None; expected a Geometry for the light curve")
     from ..observing import light_curve
 
     return light_curve(run, run.time, geometry)
 
 
-#: The curves by their names: the dimension of each, and its values (K,) for (run, body, about, geometry).
+#: The curves by their names: the dimension, and a function of (run, body, about, geometry) that returns values (K,).
 CURVES: dict[str, tuple[str, Callable[..., Any]]] = {
     "separation": ("length", _separation),
     "semi-major axis": ("length", _element("a")),
@@ -66,7 +66,12 @@ CURVES: dict[str, tuple[str, Callable[..., Any]]] = {
 class Explorer:
     """Sliders for the parameters of a setup, with the scene and the curves of its run; see :func:`fullbody.explore`.
 
-    Jupyter shows it by its widget. A notebook that is read without a kernel shows the first run as a scene.
+    Jupyter shows it as a widget. A notebook that is read without a kernel shows the scene of the first run.
+
+    Attributes
+    ----------
+    run : Run
+        The run that is shown.
     """
 
     def __init__(
@@ -85,20 +90,19 @@ class Explorer:
     ) -> None:
         with need("explore", "fullbody.explore"):
             import anywidget
-        whole(samples, "samples", 2, _SAMPLES)
+        whole(samples, "samples", 2, _MOST_SAMPLES)
         self._setup, self._until, self._duration = setup, until, duration
         self._samples, self._integrator, self._geometry = samples, integrator, geometry
         self._pair = (body, about)
         self._controls = {name: _control(name, span, setup) for name, span in parameters.items()}
-        self._show = [(_known(curve) if isinstance(curve, str) else curve.__name__, curve) for curve in show]
-        #: The run that is shown.
+        self._show = [(_curve_name(curve) if isinstance(curve, str) else curve.__name__, curve) for curve in show]
         self.run: Any = None
-        # What cannot start at all is an error in the cell that asks for it.
+        # An error of the first run is raised in the cell that makes the explorer.
         self._result({name: control["value"] for name, control in self._controls.items()})
         files = resources.files(__package__)
         page = {
-            part: "".join(files.joinpath(name).read_text(encoding="utf-8") for name in names)
-            for part, names in _FILES.items()
+            attribute: "".join(files.joinpath(name).read_text(encoding="utf-8") for name in names)
+            for attribute, names in _FILES.items()
         }
         self._widget = type("ExplorerWidget", (anywidget.AnyWidget,), page)()
         self._widget.on_msg(self._answer)
@@ -112,16 +116,16 @@ class Explorer:
         return {name: numbers[name] * control["factor"] for name, control in self._controls.items()}
 
     def _result(self, numbers: dict[str, float]) -> dict[str, Any]:
-        """Return what explorer.js shows for the parameters' numbers; keep its run and their values."""
+        """Integrate the setup at the sliders' numbers, keep run and values, and return what explorer.js shows."""
         values = self._with_units(numbers)
         system, state = self._setup(**values)
         units = system.context.units
         start = units.number(state.time, "time", "time")
-        stops = np.linspace(start, end_of_run(self._until, self._duration, start, units), self._samples)
+        times = np.linspace(start, end_of_run(self._until, self._duration, start, units), self._samples)
         notice = ""
-        until, output = (units.attach(times, "time") for times in (stops[-1], stops))
+        end, output = (units.attach(value, "time") for value in (times[-1], times))
         try:
-            run = system.integrate(state, until, output=output, integrator=self._integrator)
+            run = system.integrate(state, end, output=output, integrator=self._integrator)
         except FullbodyError as error:
             run, notice = error.run, str(error)
             if run is None or len(run) < 2:
@@ -129,8 +133,8 @@ class Explorer:
         curves = [self._curve(name, curve, run) for name, curve in self._show]
         scene = scene_data(run, flight=None, samples=self._samples, geometry=self._geometry)
         self.run, self._values = run, values
-        time = pack(run.arrays["time"], "<f8")
-        return {"scene": scene, "curves": curves, "time": time, "unit": unit(run, "time"), "notice": notice}
+        packed = pack(run.arrays["time"], "<f8")
+        return {"scene": scene, "curves": curves, "time": packed, "unit": unit(run, "time"), "notice": notice}
 
     def _curve(self, name: str, curve: str | Curve, run: Any) -> dict[str, Any]:
         dimension = ""
@@ -151,21 +155,31 @@ class Explorer:
         return {"label": name, "unit": text, "values": pack(values, "<f8"), "inverted": dimension == "magnitude"}
 
     def _answer(self, widget: Any, message: dict[str, Any], _buffers: Any) -> None:
-        """Answer a message of the page: its controls with the first run, a run for other values, or lines of code."""
+        """Answer a message of the page with the controls, the run for values, or its lines of Python."""
         answer: dict[str, Any] = {"id": message["id"]}
         try:
             if message["ask"] == "start":
-                answer |= {"controls": [_plain(control) for control in self._controls.values()]}
+                answer |= {"controls": [_without_factor(control) for control in self._controls.values()]}
             elif message["ask"] == "code":
                 answer |= {"code": self.code(message["values"])}
             else:
                 answer |= {"result": self._result(message["values"])}
-        except Exception as error:  # the setup is the user's: whatever it raises stands beside the slider
+        except Exception as error:  # the setup is the user's, and any error of it is shown beside the slider
             answer |= {"error": str(error) or type(error).__name__}
         widget.send(answer)
 
     def code(self, numbers: dict[str, float] | None = None) -> str:
-        """Return the lines of Python that make the run with these numbers, or the run that is shown."""
+        """Return lines of Python that make a run again.
+
+        Parameters
+        ----------
+        numbers : dict of str to float, optional
+            The numbers of the sliders, in the units of their ranges; by default those of the run that is shown.
+
+        Returns
+        -------
+        str
+        """
         values = self._values if numbers is None else self._with_units(numbers)
         arguments = ", ".join(f"{name!r}: {_literal(value)}" for name, value in values.items())
         end = f"{_literal(self._until)}" if self._duration is None else f"duration={_literal(self._duration)}"
@@ -176,7 +190,6 @@ class Explorer:
         )
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
-
         bundle = self._widget._repr_mimebundle_(**options)
         data, metadata = bundle if isinstance(bundle, tuple) else (bundle, {})
         page = View(self.run, samples=self._samples, geometry=self._geometry)
@@ -191,7 +204,8 @@ class Explorer:
 _FILES = {"_esm": ("viewer.js", "explorer.js", "widget.js"), "_css": ("viewer.css", "explorer.css")}
 
 
-def _known(name: str) -> str:
+def _curve_name(name: str) -> str:
+    """Return the name of a curve after checking that there is one of this name."""
     if name not in CURVES:
         raise InvalidInput(f"show has {name!r}; expected a function of a run, or one of {', '.join(CURVES)}")
     return name
@@ -199,17 +213,17 @@ def _known(name: str) -> str:
 
 def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
     """Return the description of a slider: its numbers, and the factor by which they become the setup's argument."""
-    expected = f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start)"
+    message = f"the range of {name} is {span!r}; expected (lowest, highest) or (lowest, highest, start)"
     try:
         low, high, *start = span
     except (TypeError, ValueError):
-        raise InvalidInput(expected) from None
+        raise InvalidInput(message) from None
     factor: Any = 1.0
     if is_quantity(low):
         factor = 1.0 * low.unit
         low, high, *start = (value.to_value(low.unit) for value in (low, high, *start))
-    if len(start) > 1 or not -np.inf < low < high < np.inf or not all(low <= value <= high for value in start):
-        raise InvalidInput(f"{expected}, in order")
+    if len(start) > 1 or not -np.inf < low < high < np.inf or not all(low <= number <= high for number in start):
+        raise InvalidInput(f"{message}, in order")
     if not start:
         default = inspect.signature(setup).parameters.get(name)
         value: Any = None if default is None or default.default is inspect.Parameter.empty else default.default
@@ -221,11 +235,13 @@ def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
     return {"name": name, **numbers, "unit": text, "factor": factor}
 
 
-def _plain(control: dict[str, Any]) -> dict[str, Any]:
+def _without_factor(control: dict[str, Any]) -> dict[str, Any]:
+    """Return a slider's description as the page takes it."""
     return {key: value for key, value in control.items() if key != "factor"} | {"label": control["name"]}
 
 
 def _literal(value: Any) -> str:
+    """Return a number or Quantity as Python source."""
     if not is_quantity(value):
         return repr(float(value)) if isinstance(value, np.floating) else repr(value)
     return f"{value.value!r} * u.Unit({str(value.unit)!r})".replace("np.float64(", "(")
@@ -244,7 +260,7 @@ def explore(
     body: int | str = 1,
     about: int | str = 0,
 ) -> Explorer:
-    """Explore a setup with sliders: its run is integrated again while they move, and the scene and curves follow.
+    """Show sliders for the parameters of a setup, whose run, scene and curves are computed again while they move.
 
     Parameters
     ----------
@@ -262,20 +278,22 @@ def explore(
     samples : int
         The number of samples of the run, which scene and curves show.
     integrator : Integrator, optional
+        The integrator of the runs, by default that of :meth:`fullbody.System.integrate`.
     geometry : fullbody.observing.Geometry, optional
-        Lights the scene by its Sun, with shadows; ``"light curve"`` is seen from its observer.
+        The geometry whose Sun lights the scene, with shadows, and whose observer sees the ``"light curve"``.
     body, about : int or str
         The pair whose orbit and libration are shown.
 
     Returns
     -------
     Explorer
-        What Jupyter shows; ``.run`` and ``.values`` are those that it shows, ``.code()`` makes the run again.
+        The explorer, which Jupyter shows. ``.run`` and ``.values`` are the run that is shown and the values of its
+        parameters, ``.code()`` are lines of Python that make it again.
 
     Raises
     ------
     FullbodyError
-        What the first run raises. Later errors are shown beside the slider, and the last good run stays.
+        If the first run fails. Later errors are shown beside the slider, and the last good run stays.
 
     Examples
     --------

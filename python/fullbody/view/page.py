@@ -23,6 +23,8 @@ def view(run: Record, *, flight: Flight | None = None, samples: int = 20000, geo
 
     Parameters
     ----------
+    run : Run
+        A run with samples.
     flight : Flight, optional
         A flight whose particles are shown as dots with their trails; at most 2000 of them, evenly selected, are
         shown. Trails follow the path between samples of the flight, end where a particle lies on a body, and can be
@@ -31,7 +33,7 @@ def view(run: Record, *, flight: Flight | None = None, samples: int = 20000, geo
         The largest number of times of the run that are shown: its samples and times between them, or times at equal
         steps if it has more samples.
     geometry : fullbody.observing.Geometry, optional
-        Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
+        The geometry whose Sun lights the bodies, with their shadows on each other. A polyhedron casts the shadow of an
         ellipsoid.
 
     Returns
@@ -43,14 +45,14 @@ def view(run: Record, *, flight: Flight | None = None, samples: int = 20000, geo
     Warns
     -----
     UserWarning
-        If a body makes more than half a turn between two of these times, or between two samples of a run without
+        If a body rotates by more than half a turn between two of these times, or between two samples of a run without
         ``dense=True``.
     """
     return View(run, flight=flight, samples=samples, geometry=geometry)
 
 
 class View:
-    """An interactive picture of a run, by the arguments of :meth:`fullbody.Run.view` and a height in pixels in Jupyter.
+    """An interactive picture of a run; the arguments are those of :meth:`fullbody.Run.view` and the height in pixels.
 
     Drag the mouse to turn, use the wheel to zoom, and keys or buttons to play; the camera follows the barycentre or a
     body.
@@ -88,11 +90,11 @@ class View:
         )
         # A body's name may contain "</", which would end the script element.
         data = json.dumps(self._data).replace("</", "<\\/").replace("<!--", "<\\!--")
-        # The page is filled piece by piece in its order, so that no body's name can be taken for a placeholder.
+        # Placeholders are filled in their order on the page, so that no body's name can be taken for one.
         pieces: list[str] = []
-        marks = {"@TITLE@": html.escape(self._title), "@STYLE@": style, "@SCRIPT@": script, "@DATA@": data}
-        for mark, text in marks.items():
-            head, _, page = page.partition(mark)
+        placeholders = {"@TITLE@": html.escape(self._title), "@STYLE@": style, "@SCRIPT@": script, "@DATA@": data}
+        for placeholder, text in placeholders.items():
+            head, _, page = page.partition(placeholder)
             pieces += [head, text]
         return "".join([*pieces, page])
 
@@ -107,7 +109,7 @@ class View:
         Raises
         ------
         InvalidInput
-            If the name ends differently.
+            If the name has another suffix.
         """
         check_suffix(path, (".html", ".htm"))
         with replacing(path) as temporary:
@@ -128,5 +130,5 @@ class View:
     _repr_html_ = framed
 
     def __repr__(self) -> str:
-        moments = len(self._data["time"]) * 3 // 32
-        return f"<view of {self._title}, {moments} moments; shown in Jupyter, or .save_html(path)>"
+        count = len(self._data["time"]) * 3 // 32
+        return f"<view of {self._title}, {count} times; shown in Jupyter, or .save_html(path)>"

@@ -1,4 +1,4 @@
-"""What a scene in 3D needs of a run: surfaces, positions, attitudes, sunlight and particles, as a dict for JSON."""
+"""The data of a scene in 3D: surfaces, positions, attitudes, sunlight and particles of a run, as a dict for JSON."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..observing.geometry import Geometry
     from ..particles.flight import Flight
 
-#: The largest number of particles that are shown, and of their positions in all, which make a page of 12 megabytes.
-_PARTICLES, _NUMBERS = 2000, 750_000
+#: The largest numbers of particles that are shown, and of their positions together, which make a page of 12 megabytes.
+_PARTICLES, _POSITIONS = 2000, 750_000
 
 
 def pack(values: Any, kind: str) -> str:
@@ -27,12 +27,12 @@ def pack(values: Any, kind: str) -> str:
 
 
 def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Geometry | None) -> dict[str, Any]:
-    """Return what viewer.js loads; the arguments are those of :class:`fullbody.view.View`."""
+    """Return the data that viewer.js loads; the arguments are those of :class:`fullbody.view.View`."""
     check_samples(run)
     whole(samples, "samples", 2)
     first, last = run.arrays["time"][[0, -1]]
-    few = len(run) <= samples
-    times = track(run, float(last), min(samples, 1000)) if few else np.linspace(first, last, samples)
+    is_short = len(run) <= samples
+    times = track(run, float(last), min(samples, 1000)) if is_short else np.linspace(first, last, samples)
     warn_if_aliased(run, times)
     centres, attitudes = at(run, times)
     data: dict[str, Any] = {
@@ -56,13 +56,13 @@ def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Ge
         # WebGL takes matrices by columns.
         data["casts"] = [
             [
-                {"inverse": inverse.T.ravel().tolist(), "position": mark.tolist()}
-                for inverse, mark in shadow_ellipsoids(run, k)
+                {"inverse": inverse.T.ravel().tolist(), "position": centre.tolist()}
+                for inverse, centre in shadow_ellipsoids(run, k)
             ]
             for k in range(len(run.context))
         ]
     if flight is not None:
-        drawn = trails(run, flight, _PARTICLES, _NUMBERS)
+        drawn = trails(run, flight, _PARTICLES, _POSITIONS)
         data["particles"] = {
             "count": drawn.position.shape[0],
             "time": pack(drawn.time, "<f8"),

@@ -1,18 +1,18 @@
 // The explorer in a notebook: every run is computed by the kernel.
 function render({ model, el }) {
-  const open = new Map();
+  const requests = new Map();
   let last = 0;
   const ask = (what, values) => new Promise((resolve, reject) => {
-    open.set(++last, [resolve, reject]);
+    requests.set(++last, [resolve, reject]);
     model.send({ id: last, ask: what, values });
   });
-  const hear = answer => {
-    const [resolve, reject] = open.get(answer.id) || [];
+  const receive = answer => {
+    const [resolve, reject] = requests.get(answer.id) || [];
     if (!resolve) return;
-    open.delete(answer.id);
+    requests.delete(answer.id);
     if (answer.error === undefined) resolve(answer); else reject(new Error(answer.error));
   };
-  model.on("msg:custom", hear);
+  model.on("msg:custom", receive);
   const ui = explorer(el, {
     compute: async values => {
       const { result } = await ask("run", values);
@@ -22,6 +22,6 @@ function render({ model, el }) {
     code: async values => (await ask("code", values)).code,
   });
   ask("start").then(({ controls }) => ui.setControls([{ title: "Parameters", open: true, controls }]));
-  return () => model.off("msg:custom", hear);
+  return () => model.off("msg:custom", receive);
 }
 export default { render };

@@ -1,4 +1,4 @@
-//! The bound of the error of the series of two fragments, and the lowest degrees that keep it below a limit.
+//! The bound of the error of two fragments' series, and the lowest degrees whose bound is below a limit.
 //!
 //! The terms are those of [`crate::mutual::harmonic`]: the term (l, m) of the force over G m m'/d^2 is at most
 //! (l + m + 1) C(l + m, l) mu_l mu'_m x^l y^m, with x and y the radii over the distance d.
@@ -12,20 +12,20 @@ pub(super) struct BoundWeights {
     rows: Vec<f64>,
 }
 
-/// The degrees of a pair of fragments with the bound of what is left out.
+/// The degrees to which the series of a pair of fragments is summed, with the bound of the terms beyond them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Kept {
     pub degrees: [usize; 2],
     pub bound: f64,
 }
 
-/// The most numbers of degrees with an array on the stack.
+/// The largest number of degrees, from zero on, which is the size of arrays on the stack.
 pub(super) const MOST_DEGREES: usize = 38;
-/// The largest sum of x and y for which a series is summed.
-const NEAREST: f64 = 0.95;
+/// The largest sum of x and y, the radii over the distance, for which a series is summed.
+const LARGEST_REACH: f64 = 0.95;
 
 impl BoundWeights {
-    /// Computes the numbers for degrees up to one more than the given one.
+    /// Computes the weights of all degrees up to `degree + 1`.
     pub fn new(degree: usize) -> Self {
         let size = degree + 2;
         let mut rows = vec![1.0; size * size];
@@ -40,12 +40,12 @@ impl BoundWeights {
         Self { size, rows }
     }
 
-    /// Returns the lowest degrees for which the terms that are left out add up to less than a limit, relative
-    /// to the force of two points; `None` where the fragments are too near to each other.
+    /// Returns the lowest degrees for which the bound of the terms beyond them is below a limit, relative to
+    /// the force of two points; `None` where the fragments are too near to each other.
     pub fn kept(&self, [a, b]: [&Fragment; 2], distance: f64, limit: f64) -> Option<Kept> {
         let [x, y] = [a.radius / distance, b.radius / distance];
         let reach = x + y;
-        if reach.is_nan() || reach >= NEAREST {
+        if reach.is_nan() || reach >= LARGEST_REACH {
             return None;
         }
         let (size, [p, q]) = (self.size, [a.degree(), b.degree()]);
@@ -59,7 +59,7 @@ impl BoundWeights {
             (out, power)
         };
         let ((first, beyond_first), (second, beyond_second)) = (scaled(a, x), scaled(b, y));
-        // The terms beyond the known degrees of one body fall at least as fast as a geometric series.
+        // The terms beyond the highest degree of one body fall at least as fast as a geometric series.
         let tail = |degree: usize, power: f64, ratio: f64, other: &[f64]| {
             let last = &self.rows[(degree + 1) * size..];
             let mut sum = 0.0;
@@ -91,11 +91,11 @@ impl BoundWeights {
             rows[l] = sum * first[l];
         }
         (0..=q).for_each(|m| columns[m] *= second[m]);
-        let each = 0.5 * (limit - beyond);
+        let limit_of_body = 0.5 * (limit - beyond);
         let mut bound = beyond;
         let degrees = [(rows, p), (columns, q)].map(|(sums, degree)| {
             let (mut left_out, mut kept) = (0.0, degree);
-            while kept > 0 && left_out + sums[kept] <= each {
+            while kept > 0 && left_out + sums[kept] <= limit_of_body {
                 left_out += sums[kept];
                 kept -= 1;
             }

@@ -1,4 +1,4 @@
-//! The choice of the rule over fragments, and of the number of shares of its tolerance, made between steps.
+//! The choice, between steps, of the rule over fragments and of the number of shares of its tolerance.
 
 use super::bound::MOST_DEGREES;
 use super::{Accuracy, BoundWeights, EXCESS, FragmentTree, Fragments, Step};
@@ -9,17 +9,17 @@ use crate::mutual::{Method, Pair, Pose};
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
-/// The least product of the numbers of faces for which fragments are cheaper than the faces themselves.
+/// The least product of two polyhedra's numbers of faces for which fragments can be cheaper than faces.
 const FEWEST_FACES: u64 = 40_000;
 /// The least number of shares of the tolerance.
 const FEWEST_SHARERS: u32 = 64;
-/// The work of a sum over faces for each face of one body and each of the other one, of which some are
-/// divided. Where fragments take more, faces are cheaper.
-const OVER_FACES: u64 = 1024;
+/// The work of a sum over faces for each pair of a face of one body and a face of the other one, some of which
+/// are subdivided. Fragments that take more work are dearer than faces.
+const WORK_OF_FACES: u64 = 1024;
 /// The most work of an evaluation: some ten seconds.
 const MOST_WORK: u64 = 1 << 30;
 
-/// The pairs at a pose.
+/// The count of the pairs of fragments at a pose, and their work.
 #[derive(Debug, Default)]
 struct Census {
     pairs: u32,
@@ -40,7 +40,7 @@ impl Pair {
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         let used = self.fragments.take();
-        let faces = self.products_of_faces();
+        let faces = self.product_of_faces();
         if self.method != Method::Focal || self.fixed.is_some() || faces < FEWEST_FACES {
             return Ok(false);
         }
@@ -51,13 +51,13 @@ impl Pair {
                 None => self.new_fragments(sharers, interrupt)?,
             };
         let Some(mut fragments) = fragments else { return Ok(false) };
-        if fragments.choose(pose, MOST_WORK.min(OVER_FACES * faces), interrupt)? {
+        if fragments.choose(pose, MOST_WORK.min(WORK_OF_FACES * faces), interrupt)? {
             (self.fragments, self.rule) = (Some(fragments), None);
         }
         Ok(self.fragments.is_some())
     }
 
-    /// Puts the rule over fragments from an archive in use again.
+    /// Restores the rule over fragments of an archive.
     pub(in crate::mutual) fn restore_fragments(
         &mut self,
         sharers: u32,
@@ -72,11 +72,12 @@ impl Pair {
     }
 
     /// Returns the product of the numbers of faces; zero unless both shapes are polyhedra.
-    fn products_of_faces(&self) -> u64 {
+    fn product_of_faces(&self) -> u64 {
         let faces = |k: usize| self.bodies[k].polyhedron().map_or(0, |polyhedron| polyhedron.faces().len());
         faces(0) as u64 * faces(1) as u64
     }
 
+    /// Makes the rule over fragments; `None` unless both shapes are polyhedra.
     fn new_fragments(&self, sharers: u32, interrupt: &mut InterruptCheck) -> Result<Option<Box<Fragments>>> {
         let [Some(first), Some(second)] = self.bodies.each_ref().map(|body| body.polyhedron()) else {
             return Ok(None);
@@ -114,7 +115,7 @@ impl Pair {
         }
     }
 
-    /// Returns the error that the sum over fragments does not reach the tolerance.
+    /// Returns the error for a sum over fragments that does not reach the tolerance.
     pub(in crate::mutual) fn fragments_not_converged(&self, pose: &Pose) -> Error {
         let [first, second] = self.bodies.each_ref().map(|body| &body.name);
         Error::NotConverged {
@@ -129,8 +130,8 @@ impl Pair {
 }
 
 impl Fragments {
-    /// Chooses the number of shares, and the pieces of an evaluation. Returns whether the tolerance is
-    /// reached with at most so much work.
+    /// Chooses the number of shares, and the pieces of an evaluation. Returns whether the tolerance is reached
+    /// with at most the work `most`.
     fn choose(&mut self, pose: &Pose, most: u64, interrupt: &mut InterruptCheck) -> Result<bool> {
         const ATTEMPTS: usize = 8;
         for _ in 0..ATTEMPTS {
@@ -138,7 +139,7 @@ impl Fragments {
                 return Ok(false);
             };
             let enough = (census.pairs + census.pairs / 4).next_power_of_two().max(FEWEST_SHARERS);
-            // Fewer shares come into use only where they are much fewer.
+            // The number of shares is lowered only where it would fall to less than a quarter.
             if census.pairs <= self.sharers && self.sharers <= 4 * enough {
                 let even = 1.0 / census.pieces.len() as f64;
                 let part = |bound: f64| 0.5 * (even + bound / census.bound.max(f64::MIN_POSITIVE));
@@ -151,7 +152,7 @@ impl Fragments {
         Ok(false)
     }
 
-    /// Counts the pairs at a pose and makes their fragments; `None` where they take too much work.
+    /// Counts the pairs at a pose and makes their fragments; `None` where they take more than the work `most`.
     fn census(
         &self,
         pose: &Pose,
@@ -160,20 +161,22 @@ impl Fragments {
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<Census>> {
         let mut census = Census { pieces: vec![(0, 0.0)], ..Census::default() };
-        let (mut asked, mut since) = (Ok(()), 0);
+        let (mut checked, mut work_of_piece) = (Ok(()), 0);
         let complete = self.walk(pose, Accuracy::Loads, &(0..usize::MAX), sharers, |step| {
-            asked = interrupt.charge(super::BOUNDING, 0.0);
+            checked = interrupt.charge(super::BOUNDING, 0.0);
             census.work += step.work();
-            since += step.work();
+            work_of_piece += step.work();
             match step {
-                Step::Halve(body, fragment) if asked.is_ok() => {
-                    asked = self.trees[body].make_halves(fragment, interrupt);
+                Step::Halve(body, fragment) if checked.is_ok() => {
+                    checked = self.trees[body].make_halves(fragment, interrupt);
                 }
                 Step::Halve(..) => {}
                 Step::Take(pair) => {
-                    if since > UNITS && census.pieces.last().is_some_and(|last| last.0 < pair.position) {
+                    if work_of_piece > UNITS
+                        && census.pieces.last().is_some_and(|last| last.0 < pair.position)
+                    {
                         census.pieces.push((pair.position, 0.0));
-                        since = 0;
+                        work_of_piece = 0;
                     }
                     census.pairs += 1;
                     census.bound += pair.kept.bound;
@@ -182,13 +185,13 @@ impl Fragments {
                     }
                 }
             }
-            if asked.is_err() || census.work > most {
+            if checked.is_err() || census.work > most {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
         });
-        asked.map(|()| complete.then_some(census))
+        checked.map(|()| complete.then_some(census))
     }
 
     /// Returns the most work of an evaluation before a step is rejected.
@@ -202,7 +205,7 @@ impl Fragments {
     }
 }
 
-/// Returns the ranges between beginnings.
+/// Returns the ranges of positions of pieces, each from its beginning to the next one's.
 fn ranges(pieces: &[(usize, f64)]) -> impl ExactSizeIterator<Item = Range<usize>> + use<'_> {
     pieces
         .iter()
@@ -210,7 +213,7 @@ fn ranges(pieces: &[(usize, f64)]) -> impl ExactSizeIterator<Item = Range<usize>
         .map(|(k, (begin, _))| *begin..pieces.get(k + 1).map_or(usize::MAX, |next| next.0))
 }
 
-/// Returns the degree of all fragments' moments with which an evaluation takes about the least time for a
+/// Returns the degree of the fragments' moments with which an evaluation takes about the least time for a
 /// tolerance.
 fn degree(tolerance: f64) -> usize {
     ((-2.4 * tolerance.log10()) as usize + 4).clamp(8, MOST_DEGREES - 2)

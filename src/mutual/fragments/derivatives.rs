@@ -1,5 +1,5 @@
-//! The derivatives of force and torques over pairs of fragments: by the pose, and by the scales of both
-//! polyhedra.
+//! The derivatives of force and torques, summed over pairs of fragments, with respect to the pose and to the
+//! scales of both polyhedra.
 
 use super::bound::MOST_DEGREES;
 use super::{Accuracy, Fragment, Fragments, Step};
@@ -20,7 +20,7 @@ impl Fragments {
     /// [`crate::error::Error::Interrupted`].
     pub fn jacobian(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Option<Jacobian>> {
         let mut sum = Jacobian::none();
-        let complete = self.evaluate_asking(pose, interrupt, |series, offsets, at, _| {
+        let complete = self.evaluate_interruptibly(pose, interrupt, |series, offsets, at, _| {
             sum.add(&offsets.jacobian_about_centres(pose, &series.jacobian(at)));
         })?;
         Ok(complete.then_some(sum))
@@ -37,7 +37,7 @@ impl Fragments {
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<ShapeDerivatives>> {
         let mut out = ShapeDerivatives::none();
-        let complete = self.evaluate_asking(pose, interrupt, |series, offsets, at, fragments| {
+        let complete = self.evaluate_interruptibly(pose, interrupt, |series, offsets, at, fragments| {
             let parts = series.jacobian(at);
             for (body, sum) in out.scale.iter_mut().enumerate() {
                 sum.add(&by_scale(series, offsets, [pose, at], &parts, body, fragments[body]));
@@ -46,8 +46,9 @@ impl Fragments {
         Ok(complete.then_some(out))
     }
 
-    /// Calls a function with all pairs, with the accuracy of derivatives and with interrupt checks.
-    fn evaluate_asking<'a>(
+    /// Calls a function with all pairs for derivatives, with interrupt checks. Returns false where the
+    /// tolerance is not kept.
+    fn evaluate_interruptibly<'a>(
         &'a self,
         pose: &Pose,
         interrupt: &mut InterruptCheck,
@@ -55,11 +56,11 @@ impl Fragments {
     ) -> Result<bool> {
         /// The work of the derivatives of a pair in units of that of its loads.
         const GRADIENT: u64 = 3;
-        let (mut asked, mut most) = (Ok(()), self.most_work());
+        let (mut checked, mut work_left) = (Ok(()), self.most_work());
         let complete = self.walk(pose, Accuracy::Derivatives, &(0..usize::MAX), self.sharers, |step| {
-            asked = interrupt.charge(GRADIENT * step.work(), 0.0);
-            most = most.saturating_sub(step.work());
-            if asked.is_err() || most == 0 {
+            checked = interrupt.charge(GRADIENT * step.work(), 0.0);
+            work_left = work_left.saturating_sub(step.work());
+            if checked.is_err() || work_left == 0 {
                 return ControlFlow::Break(());
             }
             if let Step::Take(pair) = step {
@@ -67,12 +68,12 @@ impl Fragments {
             }
             ControlFlow::Continue(())
         });
-        asked.map(|()| complete)
+        checked.map(|()| complete)
     }
 }
 
-/// Returns the derivatives of the loads about the polyhedra's centres with respect to the scale of one: its
-/// fragment moves away from its centre and grows.
+/// Returns the derivatives of the loads about the polyhedra's centres with respect to the scale of one
+/// polyhedron, with which its fragment moves away from the centre and grows.
 fn by_scale(
     series: &Series<'_>,
     offsets: &PartOffsets,
@@ -83,20 +84,20 @@ fn by_scale(
 ) -> Interaction {
     let (rotation, sign) =
         if body == 0 { (&pose.rotation_first, 1.0) } else { (&pose.rotation_second, -1.0) };
-    let moved = rotate(rotation, &fragment.centre) * -sign;
+    let displacement = rotate(rotation, &fragment.centre) * -sign;
     let mut moments = [0.0; count(MOST_DEGREES)];
     let degree = series.degrees[body];
     let moments = &mut moments[..count(degree)];
     moments.copy_from_slice(&series.moments[body][..count(degree)]);
     scale_degrees(moments, |l| l as f64);
-    let mut all = series.moments;
-    all[body] = moments;
-    let mut changed = Series { moments: all, ..*series }.interaction(at);
+    let mut both = series.moments;
+    both[body] = moments;
+    let mut changed = Series { moments: both, ..*series }.interaction(at);
     let [first, second] = &parts.torque_by_separation;
     changed.add(&Interaction {
-        force_on_first: parts.force_by_separation * moved,
-        torque_first: first * moved,
-        torque_second: second * moved,
+        force_on_first: parts.force_by_separation * displacement,
+        torque_first: first * displacement,
+        torque_second: second * displacement,
     });
     let mut changed = offsets.about_centres(pose, changed);
     let force = rotate_back(rotation, &(parts.loads.force_on_first * (sign * offsets.share)));
@@ -113,7 +114,7 @@ impl Interaction {
         self.torque_second += other.torque_second;
     }
 
-    /// Returns the interaction zero.
+    /// Returns an interaction of zero force and torques.
     pub(in crate::mutual) fn none() -> Self {
         let zero = Vec3::zeros();
         Self { force_on_first: zero, torque_first: zero, torque_second: zero }

@@ -1,9 +1,9 @@
 //! The interaction of two polyhedra near each other, as the sum over pairs of their fragments.
 //!
-//! Two fragments attract by the harmonic series about their own centres, wherever its bound is below their
-//! share of the tolerance. Otherwise the larger fragment is replaced by its two halves. The walk over the
-//! pairs begins with the whole polyhedra at every pose, so that the result depends on the pose, the tolerance
-//! and the number of pairs that share it, and on nothing before.
+//! Two fragments attract by the harmonic series about their centres of mass where the bound of its error is
+//! below their share of the tolerance. Otherwise the larger fragment is replaced by its two halves. The walk
+//! over the pairs begins with the whole polyhedra at every pose, so that the result depends on the pose, the
+//! tolerance and the number of pairs that share it, and not on earlier poses.
 //!
 //! Every pair has the same share, since a smaller error of a pair costs about as much in any of them. The
 //! number of shares is chosen between steps, by counting the pairs. The bounds add up to less than the
@@ -11,8 +11,8 @@
 //! the sum would exceed the tolerance, as with overlapping bodies within a trial step, the result is NaN,
 //! which rejects the step.
 //!
-//! A fragment in contact with another one has no convergent series, but its field has a limit: pairs whose
-//! interaction, bounded in this way, is below their share count as points.
+//! The series of fragments in contact does not converge, but the field of a fragment is bounded by its volume:
+//! where this bound of a pair's interaction is below their share, the fragments count as points.
 
 mod bound;
 mod choice;
@@ -33,14 +33,15 @@ use std::sync::Arc;
 use tree::Fragment;
 pub(super) use tree::FragmentTree;
 
-/// The units of work of an evaluation beyond those for which a piece was made, before a step is rejected.
+/// The factor by which an evaluation may exceed the work for which its piece was made before a step is
+/// rejected.
 const EXCESS: u64 = 8;
-/// The largest number of pairs that await the walk: twice the halvings of both polyhedra.
-const DEEPEST: usize = 256;
+/// The largest number of pairs that wait in the walk: twice the halvings of both polyhedra.
+const MOST_WAITING: usize = 256;
 /// The work of bounding a pair of fragments.
 const BOUNDING: u64 = 20;
 
-/// The rule of a pair of polyhedra.
+/// The rule over fragments of a pair of polyhedra.
 #[derive(Debug, Clone)]
 pub(super) struct Fragments {
     trees: [Arc<FragmentTree>; 2],
@@ -61,18 +62,18 @@ pub(super) struct Fragments {
     pub bound: f64,
 }
 
-/// What is to be within the tolerance.
+/// The quantities that are to be within the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Accuracy {
     Loads,
     Derivatives,
 }
 
-/// Two fragments whose interaction is taken as it is.
+/// Two fragments whose interaction is evaluated without further halving.
 struct PairOfFragments<'a> {
     fragments: [&'a Fragment; 2],
     kept: Kept,
-    /// The position in the order of the walk.
+    /// The pair's position in the order of the walk.
     position: usize,
 }
 
@@ -80,7 +81,7 @@ struct PairOfFragments<'a> {
 enum Step<'a, 'b> {
     /// A fragment of the first or the second polyhedron is replaced by its halves.
     Halve(usize, &'a Fragment),
-    /// A pair is taken.
+    /// A pair is evaluated.
     Take(&'b PairOfFragments<'a>),
 }
 
@@ -93,7 +94,7 @@ impl Step<'_, '_> {
     }
 }
 
-/// Two fragments on the way, with the positions that their halves share.
+/// Two fragments that wait in the walk, with the first position of their pairs and the number of positions.
 type Waiting<'a> = ([&'a Fragment; 2], usize, usize);
 
 impl PairOfFragments<'_> {
@@ -102,7 +103,7 @@ impl PairOfFragments<'_> {
         (p * p * p + q * q * q + p * q * (p + q)) / 12
     }
 
-    /// Returns the pair in the form of two parts of the polyhedra.
+    /// Returns the fragments as two parts of the polyhedra.
     fn offsets(&self) -> PartOffsets {
         let [first, second] = self.fragments;
         let placement =
@@ -116,7 +117,7 @@ impl PairOfFragments<'_> {
 }
 
 impl Fragments {
-    /// Returns the sum of the bounds that all pairs together may have, relative to the force of two points:
+    /// Returns the largest sum of the bounds of all pairs, relative to the force of two points:
     /// the tolerance at a separation, or where the circumscribed spheres overlap at the sum of their radii.
     fn allowed(&self, pose: &Pose) -> f64 {
         let [first, second] = self.radii;
@@ -135,7 +136,7 @@ impl Fragments {
     ) -> bool {
         let [first, second] = self.trees.each_ref().map(|tree| &tree.whole);
         let share = 0.5 * self.allowed(pose) / f64::from(sharers);
-        let mut waiting: [Waiting<'a>; DEEPEST] = [([first, second], 0, usize::MAX); DEEPEST];
+        let mut waiting: [Waiting<'a>; MOST_WAITING] = [([first, second], 0, usize::MAX); MOST_WAITING];
         let mut length = 1;
         while length > 0 {
             length -= 1;
@@ -148,7 +149,7 @@ impl Fragments {
                 continue;
             }
             let larger = usize::from(fragments[1].radius > fragments[0].radius);
-            if length + 2 > DEEPEST || visit(Step::Halve(larger, fragments[larger])).is_break() {
+            if length + 2 > MOST_WAITING || visit(Step::Halve(larger, fragments[larger])).is_break() {
                 return false;
             }
             let halves = self.trees[larger].halves(fragments[larger]);
@@ -166,13 +167,13 @@ impl Fragments {
         true
     }
 
-    /// Returns the degrees of two fragments, where their series, or their centres alone, keep a share of the
-    /// force of two points.
+    /// Returns the degrees of two fragments for which the error is below a share of the force of two points;
+    /// degrees of zero where the centres alone suffice, `None` where no degrees do.
     fn kept(&self, [a, b]: [&Fragment; 2], pose: &Pose, accuracy: Accuracy, share: f64) -> Option<Kept> {
         let separation = pose.separation + rotate(&pose.rotation_second, &b.centre)
             - rotate(&pose.rotation_first, &a.centre);
         let (distance, masses) = (separation.norm(), a.share * b.share);
-        // The torques are about the polyhedra's centres, and relative to the force times their radii.
+        // Torques are about the polyhedra's centres, and their errors relative to the force times the radii.
         let arm = |k: usize, fragment: &Fragment| (fragment.centre.norm() + distance) / self.radii[k];
         let mut weight = masses * arm(0, a).max(arm(1, b)).max(1.0);
         if accuracy == Accuracy::Derivatives {
@@ -185,13 +186,13 @@ impl Fragments {
         if let Some(Kept { degrees, bound }) = kept {
             return Some(Kept { degrees, bound: bound * scale });
         }
-        // Both the forces and their replacement are below this.
+        // Both the force and that of two points are below this bound.
         let most = 2.0 * weight * a.most_field.min(b.most_field).max((a.radius + b.radius).powi(-2));
         (masses == 0.0 || most <= share).then_some(Kept { degrees: [0; 2], bound: most.min(share) })
     }
 
     /// Evaluates all pairs of fragments in a range of positions. Returns false where the sum of their bounds
-    /// exceeds the tolerance, or where they take much more work than when the rule was chosen.
+    /// exceeds the tolerance, or where they take much more work than at the pose for which the rule was chosen.
     fn evaluate<'a>(
         &'a self,
         pose: &Pose,
@@ -202,13 +203,13 @@ impl Fragments {
         let piece = self.ranges().position(|piece| piece == *range);
         let part = piece.map_or(1.0, |piece| self.pieces[piece].1);
         let most_work = if piece.is_some() { EXCESS * UNITS } else { self.most_work() };
-        let (mut left, mut allowed) = (most_work, part * self.allowed(pose));
+        let (mut work_left, mut bound_left) = (most_work, part * self.allowed(pose));
         self.walk(pose, accuracy, range, self.sharers, |step| {
-            let Some(rest) = left.checked_sub(step.work()) else { return ControlFlow::Break(()) };
-            left = rest;
+            let Some(rest) = work_left.checked_sub(step.work()) else { return ControlFlow::Break(()) };
+            work_left = rest;
             let Step::Take(pair) = step else { return ControlFlow::Continue(()) };
-            allowed -= pair.kept.bound;
-            if allowed < 0.0 {
+            bound_left -= pair.kept.bound;
+            if bound_left < 0.0 {
                 return ControlFlow::Break(());
             }
             self.add_pair(pose, pair, &mut add);
@@ -216,6 +217,7 @@ impl Fragments {
         })
     }
 
+    /// Calls a function with the series of a pair and its pose.
     fn add_pair<'a>(
         &'a self,
         pose: &Pose,
@@ -251,7 +253,7 @@ impl Fragments {
         if complete { sum } else { sum.times(f64::NAN) }
     }
 
-    /// Returns the mutual potential U (positive) per unit G m m, as [`Self::interaction`].
+    /// Returns the mutual potential U (positive) per unit G m m, NaN where the tolerance is not kept.
     pub fn mutual_potential(&self, pose: &Pose, range: &Range<usize>) -> f64 {
         let mut sum = 0.0;
         let complete = self.evaluate(pose, Accuracy::Loads, range, |series, offsets, at, _| {

@@ -1,9 +1,9 @@
 //! The tree of a polyhedron's fragments.
 //!
-//! A plane through the centre of mass, across the longest extent, cuts a fragment into two halves, down to
-//! any size. Each is a closed surface of triangles. The section that closes a half is a fan of triangles from
-//! one of its points: where the section is not convex or has several outlines, triangles of the fan have
-//! opposite orientations where they lie outside it, and cancel in every integral.
+//! A plane through the centre of mass, across the longest extent, cuts a fragment into two halves, and these
+//! again, to any depth. Each fragment is a closed surface of triangles. The section that closes a half is a
+//! fan of triangles from one of its points: where the section is not convex or has several outlines,
+//! triangles of the fan have opposite orientations where they lie outside it, and cancel in every integral.
 
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 type Triangle = [Vec3; 3];
 
-/// A part of a polyhedron between planes.
+/// A part of a polyhedron that planes have cut from it.
 #[derive(Debug)]
 pub(in crate::mutual) struct Fragment {
     /// The centre of mass in the polyhedron's frame.
@@ -25,8 +25,8 @@ pub(in crate::mutual) struct Fragment {
     pub radius: f64,
     /// The fragment's share of the polyhedron's volume.
     pub share: f64,
-    /// An upper bound of the field of the fragment, per unit of its own GM, wherever the point is: no body of
-    /// this volume and density attracts more strongly.
+    /// An upper bound of the field of the fragment at any point, per unit of its GM: that of the body of this
+    /// volume and density that attracts most strongly.
     pub most_field: f64,
     /// The moments about the centre in units of the radius, and their sizes in each degree and beyond.
     pub moments: Vec<f64>,
@@ -36,8 +36,8 @@ pub(in crate::mutual) struct Fragment {
     halves: OnceLock<Box<[Fragment; 2]>>,
 }
 
-/// The fragments of a polyhedron, made where they are first needed. They do not depend on the order in which
-/// they are made.
+/// The fragments of a polyhedron, which are made when they are first needed, and do not depend on the order in
+/// which they are made.
 #[derive(Debug)]
 pub(in crate::mutual) struct FragmentTree {
     pub whole: Fragment,
@@ -48,7 +48,7 @@ pub(in crate::mutual) struct FragmentTree {
 }
 
 impl FragmentTree {
-    /// The number of fragments above which a tree is begun anew, which bounds its memory.
+    /// The number of fragments above which the tree is made again, which bounds its memory.
     pub const MOST: usize = 1 << 16;
 
     /// Makes the tree, with moments of the whole polyhedron up to a degree.
@@ -72,7 +72,7 @@ impl FragmentTree {
         self.count.load(Ordering::Relaxed)
     }
 
-    /// Returns the halves of a fragment. It allocates where they have not been needed before.
+    /// Returns the halves of a fragment, which it makes if they do not exist yet.
     #[inline]
     pub fn halves<'a>(&'a self, fragment: &'a Fragment) -> &'a [Fragment; 2] {
         fragment.halves.get_or_init(|| {
@@ -81,13 +81,13 @@ impl FragmentTree {
         })
     }
 
-    /// Makes sure that the halves of a fragment are there.
+    /// Makes the halves of a fragment unless they exist.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
     pub fn make_halves(&self, fragment: &Fragment, interrupt: &mut InterruptCheck) -> Result<()> {
         if fragment.halves.get().is_none() {
-            // Where another thread is first, its halves are the same.
+            // If another thread has set the halves meanwhile, they are the same.
             let _ = fragment.halves.set(self.cut(fragment, interrupt)?);
         }
         Ok(())
@@ -121,7 +121,7 @@ impl Fragment {
             volume += v;
             first += v * 0.25 * (a + b + c);
         }
-        // A cut may leave a sliver without volume within rounding.
+        // A cut may leave a sliver whose volume is zero within rounding.
         let share = volume / whole;
         if share <= f64::EPSILON * f64::EPSILON {
             return Ok(Self::none());
@@ -129,8 +129,8 @@ impl Fragment {
         let degree = degree_of(share, degree);
         let centre = origin + first / volume;
         let radius = triangles.iter().flatten().map(|v| (v - centre).norm()).fold(0.0, f64::max);
-        let local = triangles.iter().map(|triangle| triangle.map(|v| (v - centre) / radius));
-        let moments = solid_moments(local, volume / radius.powi(3), degree, arch, interrupt)?;
+        let scaled = triangles.iter().map(|triangle| triangle.map(|v| (v - centre) / radius));
+        let moments = solid_moments(scaled, volume / radius.powi(3), degree, arch, interrupt)?;
         let (sizes, tail) = sizes_and_tail(&moments);
         let most_field = STRONGEST * volume.powf(-2.0 / 3.0);
         let halves = OnceLock::new();
@@ -162,8 +162,8 @@ impl Fragment {
 
 /// Returns the degree of the moments of a fragment, where the whole polyhedron has those up to `most`.
 ///
-/// The force between two fragments of one size near each other is about the share of either to the power of
-/// 4/3, so that those of a small fragment need fewer digits, by 2.4 degrees each.
+/// The force between two fragments of equal size near each other scales as the share of either to the power of
+/// 4/3, so that moments of a small fragment need fewer digits, of which each takes 2.4 degrees.
 fn degree_of(share: f64, most: usize) -> usize {
     const LEAST: usize = 8;
     const MORE: f64 = 8.0;
@@ -176,7 +176,7 @@ fn cut(triangles: &[Triangle], through: &Vec3) -> [Vec<Triangle>; 2] {
     let extent = BoundingBox::of(triangles.as_flattened());
     let axis = (extent.high - extent.low).imax();
     let height = |v: &Vec3| v[axis] - through[axis];
-    // Both triangles at an edge have the same point of it in the plane, to the last bit.
+    // Both triangles at an edge get the same point in the plane, to the last bit.
     let crossing = |u: &Vec3, v: &Vec3| {
         let (low, high) = if height(u) < 0.0 { (u, v) } else { (v, u) };
         let mut point = low + (high - low) * (height(low) / (height(low) - height(high)));

@@ -64,7 +64,7 @@ def test_view_in_jupyter_is_the_same_page_in_a_frame(kw4_run):
     shown = view._repr_html_()
     assert html.unescape(re.search(r'srcdoc="([^"]*)"', shown)[1]) == view.to_html()
     assert 'sandbox="allow-scripts"' in shown
-    assert repr(view).startswith("<view of Alpha and Beta, 901 moments")
+    assert repr(view).startswith("<view of Alpha and Beta, 901 times")
 
 
 def test_names_cannot_break_out_of_the_page():
