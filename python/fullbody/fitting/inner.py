@@ -135,6 +135,7 @@ def padded(by: FunctionDerivatives) -> FunctionDerivatives:
 def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnknown, ...]]:
     """Return the places of each model's unknowns among those of all models, and these."""
     local = [one.name for model in models for one in model.unknowns if not one.shared]
+    common = {one.name for model in models for one in model.unknowns if one.shared}
     places: dict[tuple[int, str], int] = {}
     unknowns: list[LinearUnknown] = []
     columns = []
@@ -144,7 +145,7 @@ def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnkno
             key = (-1 if one.shared else i, one.name)
             if key not in places:
                 places[key] = len(unknowns)
-                is_alone = one.shared or local.count(one.name) == 1
+                is_alone = one.shared or (local.count(one.name) == 1 and one.name not in common)
                 name = one.name if is_alone else f"{one.name} of observations[{i}]"
                 unknowns.append(LinearUnknown(name, one.unit, one.shared))
             own.append(places[key])

@@ -104,7 +104,7 @@ class Photometry(Observations):
         DataColumn("magnitude"),
         DataColumn("sigma"),
         DataColumn("night", required=False, kind="labels", named=True),
-        DataColumn("filter", required=False, kind="labels"),
+        DataColumn("filter", required=False, kind="labels", named=True),
         DataColumn("airmass", required=False, kind="numbers", named=True),
     )
     _error_names = ("sigma",)
@@ -163,6 +163,13 @@ class Photometry(Observations):
         """Return the distinct labels of the rows, and the index of each row's label among them."""
         if given is not None and np.shape(given) != (count,):
             raise InvalidInput(f"{what} has shape {np.shape(given)}; expected ({count},), one for each of times")
+        plain = np.ma.getdata(given) if hasattr(given, "dtype") else np.array(given, dtype=object)
+        try:
+            missing = np.ma.getmask(given) | np.array(plain != plain, dtype=bool)
+        except TypeError as error:
+            raise InvalidInput(f"{what} is {shown(given)}; expected a label for each of times") from error
+        if np.any(missing):
+            raise InvalidInput(f"{what} has no label in row {int(np.argmax(missing))}; expected one for each of times")
         absent = given is None or all(label is None for label in np.asarray(given))
         labels = _nights(self.times) if absent else np.asarray(given)[self.rows]
         try:
