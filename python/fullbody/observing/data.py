@@ -65,8 +65,8 @@ class Observations(Predictions, Tabled):
         dates : (format, scale), optional
             The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
         **options
-            The other arguments of the class. ``night``, ``filter`` and ``airmass`` of :class:`Photometry` may be names of
-            columns.
+            The other arguments of the class. ``night``, ``filter`` and ``airmass`` of :class:`Photometry` may be names
+            of columns.
 
         Returns
         -------
