@@ -139,6 +139,7 @@ def padded(by: FunctionDerivatives) -> FunctionDerivatives:
 def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnknown, ...]]:
     """Return the indices of each model's unknowns among those of all models, and the latter."""
     local = [unknown.name for model in models for unknown in model.unknowns if not unknown.shared]
+    shared = {unknown.name for model in models for unknown in model.unknowns if unknown.shared}
     indices: dict[tuple[int, str], int] = {}
     unknowns: list[LinearUnknown] = []
     columns = []
@@ -148,7 +149,7 @@ def _joined(models: Sequence[LinearModel]) -> tuple[list[Any], tuple[LinearUnkno
             key = (-1 if unknown.shared else i, unknown.name)
             if key not in indices:
                 indices[key] = len(unknowns)
-                is_unique = unknown.shared or local.count(unknown.name) == 1
+                is_unique = unknown.shared or (local.count(unknown.name) == 1 and unknown.name not in shared)
                 name = unknown.name if is_unique else f"{unknown.name} of observations[{i}]"
                 unknowns.append(LinearUnknown(name, unknown.unit, unknown.shared))
             of_model.append(indices[key])

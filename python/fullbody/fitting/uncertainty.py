@@ -116,26 +116,27 @@ def derived(
     places = [problem.parameters.names.index(name) for name in problem.of_setup]
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
 
-    def quantity(values: Floats) -> Any:
-        return function(problem.sampled(problem.make(values), [probe]))
+    def sampled(values: Floats) -> Any:
+        return problem.sampled(problem.make(values), [probe])
 
-    value = quantity(values)
+    value = function(sampled(values))
+    unit = getattr(value, "unit", 1.0)
+    # The derivatives are those of the pulls of a measured value of the same size, whose error is one.
+    measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
     if samples is not None:
-        rows = np.stack([np.ravel(samples[name].values) for name in problem.parameters.names], axis=1)
+        names = problem.parameters.names
+        if not set(names) <= set(getattr(samples, "data_vars", ())):
+            raise InvalidInput(f"samples is {samples!r:.60}; expected a Dataset with {', '.join(names)}")
+        rows = np.stack([np.ravel(samples[name].values) for name in names], axis=1)
         if rng is None:
             raise InvalidInput(
                 f"rng is None, but {n} draws of samples are chosen; expected a whole number or a Generator"
             )
         chosen = generator(rng).choice(len(rows), whole(n, "n", 2, len(rows)), replace=False)
         with once():
-            draws = [quantity(row) for row in rows[np.sort(chosen)]]
-        unit = getattr(value, "unit", None)
-        plain = np.array(draws if unit is None else [draw.to_value(unit) for draw in draws])
-        every = plain if unit is None else plain * unit
+            draws = [measured.predict(sampled(row)) for row in rows[np.sort(chosen)]]
+        every = np.stack(draws).reshape(len(draws), *np.shape(value))
         return Derived(value, every.std(axis=0, ddof=1), every)
-    unit = getattr(value, "unit", 1.0)
-    # The derivatives are those of the pulls of a measured value of the same size, whose error is one.
-    measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
     alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
     rows = alone.jacobian(alone.point(values[places])).rows
     spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(places, places)], rows))

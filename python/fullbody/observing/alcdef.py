@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -284,14 +284,16 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
         str(key): str(value).strip() for key, value in instance(metadata, "metadata", Mapping, "a dict").items()
     }
     for key, value in given_keywords.items():
-        if not _KEYWORD.fullmatch(f"{key}={value}") or key in (*_WRITTEN, "DATA", "DELIMITER"):
+        line = f"{key}={value}"
+        if not (_KEYWORD.fullmatch(line) and line.isprintable()) or key in (*_WRITTEN, "DATA", "DELIMITER"):
             raise InvalidInput(
-                f"metadata has {key!r}: {value!r}; expected keywords in capitals that the data do not give"
+                f"metadata has {key!r}: {value!r}; expected keywords in capitals that the data do not give, with "
+                "printable text of one line"
             )
     if missing := [key for key in _NEEDED if not given_keywords.get(key)]:
         raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_NEEDED)}")
     choice(given_keywords["STANDARD"], "STANDARD", _WORDS["STANDARD"])
-    data_sets = [data] if isinstance(data, Photometry) else list(data)
+    data_sets = [data] if isinstance(data, Photometry) else instance(data, "data", Iterable, "a Photometry, or several")
     lines = [line for photometry in data_sets for line in _written(photometry, given_keywords)]
     if not lines:
         raise InvalidInput("data is empty; expected one Photometry or more")
@@ -306,6 +308,10 @@ def _written(data: Photometry, given_keywords: dict[str, str]) -> Iterator[str]:
         raise InvalidInput("times of data are not dates; expected astropy Times, as ALCDEF has JD")
     if data.sigma.min() < 1e-6:
         raise InvalidInput(f"sigma of data has the value {data.sigma.min():.3g}; expected errors from 1e-6 on")
+    if data.filters is not None and len(data.filters) > 1:
+        raise InvalidInput(f"data has the filters {', '.join(map(str, data.filters))}; expected one, named by FILTER")
+    if data.airmass is not None and data.airmass.min() < 1e-6:
+        raise InvalidInput(f"airmass of data has the value {data.airmass.min():.3g}; expected airmasses above zero")
     table = data.to_table()
     for night in data.nights:
         rows = table[table["night"] == night]

@@ -226,7 +226,7 @@ def read_table(
         if argument == "times":
             arguments[argument] = _dates(parts[0], dates, getattr(table, "attrs", {}))
         elif kind == "labels":
-            arguments[argument] = np.asarray(parts[0])
+            arguments[argument] = np.asanyarray(parts[0])
         else:
             own = unit.get(argument) if isinstance(unit, Mapping) else unit
             own = _unit_of(own, argument) if kind == "values" else None

@@ -12,7 +12,8 @@ from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.epochs import date
 from ..base.kinds import choice
-from ..base.units import Units, need
+from ..base.unit_names import unit_named
+from ..base.units import Units, is_quantity, need
 from ..errors import InvalidInput, caution
 from ..files.text import POSITIVE, Text, naming
 from ..model.bodies import Body
@@ -150,6 +151,8 @@ def _json_curves(text: Text) -> Iterator[_LightCurve]:
         content = json.loads("\n".join(text.lines))
     except json.JSONDecodeError as error:
         text.fail(error.lineno, f"{error.msg}; expected JSON")
+    except ValueError:
+        text.fail(None, "the content has a whole number of thousands of digits; expected numbers of ordinary size")
     except RecursionError:
         text.fail(None, "the content is nested too deeply; expected a list of objects")
     expected = "expected a list of objects with id, scale and points"
@@ -280,13 +283,14 @@ def read_damit_model(
         from astropy.time import Time
 
     choice(scale, "scale", _SCALES)
+    refuse_unknown(amount, ("mass", "density", "GM"), "read_damit_model")
     text = Text(spin)
     (longitude, latitude, hours, jd, angle), law = _spin(text)
     start = Time(jd, format="jd", scale=scale)
     state_epoch = start if epoch is None else date(epoch, "epoch")
     rotations_since = float((state_epoch - start).to_value("h")) / hours
+    solid = _shape(Text(shape), diameter, unit)
     with naming(shape):
-        solid = _shape(Text(shape), diameter, unit)
         body = Body(solid, name=name, **amount)
     frame = body.working_frame
     assert frame is not None
@@ -357,11 +361,15 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
     if len(rows) > 1 + sum(counts):
         text.fail(rows[1 + sum(counts)][0], "the line is after the last facet; expected the end of the file")
     points = np.array(vertices)
+    with naming(text.path):
+        plain = Polyhedron(points, faces)
     if diameter is None:
         try:
-            return Polyhedron(points * u.Unit(unit), faces)
+            return Polyhedron(points * unit_named(unit), faces)
         except (ValueError, TypeError) as error:
             raise InvalidInput(f"unit is {unit!r}; expected a length, such as 'km'") from error
-    km = Units(("km", "s", "kg")).number(diameter, "length", "diameter")
-    volume = Polyhedron(points, faces).volume
-    return Polyhedron(points * (km / np.cbrt(6.0 * volume / np.pi)) * u.km, faces)
+    if not (isinstance(diameter, str) or is_quantity(diameter)):
+        raise InvalidInput(f"diameter is {diameter!r}; expected a Quantity, or text with a unit, such as '77 km'")
+    km = Units(("km", "s", "kg")).number(diameter, "length", "diameter", POSITIVE)
+    with naming(text.path):
+        return Polyhedron(points * (km / np.cbrt(6.0 * plain.volume / np.pi)) * u.km, faces)

@@ -104,7 +104,7 @@ class Photometry(Observations):
         DataColumn("magnitude"),
         DataColumn("sigma"),
         DataColumn("night", required=False, kind="labels", named=True),
-        DataColumn("filter", required=False, kind="labels"),
+        DataColumn("filter", required=False, kind="labels", named=True),
         DataColumn("airmass", required=False, kind="numbers", named=True),
     )
     _error_names = ("sigma",)
@@ -163,6 +163,13 @@ class Photometry(Observations):
         """Return the distinct labels of the rows, and the index of each row's label among them."""
         if row_labels is not None and np.shape(row_labels) != (count,):
             raise InvalidInput(f"{what} has shape {np.shape(row_labels)}; expected ({count},), one for each of times")
+        values = np.ma.getdata(row_labels) if hasattr(row_labels, "dtype") else np.array(row_labels, dtype=object)
+        try:
+            missing = np.ma.getmask(row_labels) | np.array(values != values, dtype=bool)
+        except TypeError as error:
+            raise InvalidInput(f"{what} is {shown(row_labels)}; expected a label for each of times") from error
+        if np.any(missing):
+            raise InvalidInput(f"{what} has no label in row {int(np.argmax(missing))}; expected one for each of times")
         absent = row_labels is None or all(label is None for label in np.asarray(row_labels))
         labels = _nights(self.times) if absent else np.asarray(row_labels)[self.rows]
         try:

@@ -28,7 +28,7 @@ class RotationSeries(Declared):
     body : int or str
         The body, by its index in the system or its name, which has to rotate about its z-axis.
     order : int
-        The number of terms, each of which is a cosine and a sine of a multiple of the angle.
+        The number of terms, up to 1000, each of which is a cosine and a sine of a multiple of the angle.
     name : str
         A prefix of the names of the coefficients. Data whose series have the same body and name share the
         coefficients; give different names for different filters.
@@ -50,7 +50,7 @@ class RotationSeries(Declared):
     """
 
     body: Any = field(metadata=of_kind(body_index))
-    order: int = field(metadata=of_kind(whole))
+    order: int = field(metadata=of_kind(lambda value, what: whole(value, what, 1, 1000)))
     name: str = field(default="", metadata=of_kind(lambda value, what: instance(value, what, str, "text")))
 
     def names(self, body: str) -> tuple[str, ...]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.kinds import whole
-from ..base.units import is_quantity, need
+from ..base.kinds import function, instance, whole
+from ..base.units import UNITLESS, is_quantity, need, numbers, strip_to
 from ..errors import FullbodyError, InvalidInput
+from ..model.state import State
 from ..observables.spin import obliquity, roll_pitch_yaw
 from ..plots._style import unit
 from ..record.record import Record
@@ -91,11 +92,15 @@ class Explorer:
         with need("explore", "fullbody.explore"):
             import anywidget
         whole(samples, "samples", 2, _MOST_SAMPLES)
+        function(setup, "setup", "a function of the parameters")
+        instance(parameters, "parameters", Mapping, "a dict of ranges by name")
+        if isinstance(show, str) or not isinstance(show, Iterable):
+            raise InvalidInput(f"show is {show!r}; expected a list of curves")
         self._setup, self._until, self._duration = setup, until, duration
         self._samples, self._integrator, self._geometry = samples, integrator, geometry
         self._pair = (body, about)
         self._controls = {name: _control(name, span, setup) for name, span in parameters.items()}
-        self._show = [(_curve_name(curve) if isinstance(curve, str) else curve.__name__, curve) for curve in show]
+        self._show = [(_curve_name(curve), curve) for curve in show]
         self.run: Any = None
         # An error of the first run is raised in the cell that makes the explorer.
         self._result({name: control["value"] for name, control in self._controls.items()})
@@ -118,7 +123,10 @@ class Explorer:
     def _result(self, numbers: dict[str, float]) -> dict[str, Any]:
         """Integrate the setup at the sliders' numbers, keep run and values, and return what explorer.js shows."""
         values = self._with_units(numbers)
-        system, state = self._setup(**values)
+        made = self._setup(**values)
+        if not (isinstance(made, tuple | list) and len(made) == 2 and isinstance(made[1], State)):
+            raise InvalidInput(f"the setup gives {made!r:.200}; expected (system, state)")
+        system, state = made
         units = system.context.units
         start = units.number(state.time, "time", "time")
         times = np.linspace(start, end_of_run(self._until, self._duration, start, units), self._samples)
@@ -146,7 +154,7 @@ class Explorer:
         text = unit(run, dimension) if dimension == "length" else "mag" if dimension == "magnitude" else ""
         if is_quantity(values):
             values, text = values.value, text or str(values.unit)
-        values = np.asarray(values, dtype=float)
+        values = numbers(values, f"the curve {name}")
         if values.shape != (len(run),):
             expected = f"expected ({len(run)},), a number for each sample"
             raise InvalidInput(f"the curve {name} has shape {values.shape}; {expected}")
@@ -204,11 +212,13 @@ class Explorer:
 _FILES = {"_esm": ("viewer.js", "explorer.js", "widget.js"), "_css": ("viewer.css", "explorer.css")}
 
 
-def _curve_name(name: str) -> str:
+def _curve_name(curve: Any) -> str:
     """Return the name of a curve after checking that there is one of this name."""
-    if name not in CURVES:
-        raise InvalidInput(f"show has {name!r}; expected a function of a run, or one of {', '.join(CURVES)}")
-    return name
+    if callable(curve):
+        return getattr(curve, "__name__", type(curve).__name__)
+    if curve not in list(CURVES):
+        raise InvalidInput(f"show has {curve!r}; expected a function of a run, or one of {', '.join(CURVES)}")
+    return str(curve)
 
 
 def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
@@ -219,20 +229,25 @@ def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
     except (TypeError, ValueError):
         raise InvalidInput(message) from None
     factor: Any = 1.0
-    if is_quantity(low):
+    given = (low, high, *start)
+    if any(map(is_quantity, given)):
+        if not all(map(is_quantity, given)):
+            raise InvalidInput(f"{message}, all with units or none")
         factor = 1.0 * low.unit
-        low, high, *start = (value.to_value(low.unit) for value in (low, high, *start))
-    if len(start) > 1 or not -np.inf < low < high < np.inf or not all(low <= number <= high for number in start):
+        given = tuple(strip_to(value, low.unit, f"the range of {name}") for value in given)
+    low, high, *start = (UNITLESS.number(value, "number", f"the range of {name}") for value in given)
+    if len(start) > 1 or not low < high or not all(low <= value <= high for value in start):
         raise InvalidInput(f"{message}, in order")
     if not start:
         default = inspect.signature(setup).parameters.get(name)
         value: Any = None if default is None or default.default is inspect.Parameter.empty else default.default
-        number = value.to_value(factor.unit) if is_quantity(value) and is_quantity(factor) else value
+        both = is_quantity(value) and is_quantity(factor)
+        number = float(strip_to(value, factor.unit, f"the default of {name}")) if both else value
         inside = isinstance(number, int | float | np.floating) and low <= number <= high
-        start = [float(number) if inside else 0.5 * (low + high)]
+        start = [float(number) if inside else 0.5 * low + 0.5 * high]
     text = str(factor.unit) if is_quantity(factor) else ""
-    numbers = {"min": float(low), "max": float(high), "value": float(start[0])}
-    return {"name": name, **numbers, "unit": text, "factor": factor}
+    limits = {"min": low, "max": high, "value": start[0]}
+    return {"name": name, **limits, "unit": text, "factor": factor}
 
 
 def _without_factor(control: dict[str, Any]) -> dict[str, Any]:

@@ -62,3 +62,7 @@ def test_a_derived_quantity_has_the_spread_of_samples(found):
     refused("rng is None, but 100 draws", lambda: found.derived(lambda run: run.system.masses[0], samples=samples))
     many = {"samples": samples, "n": 10**6, "rng": 1}
     refused("n is 1000000; expected a whole number", lambda: found.derived(lambda run: run.system.masses[0], **many))
+    few = {"n": 5, "rng": 1}
+    refused("samples is 3; expected a Dataset with mass, a", found.derived, lambda run: 1.0, samples=3, **few)
+    results = iter([1.0, 1.0, np.nan])
+    refused("result of the derived quantity is nan", found.derived, lambda run: next(results), samples=samples, **few)

@@ -188,6 +188,8 @@ def test_files_without_blocks_or_points_are_refused(tmp_path):
         ({"FILTER": ""}, "metadata has no FILTER; expected OBJECTNUMBER"),
         ({"LTCAPP": "NONE"}, "metadata has 'LTCAPP': 'NONE'; expected keywords in capitals that the data do not give"),
         ({"COMMENT": "two\nlines"}, "metadata has 'COMMENT': 'two\\nlines'"),
+        ({"COMMENT": "two\u2028lines"}, "metadata has 'COMMENT': 'two\\u2028lines'"),
+        ({"COMMENT": "half of \ud800"}, "printable text of one line"),
         ({"facility": "here"}, "metadata has 'facility': 'here'"),
         ({"STANDARD": "SOME"}, "STANDARD is 'SOME'; expected 'NONE', 'INTERNAL' or 'TRANSFORMED'"),
     ],
@@ -209,5 +211,13 @@ def test_data_that_the_format_cannot_hold_are_refused(tmp_path):
         observing.write_alcdef(path, observing.Photometry(DATES[:1], [7.0], 0.01, geometry=distant), ABOUT)
     with refusal("sigma of data has the value 1e-07; expected errors from 1e-6 on"):
         observing.write_alcdef(path, observing.Photometry(DATES[:1], [7.0], 1e-7, geometry=geometry()), ABOUT)
+    with refusal("airmass of data has the value -1"):
+        airy = observing.Photometry(DATES[:1], [7.0], 0.1, geometry=geometry(), airmass=[-1.0])
+        observing.write_alcdef(path, airy, ABOUT)
+    with refusal("data has the filters R, V; expected one, named by FILTER"):
+        two = observing.Photometry(DATES[:2], [7.0, 7.0], 0.1, geometry=geometry(), filter=["R", "V"])
+        observing.write_alcdef(path, two, ABOUT)
+    with refusal("data is None; expected a Photometry, or several"):
+        observing.write_alcdef(path, None, ABOUT)
     with refusal("data is empty; expected one Photometry or more"):
         observing.write_alcdef(path, [], ABOUT)

@@ -180,6 +180,7 @@ def test_light_curves_of_another_form_are_refused_by_line(tmp_path, text, messag
     [
         ("[\n{", "line 2: Expecting property name"),
         ("{}", "the content is no list; expected a list of objects with id, scale and points"),
+        (f"[{'9' * 5000}]", "the content has a whole number of thousands of digits"),
         ('[{"scale": 3, "points": ""}]', "entry 1 is {'scale': 3"),
         ('[{"id": 8, "scale": 0, "points": "1 2"}]', "row 1 of curve 8 is ['1', '2']; expected JD"),
         ('[{"id": 8, "scale": 0, "points": "", "points_count": 2}]', "curve 8 has [] for 2 points"),
@@ -268,7 +269,7 @@ def test_spins_of_another_form_are_refused_by_line(tmp_path, text, message):
         (3, "1 inf 2", "line 3: a coordinate is 'inf'; expected a finite number"),
         (102, "1 2 101", "line 102: the triangle has vertex 101; expected at most 100"),
         (102, "0 1 2", "line 102: the number of a vertex is '0'; expected a whole number from 1 on"),
-        (102, "1 1 1", "shape.txt: "),
+        (102, "1 1 1", "shape.txt: face 0 is (0, 0, 0); expected three different vertices"),
         (297, "1 2 3\n1 2 3", "line 298: the line is after the last facet"),
     ],
 )
@@ -282,6 +283,12 @@ def test_shapes_of_another_form_are_refused_by_line(tmp_path, line, text, messag
 
 
 def test_options_and_scales_are_checked():
+    with refusal("diameter is 77; expected a Quantity"):
+        observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", diameter=77)
+    with refusal("diameter is '-5 km'; expected a number above zero"):
+        observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", diameter="-5 km")
+    with refusal("'radius' is not an option of read_damit_model; expected some of mass, density, GM"):
+        observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", radius=3)
     with refusal("'zero' is not an option of read_damit"):
         observing.read_damit(ARIADNE, sigma=0.01, zero=1.0)
     with refusal("scale is 'mjd'; expected 'tdb'"):

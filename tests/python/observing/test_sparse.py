@@ -61,4 +61,19 @@ def test_filters_are_labels_of_the_rows(table):
 
     refused(r"filter has shape \(3,\); expected \(60,\)", made, ["V", "R", "I"])
     refused("labels of several kinds", made, np.array([1, "V"] * 30, dtype=object))
+    refused("filter has no label in row 1", made, ["V", np.nan] * 30)
+    refused("filter has no label in row 0", made, np.ma.array(["V"] * 60, mask=[True] + [False] * 59))
     assert made([None] * 60).filters is None
+    masked = rows.copy()
+    masked["band"] = np.ma.array(rows["band"], mask=np.arange(60) == 3)
+    refused("filter has no label in row 3", observing.Photometry.from_table, masked, filter="band", geometry=geometry)
+
+
+def test_a_night_is_not_a_filter_of_the_same_name(table):
+    rows, geometry = table
+    data = [
+        observing.Photometry(rows["times"], rows["magnitude"], 0.01, geometry=geometry, **{kind: ["R"] * 60})
+        for kind in ("filter", "night")
+    ]
+    names = list(fullbody.fit(lone, {"period": Free(6.0005)}, data).values)
+    assert names == ["period", "zero point of R", "zero point of R of observations[1]"]

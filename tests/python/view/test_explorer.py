@@ -92,7 +92,16 @@ def test_ranges_have_units_and_the_code_makes_the_run_again():
         ({"parameters": {"e": 0.1}}, r"the range of e is 0\.1; expected \(lowest, highest\)"),
         ({"parameters": {"e": (0.3, 0.1)}}, r"the range of e is \(0\.3, 0\.1\)"),
         ({"parameters": {"e": (0.0, 0.5, 0.7)}}, r"the range of e is \(0\.0, 0\.5, 0\.7\)"),
-        ({"parameters": {"e": (0.0, np.nan)}}, r"the range of e is \(0\.0, nan\)"),
+        ({"parameters": {"e": (0.0, np.nan)}}, r"the range of e is nan"),
+        ({"parameters": ["e"]}, r"parameters is \['e'\]; expected a dict"),
+        ({"parameters": {"e": "ab"}}, "the range of e is 'a'; expected a finite number"),
+        ({"parameters": {"e": (0.0 * u.km, 1.0)}}, r"the range of e is .*, all with units or none"),
+        ({"parameters": {"e": (0.0 * u.km, 1.0 * u.s)}}, "the range of e has the unit s; expected a unit such as km"),
+        ({"setup": None}, "setup is None; expected a function of the parameters"),
+        ({"setup": lambda e: e}, r"the setup gives 0\.25; expected \(system, state\)"),
+        ({"show": "separation"}, "show is 'separation'; expected a list of curves"),
+        ({"show": [3]}, "show has 3; expected a function of a run"),
+        ({"show": [lambda run: ["x"] * 1000]}, "the curve <lambda> is 'x'; expected numbers"),
         ({"show": ["seperation"]}, r"show has 'seperation'; expected a function of a run, or one of separation, "),
         ({"show": [lambda run: 1.0]}, r"the curve <lambda> has shape \(\); expected \(1000,\)"),
         ({"show": ["light curve"]}, "geometry is None; expected a Geometry"),
@@ -102,7 +111,7 @@ def test_ranges_have_units_and_the_code_makes_the_run_again():
 )
 def test_what_no_explorer_can_show_is_refused(options, expected):
     with pytest.raises(InvalidInput, match=expected):
-        fullbody.explore(pair, **{"parameters": {"e": (0.0, 0.5)}, "until": 10.0} | options)
+        fullbody.explore(**{"setup": pair, "parameters": {"e": (0.0, 0.5)}, "until": 10.0} | options)
 
 
 def test_a_notebook_without_a_kernel_shows_the_scene():
