@@ -99,7 +99,9 @@ function run(start, system, values, initial, duration) {
     curves.push({ label: "light curve", unit: "mag", inverted: true, values: light.map(b => b > 0 ? -2.5 * Math.log10(b / brightest) : NaN) });
   }
   const scene = { names: system.names, surfaces, length: system.length, unit: system.time, time, position: Float32Array.from(position),
-    attitude: Float32Array.from(attitude), sun: Float32Array.from({ length: 3 * samples }, (_, k) => sun[k % 3]) };
+    attitude: Float32Array.from(attitude),
+    sun: Float32Array.from({ length: 3 * samples }, (_, k) => sun[k % 3]),
+    observer: Float32Array.from({ length: 3 * samples }, (_, k) => observer[k % 3]) };
   if (all_ellipsoids) scene.casts = surfaces.map(([part]) => [{ inverse: part.columns.map(a => a && 1 / a), position: [0, 0, 0] }]);
   return { scene, curves, time, unit: system.time, notice: motion.error };
 }

@@ -260,3 +260,13 @@ def test_the_widget_of_a_notebook_shows_the_runs_of_its_kernel(page):
     slider.press("ArrowLeft")
     page.wait_for_function(IDLE, timeout=60_000)
     assert np.isclose(explorer.values["tilt"], 0.295)
+
+
+def test_the_scene_is_seen_from_the_observer_and_from_the_sun(page, address):
+    opened(page, address + "#system=kw4&duration=20")
+    views = []
+    for name in ("", "observer", "sun"):
+        page.select_option(".fullbody-from", name)
+        views.append(page.evaluate("document.querySelector('.fullbody-canvas').toDataURL()"))
+    page.locator(".fullbody-view").screenshot(path=PICTURES / "from_the_sun.png")
+    assert len(set(views)) == 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -271,12 +271,12 @@ def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     ax.zaxis.labelpad += 5.0 * extra_digits
 
 
-def directions(run: Record, geometry: Vectors, times: Floats) -> Floats:
-    """Return unit vectors (T, 3) to the Sun, in the inertial frame, at times (T,) of a run."""
+def directions(run: Record, geometry: Vectors, times: Floats, to: Literal["sun", "observer"] = "sun") -> Floats:
+    """Return unit vectors (T, 3) to the Sun or the observer, in the inertial frame, at times (T,) of a run."""
     from ..observing.vectors import local_geometry
 
     local = local_geometry(geometry, run.system)
-    toward = local.sun(local.arrival(times))
+    toward = getattr(local, to)(local.arrival(times))
     return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
 
 

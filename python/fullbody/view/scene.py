@@ -52,7 +52,7 @@ def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Ge
         "attitude": pack(attitudes, "<f4"),
     }
     if geometry is not None:
-        data["sun"] = pack(directions(run, geometry, times), "<f4")
+        data |= {to: pack(directions(run, geometry, times, to), "<f4") for to in ("sun", "observer")}
         # WebGL takes matrices by columns.
         data["casts"] = [
             [

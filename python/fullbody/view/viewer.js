@@ -137,6 +137,8 @@ const LAYOUT = `<div class="fullbody-stage"><canvas class="fullbody-canvas"></ca
 <input class="fullbody-slider" type="range" min="0" max="1" step="any" value="0" aria-label="time">
 <span class="fullbody-time"></span>
 <label>follow <select class="fullbody-follow"></select></label>
+<label>view from <select class="fullbody-from"><option value="">camera</option><option value="observer">observer</option>
+<option value="sun">Sun</option></select></label>
 <label><input class="fullbody-trails" type="checkbox" checked> trails</label>
 <label title="At speed 1 the whole run takes 30 seconds.">speed <select class="fullbody-speed"><option value="0.25">1/4 (2 min)</option>
 <option value="0.5">1/2 (1 min)</option><option value="1" selected>1 (30 s)</option><option value="2">2 (15 s)</option>
@@ -160,7 +162,7 @@ function scene(root, onTime = () => {}) {
   const ball = sphere(48, 24), round = { buffer: buffer(gl, ball), count: ball.length / 3 };
   const spare = gl.createBuffer();
   gl.enable(gl.DEPTH_TEST);
-  let data, time, position, suns, attitude, many, samples, reach, largest, sizes, surfaces, shapes = [], paths = [], cloud;
+  let data, time, position, toward, attitude, many, samples, reach, largest, sizes, surfaces, shapes = [], paths = [], cloud;
   const looks = { azimuth: -1.0, height: 0.45, distance: 0, follow: -1 };
   let part = 0, playing = false, last = 0;
   const trailed = element("trails");
@@ -179,7 +181,10 @@ function scene(root, onTime = () => {}) {
     const names = data && data.names, before = reach;
     data = next;
     [time, position, attitude] = [unpack(data.time, Float64Array), unpack(data.position, Float32Array), unpack(data.attitude, Float32Array)];
-    suns = data.sun ? unpack(data.sun, Float32Array) : null;
+    toward = Object.fromEntries(["sun", "observer"].filter(to => data[to]).map(to => [to, unpack(data[to], Float32Array)]));
+    for (const option of element("from").options) option.hidden = option.value && !toward[option.value];
+    element("from").parentElement.hidden = !toward.observer;
+    if (!toward[element("from").value]) element("from").value = "";
     [many, samples, reach, largest] = [data.names.length, time.length, 0, 0];
     for (let k = 0; k < samples; k++) for (let b = 0; b < many; b++) reach = Math.max(reach, Math.hypot(...centre(k, b)));
     const size = part => Math.hypot(...part.position) + Math.max(...[0, 3, 6].map(c => Math.hypot(...part.columns.slice(c, c + 3))));
@@ -233,13 +238,16 @@ function scene(root, onTime = () => {}) {
       const from = centre(low, b), to = centre(high, b);
       return { centre: from.map((v, c) => v + s * (to[c] - v)), rotation: matrix(slerp(quaternion(low, b), quaternion(high, b), s)) };
     });
-    const toward = k => suns.subarray(3 * k, 3 * k + 3);
-    const sun = suns && [0, 1, 2].map(c => toward(low)[c] + s * (toward(high)[c] - toward(low)[c]));
-    return { t, bodies, sun };
+    const direction = to => toward[to] && [0, 1, 2].map(c => {
+      const [from, until] = [low, high].map(k => toward[to][3 * k + c]);
+      return from + s * (until - from);
+    });
+    return { t, bodies, sun: direction("sun"), observer: direction("observer") };
   }
 
-  function camera(target, aspect) {
-    const { azimuth: a, height: h, distance: d } = looks;
+  function camera(target, aspect, toward) {
+    const { azimuth, height, distance: d } = looks;
+    const a = toward ? Math.atan2(toward[1], toward[0]) : azimuth, h = toward ? Math.asin(toward[2] / Math.hypot(...toward)) : height;
     const back = [Math.cos(h) * Math.cos(a), Math.cos(h) * Math.sin(a), Math.sin(h)];
     const right = [-Math.sin(a), Math.cos(a), 0];
     const up = [-Math.sin(h) * Math.cos(a), -Math.sin(h) * Math.sin(a), Math.cos(h)];
@@ -274,9 +282,9 @@ function scene(root, onTime = () => {}) {
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(0.969, 0.969, 0.961, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { t, bodies, sun } = now();
+    const { t, bodies, sun, observer } = now();
     const target = looks.follow < 0 ? [0, 0, 0] : bodies[looks.follow].centre;
-    const view = camera(target, canvas.width / canvas.height);
+    const view = camera(target, canvas.width / canvas.height, { sun, observer }[element("from").value]);
     const light = sun || [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
     // A matrix to the unit sphere of an ellipsoid, from the bodies' axes, times the rotation back.
     const shadows = (data.casts || []).flatMap((parts, b) => parts.map((part, p) => ({
@@ -359,6 +367,7 @@ function scene(root, onTime = () => {}) {
   }
   element("play").onclick = () => play(!playing);
   element("slider").oninput = event => seek(+event.target.value);
+  element("from").onchange = () => draw();
   element("follow").onchange = event => { looks.follow = +event.target.value; draw(); };
   root.addEventListener("keydown", event => {
     if (event.target.tagName === "SELECT" || event.target.tagName === "BUTTON") return;
