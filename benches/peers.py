@@ -235,6 +235,12 @@ def main() -> None:
     parser.add_argument("--hours", type=float, default=200.0, help="hours of fullbody's runs")
     parser.add_argument("--out", type=Path, help="the JSON file for the numbers")
     options = parser.parse_args()
+    # What cannot be measured or written is refused before minutes of measurement.
+    if not 0.0 < options.hours < np.inf:
+        parser.error(f"--hours is {options.hours}; expected a number above zero")
+    for name, path in (("gubas", options.gubas), ("f2bptoolkit", options.f2bptoolkit), ("out", options.out)):
+        if path is not None and not (path.parent if name == "out" else path).exists():
+            parser.error(f"--{name} is {path}; expected a path that exists")
     print(f"{'':<29}{'force error':>12}{'us/evaluation':>14}{'s/1000 h':>14}")
     rows = own_rows(options.hours, 3)
     peers: dict[str, dict[str, str | None]] = {}
