@@ -8,6 +8,9 @@
 //! Where facets of two parts lie in one plane, that of the part that comes first hides that of the other one,
 //! so that the common area counts once.
 //!
+//! A part that is wholly in front of a triangle hides what is within its silhouette, along which the triangle is
+//! cut.
+//!
 //! Most facets need none of this: those that are turned away, those whose direction is above their horizon,
 //! those beside the cylinder around each other part, and those behind the ball within it.
 //!
@@ -20,6 +23,7 @@ use super::ellipsoid::{Lit, Placed};
 use super::law::{Law, Scattering};
 use super::mesh::{Facet, Mesh, SIDES};
 use super::region::{Line, Region};
+use super::silhouette::{Hidden, Silhouette};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
@@ -42,6 +46,8 @@ pub struct Occluder<'a> {
     pub growth: f64,
     /// Whether its facets count before those of the other part in one plane.
     pub first: bool,
+    /// Its silhouette along the direction to the light; `None` if it is in front of no facet of the other part.
+    pub silhouette: Option<Silhouette>,
 }
 
 /// A part in sunlight, with the parts that may hide light from it, in its own frame.
@@ -65,8 +71,9 @@ pub struct SurfaceLight<'a> {
 }
 
 impl Occluder<'_> {
-    /// Returns whether the facets may hide a part of a triangle; `None` if they hide all of it.
-    fn may_hide(&self, triangle: &Facet, direction: &Vec3) -> Option<bool> {
+    /// Returns what the facets hide of a triangle, and sets the edges of the region; their lines are counted from
+    /// `line`.
+    fn hides(&self, triangle: &Facet, direction: &Vec3, line: Line, region: &mut Region) -> Hidden {
         let [a, b, c] = triangle.corners;
         let centre = (a + b + c) / 3.0;
         let radius = triangle.corners.iter().map(|v| (v - centre).norm_squared()).fold(0.0, f64::max).sqrt();
@@ -75,9 +82,18 @@ impl Occluder<'_> {
         let aside = (from - direction * along).norm();
         let [reach, within] = self.mesh.radii.map(|r| r * self.growth);
         if aside + radius < within && along > radius {
-            return None;
+            return Hidden::Everything;
         }
-        Some(aside < reach + radius && along > -(reach + radius))
+        if aside >= reach + radius || along <= -(reach + radius) {
+            return Hidden::Nothing;
+        }
+        match &self.silhouette {
+            // The ball around the facets is in front of that around the triangle.
+            Some(silhouette) if along > (1.0 + 1e-9) * (reach + radius) => {
+                silhouette.hides(triangle, triangle.normal.dot(direction), line, region)
+            }
+            _ => Hidden::ByFacets,
+        }
     }
 
     /// Takes from a region of a triangle what the facets hide; their lines are counted from `line`.
@@ -112,17 +128,19 @@ impl FacetedPart<'_> {
         }
         for (index, occluder) in self.occluders.iter().enumerate() {
             let direction = &self.lights[occluder.light];
-            let may_hide = occluder.may_hide(triangle, direction);
-            if may_hide == Some(false) {
+            let line = self.first_line(index);
+            let hidden = occluder.hides(triangle, direction, line, region);
+            if hidden == Hidden::Nothing {
                 continue;
             }
             if !partly {
                 region.reset();
                 partly = true;
             }
-            match may_hide {
-                None => region.clear(),
-                _ => occluder.hide(triangle, direction, self.first_line(index), region),
+            match (hidden, &occluder.silhouette) {
+                (Hidden::Everything, _) => region.clear(),
+                (Hidden::BySilhouette, Some(silhouette)) => silhouette.hide(triangle, region),
+                _ => occluder.hide(triangle, direction, line, region),
             }
             if region.is_empty() {
                 return true;

@@ -72,6 +72,8 @@ pub struct Mesh {
     pub facets: Vec<Facet>,
     pub faces: Vec<[u32; 3]>,
     pub vertices: Vec<Vec3>,
+    /// The two sides at each edge, by [`SIDES`] times the facet's index and the place of the side in it.
+    pub edges: Vec<[u32; 2]>,
     /// The polyhedron; `None` for an ellipsoid.
     pub polyhedron: Option<Polyhedron>,
     /// The semi-axes of an ellipsoid.
@@ -100,6 +102,13 @@ impl Mesh {
         // If the origin is below all planes, no facet reaches the ball that touches the nearest one.
         let heights = facets.iter().map(|facet| facet.normal.dot(&facet.corners[0]));
         let within = heights.fold(f64::INFINITY, f64::min).max(0.0);
+        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * faces.len());
+        for (face, index) in faces.iter().zip(0..) {
+            let ends = (0..3).map(|k| [face[k], face[(k + 1) % 3]]);
+            sides.extend(ends.zip(SIDES * index..).map(|([u, v], side)| ([u.min(v), u.max(v)], side)));
+        }
+        sides.sort_unstable();
+        let edges = sides.chunks_exact(2).map(|pair| [pair[0].1, pair[1].1]).collect();
         let blocks: Vec<_> = facets.iter().map(|facet| BoundingBox::of(&facet.corners)).collect();
         Some(Self {
             place,
@@ -107,6 +116,7 @@ impl Mesh {
             facets,
             faces,
             vertices,
+            edges,
             polyhedron: match &part.shape {
                 Shape::Polyhedron(polyhedron) => Some(polyhedron.clone()),
                 _ => None,

@@ -18,6 +18,7 @@ mod photometer;
 mod region;
 mod rule;
 mod scene;
+mod silhouette;
 mod snapshot;
 mod strips;
 

@@ -18,6 +18,8 @@ const THIN: f64 = 1e-14;
 /// What is left of a triangle.
 #[derive(Debug, Default)]
 pub struct Region {
+    /// The ends of the edges along which [`Region::cut`] cuts, with their lines.
+    pub edges: Vec<[Corner; 2]>,
     corners: Vec<Corner>,
     /// The first corner of each piece and the one after its last.
     pieces: Vec<[usize; 2]>,
@@ -50,6 +52,12 @@ type Side = ([f64; 2], [f64; 2], Line);
 #[inline]
 fn left_of((from, inward, _): &Side, at: [f64; 2]) -> f64 {
     inward[0] * (at[0] - from[0]) + inward[1] * (at[1] - from[1])
+}
+
+/// Returns the side from one corner to another one.
+fn side_from(from: &Corner, to: &Corner) -> Side {
+    let scale = length(from, to).recip();
+    (from.at, [(from.at[1] - to.at[1]) * scale, (to.at[0] - from.at[0]) * scale], from.line)
 }
 
 /// Returns whether all corners are to the right of one of a polygon's long sides, or on it.
@@ -124,9 +132,7 @@ impl Region {
         let polygon = &*polygon;
         let mut lines: [Side; 4] = [([0.0; 2], [0.0; 2], 0); 4];
         for (side, (from, to)) in lines.iter_mut().zip(sides(polygon)) {
-            let scale = length(from, to).recip();
-            let inward = [(from.at[1] - to.at[1]) * scale, (to.at[0] - from.at[0]) * scale];
-            *side = (from.at, inward, from.line);
+            *side = side_from(from, to);
         }
         let lines = &lines[..polygon.len()];
         let mut all = std::mem::take(&mut self.next);
@@ -149,6 +155,43 @@ impl Region {
         std::mem::swap(&mut self.corners, &mut all.0);
         std::mem::swap(&mut self.pieces, &mut all.1);
         self.next = all;
+    }
+
+    /// Cuts the pieces along the edges that cross them, and leaves those whose centre is not hidden. Where no edge
+    /// crosses it, a piece must be wholly hidden or wholly free.
+    pub fn cut(&mut self, hidden: impl Fn([f64; 2]) -> bool) {
+        let edges = std::mem::take(&mut self.edges);
+        let mut all = std::mem::take(&mut self.next);
+        for edge in edges.iter().filter(|[from, to]| length(from, to) > THIN) {
+            let side = side_from(&edge[0], &edge[1]);
+            all.0.clear();
+            all.1.clear();
+            for index in 0..self.pieces.len() {
+                let [from, to] = self.pieces[index];
+                let piece = &self.corners[from..to];
+                self.rest[0].clear();
+                self.rest[0].extend_from_slice(piece);
+                let beside = piece.iter().all(|corner| left_of(&side, corner.at) <= THIN);
+                if !beside && !is_beside(edge, piece) {
+                    self.split(&side, &mut all);
+                }
+                if !self.rest[0].is_empty() {
+                    let start = all.0.len();
+                    all.0.extend_from_slice(&self.rest[0]);
+                    all.1.push([start, all.0.len()]);
+                }
+            }
+            std::mem::swap(&mut self.corners, &mut all.0);
+            std::mem::swap(&mut self.pieces, &mut all.1);
+        }
+        (self.next, self.edges) = (all, edges);
+        let corners = &self.corners;
+        self.pieces.retain(|&[from, to]| {
+            let share = ((to - from) as f64).recip();
+            let centre =
+                [0, 1].map(|k| corners[from..to].iter().map(|corner| corner.at[k]).sum::<f64>() * share);
+            !hidden(centre)
+        });
     }
 
     /// Adds what of the rest is to the right of a side to other pieces, and keeps what is to the left of it.

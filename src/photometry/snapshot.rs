@@ -6,6 +6,7 @@ use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
 use super::outline::Light;
 use super::scene::Scene;
+use super::silhouette::Silhouette;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
@@ -289,14 +290,22 @@ impl<'a> Snapshot<'a> {
                 let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
                 let direction = &directions[light as usize];
                 let aside = (from - direction * from.dot(direction)).norm();
-                if aside < mesh.radii[0] + other.radii[0] * growth {
+                let (along, reach) = (from.dot(direction), other.radii[0] * growth);
+                if aside < mesh.radii[0] + reach && along > -(mesh.radii[0] + reach) {
+                    let position = turned.tr_mul(&from);
+                    let rotation = turned.tr_mul(&(placed.rotation * other.pose.1));
+                    let silhouette = (along + mesh.radii[0] > reach).then(|| {
+                        let direction = turned.tr_mul(direction);
+                        Silhouette::new(other, (&position, &rotation), growth, &direction)
+                    });
                     all.push(Occluder {
                         mesh: other,
                         light: light as usize,
-                        position: turned.tr_mul(&from),
-                        rotation: turned.tr_mul(&(placed.rotation * other.pose.1)),
+                        position,
+                        rotation,
                         growth,
                         first: other.place < mesh.place,
+                        silhouette,
                     });
                 }
             }

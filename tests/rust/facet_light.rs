@@ -153,6 +153,67 @@ fn lumpy_bodies_are_as_bright_as_rays_from_their_surfaces_tell() {
     assert!(passed == 14 && dimmed > 1.4, "{passed} {dimmed}");
 }
 
+/// A flat body across the x axis, turned about it by an angle, and its attitude.
+fn flake(angle: f64) -> (Body, [f64; 4]) {
+    let lumps = lumpy(6, 0.15, 1.1);
+    let vertices: Vec<Vec3> = lumps.vertices().map(|v| v.component_mul(&Vec3::new(0.12, 0.6, 0.6))).collect();
+    let flat = solid(&vertices, lumps.faces());
+    let [w, x, y, z] = flat.working_frame().attitude;
+    (body(&flat), product([(0.5 * angle).cos(), (0.5 * angle).sin(), 0.0, 0.0], [w, -x, -y, -z]))
+}
+
+#[test]
+fn a_body_hides_as_much_from_far_in_front_as_from_near() {
+    // At opposition only the distance differs. The ball around a near flake reaches behind facets that it hides;
+    // a far one is wholly in front of all facets.
+    let pieces = {
+        let part = |phase: f64, place: [f64; 3]| {
+            let shape = Shape::Polyhedron(lumpy(3, 0.1, phase));
+            InputPart { shape, mass: 1.0, position: place, attitude: [1.0, 0.0, 0.0, 0.0] }
+        };
+        Body::composite("pieces", vec![part(0.2, [0.0; 3]), part(0.9, [0.8, 0.3, -0.2])]).unwrap()
+    };
+    let behind = [body(&lumpy(5, 0.15, 0.3)), body(&step_block(3.0, 0.7, 1.8)), pieces];
+    let mut dimmed = 0;
+    for (step, body) in behind.iter().cycle().take(30).enumerate() {
+        let phase = step as f64;
+        let (flake, attitude) = flake(phase);
+        let own = Vec3::new(phase.sin(), (2.0 * phase).sin(), (3.0 * phase).cos());
+        let aside = Vec3::new(0.0, (1.7 * phase).sin(), (2.3 * phase).cos()) * (0.05 * phase);
+        let bodies = [body.clone(), flake];
+        let light = |distance: f64| {
+            let scene = Scene {
+                position: vec![Vec3::zeros(), axis(0) * (body.circumradius() + distance) + aside],
+                attitude: vec![turned([1.0, 0.0, 0.0, 0.0], own), attitude],
+                directions: [axis(0); 2],
+            };
+            let found = photometer(&bodies, Law::LOMMEL_SEELIGER)
+                .partials(&scene.view(), &mut InterruptCheck::never())
+                .unwrap();
+            let (brightness, partials) = &found[0];
+            assert!((brightness - scene.brightness(&bodies, Law::LOMMEL_SEELIGER)[0]).abs() < 1e-14);
+            let mut all = vec![*brightness];
+            for by in &partials.by_body {
+                all.extend(by.position.iter().chain(by.rotation.iter()));
+            }
+            all
+        };
+        let [near, far, aside] = [0.2, 7.0, 1e3].map(light);
+        for (k, ((near, far), aside)) in near.iter().zip(&far).zip(&aside).enumerate() {
+            assert!((near - far).abs() < 1e-11, "step {step}, number {k}: {near} {far}");
+            assert!((near - aside).abs() < 1e-9, "step {step}, number {k}: {near} {aside}");
+        }
+        let alone = Scene {
+            position: vec![Vec3::zeros()],
+            attitude: vec![turned([1.0, 0.0, 0.0, 0.0], own)],
+            directions: [axis(0); 2],
+        };
+        let whole = alone.brightness(&bodies[..1], Law::LOMMEL_SEELIGER)[0];
+        dimmed += usize::from(near[0] < 0.98 * whole);
+    }
+    assert!(dimmed > 20, "{dimmed}");
+}
+
 /// A step: a box from 0 to 2 in x, 0 to 3 in y and 0 to 1 in z, on which another one reaches to x = 0.7 and z =
 /// 1.8. Its faces are fans about the corners of its profile.
 fn step_block(depth: f64, tread: f64, height: f64) -> Polyhedron {
