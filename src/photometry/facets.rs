@@ -40,13 +40,15 @@ pub struct Occluder<'a> {
     pub mesh: &'a Mesh,
     /// The light that it hides: the observer's, 0, or the Sun's, 1.
     pub light: usize,
-    /// Its pose and growth in the frame of the other part: x = growth R y + position.
+    /// The pose (position and rotation R) and the growth of this part in the frame of the other one: a point y
+    /// of this part is at x = growth R y + position.
     pub position: Vec3,
     pub rotation: Mat3,
     pub growth: f64,
     /// Whether its facets count before those of the other part in one plane.
     pub first: bool,
-    /// Its silhouette along the direction to the light; `None` if it is in front of no facet of the other part.
+    /// The silhouette of this part along the direction to the light; `None` if this part is in front of no
+    /// facet of the other one.
     pub silhouette: Option<Silhouette>,
 }
 

@@ -15,7 +15,7 @@ pub struct Corner {
 /// makes such pieces between polygons that share a side.
 const THIN: f64 = 1e-14;
 
-/// What is left of a triangle.
+/// The part of a triangle that is still visible and illuminated, as convex pieces.
 #[derive(Debug, Default)]
 pub struct Region {
     /// The ends of the edges along which [`Region::cut`] cuts, with their lines.

@@ -10,7 +10,7 @@ use super::mesh::{Facet, Mesh, SIDES};
 use super::region::{Corner, Line, Region};
 use crate::math::{Mat3, Vec3};
 
-/// What is hidden of a triangle.
+/// The part of a triangle that another part hides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hidden {
     Nothing,

@@ -55,8 +55,8 @@ class PairPoint:
         """Return the point turned about z, after turning the bodies in their frames by quaternions (2, 4)."""
         q = rotations.about_axis(2, angle)
         R = rotations.matrices(q)
-        turned = zip(self.pose.attitude, body_rotations, strict=True)
-        attitude = np.array([rotations.product(q, a, rotation) for a, rotation in turned])
+        pairs = zip(self.pose.attitude, body_rotations, strict=True)
+        attitude = np.array([rotations.product(q, a, rotation) for a, rotation in pairs])
         spin = np.einsum("kji,kj->ki", rotations.matrices(body_rotations), self.spin)
         return PairPoint(Pose(R @ self.pose.r, attitude), R @ self.velocity, spin)
 

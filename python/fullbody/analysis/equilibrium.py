@@ -209,14 +209,14 @@ def relative_equilibrium(
 
 def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
     """Parse the axes along the line and the pole from words such as "xz"."""
-    found = list(long_axes(pair))
+    axes_of_bodies = list(long_axes(pair))
     for name, word in (axes or {}).items():
         body = pair.context.index(name, "a body of axes")
         letters = list(word) if isinstance(word, str | tuple | list) else []
         if len(letters) != 2 or not set(letters) <= set("xyz") or letters[0] == letters[1]:
             raise InvalidInput(f"axes of {name} is {word!r}; expected two of x, y and z, such as 'xz'")
-        found[body] = ("xyz".index(letters[0]), "xyz".index(letters[1]))
-    return found[0], found[1]
+        axes_of_bodies[body] = ("xyz".index(letters[0]), "xyz".index(letters[1]))
+    return axes_of_bodies[0], axes_of_bodies[1]
 
 
 def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> EquilibriumProblem:

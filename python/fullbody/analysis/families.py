@@ -167,13 +167,13 @@ def branch(
                 continue
             end = "contact" if isinstance(error, BodiesOverlap) else "lost"
             break
-        turned = _tangent(problem, following)
-        turned = turned * np.sign(turned @ tangent)
-        if turned @ tangent < 0.95 and length > _FIRST / 10:
+        next_tangent = _tangent(problem, following)
+        next_tangent = next_tangent * np.sign(next_tangent @ tangent)
+        if next_tangent @ tangent < 0.95 and length > _FIRST / 10:
             length /= 2
             continue
         for quantity in _FOLDING:
-            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, turned, quantity) < 0.0:
+            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, next_tangent, quantity) < 0.0:
                 fold = _fold(problem, rotation, tangent, length, quantity)
                 folds.append(Fold(quantity, RelativeEquilibrium(problem, fold)))
         if (problem.quantity(over, following) - goal) * towards >= 0.0:
@@ -181,7 +181,7 @@ def branch(
             end = "reached"
             break
         found.append(RelativeEquilibrium(problem, following))
-        rotation, tangent, length = following, turned, min(1.3 * length, _LONGEST)
+        rotation, tangent, length = following, next_tangent, min(1.3 * length, _LONGEST)
     return Branch(found, folds, end)
 
 
@@ -201,9 +201,9 @@ def _fold(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, leng
         from scipy.optimize import brentq
 
     def slope(part: float) -> float:
-        place = corrected(problem, rotation, tangent, part)
-        turned = _tangent(problem, place)
-        return _slope(problem, place, turned * np.sign(turned @ tangent), quantity)
+        between = corrected(problem, rotation, tangent, part)
+        tangent_between = _tangent(problem, between)
+        return _slope(problem, between, tangent_between * np.sign(tangent_between @ tangent), quantity)
 
     return corrected(problem, rotation, tangent, brentq(slope, 0.0, length, xtol=1e-14, rtol=1e-14))
 

@@ -61,7 +61,7 @@ def normal(text: Any) -> Any:
 
 
 def argument_names(given: Mapping[Any, _T]) -> dict[Any, _T]:
-    """Return parameters by names in the normal form of Python's identifiers, NFKC, or refuse a name that is none."""
+    """Return parameters by names in the normal form of Python's identifiers, NFKC; others are refused."""
     found = {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in given.items()}
     for name in found:
         if not isinstance(name, str) or not name.isidentifier():

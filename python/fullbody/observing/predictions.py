@@ -211,17 +211,19 @@ class Predictions:
         LinearModel
         """
         _, residuals, design = self._parts(run)
-        white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), run.system)
-        return LinearModel(self._linear_unknowns(run.system), white[..., 0], white[..., 1:])
+        return self._linear_model(run.system, residuals, design)
+
+    def _linear_model(self, system: SystemLike, residuals: Floats, design: Floats) -> LinearModel:
+        """Return the pulls that belong to residuals (K, C) and a design (K, C, L)."""
+        white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), system)
+        return LinearModel(self._linear_unknowns(system), white[..., 0], white[..., 1:])
 
     def _solved(self, run: Record, linear: Any) -> tuple[Floats, Floats, dict[str, Any]]:
         """Return predictions and residuals (K, C), and the linear unknowns, solved for if ``linear`` is None."""
         prediction, residuals, design = self._parts(run)
         unknowns = self._linear_unknowns(run.system)
         if linear is None:
-            white = self._whiten(np.concatenate([residuals[..., None], design], axis=-1), run.system)
-            model = LinearModel(unknowns, white[..., 0], white[..., 1:])
-            values, _ = model.solved()
+            values, _ = self._linear_model(run.system, residuals, design).solved()
         else:
             values = np.array([self._number_in(linear, unknown) for unknown in unknowns])
         change = design @ values
