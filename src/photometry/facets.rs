@@ -128,9 +128,11 @@ impl FacetedPart<'_> {
                 }
             }
         }
-        for (index, occluder) in self.occluders.iter().enumerate() {
+        let mut next_line = self.first_line(0);
+        for occluder in &self.occluders {
             let direction = &self.lights[occluder.light];
-            let line = self.first_line(index);
+            let line = next_line;
+            next_line += SIDES * occluder.mesh.facets.len() as Line;
             let hidden = occluder.hides(triangle, direction, line, region);
             if hidden == Hidden::Nothing {
                 continue;
@@ -151,7 +153,8 @@ impl FacetedPart<'_> {
         partly
     }
 
-    /// The number of the first line of an occluder, or after these of the part itself for each light.
+    /// Returns the number of the first line of an occluder. The numbers after those of all occluders belong to
+    /// the part itself, for each light.
     fn first_line(&self, occluder: usize) -> Line {
         let before = self.occluders[..occluder.min(self.occluders.len())].iter();
         let facets = before.map(|other| other.mesh.facets.len()).sum::<usize>()
