@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..base.atomic import replacing
+from ..base.figures import matplotlib
 from ..motion.run import Run
 from ..plots import Plots
-from ..plots._style import matplotlib
 from .options import add_quiet, check_output, saved_run
 
 FIGURES = (".png", ".pdf", ".svg")

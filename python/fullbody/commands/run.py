@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from ..base.atomic import replacing
+from ..base.figures import matplotlib
 from ..errors import FullbodyError, Interrupted, InvalidInput
 from ..files import npz
 from ..files.netcdf import RUN_SUFFIXES
 from ..files.reading import netcdf
 from ..motion.run import Run
-from ..plots._style import matplotlib
 from ..setups.toml import read_toml
 from .options import add_quiet, add_until, check_output, time
 from .pictures import FIGURES, page
