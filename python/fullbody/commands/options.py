@@ -9,6 +9,7 @@ from typing import Any
 from ..base.atomic import check_suffix, check_target
 from ..base.units import from_text
 from ..errors import InvalidInput
+from ..files.text import refuse_underscores
 from ..loading import load
 from ..motion.run import Run
 
@@ -26,7 +27,7 @@ def add_until(parser: argparse.ArgumentParser, text: str, **options: Any) -> Non
 def time(text: str | None) -> Any:
     """Return a time as a plain number, or as a Quantity if the text has a unit."""
     try:
-        return None if text is None else float(text)
+        return None if text is None else float(refuse_underscores(text))
     except ValueError:
         return from_text(str(text), "--until", "time")
 

@@ -55,8 +55,10 @@ def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
     assert main(["run", str(tmp_path / "nothing.toml")]) == 1
     assert "nothing.toml" in capsys.readouterr().err
     description.write_text(KW4)
-    assert main(["run", str(description), "--until", "soon"]) == 1
-    assert "--until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'" in capsys.readouterr().err
+    for text, unit in (("soon", ""), ("1_0", ", whose unit '_0' is not known")):
+        assert main(["run", str(description), "--until", text]) == 1
+        expected = f"--until is {text!r}{unit}; expected numbers, or text with a unit, such as '2.5 h'"
+        assert expected in capsys.readouterr().err
     assert main(["run", str(description), "-o", str(tmp_path / "nowhere" / "a.nc")]) == 1
     assert "no folder" in capsys.readouterr().err
     # Before the work, not after it.

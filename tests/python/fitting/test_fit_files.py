@@ -48,3 +48,11 @@ def test_a_derived_quantity_has_the_error_of_its_derivatives(found):
     draws = [pair(mass, a) for mass, a in zip(columns["mass"], columns["a"], strict=True)]
     values = [separation(system.integrate(state, 10.0, output=times)) for system, state in draws]
     assert mean.sigma == pytest.approx(np.std(values), rel=0.2)
+
+
+def test_a_derived_quantity_of_changing_shape_is_refused(found):
+    shapes = iter([1, 1, 1])
+    refused(
+        "function cannot be differentiated at the values of the fit",
+        lambda: found.derived(lambda run: np.ones(next(shapes, 2)) * run.system.masses[0]),
+    )
