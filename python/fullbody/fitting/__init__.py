@@ -10,11 +10,25 @@ from __future__ import annotations
 
 from .free import Free
 from .losses import Outliers
+from .periods import PeriodMinimum, PeriodScan, period_scan
+from .poles import Poles, pole_grid
 from .result import Fit, Minimum
 from .solve import fit
 from .uncertainty import Derived
 
-__all__ = ["Derived", "Fit", "Free", "Minimum", "Outliers", "fit"]
+__all__ = [
+    "Derived",
+    "Fit",
+    "Free",
+    "Minimum",
+    "Outliers",
+    "PeriodMinimum",
+    "PeriodScan",
+    "Poles",
+    "fit",
+    "period_scan",
+    "pole_grid",
+]
 
 
 def __dir__() -> list[str]:
