@@ -88,9 +88,10 @@ class Problem:
         self.setup = setup if isinstance(setup, WarnedOnce) else WarnedOnce(setup)
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
         self.entries = listed
-        names = parameters.names
+        names = parameters.arguments
+        #: The arguments of the setup.
         self.of_setup = parameters_taken(setup, names)
-        #: The parameters of each of those observations that are functions.
+        #: The arguments of each of those observations that are functions.
         self.of_observations = [parameters_taken(item, names) if callable(item) else () for item in listed]
         used = {*self.of_setup, *(name for names_taken in self.of_observations for name in names_taken)}
         if unused := [name for name in names if name not in used]:
@@ -102,10 +103,12 @@ class Problem:
                 f"{suggestion(unused[0], arguments, 'some')}"
             )
         self._setup_parameters = parameters.only(self.of_setup)
+        #: The indices of the parameters of the setup.
+        self.places = parameters.places(self.of_setup)
         self._chain = Chain(self._make, self._setup_parameters)
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
-        self._differences = [Differences() for _ in names]
+        self._differences = [Differences() for _ in parameters.names]
         #: The number of pulls, which parameters must not change.
         self._count: int | None = None
         self.runs = self.differentiated = self.refused = 0
@@ -115,7 +118,7 @@ class Problem:
 
     def make(self, values: Floats) -> SetupResult:
         """Call the setup, and return its system and state."""
-        return self._make(values[[self.parameters.names.index(name) for name in self.of_setup]])
+        return self._make(values[self.places])
 
     def _make(self, values: Floats) -> SetupResult:
         made = self.setup(**self._setup_parameters.named(values))
@@ -233,7 +236,7 @@ class Problem:
         rows = np.zeros((len(point.rows) + len(point.inner.unknowns) + 1, len(names)))
         noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
-        columns = [names.index(name) for name in self.of_setup]
+        columns = self.places
         if columns:
             made = self._chain.at(point.made, point.values[columns])
             differenced |= {
@@ -294,7 +297,7 @@ class Problem:
         index of the observations.
         """
         name, system = self.parameters.names[k], point.made.system
-        changing = [i for i, names in enumerate(self.of_observations) if name in names]
+        changing = [i for i, names in enumerate(self.of_observations) if self.parameters.argument_of[k] in names]
         if not changing:
             return np.zeros(len(point.rows) + len(point.inner.unknowns) + 1), {}
         base = point.inner.contracted(point.models)
@@ -366,8 +369,7 @@ class Problem:
         """
         reach = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         steps = np.array([differences.length for differences in self._differences])
-        for name, differences in zip(self.of_setup, self._chain.differences, strict=True):
-            k = self.parameters.names.index(name)
+        for k, differences in zip(self.places, self._chain.differences, strict=True):
             steps[k] = max(steps[k], differences.length)
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
         return np.where(steps > 2e-3 * reach, widths, reach)

@@ -15,7 +15,7 @@ from .force import Force, rebuilt
 _System = TypeVar("_System", bound=SystemLike)
 #: The names of the notes that a description keeps of a system, its bodies and its forces.
 _NOTES = ("units", "epoch", "frame", "bodies", "forces")
-_NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
+_NOTED = {"bodies": ("named", "shape", "parts", "series"), "forces": ("date",)}
 
 
 def notes_of(

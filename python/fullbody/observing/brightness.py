@@ -45,6 +45,9 @@ class BrightnessDerivatives(ArrayFields):
     vertices : tuple of N ndarrays or Quantities, (N, V, 3)
         For each body the derivatives of the brightness of all bodies with respect to its V vertices, as vectors of the
         body frame, not of ``Body.working_frame``; the frame stays where it is. V is zero without a polyhedron.
+    areas : tuple of N ndarrays, (N, F)
+        For each body the derivatives of the brightness of all bodies with respect to the areas of its F facets. F is
+        zero without a :class:`fullbody.ConvexShape`.
     """
 
     brightness: Any
@@ -55,6 +58,7 @@ class BrightnessDerivatives(ArrayFields):
     to_observer: Any
     to_sun: Any
     vertices: tuple[Any, ...] = ()
+    areas: tuple[Any, ...] = ()
 
 
 class Epochs(NamedTuple):
@@ -150,11 +154,11 @@ class Photometer:
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)
 
     def derivatives(self, epochs: Epochs, vertices: bool = False) -> BrightnessDerivatives:
-        """Return the brightness with its derivatives, each with a first axis of K epochs; by vertices only on demand.
+        """Return the brightness with its derivatives, each with a first axis of K epochs; on demand by vertices too.
 
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
-        plain, bodies, light, by_vertex = self._core.partials(epochs.core(), vertices)
+        plain, bodies, light, by_vertex, by_area = self._core.partials(epochs.core(), vertices)
         ways = epochs.ways()
         angle = _phase_angle(*ways)
         factor = self._by_law(angle)
@@ -187,6 +191,7 @@ class Photometer:
             light[:, :, 0],
             light[:, :, 1],
             tuple(one * whole[..., None, None] for one in by_vertex),
+            tuple(one * whole[..., None] for one in by_area),
         )
 
 
@@ -310,9 +315,10 @@ def brightness_derivatives(
     values = {
         name: attach(getattr(found, name)[0], dimensions.get(name, "area"))
         for name in BrightnessDerivatives.__dataclass_fields__
-        if name != "vertices"
+        if name not in ("vertices", "areas")
     }
-    return BrightnessDerivatives(**values, vertices=tuple(attach(one[0], "length") for one in found.vertices))
+    by_vertex, by_area = (attach(one[0], "length") for one in found.vertices), (one[0] for one in found.areas)
+    return BrightnessDerivatives(**values, vertices=tuple(by_vertex), areas=tuple(by_area))
 
 
 def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
