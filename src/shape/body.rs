@@ -176,7 +176,8 @@ impl Body {
     /// [`Error::InvalidInput`] for a body that is given by areas and normals of its facets.
     pub fn require_vertices(&self) -> Result<()> {
         if self.facets.is_some() {
-            let expected = "the polyhedron of these facets, which gravity, contact and occultations need";
+            let expected =
+                "its polyhedron, which gravity, contact and occultations need: ConvexShape.polyhedron()";
             return Err(Error::invalid(&self.name, "given by areas and normals of facets", expected));
         }
         Ok(())

@@ -12,6 +12,7 @@ from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
 from ..base.kinds import function
 from ..errors import InvalidInput, WarnedOnce
+from ..model.description import with_deformations
 from ..model.state import State
 from ..motion.system import System
 from ..observing.linear import Held, LinearModel
@@ -246,7 +247,6 @@ class Problem:
             exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
-                    self._needed = tuple(made.system)
                     rows[:, np.array(columns)[exact]] = self._by_motion(point, made)[:, exact]
                 except InvalidInput as error:
                     differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
@@ -263,17 +263,40 @@ class Problem:
 
     def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> Floats:
         """Return the exact derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup."""
-        run = point.run
-        if not run.is_differentiated or not {*made.system} <= {*run.sensitivity}:
-            run = self._run(point.made, point.observations, tuple(made.system))
+        run, own = point.run, [name for name in made.system if name in point.made.parameters]
+        # Coefficients by which only the equivalent system moves need a run of it.
+        is_own = len(own) == len(made.system)
+        self._needed = tuple(own) if is_own else None
+        if not is_own:
+            run = self._run(made.equivalent, point.observations, tuple(made.system))
+        elif not run.is_differentiated or not {*own} <= {*run.sensitivity}:
+            run = self._run(point.made, point.observations, self._needed)
+        run = self._deforming(point.run, run, made, own)
         parts = []
         for observation, held in zip(point.observations, point.inner.held, strict=True):
             by = self._derivatives(observation, held, run)
             part = by.start @ made.start
-            for name, changes in made.system.items():
-                part += np.outer(by.by_parameter[name], changes)
+            for name in own:
+                part += np.outer(by.by_parameter[name], made.system[name])
+            for name in made.deformations:
+                part[:, self._setup_parameters.names.index(name)] += by.by_parameter[name]
             parts.append(part)
         return point.inner.gathered(parts)
+
+    def _deforming(self, run: Run, differentiated: Run, made: SetupDerivatives, own: list[str]) -> Run:
+        """Return a run with the derivatives of another one of the same motion, also with respect to deformations."""
+        if not made.deformations:
+            return differentiated
+        sensitivity = [differentiated.sensitivity[name] for name in own]
+        for name in made.deformations:
+            k = self._setup_parameters.names.index(name)
+            parts = (row[k] * differentiated.sensitivity[what] for what, row in made.system.items() if what not in own)
+            sensitivity.append(sum(parts, np.zeros((len(run), run.system.context.core.masses.size * 12))))
+        arrays = {"transition": differentiated.transition, "sensitivity": np.stack(sensitivity, axis=1)}
+        found = run._with({**run.arrays, **arrays})
+        found.system = with_deformations(run.system, made.deformations)
+        found.parameters = (*own, *made.deformations)
+        return found
 
     def _derivatives(self, observation: Any, held: Held, run: Run) -> FunctionDerivatives:
         """Return the derivatives of what the model of observations contracts."""

@@ -242,8 +242,21 @@ class ConvexShape(ScalarFields):
         return partial(ConvexShape, self._coefficients, **options), ()
 
 
+def with_areas(shape: ConvexShape, areas: Any) -> ConvexShape:
+    """Return a shape with other areas (F,) of its facets and the coefficients of the first one, for derivatives."""
+    made = object.__new__(ConvexShape)
+    made._coefficients, made._mesh = shape._coefficients, shape._mesh
+    made._reference_radius = shape._reference_radius
+    ratio = areas / shape._reference_radius**2
+    made._areas = np.asarray(ratio.to_value("") if is_quantity(ratio) else ratio)
+    return made
+
+
 def _series(coefficients: Any, degree: int | None, of: str) -> Floats:
     """Return the coefficients ((L + 1)^2,) of a series, whose number has to fit its degree."""
+    if isinstance(coefficients, list | tuple) and all(isinstance(number, float | int) for number in coefficients):
+        # The checks of a list look at each of its numbers, which takes long.
+        coefficients = np.array(coefficients)
     found: Floats = UNITLESS.numbers(coefficients, "number", f"coefficients of {of}", ("C",))
     size = int(np.sqrt(len(found)) + 0.5)
     if degree is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
+from ..model.surface import Deformation
 from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
@@ -59,6 +61,18 @@ class BrightnessDerivatives(ArrayFields):
     to_sun: Any
     vertices: tuple[Any, ...] = ()
     areas: tuple[Any, ...] = ()
+
+    def along(self, deformations: Sequence[Deformation]) -> Floats:
+        """Return the derivatives (K, D) of the brightness of all bodies together along D deformations, at K epochs."""
+        found = np.zeros((len(self.brightness), len(deformations)))
+        for body, pair in enumerate(zip(self.vertices, self.areas, strict=True)):
+            for partials, kind in zip(pair, ("vertices", "areas"), strict=True):
+                moving = [(d, one[body]) for d, one in enumerate(deformations) if body in one]
+                if moving and partials.size:
+                    places, displacements = zip(*moving, strict=True)
+                    columns = np.stack([getattr(one, kind).ravel() for one in displacements], axis=1)
+                    found[:, places] += partials.sum(axis=1).reshape(len(found), -1) @ columns
+        return found
 
 
 class Epochs(NamedTuple):
