@@ -12,6 +12,7 @@ from .free import Free
 from .losses import Outliers
 from .periods import PeriodMinimum, PeriodScan, period_scan
 from .poles import Poles, pole_grid
+from .regularisation import Regularisation, closure, convexity, principal_axis, smoothness
 from .result import Fit, Minimum
 from .solve import fit
 from .uncertainty import Derived
@@ -25,9 +26,14 @@ __all__ = [
     "PeriodMinimum",
     "PeriodScan",
     "Poles",
+    "Regularisation",
+    "closure",
+    "convexity",
     "fit",
     "period_scan",
     "pole_grid",
+    "principal_axis",
+    "smoothness",
 ]
 
 
