@@ -204,12 +204,3 @@ class Harmonics(NamedTuple):
         scale = np.sqrt(4.0 * np.pi * np.where(orders > 0, 2.0, 1.0))
         return cls(scale * sph_harm_y(degrees, orders, theta[:, None], phi[:, None]), degrees, orders)
 
-
-def sphere_rule(count: int) -> tuple[Floats, Floats]:
-    """Return the nodes (2 n^2, 3) and weights (2 n^2,) of a product rule over the unit sphere, with n Gauss nodes in z."""
-    z, weights = np.polynomial.legendre.leggauss(count)
-    longitude = (np.arange(2 * count) + 0.5) * np.pi / count
-    z, longitude = (part.ravel() for part in np.meshgrid(z, longitude, indexing="ij"))
-    across = np.sqrt(1.0 - z * z)
-    nodes = np.stack([across * np.cos(longitude), across * np.sin(longitude), z], axis=1)
-    return nodes, np.repeat(weights, 2 * count) * np.pi / count

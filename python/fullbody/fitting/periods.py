@@ -24,22 +24,21 @@ from ..base.units import UNITLESS, Units, gathered, is_quantity, need
 from ..errors import InconsistentInput, InvalidInput, caution, interruptible
 from ..frames import pole_angles
 from ..model.bodies import Body
-from ..model.shapes import Sphere
+from ..model.freeform import ConvexShape
 from ..model.state import State
 from ..motion.system import System
 from ..observing import Photometry
+from ..observing.brightness import Epochs, Photometer
 from ..observing.times import in_system
 from ..observing.vectors import local_geometry
 from ..typing import Floats
-from .convex import ConvexSeries, Harmonics, sphere_rule
+from .convex import ConvexSeries, Harmonics
 from .inner import InnerSolution, model_of
 from .losses import LINEAR
 from .poles import axes_along, lattice, tilted
 
 #: The default range of periods in hours: from the limit of rubble piles to a day.
 _RANGE = (2.2, 24.0)
-#: The number of latitudes of the rule over the directions of normals.
-_NODES = 24
 #: The largest number of periods, the numbers of a batch, and the seconds between two files.
 _MOST, _BATCH, _SAVED = 2_000_000, 2**20, 5.0
 
@@ -298,31 +297,27 @@ def period_scan(
 
 
 class _Curves:
-    """The light curves beside the light of a sphere: pulls, errors and linear unknowns, and the directions (K, 3)."""
+    """The light curves beside the light of a sphere: pulls, errors and linear unknowns, and the directions (2, K, 3)."""
 
     def __init__(self, data: list[Photometry], frame: str | None) -> None:
-        united = are_dates(data[0].times) or is_quantity(data[0].times)
-        options: dict[str, Any] = {"units": ("km", "hour", "kg"), "frame": frame} if united else {"G": 1.0}
+        self.united = are_dates(data[0].times) or is_quantity(data[0].times)
+        options: dict[str, Any] = {"units": ("km", "hour", "kg"), "frame": frame} if self.united else {"G": 1.0}
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
-        sphere = Body(Sphere("1 km" if united else 1.0), mass="1e12 kg" if united else 1.0, name="body")
-        self.united, self.laws = united, []
-        self._system = System([sphere], **options)
-        zeros = np.zeros((1, 3))
+        self._sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
+        self._system = System([Body(self._sphere, mass="1e12 kg" if self.united else 1.0)], **options)
         models, times, lights = [], [], []
         for item in data:
-            emission = self._system.context.units.strip(item.emission(self._system), "time", "times")
-            start = State(zeros, zeros, time=self._system.context.units.attach(emission[0], "time"))
-            models.append(model_of(item, self._system.integrate(start, item.emission(self._system)[-1], output=item.emission(self._system))))
+            emission = item.emission(self._system)
+            start = State(np.zeros((1, 3)), np.zeros((1, 3)), time=emission[0])
+            models.append(model_of(item, self._system.integrate(start, emission[-1], output=emission)))
             local, clock = local_geometry(item.geometry, self._system), in_system(item.times, self._system, "times")
-            times.append(emission)
+            times.append(self._system.context.units.strip(emission, "time", "times"))
             lights.append([local.observer(clock), local.sun(clock)])
-            self.laws.append(item.law)
-        inner = InnerSolution(models, LINEAR)
+        self._laws, self._counts = [item.law for item in data], [len(part) for part in times]
         self.times, self.sigma = np.concatenate(times), np.concatenate([item.sigma for item in data])
         self.pulls = np.concatenate([model.pulls.ravel() for model in models])
-        self.basis = inner.projection.basis
-        self.counts = [len(part) for part in times]
+        self.basis = InnerSolution(models, LINEAR).projection.basis
         self.lights = np.concatenate(lights, axis=1)
         self.lights /= np.linalg.norm(self.lights, axis=-1, keepdims=True)
 
@@ -333,18 +328,19 @@ class _Curves:
 
     def series(self, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]) -> ConvexSeries:
         """Return the light of a convex body about poles near the last of some axes (3, 3)."""
-        normals, weights = sphere_rule(_NODES)
-        harmonics = Harmonics.at(normals, degree)
+        harmonics = Harmonics.at(self._sphere.normals, degree)
+        weighted = self._system.context.bodies[0].areas[:, None] * harmonics.values
+        ends = np.cumsum([0, *self._counts])
 
         def integrals(tilt: Floats) -> Any:
             lights = self.lights @ tilted(axes, tilt).T
-            parts, first = [], 0
-            for count, law in zip(self.counts, self.laws, strict=True):
-                mu, mu0 = (np.maximum(light[first : first + count] @ normals.T, 0.0) for light in lights)
-                lommel, lambert = law._describe()
-                light = mu * mu0 * (lommel / np.maximum(mu + mu0, 1e-300) + lambert)
-                parts.append((light * weights) @ harmonics.values)
-                first += count
+            parts = []
+            for law, first, last in zip(self._laws, ends, ends[1:], strict=False):
+                count = last - first
+                poses = np.zeros((count, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1, 1))
+                epochs = Epochs(self.times[first:last], *poses, *lights[:, first:last])
+                photometer = Photometer(self._system, law, 1.0, False, 0.0)
+                parts.append(photometer.derivatives(epochs, True).areas[0][:, 0] @ weighted)
             return np.concatenate(parts)
 
         bisector = self.lights.sum(axis=0) @ axes.T

@@ -20,28 +20,28 @@ def test_a_fit_over_decades_recovers_the_rotation():
 
 def test_a_fit_recovers_the_change_of_the_rate_by_sunlight():
     rng = np.random.default_rng(5)
-    true = TRUE | {"acceleration": 3e-8 * u.rad / u.day**2}
+    true = TRUE | {"acceleration": 1e-8 * u.rad / u.day**2}
     data = light_curves(*setup(**true), nights(16, 40.0, rng), 0.01, rng)
-    limit = 1e-7 * u.rad / u.day**2
+    limit = 3e-8 * u.rad / u.day**2
     fit = fullbody.fit(setup, true | {"acceleration": fullbody.fitting.Free(0.0 * limit, min=-limit, max=limit)}, data)
     error = fit.sigma["acceleration"]
     assert abs(fit.values["acceleration"] - true["acceleration"]) < 3.0 * error
-    assert error < 0.05 * true["acceleration"]
+    assert error < 0.1 * true["acceleration"]
     without = fullbody.fit(setup, TRUE, data)
     assert without.chi2 > fit.chi2 + 25.0
 
 
 def test_the_error_of_the_change_of_the_rate_is_that_of_many_draws():
     pulls = []
-    for seed in range(12):
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         true = TRUE | {"acceleration": 1e-8 * u.rad / u.day**2}
         data = light_curves(*setup(**true), nights(8, 30.0, rng, points=12), 0.02, rng)
         fit = fullbody.fit(setup, true, data)
         pulls.append((fit.values["acceleration"] - true["acceleration"]) / fit.sigma["acceleration"])
     spread = np.sum(np.square(pulls))
-    # These are the quantiles 0.001 and 0.999 of chi2 with 12 degrees of freedom.
-    assert 2.21 < spread < 32.9
+    # These are the quantiles 0.001 and 0.999 of chi2 with 8 degrees of freedom.
+    assert 0.857 < spread < 26.1
 
 
 def test_the_mirror_pole_is_among_the_minima():
