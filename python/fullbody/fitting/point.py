@@ -90,7 +90,7 @@ class PullJacobian:
     differenced : dict of str
         The reasons why parameters were differenced, by their names.
     kinks : bool
-        Whether faces move with parameters: where one of them turns away, the derivatives of light jump.
+        Whether faces are deformed by parameters: where one of them turns away, the derivatives of their light jump.
     """
 
     rows: Floats

@@ -240,7 +240,7 @@ class Problem:
         columns, kinks = self.places, False
         if columns:
             made = self._chain.at(point.made, point.values[columns])
-            kinks = any(one.vertices.size for parts in made.deformations.values() for one in parts.values())
+            kinks = bool(made.deformations)
             differenced |= {
                 name: f"it changes {path}, by which motions are not differentiated"
                 for name, path in made.undifferentiable.items()
