@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from .model import DEGREE, Curves, parameters, setup, shape
 __all__ = ["Figure", "Results", "figure_of", "pole_apart", "study", "timing", "verdicts"]
 
 #: The range of periods of the first scan, of one apparition, in hours; a draft begins nearer.
-RANGE, NEAR = (2.2, 24.0), (8.0, 8.8)
+RANGE, NEAR = np.array([2.2, 24.0]), np.array([8.0, 8.8])
 #: Torppa et al. (2003), Icarus 164, 346, as Wikipedia's article on 135 Hertha gives them: the period in hours, the two
 #: poles that they could not tell apart, longitude and latitude in degrees, and the ratios of axes; and the solution in
 #: the database DAMIT, as the file of the light curves came with it.
@@ -31,7 +32,7 @@ DOTTO = {"period": (8.398, 0.001), "a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
 #: The angle in degrees within which two poles agree: the error that is usual for inversions of light curves.
 USUAL = 5.0
 #: Names of the fits.
-BEST, SECOND, COARSE, FINE = "best minimum", "second minimum", "degree 4", "degree 8"
+BEST, SECOND, COARSE = "best minimum", "second minimum", "best minimum, degree 4"
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class Results:
     coarse, scan : PeriodScan
         The scans of one apparition over all periods, and of all nights near the best of these.
     fits : dict of Fit
-        The fits from the lowest and the second minimum of the scan, and from the best with other degrees. The lowest
+        The fits from the lowest and the second minimum of the scan, and from the lowest with another degree. The lowest
         minimum of each fit and that at the mirror pole are in its ``minima``.
     figure : Figure
         The shape of the best fit.
@@ -98,25 +99,26 @@ def study(draft: bool = False, progress: Any = False) -> Results:
         seconds[name] = time.process_time() - started
         return found
 
-    options = {"poles": 6, "progress": progress and "periods"}
+    shown = progress and "periods"
     alone = curves.apparition()
     span = float(np.ptp(alone.times.jd)) * 24.0
-    first = (NEAR if draft else RANGE) * u.h
-    coarse = timed("scan of one apparition", lambda: fullbody.fitting.period_scan(alone, first, **options))
+
+    def scanned(data: Any, ends: Any, poles: int) -> PeriodScan:
+        return fullbody.fitting.period_scan(data, ends * u.h, poles=poles, progress=shown)
+
+    coarse = timed("scan of one apparition", lambda: scanned(alone, NEAR if draft else RANGE, 4))
     middle = coarse.minima[0].period.to_value("h")
     width = (0.02 if draft else 0.5) * middle**2 / span
-    near = [middle - width, middle + width] * u.h
-    scan = timed("scan of all nights", lambda: fullbody.fitting.period_scan(curves.nights, near, **options))
+    near = np.array([middle - width, middle + width])
+    scan = timed("scan of all nights", lambda: scanned(curves.nights, near, 2 if draft else 6))
+    degree, limit = (3, 12) if draft else (DEGREE, None)
+    wanted = [(BEST, 0, degree)] if draft else [(BEST, 0, degree), (SECOND, 1, degree), (COARSE, 0, 4)]
     fits = {}
-    degree = 3 if draft else DEGREE
-    for name, minimum, order in (
-        (BEST, 0, degree),
-        (SECOND, 1, degree),
-        *(() if draft else ((COARSE, 0, 4), (FINE, 0, 8))),
-    ):
+    for name, minimum, order in wanted:
         found = scan.minima[minimum]
         start = parameters(found.period, found.longitude, found.latitude, order)
-        fits[name] = timed(f"fit, {name}", lambda start=start: fullbody.fit(setup, start, curves.observations))
+        made = functools.partial(fullbody.fit, setup, start, curves.observations, proposals=limit)
+        fits[name] = timed(f"fit, {name}", made)
     return Results(curves, coarse, scan, fits, figure_of(fits[BEST]), seconds)
 
 
