@@ -21,8 +21,8 @@ CAPTIONS = {
     "fitted at each: the nights of one apparition (above), and all nights near its lowest minimum (below).",
     "curves": "The sixteen longest of the light curves of nights, with the fit: magnitudes without their zero points "
     "against hours from the first of each.",
-    "shape": "The convex shape from two sides of its equator, 90 degrees apart, and from its pole, lit from the direction "
-    "of view. Relative light does not tell the size.",
+    "shape": "The convex shape from two sides of its equator, 90 degrees apart, and from its pole, lit from the "
+    "direction of view. Relative light does not tell the size.",
 }
 #: The number of light curves that are drawn.
 SHOWN = 16

@@ -94,7 +94,7 @@ class ConvexSeries:
         self._since = (times - 0.5 * (times.min() + times.max())) / self._span
 
     def least(self, frequency: Floats) -> ConvexMinimum:
-        """Return the minima near frequencies (B,) in radians per unit of time, by the method of Levenberg and Marquardt."""
+        """Return the minima near frequencies (B,), in radians per unit of time, by Levenberg and Marquardt's method."""
         batch, size = len(frequency), len(self._weight)
         x, least, chi2 = np.zeros((batch, size)), np.full(batch, np.inf), np.full(batch, np.inf)
         matrix, gradient = np.empty((batch, size, size)), np.empty((batch, size))
@@ -203,4 +203,3 @@ class Harmonics(NamedTuple):
         theta, phi = np.arccos(directions[:, 2]), np.arctan2(directions[:, 1], directions[:, 0])
         scale = np.sqrt(4.0 * np.pi * np.where(orders > 0, 2.0, 1.0))
         return cls(scale * sph_harm_y(degrees, orders, theta[:, None], phi[:, None]), degrees, orders)
-
