@@ -43,7 +43,7 @@ def test_a_draft_finds_the_period_and_the_pole(tmp_path):
     minima = numbers["fits"][study.BEST]["minima"]
     assert minima[0]["period"] == pytest.approx(8.4006, abs=1e-4)
     poles = [(minimum["longitude"], minimum["latitude"]) for minimum in minima]
-    assert min(study.pole_apart(pole, study.TORPPA["poles"][0]) for pole in poles) < 20.0
+    assert min(study.pole_apart(pole, study.TORPPA_POLES[0]) for pole in poles) < 20.0
     for name in ("scans", "curves", "shape"):
         assert (tmp_path / f"{name}.png").stat().st_size > 2e4
     assert "## Verdicts" in path.read_text()

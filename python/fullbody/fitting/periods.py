@@ -12,7 +12,6 @@ from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
 from ..base.tables import Table, Tabled
-from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, need
 from ..errors import InvalidInput, interruptible
 from ..frames import pole_angles
@@ -234,7 +233,7 @@ def period_scan(
     >>> scan.minima[0].period.round(3)
     <Quantity 5. h>
     """
-    listed = [data] if isinstance(data, Photometry) else list(data)
+    listed: list[Any] = [data] if isinstance(data, Photometry) else list(data)
     for item in listed or [data]:
         instance(item, "data", Photometry, "light curves: Photometry, or a list of them")
         if item.rotation is not None:
@@ -258,7 +257,7 @@ def period_scan(
     reach = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
     batch = max(1, _BATCH // (len(curves.sigma) * unknowns))
     with Progress(progress) as report, known.kept():
-        for pole in np.flatnonzero(np.isnan(known.minima).any(axis=(0, 2))):
+        for pole in np.flatnonzero(np.isnan(known.minima).any(axis=(0, 2))).tolist():
             axes = axes_along(longitude[pole], latitude[pole])
             series = curves.series(axes, degree, smoothness, reach)
             column = np.empty((len(hours), 4))
@@ -270,10 +269,12 @@ def period_scan(
                 if report is not None:
                     done = pole * len(hours) + min(first + batch, len(hours))
                     report(done, known.minima[..., 0].size, f"pole {pole + 1} of {len(longitude)}")
-            known.take(int(pole), column)
+            known.take(pole, column)
     with need("units", "a scan of periods"):
         import astropy.units as u
 
-    chi2, fitted, *angles = np.moveaxis(known.minima, -1, 0)
-    scanned, fitted = ((part if unit is None else (part * unit_named("h")).to(unit)) for part in (hours, fitted))
-    return PeriodScan(scanned, chi2, fitted, *(np.degrees(angle) * u.deg for angle in angles), dof)
+    def united(periods: Floats) -> Any:
+        return periods if unit is None else (periods * u.h).to(unit)
+
+    chi2, fitted, lon, lat = np.moveaxis(known.minima, -1, 0)
+    return PeriodScan(united(hours), chi2, united(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof)
