@@ -27,8 +27,8 @@ RANGE, NEAR = np.array([2.2, 24.0]), np.array([8.0, 8.8])
 TORPPA, TORPPA_POLES, TORPPA_RATIOS = 8.40061, ((274.0, 53.0), (96.0, 58.0)), {"a/b": 1.1, "b/c": 1.5}
 #: The period and the pole in the database DAMIT, as they came with the file of the light curves.
 DAMIT, DAMIT_POLE = 8.40060, (272.0, 52.0)
-#: Dotto et al. (1992), Astron. Astrophys. Suppl. Ser. 95, 195, as the same article gives them: the period and the ratios
-#: of axes with their errors.
+#: Dotto et al. (1992), Astron. Astrophys. Suppl. Ser. 95, 195, as the same article gives them: the period and the
+#: ratios of axes with their errors.
 DOTTO, DOTTO_RATIOS = (8.398, 0.001), {"a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
 #: The angle in degrees within which two poles agree: the error that is usual for inversions of light curves.
 USUAL = 5.0
