@@ -51,7 +51,7 @@ def setup(
 
 def shape(coefficients: Any, faces: int = 1002) -> fullbody.ConvexShape:
     """Return the convex shape of coefficients from degree one on."""
-    return fullbody.ConvexShape([0.0, *coefficients], reference_radius="38 km", faces=faces)
+    return fullbody.ConvexShape(np.append(0.0, coefficients), reference_radius="38 km", faces=faces)
 
 
 def parameters(period: Any, longitude: Any, latitude: Any, degree: int = DEGREE) -> dict[str, Any]:
