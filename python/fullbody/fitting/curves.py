@@ -84,7 +84,9 @@ class Curves:
     def series(self, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]) -> ConvexSeries:
         """Return the light of a convex body about poles near the last of some axes (3, 3)."""
         harmonics = Harmonics.at(self._sphere.normals, degree)
-        weighted = self._system.context.bodies[0].areas[:, None] * harmonics.values
+        areas = self._system.context.bodies[0].areas
+        assert areas is not None
+        weighted = areas[:, None] * harmonics.values
         ends = np.cumsum([0, *self._counts])
 
         def integrals(tilt: Floats) -> Any:
