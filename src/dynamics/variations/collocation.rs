@@ -23,7 +23,7 @@ const SWEEPS: usize = 6;
 
 /// The share of a tangent vector's size below which the last terms of its polynomial count as rounding errors.
 /// The integral of the Legendre polynomial of degree k over a part of [0, 1] is at most 1 / (2 k + 1).
-const RESOLVED: f64 = 64.0 * f64::EPSILON;
+const RESOLVED: f64 = 512.0 * f64::EPSILON;
 
 /// The largest number of nodes for which the sweeps are compiled, which are 3, 4, 5 and twice as many.
 const MOST_NODES: usize = 10;
