@@ -22,6 +22,7 @@ mod run;
 mod simulation;
 mod switching;
 mod tangent;
+mod tangent_interior;
 
 #[doc(hidden)]
 pub use archive::{ARCHIVE_FORMAT, SimulationDescription};
