@@ -8,6 +8,7 @@ mod approach;
 mod archive;
 mod chaos;
 mod checkpoint;
+mod closed_form;
 mod dense;
 mod encounter;
 mod events;

@@ -7,7 +7,9 @@ use super::propagator::Propagator;
 use super::record::Trajectory;
 use super::tangent_interior::TangentInterior;
 use super::tangent_map::StepTangentMap;
-use crate::dynamics::{Collocation, DriftKind, Dynamics, NominalChange, Parameter, State, Variations};
+use crate::dynamics::{
+    Collocation, DriftKind, Dynamics, NominalChange, Parameter, State, SteadyRotation, Variations,
+};
 use crate::error::{Error, Result};
 use crate::forces::SwitchJump;
 use crate::integrate::{Segment, VERNER98};
@@ -143,6 +145,32 @@ impl Tangents {
                 tangent.forget();
             }
         })
+    }
+
+    /// Prepares the derivatives of a run in closed form, at its start.
+    pub fn begin_closed_form(
+        &mut self,
+        equations: &mut Dynamics,
+        rotation: &SteadyRotation,
+        y: &[f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        for tangent in &mut self.0 {
+            let time = rotation.start().time;
+            equations.prepare_variations(&tangent.variations, time, y, interrupt)?;
+            tangent.variations.evaluate(equations, time, y, interrupt)?;
+        }
+        Ok(())
+    }
+
+    /// Records the derivatives of a state of a run in closed form.
+    pub fn record_closed_form(&self, rotation: &SteadyRotation, time: f64, record: &mut Trajectory) {
+        for tangent in &self.0 {
+            record.transition.extend(rotation.transition(time));
+            for rate in tangent.variations.spin_rates(0) {
+                record.sensitivity.extend(rotation.sensitivity(time, rate));
+            }
+        }
     }
 
     /// Maps the tangent vectors across a switch of a force, whose function has the rate `rate` before it.
