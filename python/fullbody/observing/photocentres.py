@@ -255,8 +255,8 @@ class Photocentre(SunlitObservations):
         sizes = np.where(sizes > 0.0, sizes, sizes.max())
         light, by_position, by_rotation = derivatives(self._photometer(system), epochs, sizes)
         line = -epochs.to_observer @ axes.T
-        steps = (light.centre + 1j * _STEP * unit for unit in np.eye(3))
-        by_centre = self._along(np.stack([offsets(line, centre @ axes.T).imag / _STEP for centre in steps], axis=-1))
+        centre = light.centre @ axes.T
+        by_centre = self._along(np.stack([_derivative(line, centre, way) for way in axes.T], axis=-1))
         by_state, by_mass = [], []
         for row in np.moveaxis(by_centre, 1, 0):
             chained = (np.einsum("kx,kxny->kny", row, by) for by in (by_position, by_rotation))
@@ -301,7 +301,7 @@ class Photocentre(SunlitObservations):
             axes = sky_axes(system, self.frame, "corrections of the elements")
             line = -local.observer(times) @ axes.T
             moved = displacements(system, local, times)
-            columns.append(np.stack([offsets(line, one @ axes.T) for one in moved], axis=-1))
+            columns.append(np.stack([_derivative(line, 0.0, one @ axes.T) for one in moved], axis=-1))
         return self._along(np.concatenate(columns, axis=2))
 
     def _described(self) -> list[tuple[str, str]]:
@@ -309,3 +309,8 @@ class Photocentre(SunlitObservations):
         direction = "east and north" if self._scan is None else "along the scan"
         options = [(what, str(value)) for what, value in free if value is not None]
         return [("direction", direction), ("transits", str(len(self.transits))), *options, ("law", repr(self.law))]
+
+
+def _derivative(line: Floats, centre: Any, change: Floats) -> Floats:
+    """Return the derivatives (K, 2) of offsets in the sky by changes (K, 3) or (3,) of a centre (K, 3)."""
+    return np.asarray(offsets(line, centre + 1j * _STEP * change).imag / _STEP)
