@@ -126,13 +126,15 @@ def outline(run: Record, time: Any, geometry: Vectors, n: int = 360, *, frame: A
 
 
 def sky_of(toward: Floats, axes: Floats) -> Floats:
-    """Return unit vectors (2, 3) to the east and to the north of a body, in a system's axes.
+    """Return unit vectors (..., 2, 3) to the east and to the north of bodies, in a system's axes.
 
-    ``toward`` (3,) is the unit vector to the observer, and ``axes`` (3, 3) the matrix to the axes of the sky.
+    ``toward`` (..., 3) are the unit vectors to the observer, and ``axes`` (3, 3) is the matrix to the axes of the sky.
     """
-    x, y, z = axes @ -toward
+    x, y, z = np.moveaxis(-toward @ axes.T, -1, 0)
     level = np.hypot(x, y)
-    return np.array([[-y, x, 0.0], [-x * z, -y * z, level * level]]) / level @ axes
+    east, north = [-y, x, 0.0 * z], [-x * z, -y * z, level * level]
+    rows = np.stack([np.stack(row, axis=-1) for row in (east, north)], axis=-2)
+    return np.asarray(rows / level[..., None, None] @ axes)
 
 
 class Outline(Observations):
@@ -262,23 +264,15 @@ class Outline(Observations):
         attitude = retarded.attitude(states["attitude"], states["spin"])[..., body, :]
         away = retarded.observer - centre
         distance = np.sqrt(np.sum(away * away, axis=-1))
-        shape = np.broadcast_shapes(centre.shape[:-1], attitude.shape[:-1])
-        place = np.broadcast_to(offsets(-retarded.observer @ axes.T, centre @ axes.T), (*shape, 2))
-        matrix = np.broadcast_to(complex_matrices(attitude), (*shape, 3, 3))
-        distance = np.broadcast_to(distance, shape)
-        result = np.zeros(shape, dtype=np.result_type(place, matrix, distance))
-        for index in np.ndindex(shape):
-            k = index[-1]
-            toward = np.real(np.broadcast_to(away, (*shape, 3))[index] / distance[index])
-            # The sky about the body has its centre as the origin, and angles instead of lengths.
-            projection = sky_of(toward, axes)
-            parts = solids(system, body, np.zeros(3), matrix[index])
-            if not parts:
-                raise InvalidInput(f"{system.context.names[body]} is a point; expected a body with an outline")
-            point = self._points[k] - place[index]
-            found = [_distance(part, toward, projection, distance[index], point) for part in parts]
-            result[index] = -min(found, key=np.real)
-        return result[..., None]
+        # The sky about the body has its centre as the origin, and angles instead of lengths.
+        point = self._points - offsets(-retarded.observer @ axes.T, centre @ axes.T)
+        projection = sky_of(np.real(away / distance[..., None]), axes) / distance[..., None, None]
+        parts = solids(system, body, np.zeros(3), complex_matrices(attitude))
+        if not parts:
+            raise InvalidInput(f"{system.context.names[body]} is a point; expected a body with an outline")
+        found = np.stack([_distances(part, np.real(away), projection, point) for part in parts])
+        nearest = np.argmin(found.real, axis=0)
+        return -np.take_along_axis(found, nearest[None], axis=0)[0][..., None]
 
     def _described(self) -> list[tuple[str, str]]:
         return [("body", str(self.body)), ("frame", str(self.frame))]
@@ -295,25 +289,51 @@ def _repeated(time: Any, values: Floats) -> Any:
     return np.full(len(values), time.value) * time.unit if is_quantity(time) else np.full(len(values), time)
 
 
-def _distance(part: Solid, sight: Floats, projection: Floats, distance: Any, point: Any) -> Any:
-    """Return the distance of a point (2,) from the outline of a part along its outward normal, positive outside.
+def _distances(part: Solid, away: Floats, projection: Any, point: Any) -> Any:
+    """Return the distances (...) of points from the outline of a part along its outward normal, positive outside.
 
-    The point is relative to the body's centre, in radians, and the part at a ``distance`` from the observer. The
-    function is analytic: it takes complex numbers.
+    The function is analytic: it takes complex numbers.
+
+    Parameters
+    ----------
+    part : Solid
+        The part in its poses (...) relative to the centre of its body.
+    away : ndarray, (..., 3)
+        Vectors from the body to the observer.
+    projection : ndarray, (..., 2, 3)
+        Matrices from lengths to angles in the sky.
+    point : ndarray, (..., 2)
+        Points in the sky from the body's centre.
     """
     if part.corners is None:
-        ellipse = projection @ part.columns @ part.columns.T @ projection.T / distance**2
-        from_middle = point - projection @ part.centre / distance
-        normal = _normal_at_nearest(ellipse.real, from_middle.real)
+        columns = projection @ part.columns
+        ellipse = columns @ np.swapaxes(columns, -1, -2)
+        from_middle = point - (projection @ part.centre[..., None])[..., 0]
+        normal = _normals_at_nearest(ellipse.real, from_middle.real)
+        height = np.sum(normal * from_middle, axis=-1)
         # The distance is the largest height above a tangent, so that a change of the normal has no effect.
-        return normal @ from_middle - np.sqrt(normal @ ellipse @ normal)
-    ends = part.corners[silhouette_edges(part, sight)] @ projection.T / distance
-    p, q = ends[:, 0], ends[:, 1]
+        return height - np.sqrt(np.einsum("...i,...ij,...j->...", normal, ellipse, normal))
+    shape = np.broadcast_shapes(point.shape[:-1], projection.shape[:-2], part.corners.shape[:-2])
+    point, projection, away = (
+        np.broadcast_to(given, (*shape, *given.shape[-rank:]))
+        for given, rank in ((point, 1), (projection, 2), (away, 1))
+    )
+    all_corners = np.broadcast_to(part.corners, (*shape, *part.corners.shape[-2:]))
+    found = np.zeros(shape, dtype=np.result_type(point, projection, all_corners))
+    for index in np.ndindex(shape):
+        corners = all_corners[index]
+        edges = silhouette_edges(corners.real, part.faces, away[index])
+        p, q = np.moveaxis(corners[edges] @ projection[index].T, 1, 0)
+        found[index] = _distance_from_edges(p, q, point[index])
+    return found
+
+
+def _distance_from_edges(p: Any, q: Any, point: Any) -> Any:
+    """Return the distance of a point (2,) from the edge in its direction, of edges from p (E, 2) to q (E, 2)."""
     ray, along = point.real, (q - p).real
     across = ray[0] * along[:, 1] - ray[1] * along[:, 0]
-    share = np.divide(
-        ray[1] * p[:, 0].real - ray[0] * p[:, 1].real, across, out=np.full(len(p), -1.0), where=across != 0.0
-    )
+    offset = ray[1] * p[:, 0].real - ray[0] * p[:, 1].real
+    share = np.divide(offset, across, out=np.full(len(p), -1.0), where=across != 0.0)
     reach = np.where((share >= 0.0) & (share <= 1.0), p.real @ ray + share * (along @ ray), -np.inf)
     edge = int(np.argmax(reach))
     side, from_end = q[edge] - p[edge], point - p[edge]
@@ -321,22 +341,25 @@ def _distance(part: Solid, sight: Floats, projection: Floats, distance: Any, poi
     return (side[0] * from_end[1] - side[1] * from_end[0]) / np.sqrt(side @ side)
 
 
-def _normal_at_nearest(ellipse: Floats, point: Floats) -> Floats:
-    """Return the unit normal (2,) of an ellipse x^T A^-1 x = 1 at the point that is nearest to another one."""
+def _normals_at_nearest(ellipse: Floats, point: Floats) -> Floats:
+    """Return the unit normals (..., 2) of ellipses x^T A^-1 x = 1 at the points that are nearest to others (..., 2)."""
 
-    def terms(angle: Any) -> tuple[Any, Any, Any]:
-        n = np.stack([np.cos(angle), np.sin(angle)])
-        t = np.stack([-np.sin(angle), np.cos(angle)])
-        size = np.sqrt(np.sum(n * (ellipse @ n), axis=0))
-        slope = np.sum(t * (ellipse @ n), axis=0) / size
-        curvature = np.sum(t * (ellipse @ t), axis=0) / size - slope**2 / size
-        return point @ n - size, point @ t - slope, -(point @ n) - curvature + size
+    def terms(angle: Any, matrix: Any, x: Any) -> tuple[Any, Any, Any]:
+        """Return the height above the tangent at a normal's angle, and its first and second derivatives."""
+        n = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        t = np.stack([-n[..., 1], n[..., 0]], axis=-1)
+        along, aside = (np.einsum("...i,...ij,...j->...", v, matrix, n) for v in (n, t))
+        size = np.sqrt(along)
+        slope = aside / size
+        curvature = (np.einsum("...i,...ij,...j->...", t, matrix, t) - slope**2) / size
+        height = np.sum(x * n, axis=-1)
+        return height - size, np.sum(x * t, axis=-1) - slope, size - height - curvature
 
     angles = 2.0 * np.pi * np.arange(_NORMALS) / _NORMALS
-    angle = angles[np.argmax(terms(angles)[0])]
+    angle = angles[np.argmax(terms(angles, ellipse[..., None, :, :], point[..., None, :])[0], axis=-1)]
     for _ in range(_STEPS):
-        _, first, second = terms(angle)
-        if second >= 0.0:
-            break
-        angle -= float(np.clip(first / second, -0.1, 0.1))
-    return np.array([np.cos(angle), np.sin(angle)])
+        _, first, second = terms(angle, ellipse, point)
+        # Where the height is not concave there is no maximum for Newton's method, and the best of the grid stays.
+        step = np.divide(first, second, out=np.zeros_like(first), where=second < 0.0)
+        angle = angle - np.clip(step, -0.1, 0.1)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

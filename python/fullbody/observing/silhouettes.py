@@ -44,9 +44,9 @@ class Limb:
 
 
 def solids(system: SystemLike, body: int, centre: Floats, matrix: Floats) -> list[Solid]:
-    """Return the parts of a body with surfaces, at a centre (3,) and a rotation matrix (3, 3), without its voids.
+    """Return the parts of a body with surfaces, at centres (..., 3) and rotation matrices (..., 3, 3), without voids.
 
-    The pose may be complex. A point has no parts, and Stokes coefficients raise an error.
+    The poses may be complex. A point has no parts, and Stokes coefficients raise an error.
     """
     found = []
     for shape, mass, position, rotation in system.context.bodies[body].parts:
@@ -59,7 +59,8 @@ def solids(system: SystemLike, body: int, centre: Floats, matrix: Floats) -> lis
             continue
         place, own = centre + matrix @ np.array(position), matrix @ np.array(rotation)
         if isinstance(shape, _core.Polyhedron):
-            found.append(Solid(place, own * shape.circumradius, place + shape.vertices @ own.T, shape.faces))
+            corners = place[..., None, :] + shape.vertices @ np.swapaxes(own, -1, -2)
+            found.append(Solid(place, own * shape.circumradius, corners, shape.faces))
         else:
             found.append(Solid(place, own * np.array(shape)))
     return found
@@ -109,16 +110,16 @@ def _round_limb(
     return reach, part.centre + tangent / size[:, None], normals
 
 
-def silhouette_edges(part: Solid, sight: Floats) -> Any:
-    """Return the indices (E, 2) of the corners of edges between faces toward the observer and faces turned away.
+def silhouette_edges(corners: Floats, faces: Any, sight: Floats) -> Any:
+    """Return the indices (E, 2) of the ends of edges between faces toward the observer and faces turned away.
 
     They run counterclockwise about the faces that are turned to the observer.
     """
-    a, b, c = (part.corners[part.faces[:, k]].real for k in range(3))
+    a, b, c = (corners[faces[:, k]] for k in range(3))
     seen = np.cross(b - a, c - a) @ sight > 0.0
-    sides = np.concatenate([part.faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    sides = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
     mine = np.tile(seen, 3)
-    count = int(part.faces.max()) + 1
+    count = len(corners)
     keys, back = sides[:, 0] * count + sides[:, 1], sides[:, 1] * count + sides[:, 0]
     order = np.argsort(keys)
     neighbour = mine[order][np.searchsorted(keys, back, sorter=order)]
@@ -129,7 +130,7 @@ def _edged_limb(
     part: Solid, centre: Floats, sight: Floats, axes: Floats, directions: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return distances (n,) from the centre to the outline of a polyhedron along rays, with points and normals."""
-    ends = part.corners[silhouette_edges(part, sight)]
+    ends = part.corners[silhouette_edges(part.corners, part.faces, sight)]
     p, q = ((ends[:, k] - centre) @ axes.T for k in (0, 1))
     along = q - p
     # A ray t d meets an edge p + s (q - p) where d x (p + s (q - p)) = 0.
