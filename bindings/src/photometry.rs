@@ -131,6 +131,16 @@ impl PyPhotometer {
         array(py, all, &[epoch_data.times.len(), count])
     }
 
+    /// Returns the brightness of each body, and its sums with the components of the vector from the body's centre,
+    /// inertial, (K, N, 4).
+    fn moments<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
+        let count = self.inner.bodies().len();
+        let epoch_data = epochs.take(count)?;
+        let all = listening(py, |interrupt| self.inner.moments_in(&epoch_data.views(count), interrupt))?;
+        let all = all.into_iter().flat_map(|(brightness, moment)| [brightness, moment.x, moment.y, moment.z]);
+        array(py, all.collect(), &[epoch_data.times.len(), count, 4])
+    }
+
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
     /// vectors and semi-axes of each body, its derivatives (K, N, 2, 3) with respect to the unit vectors to
     /// the observer and to the Sun, and on demand for each body those with respect to its vertices, (K, N, V,

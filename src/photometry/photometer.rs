@@ -78,9 +78,31 @@ impl Photometer {
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |_: &mut (), target: &Target<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
-                target.brightness(interrupt)
+                Ok(target.light::<1>(interrupt)?[0])
             };
             snapshot.for_each_body(interrupt, of, |brightness, ()| all.push(brightness))
+        })
+    }
+
+    /// Returns the brightness of each body in each view with its first moments: the sums of the light of all surface
+    /// elements times the vectors to them from the body's centre, inertial, in cubed length.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body of facets without
+    /// vertices.
+    pub fn moments_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Vec3)>> {
+        self.scene.bodies.iter().try_for_each(Body::require_vertices)?;
+        self.for_views(views, interrupt, |snapshot, interrupt, all| {
+            let of = |sum: &mut Vec3,
+                      target: &Target<'_>,
+                      factor,
+                      _: [&_; 2],
+                      interrupt: &mut InterruptCheck<'_>| {
+                let [brightness, x, y, z] = target.light(interrupt)?;
+                *sum += Vec3::new(x, y, z) * factor;
+                Ok(brightness)
+            };
+            snapshot.for_each_body(interrupt, of, |brightness, moment| all.push((brightness, moment)))
         })
     }
 

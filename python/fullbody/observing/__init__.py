@@ -16,11 +16,14 @@ from .brightness import BrightnessDerivatives, brightness, brightness_derivative
 from .damit import DamitModel, read_damit, read_damit_model
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
+from .light_centres import CombinedLight, combined_light
 from .light_curve import light_curve, zero_point
 from .linear import Held, LinearModel, LinearUnknown
 from .measured import Measured
 from .mutual import mutual_events, occultation
 from .mutual_event import MutualEvent, MutualEvents
+from .outlines import Outline, SkyOutlines, outline
+from .photocentres import Photocentre
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
 from .series import RotationSeries
@@ -30,6 +33,7 @@ __all__ = [
     "HG1G2",
     "Astrometry",
     "BrightnessDerivatives",
+    "CombinedLight",
     "DamitModel",
     "Geometry",
     "Hapke",
@@ -43,15 +47,20 @@ __all__ = [
     "Measured",
     "MutualEvent",
     "MutualEvents",
+    "Outline",
+    "Photocentre",
     "Photometry",
     "RadarAstrometry",
     "RangeAndRate",
     "RotationSeries",
+    "SkyOutlines",
     "brightness",
     "brightness_derivatives",
+    "combined_light",
     "light_curve",
     "mutual_events",
     "occultation",
+    "outline",
     "read_alcdef",
     "read_damit",
     "read_damit_model",

@@ -163,6 +163,16 @@ class Photometer:
             plain *= self._by_law(_phase_angle(*epochs.ways()))
         return plain
 
+    def moments(self, epochs: Epochs) -> Floats:
+        """Return the brightness and its first moments (K, N, 4), sums over the surface of the light and of it times the
+        components of the vector from the body's centre.
+        """
+        plain: Floats = self._core.moments(epochs.core())
+        plain *= self.albedo[:, None]
+        if any(law.phase_function is not None for law in self.laws):
+            plain *= self._by_law(_phase_angle(*epochs.ways()))[..., None]
+        return plain
+
     def _by_law(self, angle: Floats) -> Floats:
         """Return the phase functions (K, N) of the bodies at phase angles (K, N)."""
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)

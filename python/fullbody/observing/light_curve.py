@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,25 +91,30 @@ def light_curve(
     >>> observing.light_curve(run, np.linspace(1.0, 23.0, 100) * u.h, geometry).shape
     (100,)
     """
+    photometer = Photometer(run.system, law, albedo, mutual, sun_radius)
+    result = []
+    for epochs in epochs_of(run, times, geometry, "a light curve"):
+        light = photometer.brightness(epochs)
+        total = light if per_body else light.sum(axis=1)
+        result.append(magnitudes(total, epochs.to_observer, epochs.to_sun, reduced))
+    return np.concatenate(result)
+
+
+def epochs_of(run: Record, times: Any, geometry: Vectors, what: str) -> Iterator[Epochs]:
+    """Iterate over what a photometer sees at times (K,) of arrival, in parts between which Ctrl-C is noticed."""
     system = run.system
     local = local_geometry(geometry, system)
     arrival = np.atleast_1d(in_system(times, system, "times"))
     if arrival.ndim != 1:
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
-    photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    result = []
     for part in np.array_split(arrival, max(1, -(-len(arrival) // _CHUNK))):
-        states, retarded_states = retarded(run, local, part, "time of a light curve")
+        states, retarded_states = retarded(run, local, part, f"time of {what}")
         attitude = retarded_states.attitude(states["attitude"], states["spin"])
         to_sun = local.sun(part)
-        for what, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, vector, retarded_states.centre, attitude, part, 1.0, DISTANT + 1.0)
+        for name, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
+            refuse_near(system, local, name, vector, retarded_states.centre, attitude, part, 1.0, DISTANT + 1.0)
         beta = retarded_states.velocity / retarded_states.light_speed
-        epochs = Epochs(part, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
-        light = photometer.brightness(epochs)
-        total = light if per_body else light.sum(axis=1)
-        result.append(magnitudes(total, retarded_states.observer, to_sun, reduced))
-    return np.concatenate(result)
+        yield Epochs(part, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
 
 
 def zero_point(

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.foreign import are_dates, shown
+from ..base.foreign import are_dates
 from ..base.kinds import choice, flag, instance
 from ..base.limits import Limits
 from ..base.units import UNITLESS, is_quantity
-from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
-from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
+from .columns import DataColumn, Rows, column, jitter_of, labels_of, positive_rows, refuse_rounded
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
@@ -149,28 +148,10 @@ class Photometry(SunlitObservations):
             instance(rotation, "rotation", RotationSeries, "a RotationSeries")
         self.rotation = rotation
         #: Names of the nights, and the index of each row's night among them; those of the filters, if they are given.
-        self.nights, self._night = self._labels(night, "night", rows.given)
+        self.nights, self._night = labels_of(night, "night", rows, _nights(self.times))
         self.filters, self._filter = None, self._night
         if filter is not None and any(label is not None for label in np.ravel(filter)):
-            self.filters, self._filter = self._labels(filter, "filter", rows.given)
-
-    def _labels(self, row_labels: Any, what: str, count: int) -> tuple[Any, Any]:
-        """Return the distinct labels of the rows, and the index of each row's label among them."""
-        if row_labels is not None and np.shape(row_labels) != (count,):
-            raise InvalidInput(f"{what} has shape {np.shape(row_labels)}; expected ({count},), one for each of times")
-        values = np.ma.getdata(row_labels) if hasattr(row_labels, "dtype") else np.array(row_labels, dtype=object)
-        try:
-            missing = np.ma.getmask(row_labels) | np.array(values != values, dtype=bool)
-        except TypeError as error:
-            raise InvalidInput(f"{what} is {shown(row_labels)}; expected a label for each of times") from error
-        if np.any(missing):
-            raise InvalidInput(f"{what} has no label in row {int(np.argmax(missing))}; expected one for each of times")
-        absent = row_labels is None or all(label is None for label in np.asarray(row_labels))
-        labels = _nights(self.times) if absent else np.asarray(row_labels)[self.rows]
-        try:
-            return np.unique(labels, return_inverse=True)
-        except TypeError as error:
-            raise InvalidInput(f"{what} is {shown(row_labels)}, labels of several kinds; expected one kind") from error
+            self.filters, self._filter = labels_of(filter, "filter", rows, _nights(self.times))
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
