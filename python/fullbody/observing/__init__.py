@@ -1,8 +1,9 @@
 """Observations of systems: geometry of observer and Sun, predictions, and comparison with data.
 
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
-compute the light of the bodies, :func:`mutual_events` their occultations and eclipses. :class:`Astrometry`,
-:class:`Photometry`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for
+compute the light of the bodies, :func:`mutual_events` their occultations and eclipses, and :func:`radar_spectrum` and
+:func:`delay_doppler` their radar echoes. :class:`Astrometry`, :class:`Photometry`, :class:`RadarAstrometry`,
+:class:`RadarSpectrum`, :class:`DelayDoppler` and :class:`Measured` hold data, and compute the predictions of a run for
 them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
 
 Install the dependencies with the extra ``observing``.
@@ -23,6 +24,9 @@ from .mutual import mutual_events, occultation
 from .mutual_event import MutualEvent, MutualEvents
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
+from .radar_data import DelayDoppler, RadarSpectrum
+from .radar_echoes import RadarEcho, delay_doppler, radar_spectrum
+from .radar_laws import Cosine, Gaussian, Hagfors, RadarLaw
 from .series import RotationSeries
 
 __all__ = [
@@ -30,8 +34,12 @@ __all__ = [
     "HG1G2",
     "Astrometry",
     "BrightnessDerivatives",
+    "Cosine",
     "DamitModel",
+    "DelayDoppler",
+    "Gaussian",
     "Geometry",
+    "Hagfors",
     "Hapke",
     "Held",
     "Lambert",
@@ -45,13 +53,18 @@ __all__ = [
     "MutualEvents",
     "Photometry",
     "RadarAstrometry",
+    "RadarEcho",
+    "RadarLaw",
+    "RadarSpectrum",
     "RangeAndRate",
     "RotationSeries",
     "brightness",
     "brightness_derivatives",
+    "delay_doppler",
     "light_curve",
     "mutual_events",
     "occultation",
+    "radar_spectrum",
     "read_alcdef",
     "read_damit",
     "read_damit_model",
