@@ -38,6 +38,8 @@ pub struct Region {
 
 /// Points that are outside of a plane by less than this count as within it.
 const MARGIN: f64 = 1e-12;
+/// The largest number of changes of the arcs between two rings that are searched for.
+const CHANGES: usize = 6;
 /// How often the interval between two rings is halved to find where the arcs change.
 const HALVINGS: u32 = 48;
 /// The number of rings on which changes of the arcs by quadrics are searched for.
@@ -205,22 +207,32 @@ impl Region {
         self.corners(heights);
         if !self.quadrics.is_empty() {
             for k in 1..heights.len() {
-                let (from, step) = (heights[k - 1], (heights[k] - heights[k - 1]) / RINGS as f64);
-                let mut before = self.arcs(from + 0.5 * step, |_, _| ());
-                for ring in 1..RINGS {
-                    let [low, high] = [0.5, -0.5].map(|side| from + (ring as f64 - side) * step);
+                let (from, length) = (heights[k - 1], heights[k] - heights[k - 1]);
+                // Rings are nearer to each other at both ends, where outlines may meet the limb.
+                let ring = |index: usize| {
+                    let share = 0.5 - 0.5 * (PI * index as f64 / RINGS as f64).cos();
+                    from + length * share.clamp(MARGIN, 1.0 - MARGIN)
+                };
+                let mut low = ring(0);
+                let mut before = self.arcs(low, |_, _| ());
+                for high in (1..=RINGS).map(ring) {
                     let after = self.arcs(high, |_, _| ());
-                    if after != before {
-                        heights.push(self.change(low, high, before));
+                    for _ in 0..CHANGES {
+                        if after == before {
+                            break;
+                        }
+                        low = self.change(low, high, before);
+                        heights.push(low);
+                        before = self.arcs(low, |_, _| ());
                     }
-                    before = after;
+                    (low, before) = (high, after);
                 }
             }
             heights.sort_unstable_by(f64::total_cmp);
         }
     }
 
-    /// Returns a height between two others at which the arcs cease to be those of the lower one.
+    /// Returns the first height, to rounding, at which the arcs are no longer those of the lower one of two heights.
     fn change(&mut self, mut low: f64, mut high: f64, before: u64) -> f64 {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -230,6 +242,6 @@ impl Region {
                 high = middle;
             }
         }
-        0.5 * (low + high)
+        high
     }
 }

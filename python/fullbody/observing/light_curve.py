@@ -13,6 +13,7 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer, of_unit_sphere
+from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .states import DISTANT, refuse_near, retarded
 from .times import in_system, kilometres
@@ -37,6 +38,7 @@ def light_curve(
     albedo: float | Array | dict[str, Any] = 1.0,
     mutual: bool = True,
     sun_radius: Any = 0.0,
+    exposure: Any = 0.0,
     reduced: bool = True,
     per_body: bool = False,
 ) -> Floats:
@@ -52,6 +54,8 @@ def light_curve(
         A geometry that includes the Sun.
     law, albedo, mutual, sun_radius
         Options of :func:`brightness`.
+    exposure : float or Quantity
+        The time of integration about each of the times, over which the brightness is averaged by five values.
     reduced : bool
         Whether magnitudes are those at unit distances from the observer and from the Sun. Otherwise 5 log10 of the
         product of the two distances, in the system's unit of length, is added.
@@ -95,19 +99,25 @@ def light_curve(
     arrival = np.atleast_1d(in_system(times, system, "times"))
     if arrival.ndim != 1:
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
-    photometer = Photometer(system, law, albedo, mutual, sun_radius)
+    photometer, rule = Photometer(system, law, albedo, mutual, sun_radius), exposure_rule(exposure, system)
+
+    def light_at(moments: Floats) -> Floats:
+        """Return the brightness (K, N) of the bodies at times (K,)."""
+        states, retarded_states = retarded(run, local, moments, "time of a light curve")
+        attitude = retarded_states.attitude(states["attitude"], states["spin"])
+        to_sun = local.sun(moments)
+        for what, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
+            refuse_near(system, local, what, vector, retarded_states.centre, attitude, moments, 1.0, DISTANT + 1.0)
+        beta = retarded_states.velocity / retarded_states.light_speed
+        return photometer.brightness(
+            Epochs(moments, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
+        )
+
     result = []
     for part in np.array_split(arrival, max(1, -(-len(arrival) // _CHUNK))):
-        states, retarded_states = retarded(run, local, part, "time of a light curve")
-        attitude = retarded_states.attitude(states["attitude"], states["spin"])
-        to_sun = local.sun(part)
-        for what, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, vector, retarded_states.centre, attitude, part, 1.0, DISTANT + 1.0)
-        beta = retarded_states.velocity / retarded_states.light_speed
-        epochs = Epochs(part, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
-        light = photometer.brightness(epochs)
+        light = np.sum([weight * light_at(part + since) for since, weight in zip(*rule, strict=True)], axis=0)
         total = light if per_body else light.sum(axis=1)
-        result.append(magnitudes(total, retarded_states.observer, to_sun, reduced))
+        result.append(magnitudes(total, local.observer(part), local.sun(part), reduced))
     return np.concatenate(result)
 
 

@@ -18,6 +18,7 @@ from ..typing import Floats
 from .brightness import Epochs, Photometer
 from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
+from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
@@ -65,6 +66,9 @@ class Photometry(Observations):
         Whether the magnitudes have a free slope in the phase angle, per radian, one for all nights.
     rotation : RotationSeries, optional
         A free Fourier series in the rotation angle of a body.
+    exposure : float or Quantity
+        The time of integration about each of the times, over which the brightness is averaged by five values, with
+        bodies that go on straight and rotate uniformly.
     reduced : bool
         Whether the magnitudes are reduced to unit distances from the observer and from the Sun.
 
@@ -127,6 +131,7 @@ class Photometry(Observations):
         drift: str | None = None,
         phase_slope: str | None = None,
         rotation: RotationSeries | None = None,
+        exposure: Any = 0.0,
         reduced: bool = True,
     ) -> None:
         columns = [("magnitude", magnitude), ("sigma", sigma)]
@@ -141,7 +146,7 @@ class Photometry(Observations):
         self.magnitude = rows.of("magnitude")
         self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
-        self.reduced = reduced
+        self.reduced, self.exposure = reduced, exposure
         flag(mutual, "mutual")
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
@@ -290,11 +295,13 @@ class Photometry(Observations):
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
-        retarded = self._retarded(system, states, masses)
-        view = self._view(system, states, retarded)
-        total = self._total(self._photometer(system).brightness(view))
+        photometer, light = self._photometer(system), np.zeros((len(self), len(system.context)))
+        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
+            view = self._view(system, states, self._retarded(system, states, masses, since))
+            light += weight * photometer.brightness(view)
         zero = 0.0 if self.zero == "free" else float(self.zero)
-        return magnitudes(total, view.to_observer, view.to_sun, self.reduced)[:, None] + zero
+        local, times = local_geometry(self.geometry, system), self._clock(system)
+        return magnitudes(self._total(light), local.observer(times), local.sun(times), self.reduced)[:, None] + zero
 
     def _view(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> Epochs:
         """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
@@ -321,13 +328,22 @@ class Photometry(Observations):
 
         The photometer gives the derivatives with respect to poses and semi-axes.
         """
-        retarded = self._retarded(system, states)
-        result = self._photometer(system).derivatives(self._view(system, states, retarded))
-        factor = -2.5 / np.log(10.0) / self._total(result.brightness)
-        position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
-        by_state, by_mass = _by_states(system, states, retarded, position, rotation)
+        photometer, count = self._photometer(system), len(system.context)
+        light, by_axes = np.zeros((len(self), count)), np.zeros((len(self), count, 3))
+        by_state, by_mass = np.zeros((len(self), 12 * count)), np.zeros((len(self), count))
+        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
+            retarded = self._retarded(system, states, None, since)
+            result = photometer.derivatives(self._view(system, states, retarded))
+            position, rotation = (weight * part.sum(axis=1) for part in (result.position, result.rotation))
+            of_state, of_mass = _by_states(system, states, retarded, position, rotation)
+            light += weight * result.brightness
+            by_state += of_state
+            by_mass += of_mass
+            by_axes += weight * result.semi_axes.sum(axis=1)
+        factor = -2.5 / np.log(10.0) / self._total(light)
+        by_state, by_mass = factor[:, None] * by_state, factor[:, None] * by_mass
         axes: dict[str, Floats] = {
-            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, index, [k]]
+            f"semi-axis {axis} of {body}": factor[:, None] * by_axes[:, index, [k]]
             for index, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
@@ -348,22 +364,22 @@ def _by_states(
     """Return the derivatives of K numbers with respect to states, (K, 12 N), and to masses, (K, N).
 
     ``position`` and ``rotation`` are the derivatives of these numbers with respect to retarded positions and rotation
-    vectors, (K, N, 3). Let e be the unit
-    vector from a body to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a
-    change r' of the position, which also changes the time at which the light left. A mass moves the barycentre,
-    relative to which the directions and distances of observer and Sun are given.
+    vectors, (K, N, 3). Let e be the unit vector from a body to the observer, u the body's velocity, d its delay and s
+    the time that has elapsed since the state. Then c d' = e.(r' + s u' + u d') for a change r' of the position, which
+    also changes the time at which the light left. A mass moves the barycentre, relative to which the directions and
+    distances of observer and Sun are given.
     """
     to_observer = retarded.observer[:, None] - retarded.centre
     toward = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
     later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
     speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
     position = position + toward * (later / speed)[..., None]
-    delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-    moving, spin = delay * position, delay * rotation
+    elapsed, weights = retarded.elapsed[..., None], (system.context.masses / system.context.masses.sum())[:, None]
+    moving, spin = elapsed * position, elapsed * rotation
     parts = [
         position - weights * position.sum(axis=1, keepdims=True),
         moving - weights * moving.sum(axis=1, keepdims=True),
-        rotation + np.cross(delay * states["spin"], rotation),
+        rotation + np.cross(elapsed * states["spin"], rotation),
         spin,
     ]
     by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()

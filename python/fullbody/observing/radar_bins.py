@@ -23,8 +23,7 @@ from .echoes import Echo, EchoModel, RadarOptions, edges_of
 from .exposure import exposure_rule
 from .linear import LinearUnknown
 from .predictions import DesignArgument, Errors
-from .states import RetardedStates
-from .vectors import Vectors, local_geometry
+from .vectors import Vectors
 
 #: The step of derivatives by differences, relative to the radius of a body, the width of its echo, or one radian. The
 #: echo is precise to 1e-12, and changes over some hundredths of these, the widths of bins.
@@ -168,21 +167,15 @@ class RadarEchoes(Observations):
         return self._cross_sections(system, states)[..., None]
 
     def _cross_sections(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
-        """Return the cross sections (K, B) of all bodies in the bins, averaged over the exposure.
-
-        Within an exposure the bodies go on straight and rotate uniformly.
-        """
-        masses = system.context.masses if masses is None else masses
+        """Return the cross sections (K, B) of all bodies in the bins, averaged over the exposure."""
         model = EchoModel(system, self.geometry, self.options)
         edges = self._edges_in(system)
-        local, clock = local_geometry(self.geometry, system), self._clock(system)
         power: Floats | float = 0.0
         for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
-            elapsed = None if since == 0.0 else np.full(len(clock), -since)
-            retarded = RetardedStates(local, clock + since, masses, states, elapsed)
-            echo = self._corrected(model, model.echo(retarded, states), clock + since)
+            retarded = self._retarded(system, states, masses, since)
+            echo = self._corrected(model, model.echo(retarded, states), retarded.times)
             power = power + weight * model.power(echo, *edges).sum(axis=1)
-        return np.asarray(power).reshape(len(clock), -1)
+        return np.asarray(power).reshape(len(self), -1)
 
     def _edges_in(self, system: SystemLike) -> list[Floats]:
         dimensions = {"frequencies": "rate", "delays": "time"}
