@@ -1,7 +1,7 @@
 //! Integrals of a scattering law along arcs of a ring on the unit sphere of an ellipsoid.
 //!
-//! A Gauss rule is chosen once for an ellipsoid: the smallest that agrees with the next one on rings that all of the
-//! echo has in common, since a part of an arc is smoother than the whole. A law with a peak that is too sharp for the
+//! A Gauss rule is chosen once for an ellipsoid: the smallest that agrees with the next one on arcs of some rings, from
+//! limb to limb and, where the law is not smooth at the limb, a little shorter. A law with a peak that is too sharp for the
 //! largest rule is integrated adaptively. With an exponent of the cosine that is no whole number the integrand goes to
 //! zero at the limb with a power that is none either; the substitution of Korobov type x(y), with x' in proportion to
 //! (1 - y^2)^3, quadruples the distance's power.
@@ -19,6 +19,9 @@ use std::sync::LazyLock;
 const ORDERS: [usize; 8] = [12, 16, 24, 32, 48, 64, 96, 144];
 /// Heights of rings on which rules are compared, between the lowest and the highest ring of the echo.
 const HEIGHTS: [f64; 5] = [-0.9, -0.5, 0.0, 0.5, 0.9];
+
+/// The shares of an arc that are cut off at both its ends.
+const SHORTER: [f64; 4] = [0.0, 1e-3, 1e-2, 1e-1];
 
 /// The nodes above zero of a symmetric rule on [-1, 1], with their weights.
 type HalfRule = Vec<[f64; 2]>;
@@ -76,8 +79,13 @@ impl<'a> Surface<'a> {
         region.corners(&mut heights);
         let (low, high) = (heights.first().map_or(0.0, |z| *z), heights.last().map_or(0.0, |z| *z));
         let rings = HEIGHTS.map(|share| 0.5 * (low + high + share * (high - low)));
+        let shares: &[f64] = if law.has_whole_power() { &[0.0] } else { &SHORTER };
         for z in rings.into_iter().chain([peak]) {
-            region.arcs(z, |from, to| arcs.push([z, from, to]));
+            region.arcs(z, |from, to| {
+                arcs.extend(
+                    shares.iter().map(|share| [z, from + share * (to - from), to - share * (to - from)]),
+                );
+            });
         }
         let sums = |rule: &HalfRule| arcs.iter().map(|arc| surface.gauss(*arc, rule)).collect::<Vec<_>>();
         let mut coarse = sums(&rules[0]);
