@@ -107,9 +107,12 @@ def test_responses_of_the_receiver_spread_an_echo_by_their_own_form():
     of_delay = image(run, 1e-6 * (edges - 0.3), [-1.0, 1.0], delay_response="triangle2")[:, 0]
     assert worst(of_delay, 1.5 * total * np.clip(1.0 - abs(middles - 0.3), 0.0, None) ** 2) < 0.12
     smooth = run_of(Sphere(0.5), spin=[[0, 0, 1e-4]])
-    plain, seen = (image(smooth, DELAYS, EDGES / 2, **options) for options in (
-        {}, {"frequency_response": "sinc2", "delay_response": "triangle2"}))  # fmt: skip
-    assert seen.sum() == pytest.approx(plain.sum(), rel=0.01)
+    plain = image(smooth, DELAYS, EDGES)
+    of_frequency = image(smooth, DELAYS, EDGES, frequency_response="sinc2")
+    assert of_frequency.sum() == pytest.approx(plain.sum(), rel=0.02)
+    # The squares of triangles add up to one only in the mean over the places of a narrow echo within a bin.
+    seen = image(smooth, DELAYS, EDGES, frequency_response="sinc2", delay_response="triangle2")
+    assert seen.sum() == pytest.approx(plain.sum(), rel=0.1)
     assert seen.max() < plain.max() and (seen >= 0.0).all()
 
 
