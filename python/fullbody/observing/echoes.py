@@ -54,7 +54,9 @@ class RadarOptions:
         flag(self.mutual, "mutual")
         response.check(self.frequency_response, self.delay_response)
         if self.transmitter is not None:
-            instance(self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for that of the receiver")
+            instance(
+                self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for that of the receiver"
+            )
         for law in self.law.values() if isinstance(self.law, dict) else [self.law]:
             instance(law, "law", RadarLaw, "a radar scattering law such as observing.Cosine(), or a dict of them")
 

@@ -62,9 +62,11 @@ class RadarEchoes(Observations):
     ) -> None:
         owner = type(self).__name__
         given = gathered(power, f"power of {owner}")
-        self._unit = given.unit if is_quantity(given) else None
+        self._unit: Any = given.unit if is_quantity(given) else None
         area = self._unit is not None and self._unit.is_equivalent(unit_named("km2"))
-        values, spread = (self._numbers(value, f"{name} of {owner}") for name, value in (("power", power), ("sigma", sigma)))
+        values, spread = (
+            self._numbers(value, f"{name} of {owner}") for name, value in (("power", power), ("sigma", sigma))
+        )
         self._edges = edges
         bins = tuple(np.size(getattr(one, "value", one)) - 1 for one in edges.values())
         if values.shape[1:] != bins:

@@ -91,7 +91,9 @@ def delay_doppler(
         :func:`fullbody.observing.delay_doppler`; others to ``Axes.pcolormesh``.
     """
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
-    found = image_of(run, _moment(time), geometry, delays, frequencies, transmit_frequency=transmit_frequency, **options)
+    found = image_of(
+        run, _moment(time), geometry, delays, frequencies, transmit_frequency=transmit_frequency, **options
+    )
     power = np.asarray(getattr(found.power, "value", found.power))[0]
     x, across = _axis(run, frequencies, found.frequencies, "Doppler frequency", "rate")
     y, down = _axis(run, delays, found.delays, "delay", "time")

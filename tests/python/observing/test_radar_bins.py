@@ -68,15 +68,20 @@ def test_a_body_that_does_not_rotate_has_its_echo_in_one_bin():
 def test_bands_and_bodies_without_an_echo_have_zeros():
     run = scene()
     assert (spectrum(run, [50.0, 60.0, 70.0]) == 0.0).all()
-    assert (image(run, [1.0, 2.0], EDGES) == 0.0).all() and (image(run, DELAYS, [-9.0, -8.0]) == 0.0).all()
-    assert (spectrum(run_of(PointMass(), Sphere(0.1), position=[[0, 0, 0], [0, 1, 0]]), EDGES, per_body=True)[0] == 0.0).all()
+    assert (image(run, [1.0, 2.0], EDGES) == 0.0).all()
+    assert (image(run, DELAYS, [-9.0, -8.0]) == 0.0).all()
+    assert (
+        spectrum(run_of(PointMass(), Sphere(0.1), position=[[0, 0, 0], [0, 1, 0]]), EDGES, per_body=True)[0] == 0.0
+    ).all()
 
 
 def test_an_echo_over_an_exposure_is_the_mean_of_many():
     # A body turns by a fifth of a radian in 40 s, and its band widens by some bins.
     run = run_of(Sphere(0.5), Ellipsoid(0.4, 0.1, 0.1), position=[[0, 0, 0], [0, 2, 0]], velocity=[[0, 0, 0], [2e-5, 0, 0]],
                  spin=[[0, 1e-5, 1e-4], [0, 0, 5e-3]], masses=[1.0, 1e-9], until=100.0)  # fmt: skip
-    view = observing.Geometry(np.array([-100.0, 0, 100]) * u.s, to_observer=[[1e6, -5e3, 0], [1e6, 0, 0], [1e6, 5e3, 0]] * u.km)
+    view = observing.Geometry(
+        np.array([-100.0, 0, 100]) * u.s, to_observer=[[1e6, -5e3, 0], [1e6, 0, 0], [1e6, 5e3, 0]] * u.km
+    )
     edges, moment = np.linspace(-40.0, 40.0, 21) * u.Hz, 50.0
     options = FULL | {"transmit_frequency": F * u.Hz}
     found = observing.radar_spectrum(run, [moment] * u.s, view, edges, exposure=40.0 * u.s, **options).power.value[0]
@@ -87,7 +92,9 @@ def test_an_echo_over_an_exposure_is_the_mean_of_many():
 
 def test_light_over_an_exposure_is_the_mean_of_many():
     run = run_of(Ellipsoid(0.7, 0.3, 0.5), spin=[[0, 0, 2e-3]], until=2000.0)
-    view = observing.Geometry([0.0, 2000.0] * u.s, to_observer=[1, 0, 0] * u.au, to_sun=[1, 0.5, 0] * u.au, light_time=False)
+    view = observing.Geometry(
+        [0.0, 2000.0] * u.s, to_observer=[1, 0, 0] * u.au, to_sun=[1, 0.5, 0] * u.au, light_time=False
+    )
     found = observing.light_curve(run, [1000.0] * u.s, view, exposure=600 * u.s)
     many = observing.light_curve(run, (700.0 + 600.0 * (np.arange(400) + 0.5) / 400) * u.s, view)
     assert found[0] == pytest.approx(-2.5 * np.log10(np.mean(10 ** (-0.4 * many))), abs=1e-6)
@@ -113,7 +120,8 @@ def test_responses_of_the_receiver_spread_an_echo_by_their_own_form():
     # The squares of triangles add up to one only in the mean over the places of a narrow echo within a bin.
     seen = image(smooth, DELAYS, EDGES, frequency_response="sinc2", delay_response="triangle2")
     assert seen.sum() == pytest.approx(plain.sum(), rel=0.1)
-    assert seen.max() < plain.max() and (seen >= 0.0).all()
+    assert seen.max() < plain.max()
+    assert (seen >= 0.0).all()
 
 
 def test_units_and_names_come_with_the_echo():
@@ -122,12 +130,16 @@ def test_units_and_names_come_with_the_echo():
     options = FULL | {"transmit_frequency": 2.38 * u.GHz}
     found = observing.delay_doppler(run, [0.0], at_rest(), delays, edges, per_body=True, **options)
     assert worst(found.power.to_value("km2")[0], image(run, DELAYS, EDGES, per_body=True)) < 1e-9
-    assert found.bodies == ("A", "B", "C") and found.frequencies.unit == 1 / u.s and found.delays.unit == u.s
+    assert found.bodies == ("A", "B", "C")
+    assert found.frequencies.unit == 1 / u.s
+    assert found.delays.unit == u.s
     data = found.to_xarray()
-    assert data.sizes == {"time": 1, "body": 3, "delay": 40, "frequency": 24} and data.attrs["units"] == "km2"
+    assert data.sizes == {"time": 1, "body": 3, "delay": 40, "frequency": 24}
+    assert data.attrs["units"] == "km2"
     np.testing.assert_allclose(data.frequency, 0.5 * (EDGES[1:] + EDGES[:-1]))
     total = observing.radar_spectrum(run, [0.0, 0.0], at_rest(), edges, **options)
-    assert total.to_xarray().dims == ("time", "frequency") and total.delays is None
+    assert total.to_xarray().dims == ("time", "frequency")
+    assert total.delays is None
     own = {"A": observing.Cosine(1.0, 0.3), "B": observing.Cosine(1.0, 0.6), "C": observing.Cosine(1.0, 0.0)}
     each = spectrum(run, EDGES, per_body=True, law=own)
     assert worst(each, spectrum(run, EDGES, per_body=True) * np.array([[1.0], [2.0], [0.0]])) < 1e-14
@@ -165,6 +177,10 @@ def test_a_system_without_units_is_refused_and_so_are_laws_out_of_range():
     system, state = fullbody.systems.case1()
     run = system.integrate(state, 1.0)
     refused("needs the system's units", observing.radar_spectrum, run, [0.0], at_rest(), [0, 1], **FULL)
-    for law, bad in ((observing.Cosine, {"C": -1.0}), (observing.Hagfors, {"C": 0.0}), (observing.Gaussian, {"C": 1, "cutoff": 2.0})):
+    for law, bad in (
+        (observing.Cosine, {"C": -1.0}),
+        (observing.Hagfors, {"C": 0.0}),
+        (observing.Gaussian, {"C": 1, "cutoff": 2.0}),
+    ):
         with pytest.raises(InvalidInput, match=f"of {law.__name__}"):
             law(**bad)

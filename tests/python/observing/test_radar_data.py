@@ -64,7 +64,8 @@ def test_data_predict_what_the_functions_compute(run, geometry, spectra, images)
     for data, power in ((spectrum_data(spectra.to("m2"), 1e-3 * u.km**2, geometry), spectra),
                         (image_data(images.to("m2"), 1e-3 * u.km**2, geometry), images)):  # fmt: skip
         found = data.predict(run)
-        assert found.unit == u.m**2 and worst(found.to_value("km2"), power.to_value("km2")) < 1e-12
+        assert found.unit == u.m**2
+        assert worst(found.to_value("km2"), power.to_value("km2")) < 1e-12
         assert data.chi2(run) < 1e-12
     off = spectrum_data(spectra + 2e-3 * u.km**2, 1e-3 * u.km**2, geometry)
     assert off.chi2(run) == pytest.approx(4.0 * spectra.size, rel=1e-9)
@@ -122,7 +123,9 @@ def test_derivatives_are_differences_of_runs(run, geometry, spectra, images, kin
     system = run.system
     for name, step in zip(names, (1e8, 1e-5), strict=True):
         ends = [
-            data.pulls(system.changed(name, sign * step).integrate(state, state.time * (1 + 1e-9), output="ends", dense=False))
+            data.pulls(
+                system.changed(name, sign * step).integrate(state, state.time * (1 + 1e-9), output="ends", dense=False)
+            )
             for sign in (1, -1)
         ]
         assert worst(np.ravel(by[name]), np.ravel(ends[0] - ends[1]) / (2 * step)) < 1e-4, name
@@ -156,13 +159,16 @@ def test_tables_hold_spectra_and_rows_with_gaps_are_left_out(run, geometry, spec
     data = spectrum_data(spectra, 1e-3 * u.km**2, geometry)
     options = {"frequencies": EDGES, "geometry": geometry, **RADAR}
     again = observing.RadarSpectrum.from_table(data.to_table(), **options)
-    assert again.chi2(run) < 1e-12 and again.power.shape == spectra.shape
+    assert again.chi2(run) < 1e-12
+    assert again.power.shape == spectra.shape
     gap = spectra.copy()
     gap[1, 3] = np.nan
     with pytest.warns(InconsistentInput, match="1 of 4 rows of RadarSpectrum"):
         left = spectrum_data(gap, 1e-3 * u.km**2, geometry)
-    assert left.rows.tolist() == [0, 2, 3] and left.predict(run).shape == (3, 28)
-    assert "28" in repr(left._tables()) and "bins" in repr(left._tables())
+    assert left.rows.tolist() == [0, 2, 3]
+    assert left.predict(run).shape == (3, 28)
+    assert "28" in repr(left._tables())
+    assert "bins" in repr(left._tables())
 
 
 REFUSED = [

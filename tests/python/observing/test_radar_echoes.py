@@ -1,5 +1,7 @@
 """Radar echoes: reference data, closed forms of spheres and boxes, sums over points, moving radars."""
 
+import itertools
+
 import astropy.units as u
 import fullbody
 import numpy as np
@@ -10,6 +12,7 @@ from scipy.special import beta, betainc
 from support import reference, worst
 from support.echoes import C_LIGHT, F, at_rest, image, run_of, spectrum
 from support.meshes import box, icosphere
+
 
 @pytest.mark.parametrize("index", range(4))
 def test_echoes_of_two_ellipsoids_are_those_of_another_program(index):
@@ -48,7 +51,9 @@ def test_a_sphere_has_the_echo_that_its_law_integrates_to_at_each_delay(law):
     found = image(run, delays, band, law=law)[:, 0]
     low = np.cos(getattr(law, "cutoff", np.pi / 2))
     ends = np.maximum(mu, low)
-    expected = [2 * np.pi * r**2 * quad(lambda x: per_area(law, x), b, a, epsrel=1e-13)[0] for a, b in zip(ends, ends[1:])]
+    expected = [
+        2 * np.pi * r**2 * quad(lambda x: per_area(law, x), b, a, epsrel=1e-13)[0] for a, b in itertools.pairwise(ends)
+    ]
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-11 * sum(expected))
 
 
@@ -67,10 +72,13 @@ def test_the_spectrum_of_a_sphere_is_an_incomplete_beta_function(C):
 
 def test_the_side_that_approaches_has_positive_frequencies_and_the_near_side_negative_delays():
     # The radar is at +x; a body that rotates about +z moves towards it at y < 0, where B is, nearer than A.
-    run = run_of(Sphere(0.1), Sphere(0.1), position=[[-0.3, 0.3, 0], [0.3, -0.3, 0]], velocity=[[-1e-3, 0, 0], [1e-3, 0, 0]])
+    run = run_of(
+        Sphere(0.1), Sphere(0.1), position=[[-0.3, 0.3, 0], [0.3, -0.3, 0]], velocity=[[-1e-3, 0, 0], [1e-3, 0, 0]]
+    )
     power = image(run, [-1e-5, 0.0, 1e-5], [-100.0, 0.0, 100.0], per_body=True)
     a, b = (one / one.sum() for one in power)
-    assert a[1, 0] == pytest.approx(1.0) and b[0, 1] == pytest.approx(1.0)
+    assert a[1, 0] == pytest.approx(1.0)
+    assert b[0, 1] == pytest.approx(1.0)
 
 
 def test_the_echo_of_a_face_is_spread_evenly_over_its_frequencies():
@@ -92,7 +100,8 @@ def test_an_ellipsoid_is_the_limit_of_its_meshes():
     for law in (observing.Cosine(1.6, 0.3), observing.Hagfors(3.0, 0.3)):
         exact = image(run_of(Ellipsoid(*axes), **turned), delays, edges, law=law)
         errors = [worst(image(run_of(icosphere(n, axes), **turned), delays, edges, law=law), exact) for n in (3, 4)]
-        assert errors[1] < 0.02 and errors[1] < 0.45 * errors[0]
+        assert errors[1] < 0.02
+        assert errors[1] < 0.45 * errors[0]
 
 
 def lens(distance, r, R):
@@ -117,7 +126,8 @@ def test_the_echo_of_what_another_body_hides_is_missing():
     faceted = spectrum(run_of(Sphere(r), icosphere(4, [R] * 3), position=place, spin=spin), bins, **wide)
     assert worst(faceted[0], found[0]) < 5e-3
     alone = spectrum(spheres, bins, mutual=False, **wide)
-    assert alone[0].sum() == pytest.approx(1.5 * np.pi * r**2, rel=1e-12) and (alone[0] >= found[0] - 1e-14).all()
+    assert alone[0].sum() == pytest.approx(1.5 * np.pi * r**2, rel=1e-12)
+    assert (alone[0] >= found[0] - 1e-14).all()
 
 
 def test_a_bistatic_radar_sees_what_both_antennas_see():
@@ -130,7 +140,12 @@ def test_a_bistatic_radar_sees_what_both_antennas_see():
     assert found.sum() == pytest.approx(1.5 * np.pi * 0.7**2 * np.cos(angle / 2), rel=1e-11)
     faceted = spectrum(run_of(icosphere(4, [0.7] * 3), spin=[[1e-4, 2e-4, 3e-4]]), np.linspace(-50, 50, 51), **options)
     assert worst(faceted, found) < 0.02
-    assert worst(spectrum(run, np.linspace(-50.0, 50.0, 51), transmitter=at_rest()), spectrum(run, np.linspace(-50, 50, 51))) < 1e-12
+    assert (
+        worst(
+            spectrum(run, np.linspace(-50.0, 50.0, 51), transmitter=at_rest()), spectrum(run, np.linspace(-50, 50, 51))
+        )
+        < 1e-12
+    )
 
 
 def fibonacci(n):
@@ -149,10 +164,10 @@ def test_frequencies_are_the_rates_of_change_of_the_paths_of_points(bistatic):
     spin = np.array([[1e-5, 2e-5, 3e-5], [-2e-5, 1e-5, 1e-5]])
     run = run_of(*axes, position=position, velocity=velocity, spin=spin, masses=[1.0, 0.15])
     # The bodies go on straight, and rotate about axes that are fixed for a while.
-    rows = np.linspace(-20.0, 20.0, 9)
+    rows, aside = np.linspace(-20.0, 20.0, 9), np.array([0.0, 2e5, 0.0])
     path = lambda t, far: np.stack([far + 0 * t, 40.0 * t, 5.0 * t], axis=-1)  # noqa: E731
     geometry = observing.Geometry(rows * u.s, to_observer=path(rows, 5e5) * u.km)
-    other = observing.Geometry(rows * u.s, to_observer=(path(rows, 4e5) + [0, 2e5, 0]) * u.km)
+    other = observing.Geometry(rows * u.s, to_observer=(path(rows, 4e5) + aside) * u.km)
     law = observing.Cosine(1.0, 0.3)
     edges, delays = np.linspace(-2.0, 4.0, 41), np.linspace(-2e-5, 1e-5, 21)
     # Light that arrives at this time has left the barycentre at time zero.
@@ -173,7 +188,7 @@ def test_frequencies_are_the_rates_of_change_of_the_paths_of_points(bistatic):
     def ways(t, body, normals):
         """Lengths of the ways of points to the antennas for signals that arrive at a time, with all else."""
         receiver = path(np.array(t), 5e5)
-        sender = path(np.array(t), 4e5) + [0, 2e5, 0] if bistatic else receiver
+        sender = path(np.array(t), 4e5) + aside if bistatic else receiver
         since = np.full(len(normals), t - np.linalg.norm(receiver) / C_LIGHT)
         for _ in range(4):
             place, normal, centre = points_at(body, since, normals)
