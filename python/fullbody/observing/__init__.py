@@ -1,8 +1,9 @@
 """Observations of systems: geometry of observer and Sun, predictions, and comparison with data.
 
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
-compute the light of the bodies, :func:`mutual_events` their occultations and eclipses. :class:`Astrometry`,
-:class:`Photometry`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for
+compute the light of the bodies, :func:`mutual_events` their occultations and eclipses,
+and :func:`occultation_chords` the occultations of stars by them. :class:`Astrometry`, :class:`Photometry`,
+:class:`RadarAstrometry`, :class:`StellarOccultation` and :class:`Measured` hold data, and compute the predictions of a run for
 them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
 
 Install the dependencies with the extra ``observing``.
@@ -13,6 +14,8 @@ from __future__ import annotations
 from .alcdef import read_alcdef, write_alcdef
 from .astrometry import Astrometry
 from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
+from .chord import Chord, Chords, Miss
+from .chords import occultation_chords
 from .damit import DamitModel, read_damit, read_damit_model
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
@@ -24,12 +27,15 @@ from .mutual_event import MutualEvent, MutualEvents
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
 from .series import RotationSeries
+from .stellar_occultation import StellarOccultation
 
 __all__ = [
     "HG",
     "HG1G2",
     "Astrometry",
     "BrightnessDerivatives",
+    "Chord",
+    "Chords",
     "DamitModel",
     "Geometry",
     "Hapke",
@@ -41,17 +47,20 @@ __all__ = [
     "LommelSeeliger",
     "LommelSeeligerLambert",
     "Measured",
+    "Miss",
     "MutualEvent",
     "MutualEvents",
     "Photometry",
     "RadarAstrometry",
     "RangeAndRate",
     "RotationSeries",
+    "StellarOccultation",
     "brightness",
     "brightness_derivatives",
     "light_curve",
     "mutual_events",
     "occultation",
+    "occultation_chords",
     "read_alcdef",
     "read_damit",
     "read_damit_model",

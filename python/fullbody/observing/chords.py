@@ -93,13 +93,15 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
     misses: list[Miss] = []
     context = run.context
     for body, name in enumerate(context.names):
-        limbs = limbs_of(run.system, body)
+        if not (limbs := limbs_of(run.system, body)):
+            # A point hides nothing.
+            continue
         found = _Search(lines, body, limbs, (first, last))
         for station in range(len(lines.stations)):
             spans = found.spans(station)
             ends = [[None if t in (first, last) else context.units.attach(t, "time") for t in span] for span in spans]
             chords += [Chord(station, name, *pair) for pair in ends]
-            if not spans and limbs:
+            if not spans:
                 time, distance = found.nearest(station)
                 time, distance = context.units.attach(time, "time"), context.units.attach(distance, "length")
                 misses.append(Miss(station, name, time, distance))
@@ -118,7 +120,7 @@ class _Search:
         self._lines, self._body, self._limbs, self._span = lines, body, limbs, span
         assert lines.stations is not None
         self._count = len(lines.stations)
-        self.reach = max((limb.reach for limb in limbs), default=0.0)
+        self.reach = max(limb.reach for limb in limbs)
         #: For each station the nodes (T,) of the encounters, and the distances there of the lines of sight.
         self._encounters = [self._encounter(*part) for part in self._meetings()]
 
@@ -139,8 +141,6 @@ class _Search:
         far = [np.linalg.norm(self._lines.stations.at(self._lines.system, every, ends + t), axis=1) for t in self._span]
         radius = 1.02 * float(np.max(far, initial=0.0)) + _MARGIN * self.reach
         speed = self._speed()
-        if radius == 0.0:
-            return []
         if speed == 0.0:
             return [self._span]
         spans: list[Span] = []
@@ -172,7 +172,9 @@ class _Search:
         for station in range(self._count):
             sight = self._lines.at(self._body, nodes, np.full(len(nodes), station))
             w = np.where(sight.before[:, None], sight.w, np.inf)
-            way = w[1:] - w[:-1] if sight.before.all() else np.nan_to_num(w[1:] - w[:-1], nan=0.0, posinf=0.0, neginf=0.0)
+            way = (
+                w[1:] - w[:-1] if sight.before.all() else np.nan_to_num(w[1:] - w[:-1], nan=0.0, posinf=0.0, neginf=0.0)
+            )
             square = np.maximum(np.sum(way * way, axis=1), np.finfo(float).tiny)
             start_w = np.where(np.isfinite(w[:-1]), w[:-1], 1e300)
             share = np.clip(-np.sum(start_w * way, axis=1) / square, 0.0, 1.0)
@@ -192,9 +194,16 @@ class _Search:
         """Return the time at which the body's centre is nearest to the line of sight, and its distance then."""
         time = self._span[0]
         if self._encounters:
-            parts = [(float(least[station].min()), float(nodes[np.argmin(least[station])])) for nodes, _, least in self._encounters]
+            parts = [
+                (float(least[station].min()), float(nodes[np.argmin(least[station])]))
+                for nodes, _, least in self._encounters
+            ]
             time = min(parts)[1]
-        step = (self._encounters[0][0][1] - self._encounters[0][0][0]) if self._encounters else self._span[1] - self._span[0]
+        step = (
+            (self._encounters[0][0][1] - self._encounters[0][0][0])
+            if self._encounters
+            else self._span[1] - self._span[0]
+        )
         low, high = max(self._span[0], time - step), min(self._span[1], time + 2.0 * step)
         for _ in range(12):
             trial = np.linspace(low, high, 17)
@@ -210,7 +219,9 @@ class _Search:
             sight = self._lines.at(self._body, times, np.full(len(times), station))
             return np.where(sight.before, limb.measure(*sight.in_body()), 1.0)
 
-        rate = float(np.linalg.norm(self._lines.solution.states(np.array([self._emission(begin)]))["spin"][0, self._body]))
+        rate = float(
+            np.linalg.norm(self._lines.solution.states(np.array([self._emission(begin)]))["spin"][0, self._body])
+        )
         count = int(min(_MOST, max(_PASSAGE, rate * (end - begin) / _TURN)))
         nodes = np.linspace(begin, end, count + 1)
         places = self._lines.at(self._body, nodes, np.full(len(nodes), station)).in_body()

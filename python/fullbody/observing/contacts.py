@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidInput
 from ..typing import Floats
-from .limbs import EllipsoidLimb, Limb
+from .limbs import Limb, cross
 from .states import RetardedStates, rotated
 
 #: The iterations of a light time, of the middle of a chord, and of a contact; each gains several digits.
@@ -92,8 +92,8 @@ class Body(NamedTuple):
 
     @property
     def real(self) -> Body:
-        """The real parts."""
-        return Body(*(np.real(part) for part in self[:-1]), self.light_speed)
+        """The real parts, which are equal along all axes in front of that of the rows."""
+        return Body(*(np.real(part)[(0,) * (part.ndim - 2)] for part in self[:-1]), self.light_speed)
 
     def of(self, index: Indices) -> Body:
         """Return the body at M of the rows."""
@@ -111,8 +111,8 @@ def body_of(retarded: RetardedStates, states: dict[str, Any], index: int, shift:
 def into_body(attitude: Any, vectors: Any) -> Any:
     """Return vectors (..., 3) in the frames of bodies with attitudes (..., 4); both may be complex."""
     scalar, vector = attitude[..., :1], attitude[..., 1:]
-    turned = np.cross(vector, vectors)
-    return vectors - 2.0 * scalar * turned + 2.0 * np.cross(vector, turned)
+    turned = cross(vector, vectors)
+    return vectors - 2.0 * scalar * turned + 2.0 * cross(vector, turned)
 
 
 class Passage:

@@ -9,6 +9,7 @@ import numpy as np
 from ..base.arguments import place
 from ..base.epochs import dates
 from ..base.foreign import are_dates, shown
+from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
@@ -55,7 +56,9 @@ class ObservedChords(Observations):
         self._given_stations = stations
         count = len(self.stations)
         self._origin: Any = None
-        ends = [self._numbers(given, name, count) for given, name in zip((disappearance, reappearance), _ENDS, strict=True)]
+        ends = [
+            self._numbers(given, name, count) for given, name in zip((disappearance, reappearance), _ENDS, strict=True)
+        ]
         chords = np.stack(ends, axis=1)
         wrong = np.flatnonzero(chords[:, 1] <= chords[:, 0])
         if wrong.size:
@@ -64,18 +67,24 @@ class ObservedChords(Observations):
                 f"reappearance of station {k} is {self._said(chords[k, 1])}, not after its disappearance at "
                 f"{self._said(chords[k, 0])}; expected a later time"
             )
-        watch = self._watch(watched, count)
-        self._sigmas = self._errors(sigma, count)
         timed = np.isfinite(chords)
         missed = ~timed.any(axis=1)
         if not timed.any():
-            raise InvalidInput("disappearance and reappearance have no time that is not NaN; expected one chord or more")
+            raise InvalidInput(
+                "disappearance and reappearance have no time that is not NaN; expected one chord or more"
+            )
+        watch = self._watch(watched, count)
+        self._sigmas = self._errors(sigma, count)
         if self.stations.move and (missed & ~np.isfinite(watch).all(axis=1)).any():
             raise InvalidInput(
                 f"station {int(np.argmax(missed))} moves and has a miss without an interval; give watched=(first, last)"
             )
-        middle = np.where(np.isfinite(watch).all(axis=1), watch.mean(axis=1), chords[timed].mean())
-        entries = [(chords[k, side], k, sign) for side, sign in enumerate((-1.0, 1.0)) for k in np.flatnonzero(timed[:, side])]
+        middle = np.full(count, chords[timed].mean())
+        limited = np.isfinite(watch).all(axis=1)
+        middle[limited] = watch[limited].mean(axis=1)
+        entries = [
+            (chords[k, side], k, sign) for side, sign in enumerate((-1.0, 1.0)) for k in np.flatnonzero(timed[:, side])
+        ]
         entries += [(middle[k], k, 0.0) for k in np.flatnonzero(missed)]
         times, station, sign = (np.array(part) for part in zip(*entries, strict=True))
         rows = Rows(self._restored(times), {}, (), _OWNER)
@@ -106,28 +115,27 @@ class ObservedChords(Observations):
             found = np.array((plain.tdb - self._origin).to_value("s"), dtype=np.float64)
             found[mask] = np.nan
             return found
-        values, unit = column(times, f"{what} of {_OWNER}")
+        values, unit = column(times, f"{what} of {_OWNER}", "s" if is_quantity(times) else None)
         if values.shape != (count,):
             raise InvalidInput(f"{what} has shape {values.shape}; expected ({count},), one for each of stations")
-        if np.isnan(values).all() and unit is None:
+        if np.isnan(values).all():
             return values
-        kind = "plain" if unit is None else unit
+        kind = "numbers" if unit is None else "seconds"
         if self._origin is None:
             self._origin = kind
-        elif are_dates(self._origin) or (self._origin == "plain") != (unit is None):
+        elif are_dates(self._origin) or self._origin != kind:
             raise InvalidInput(f"{what} is {shown(given)}; expected times of the same kind as the others")
-        return values if unit is None else values * float(unit.to(self._origin))
+        return values
 
     def _said(self, time: float) -> Any:
         return self._restored(np.array([time]))[0]
 
     def _restored(self, times: Floats) -> Any:
         """Return numbers as times of the kind that was given."""
-        if are_dates(self._origin):
-            from astropy import units as u
-
-            return self._origin + times * u.s
-        return times if isinstance(self._origin, str) or self._origin is None else times * self._origin
+        if not self.is_united:
+            return times
+        seconds = times * unit_named("s")
+        return self._origin + seconds if are_dates(self._origin) else seconds
 
     def _watch(self, watched: Any, count: int) -> Floats:
         """Return the intervals (S, 2) in which the stations watched, infinite where none is given."""
@@ -141,16 +149,16 @@ class ObservedChords(Observations):
         watch = np.stack(parts, axis=1)
         wrong = np.flatnonzero(watch[:, 1] <= watch[:, 0])
         if wrong.size:
-            raise InvalidInput(f"watched of station {int(wrong[0])} ends before it begins; expected the first time first")
+            raise InvalidInput(
+                f"watched of station {int(wrong[0])} ends before it begins; expected the first time first"
+            )
         return np.where(np.isnan(watch), [-np.inf, np.inf], watch)
 
     def _errors(self, sigma: Any, count: int) -> Floats:
-        """Return standard errors (S, 2) in the unit of the times."""
-        values, unit = column(sigma, f"sigma of {_OWNER}")
+        """Return standard errors (S, 2) in s, or as the plain numbers that were given."""
+        values, unit = column(sigma, f"sigma of {_OWNER}", "s" if self.is_united and is_quantity(sigma) else None)
         if (unit is not None) != self.is_united:
             raise InvalidInput("only one of the times and sigma has a unit; expected both or neither")
-        if unit is not None:
-            values = values * float(unit.to("s" if are_dates(self._origin) else self._origin))
         if values.shape not in ((), (count,), (count, 2)):
             raise InvalidInput(f"sigma has shape {values.shape}; expected (), ({count},) or ({count}, 2)")
         return np.array(np.broadcast_to(values[:, None] if values.ndim == 1 else values, (count, 2)))
@@ -166,16 +174,12 @@ class ObservedChords(Observations):
     @property
     def is_united(self) -> bool:
         """Whether the times have a unit, as dates and Quantities have."""
-        return not isinstance(self._origin, str)
+        return are_dates(self._origin) or self._origin == "seconds"
 
     @property
     def sigma(self) -> Any:
         """Standard errors (K,) of the rows."""
-        if are_dates(self._origin):
-            from astropy import units as u
-
-            return self._sigma * u.s
-        return self._sigma * self._origin if self.is_united else self._sigma
+        return self._sigma * unit_named("s") if self.is_united else self._sigma
 
     def in_system(self, numbers: Any, system: SystemLike) -> Any:
         """Return numbers in the unit of the times, or a duration as a Quantity, on the clock and in the unit of a system."""

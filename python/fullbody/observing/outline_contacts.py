@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..typing import Floats
-from .contacts import Body, Contacts, Passage, Paths, Rows, EllipsoidContacts, continued
+from .contacts import Body, Contacts, EllipsoidContacts, Passage, Paths, Rows, continued
 from .limbs import EllipsoidLimb, Limb, Span, dense_nodes, spans_below_zero, union
 
 #: The number of intervals of a passage, and its length relative to the time in which the body's reach passes.

@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base import rotations
 from ..base.units import UNITLESS
 from ..errors import InvalidInput
 from ..record.record import Record
 from ..typing import Floats
+from .contacts import into_body
 from .star import Star
-from .stations import Stations
 from .states import refuse_near
+from .stations import Stations
 from .vectors import Vectors, local_geometry
 
 #: The number of iterations of the light time, each of which gains the digits of c over the bodies' speed.
@@ -42,8 +42,7 @@ class Sight(NamedTuple):
 
     def in_body(self) -> tuple[Floats, Floats]:
         """Return the places and the directions of the rays in the body's frame."""
-        turn = rotations.matrices(self.attitude)
-        return np.einsum("kij,ki->kj", turn, self.w), np.einsum("kij,ki->kj", turn, self.u)
+        return into_body(self.attitude, self.w), into_body(self.attitude, self.u)
 
 
 class SightLines:
@@ -83,7 +82,9 @@ class SightLines:
             return first, last
         start, stop = given
         if not start < stop:
-            raise InvalidInput(f"span is {attach(start, 'time')} to {attach(stop, 'time')}; expected the first time first")
+            raise InvalidInput(
+                f"span is {attach(start, 'time')} to {attach(stop, 'time')}; expected the first time first"
+            )
         if start < first or stop > last:
             raise InvalidInput(
                 f"span is {attach(start, 'time')} to {attach(stop, 'time')}, and the run and the geometry cover the times "

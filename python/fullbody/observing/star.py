@@ -108,6 +108,8 @@ def sky_axes(directions: Floats, north: Floats) -> tuple[Floats, Floats]:
     east = np.cross(north, directions)
     size = np.linalg.norm(east, axis=-1, keepdims=True)
     if not (size > 0.0).all():
-        raise InvalidInput("star is at the pole of the sky, where east and north are not defined; expected another place")
+        raise InvalidInput(
+            "star is at the pole of the sky, where east and north are not defined; expected another place"
+        )
     east = east / size
     return east, np.cross(directions, east)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -13,25 +14,30 @@ from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, is_quantity, need
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
 from .columns import jitter_of
-from .contacts import Body, Contacts, Path, Rows, body_of
+from .contacts import Body, Contacts, Rows, body_of
+from .koala import read_koala
 from .limbs import limbs_of
-from .linear import LinearUnknown
+from .linear import Held, LinearUnknown
 from .observed_chords import ObservedChords
 from .outline_contacts import contacts_of
 from .states import RetardedStates, refuse_near
+from .station_paths import StationPaths
 from .vectors import local_geometry
 
 #: The share of the observed duration below which a predicted one is continued, in halves of durations.
 _SHORT = 0.25
+#: The change of a contact, in standard errors, by the steps in the offset with which the design is differenced.
+_NUDGE = 0.1
 #: The step of derivatives along the imaginary axis.
 _STEP = 1e-100
 #: The relative changes at which the search for the offset ends.
-_TOLERANCES = {"xtol": 1e-13, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
-#: The time in s over which the velocity of a station is differenced.
-_SECOND = 1.0
+_TOLERANCES = {"xtol": 1e-11, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
+#: The step of the polynomials that are the paths of stations, in s, or relative to the span of a geometry without units.
+_STEP_OF_PATH, _SHARE = 10.0, 1e-3
 
 
 class Solution(NamedTuple):
@@ -147,6 +153,42 @@ class StellarOccultation(ObservedChords):
             if station not in range(len(self.stations)):
                 raise InvalidInput(f"clock has {station!r}; expected indices of the {len(self.stations)} stations")
         self._known: tuple[Any, Solution] | None = None
+        #: Values of the linear unknowns at which predictions are made instead of those with the least chi2.
+        self._at: Floats | None = None
+
+    @classmethod
+    def read_koala(
+        cls, path: Any, *, body: Any = None, event: int | None = None, offset: Any = "free", scale: str = "utc"
+    ) -> Self:
+        """Read the chords of an event from a file in the format of KOALA, which ADAM reads too.
+
+        Such a file has the vector from the body to the Earth and its rate of change, and for each chord two times, their
+        errors in s, and the places of the station at both times, to the west and to the north in the plane of the sky
+        that moves with the shadow.
+
+        Parameters
+        ----------
+        path : path
+        body : str, int or sequence of them, optional
+            As for the class.
+        event : int, optional
+            The index of the event, in a file with several.
+        offset : "free" or (east, north)
+            As for the class; it counts from the mean of the places of the file.
+        scale : str
+            The time scale of the file's dates.
+
+        Returns
+        -------
+        StellarOccultation
+            Its geometry is the uniform motion of the file, for times within an hour of the chords.
+
+        Raises
+        ------
+        InvalidInput
+            For a file in another format, and one with several events if none is chosen.
+        """
+        return cls(**read_koala(path, event, scale), body=body, offset=offset)
 
     @staticmethod
     def _fixed_offset(offset: Any) -> Floats:
@@ -154,12 +196,9 @@ class StellarOccultation(ObservedChords):
         expected = "expected 'free' or (east, north), angles as Quantities, or 0.0"
         if np.ndim(offset) == 0 and not isinstance(offset, str) and not is_quantity(offset) and offset == 0.0:
             return np.zeros(2)
-        try:
-            parts = [UNITLESS.number(part, "angle", "offset") for part in offset]
-        except TypeError as error:
-            raise InvalidInput(f"offset is {offset!r}; {expected}") from error
-        if len(parts) != 2:
+        if isinstance(offset, str) or np.ndim(offset) != 1 or len(offset) != 2:
             raise InvalidInput(f"offset is {offset!r}; {expected}")
+        parts = [UNITLESS.number(part, "angle", "offset") for part in offset]
         if not all(is_quantity(part) for part in offset) and any(parts):
             raise InvalidInput(f"offset is {offset!r}, angles without a unit; {expected}")
         return np.array(parts)
@@ -181,28 +220,29 @@ class StellarOccultation(ObservedChords):
         ends = np.where(np.isnan(interval), [-np.inf, np.inf], interval)
         return Rows(self._clock(system), self.sign, ends, least)
 
-    def _path(self, system: SystemLike, rows: Rows, of: Any) -> Any:
-        """Return the function from indices of some of the rows, and times, to the :class:`Path`."""
+    def _path(self, system: SystemLike, rows: Rows, of: Any) -> StationPaths:
+        """Return the paths of the stations of some of the rows."""
         local, stations = local_geometry(self.geometry, system), self.station[of]
         low, high = local.ends()
         interval = self.in_system(self.interval, system)[of]
-        step = self.in_system(_SECOND * unit_named("s"), system) if system.context.units.defined else 1e-3 * (high - low)
+        units = system.context.units
+        step = self.in_system(_STEP_OF_PATH * unit_named("s"), system) if units.defined else _SHARE * (high - low)
 
-        def station(index: Any, times: Floats, rate: Floats, u: Floats) -> Floats:
-            places = self.stations.at(system, stations[index], times, interval[index])
-            return self.stations.retarded(system, times, places, rate, u) if self.stations.on_earth else places
-
-        def path(index: Any, times: Floats) -> Path:
+        def places(times: Floats) -> tuple[Floats, Floats]:
             within = np.clip(times, low, high)
             rate, u = local.observer_velocity(within), self.star.directions(system, times)
-            observer = local.observer(within) + rate * (times - within)[:, None]
-            before, place, after = (station(index, times + k * step, rate, u) for k in (-1.0, 0.0, 1.0))
-            return Path(observer + place, rate + (after - before) / (2.0 * step), u)
+            offset = self.stations.at(system, stations, times, interval)
+            if self.stations.on_earth:
+                offset = self.stations.retarded(system, times, offset, rate, u)
+            return local.observer(within) + rate * (times - within)[:, None] + offset, u
 
-        return path
+        return StationPaths(rows.times, step, places)
 
     def _axes(self, system: SystemLike, retarded: RetardedStates) -> tuple[Floats, Floats]:
         """Return displacements (K, 3) of bodies for an offset of one radian to the east and to the north."""
+        if self._fixed is not None and not self._fixed.any():
+            # A star at the pole has neither.
+            return (np.zeros_like(retarded.observer),) * 2
         east, north = self.stations.plane(system, retarded.times)
         far = np.linalg.norm(retarded.observer, axis=1, keepdims=True)
         return far * east, far * north
@@ -235,7 +275,11 @@ class StellarOccultation(ObservedChords):
             elif len(of) == len(every):
                 del name
         self._refuse_unseen(system, passages)
-        clocks = np.stack([self.station == station for station in self.clock], axis=1) if self.clock else np.zeros((len(every), 0))
+        clocks = (
+            np.stack([self.station == station for station in self.clock], axis=1)
+            if self.clock
+            else np.zeros((len(every), 0))
+        )
         clocks = clocks.astype(np.float64) * (self.sign != 0.0)[:, None]
         count = 2 if self._fixed is None else 0
         scale = self._scale(system)
@@ -248,20 +292,28 @@ class StellarOccultation(ObservedChords):
                 return evaluated[1]
             angles = self._fixed if self._fixed is not None else values[:2] * scale
             shift = angles[0] * axes[0] + angles[1] * axes[1]
-            found = {n: (of, contacts.solve(self._seen(retarded, states, n, shift).of(of))) for n, (of, contacts) in passages.items()}
+            found = {
+                n: (of, contacts.solve(self._seen(retarded, states, n, shift).of(of)))
+                for n, (of, contacts) in passages.items()
+            }
             chosen = self._chosen(found)
             prediction = _picked(found, chosen)
             columns = []
             for axis in axes[:count]:
                 moved = shift + 1j * _STEP * scale * axis
-                changed = {n: (of, contacts.linearised(self._seen(retarded, states, n, moved).of(of)).imag / _STEP) for n, (of, contacts) in passages.items()}
+                changed = {
+                    n: (of, contacts.linearised(self._seen(retarded, states, n, moved).of(of)).imag / _STEP)
+                    for n, (of, contacts) in passages.items()
+                }
                 columns.append(_picked(changed, chosen))
             design = np.concatenate([np.array(columns).reshape(count, len(every)).T, clocks], axis=1)
             evaluated[:] = values.copy(), (prediction, design, chosen, shift)
             return prediction, design, chosen, shift
 
         values = np.zeros(count + len(self.clock))
-        if 0 < len(values) <= len(every) and count:
+        if self._at is not None:
+            values = self._at
+        elif count and len(values) <= len(every):
             with need("observing", "the offset of an occultation"):
                 from scipy.optimize import least_squares
 
@@ -312,7 +364,9 @@ class StellarOccultation(ObservedChords):
             seen[of] = True
         if not seen.all():
             station = int(self.station[np.argmin(seen)])
-            raise InvalidInput(f"body of station {station} is a point, which hides no star; expected a body with a surface")
+            raise InvalidInput(
+                f"body of station {station} is a point, which hides no star; expected a body with a surface"
+            )
 
     def _model(self, system: SystemLike, states: dict[str, Any], masses: Any = None, limbs: Any = None) -> Any:
         solution = self._solution(system, states, masses)
@@ -321,7 +375,12 @@ class StellarOccultation(ObservedChords):
         if complex_states or np.iscomplexobj(masses) or limbs is not None:
             retarded = self._retarded(system, states, masses)
             found = {
-                body: (of, contacts.linearised(self._seen(retarded, states, body, solution.shift).of(of), (limbs or {}).get(body)))
+                body: (
+                    of,
+                    contacts.linearised(
+                        self._seen(retarded, states, body, solution.shift).of(of), (limbs or {}).get(body)
+                    ),
+                )
                 for body, (of, contacts) in solution.contacts.items()
             }
             prediction = _picked(found, solution.chosen)
@@ -355,6 +414,44 @@ class StellarOccultation(ObservedChords):
         semi_axes[axis] += 1j * _STEP
         limbs = {body: limbs_of(system, body, semi_axes)}
         return np.asarray(self._model(system, states, None, limbs).imag / _STEP)
+
+    def linear_derivatives(self, run: Record, held: Held) -> FunctionDerivatives:
+        """Compute the derivatives of what :meth:`LinearModel.contracted` returns, as :meth:`derivatives` does.
+
+        The design depends on the motion and on the offset, which follows it: the sum of the products of pulls and
+        columns of the design stays zero, which gives the change of the offset. Derivatives of the design are
+        differences between offsets, of which the largest moves a contact by a share of its standard error.
+        """
+        by = super().linear_derivatives(run, held)
+        if self._fixed is not None:
+            return by
+        solution = self._solution(run.system, self._states(run), None)
+        sigma = self.errors_in(run.system)
+        design, size, pulls = solution.design / sigma[:, None], len(sigma), held.rows.ravel()
+        whole = np.concatenate(
+            [by.start, np.stack(list(by.by_parameter.values()), axis=1)] if by.by_parameter else [by.start], axis=1
+        )
+        count = len(solution.values)
+        changes, bends = np.zeros((count, size, whole.shape[1])), np.zeros((count, size, count))
+        for column in range(2):
+            step = _NUDGE / np.abs(design[:, column]).max()
+            for sign in (1.0, -1.0):
+                other = copy.copy(self)
+                other._known, other._at = None, solution.values + sign * step * np.eye(count)[column]
+                nudged = super(StellarOccultation, other).linear_derivatives(run, held)
+                columns = [nudged.start, *(part[:, None] for part in nudged.by_parameter.values())]
+                changes[column] -= sign * np.concatenate(columns, axis=1)[:size] / (2.0 * step)
+                at = other._solution(run.system, other._states(run), None).design / sigma[:, None]
+                bends[column] += sign * at / (2.0 * step)
+        curvature = np.einsum("k,lkm->lm", pulls, bends)
+        right_side = design.T @ whole[:size] + np.einsum("k,lkn->ln", pulls, changes)
+        moved = np.linalg.solve(design.T @ design - curvature, right_side)
+        total = changes + np.einsum("lkm,mn->lkn", bends, moved)
+        whole[size:-1] += np.einsum("k,lkn->ln", pulls, total)
+        whole[-1] += np.einsum("kl,lkn->n", held.design.reshape(size, count), total)
+        start = by.start.shape[1]
+        by_parameter = {name: whole[:, start + k] for k, name in enumerate(by.by_parameter)}
+        return FunctionDerivatives(by.value, whole[:, :start], by_parameter)
 
     def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Compute the times of the contacts that were observed, from a run.
@@ -401,7 +498,9 @@ class StellarOccultation(ObservedChords):
 def _picked(found: dict[int, tuple[Any, Any]], chosen: Any) -> Any:
     """Return the predictions (..., K) of the chosen bodies."""
     first = next(iter(found.values()))[1]
-    values = np.zeros((*np.shape(first)[:-1], len(chosen)), dtype=np.result_type(*(np.asarray(v) for _, v in found.values())))
+    values = np.zeros(
+        (*np.shape(first)[:-1], len(chosen)), dtype=np.result_type(*(np.asarray(v) for _, v in found.values()))
+    )
     for body, (of, predictions) in found.items():
         own = chosen[of] == body
         values[..., of[own]] = predictions[..., own]
