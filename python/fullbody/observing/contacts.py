@@ -1,7 +1,7 @@
 """Predicted times of contacts of a star with the limb of a body, from the states at the times that were observed.
 
-Each row is a contact, a disappearance or a reappearance, or a miss. Along the path of the line of sight past a body, the
-measure f of the body's limb is nearly a quadratic function of time, nu^2 ((t - m)^2 - h^2), with the middle m of the
+Each row is a contact, a disappearance or a reappearance, or a miss. As a line of sight passes a body, the measure f of the
+body's limb is nearly a quadratic function of time, nu^2 ((t - m)^2 - h^2), with the middle m of the
 chord and the square h^2 of half its duration, which is negative where the body misses the station. A contact is at
 m - h or m + h, located to the last digits. Where h is less than a bound h0 that the data set, it is continued linearly
 in h^2 as (h0 + h^2 / h0) / 2, so that predictions are smooth functions of all parameters also for a body that misses.
@@ -93,19 +93,25 @@ class Body(NamedTuple):
     @property
     def real(self) -> Body:
         """The real parts, which are equal along all axes in front of that of the rows."""
-        return Body(*(np.real(part)[(0,) * (part.ndim - 2)] for part in self[:-1]), self.light_speed)
+        return self._changed(lambda part: np.real(part)[(0,) * (part.ndim - 2)])
 
     def of(self, index: Indices) -> Body:
         """Return the body at M of the rows."""
-        return Body(*(part[..., index, :] for part in self[:-1]), self.light_speed)
+        return self._changed(lambda part: part[..., index, :])
+
+    def _changed(self, change: Callable[[Any], Any]) -> Body:
+        return self._replace(**{name: change(getattr(self, name)) for name in self._fields if name != "light_speed"})
 
 
 def body_of(retarded: RetardedStates, states: dict[str, Any], index: int, shift: Any) -> Body:
     """Return one of the bodies of retarded states, with the displacement (..., K, 3) of all bodies."""
     attitude = retarded.attitude(states["attitude"], states["spin"])
     way = retarded.observer - retarded.centre[..., index, :]
-    parts = [array[..., index, :] for array in (retarded.centre, retarded.velocity, states["spin"], attitude)]
-    return Body(*parts, np.sqrt(np.sum(way * way, axis=-1, keepdims=True)), shift, retarded.light_speed)
+    centre, velocity, spin, turned = (
+        array[..., index, :] for array in (retarded.centre, retarded.velocity, states["spin"], attitude)
+    )
+    distance = np.sqrt(np.sum(way * way, axis=-1, keepdims=True))
+    return Body(centre, velocity, spin, turned, distance, shift, retarded.light_speed)
 
 
 def into_body(attitude: Any, vectors: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Observed chords: the times of disappearance and reappearance at stations, and misses, as rows in the order of time."""
+"""Observed chords: times of disappearance and reappearance at stations, and misses, as rows in the order of time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..base.arguments import place
 from ..base.epochs import dates
 from ..base.foreign import are_dates, shown
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, is_quantity
+from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
@@ -67,7 +67,7 @@ class ObservedChords(Observations):
                 f"reappearance of station {k} is {self._said(chords[k, 1])}, not after its disappearance at "
                 f"{self._said(chords[k, 0])}; expected a later time"
             )
-        timed = np.isfinite(chords)
+        timed: Any = np.isfinite(chords)
         missed = ~timed.any(axis=1)
         if not timed.any():
             raise InvalidInput(
@@ -182,7 +182,7 @@ class ObservedChords(Observations):
         return self._sigma * unit_named("s") if self.is_united else self._sigma
 
     def in_system(self, numbers: Any, system: SystemLike) -> Any:
-        """Return numbers in the unit of the times, or a duration as a Quantity, on the clock and in the unit of a system."""
+        """Return times as they are kept, or a duration as a Quantity, on the clock and in the unit of a system."""
         if is_quantity(numbers):
             return float(system.context.units.strip(numbers, "time", "a time"))
         finite = np.isfinite(numbers)
@@ -190,9 +190,11 @@ class ObservedChords(Observations):
         found = in_system(self._restored(plain.ravel()), system, f"times of {_OWNER}").reshape(plain.shape)
         return np.where(finite, found, numbers)
 
-    def errors_in(self, system: SystemLike) -> Floats:
-        """Return the standard errors (K,) in a system's unit of time."""
-        return UNITLESS.numbers(system.context.units.strip(self.sigma, "time", f"sigma of {_OWNER}"), "number", "sigma")
+    def errors_in(self, system: SystemLike, given: bool = False) -> Floats:
+        """Return the standard errors (K,) in a system's unit of time, with a jitter or as they were ``given``."""
+        sigma = self._sigmas[self.station, np.where(self.sign > 0.0, 1, 0)] if given else self._sigma
+        sigma = sigma * unit_named("s") if self.is_united else sigma
+        return system.context.units.strip(sigma, "time", f"sigma of {_OWNER}")
 
     def may_be(self, system: SystemLike, body: int) -> Any:
         """Return which of the K rows may be due to a body."""

@@ -87,25 +87,26 @@ class SightLines:
             )
         if start < first or stop > last:
             raise InvalidInput(
-                f"span is {attach(start, 'time')} to {attach(stop, 'time')}, and the run and the geometry cover the times "
-                f"from {attach(first, 'time')} to {attach(last, 'time')} at the observer; expected a span within them"
+                f"span is {attach(start, 'time')} to {attach(stop, 'time')}, and the run and the geometry cover the "
+                f"times from {attach(first, 'time')} to {attach(last, 'time')} at the observer; expected one within"
             )
         return start, stop
 
     def refuse_inside(self, times: Floats) -> None:
         """Raise an error for an observer within the system, and for a star on the observer's side of it."""
         observer, u = self.local.observer(times), self.star.directions(self.system, times)
-        states = self.solution.states(np.clip(self.local.emission(times), *sorted(self.solution.range)))
+        low, high = sorted(self.solution.range)
+        states = self.solution.states(np.clip(self.local.emission(times), low, high))
         centre = states["position"] - self._barycentre(states)[:, None]
         refuse_near(self.system, self.local, "observer", observer, centre, states["attitude"], times, 1.0, 1.0)
         if self.local.distant:
             raise InvalidInput(
-                "the geometry has directions without a unit of length; expected vectors to the observer in the system's "
-                "unit of length, or Quantities"
+                "the geometry has directions without a unit of length; expected vectors to the observer in the unit of "
+                "length of the system, or Quantities"
             )
         if (np.sum(observer * u, axis=-1) >= 0.0).all():
             raise InvalidInput(
-                "star is on the observer's side of the system at all times, where no body is between them; expected the "
+                "star is on the observer's side of the system at all times, with no body between them; expected the "
                 "direction from the observer to the star, past the system"
             )
 
