@@ -3,8 +3,8 @@
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
 compute the light of the bodies, :func:`mutual_events` their occultations and eclipses,
 and :func:`occultation_chords` the occultations of stars by them. :class:`Astrometry`, :class:`Photometry`,
-:class:`RadarAstrometry`, :class:`StellarOccultation` and :class:`Measured` hold data, and compute the predictions of a run for
-them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
+:class:`RadarAstrometry`, :class:`StellarOccultation` and :class:`Measured` hold data, and compute the predictions of a
+run for them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
 
 Install the dependencies with the extra ``observing``.
 """

@@ -61,13 +61,13 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
     Raises
     ------
     InvalidInput
-        For a run without its continuous solution, a star that is on the observer's side of the system, an observer within
-        the system, angles without a unit, and a span that run and geometry do not cover.
+        For a run without its continuous solution, a star that is on the observer's side of the system, an observer
+        within the system, angles without a unit, and a span that run and geometry do not cover.
 
     Notes
     -----
-    Ellipsoids and polyhedra are exact. A body that is not convex may hide the star several times. A composite hides what
-    one of its parts hides; voids are within its parts. Points hide nothing.
+    Ellipsoids and polyhedra are exact. A body that is not convex may hide the star several times. A composite hides
+    what one of its parts hides; voids are within its parts. Points hide nothing.
 
     The Earth's rotation is that of the tables of astropy that are at hand; the network is not asked.
 
@@ -79,8 +79,8 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
     >>> run = system.integrate(state, "10 min", dense=True)
     >>> path = {"to_observer": [[1e7, -2.0, 0.0], [1e7, 4.0, 0.0]] * u.km, "frame": "ecliptic"}
     >>> geometry = observing.Geometry([0.0, 300.0] * u.s, **path)
-    >>> chords = observing.occultation_chords(run, [-1.0, 0.0, 0.0], [[0.0, 0.0, 0.0], [0.0, 0.0, 9.0]] * u.km, geometry)
-    >>> [(chord.station, chord.body) for chord in chords], len(chords.misses)
+    >>> chords = observing.occultation_chords(run, [-1.0, 0.0, 0.0], [[0.0, 0.0, 0.0], [0.0, 0.0, 9.0]] * u.km,
+    geometry) >>> [(chord.station, chord.body) for chord in chords], len(chords.misses)
     ([(0, 'Didymos')], 3)
     """
     instance(geometry, "geometry", Vectors, "an observing.Geometry")

@@ -1,10 +1,10 @@
 """Limbs of bodies: whether a ray passes through a body, and how far it passes from its edge.
 
-A ray is given in the body's frame by a point ``w`` (..., 3) on it, from the body's centre, and its direction ``u``. Each
-limb has a measure that is negative where the ray passes through the body and zero where it touches it. For an ellipsoid
-with the semi-axes A, with p = A^-1 w and q = A^-1 u, it is abs(p x q)^2 / abs(q)^2 - 1, a quadratic function of the
-place of the ray. For a polyhedron it is the distance from the outline. Both take complex numbers, so that a step along
-the imaginary axis gives their derivatives.
+A ray is given in the body's frame by a point ``w`` (..., 3) on it, from the body's centre, and its direction ``u``.
+Each limb has a measure that is negative where the ray passes through the body and zero where it touches it. For an
+ellipsoid with the semi-axes A, with p = A^-1 w and q = A^-1 u, it is abs(p x q)^2 / abs(q)^2 - 1, a quadratic function
+of the place of the ray. For a polyhedron it is the distance from the outline. Both take complex numbers, so that a step
+along the imaginary axis gives their derivatives.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from .. import _core
+from ..base.units import need
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
@@ -198,9 +198,12 @@ def limbs_of(system: SystemLike, body: int, semi_axes: Any = None) -> list[Limb]
 def spans_below_zero(measure: Callable[[Floats], Floats], nodes: Floats) -> list[Span]:
     """Return the spans of time in which a measure is negative, to the last digits.
 
-    Extrema between the nodes (T,) are searched, so that a graze is found. A span that is cut by an end of the nodes ends
-    there.
+    Extrema between the nodes (T,) are searched, so that a graze is found. A span that is cut by an end of the nodes
+    ends there.
     """
+    with need("observing", "a search for chords"):
+        from scipy.optimize import brentq
+
     values = measure(nodes)
     times, found = [nodes], [values]
     middle = values[1:-1]

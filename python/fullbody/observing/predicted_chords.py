@@ -126,6 +126,10 @@ class PredictedChords(ObservedChords):
             self._known = (key, system.context), self._solve(system, plain, np.real(masses))
         return self._known[1]
 
+    def solution(self, run: Record) -> Solution:
+        """Return the solution for a run."""
+        return self._solution(run.system, self._states(run), None)
+
     def _solve(self, system: SystemLike, states: dict[str, Any], masses: Floats) -> Solution:
         retarded = self._retarded(system, states, masses)
         self._refuse(system, states, retarded)
@@ -231,7 +235,7 @@ class PredictedChords(ObservedChords):
         by = super().linear_derivatives(run, held)
         if self._fixed is not None:
             return by
-        solution, sigma = self._solution(run.system, self._states(run), None), self.errors_in(run.system)[:, None]
+        solution, sigma = self.solution(run), self.errors_in(run.system)[:, None]
         whole, size = np.column_stack([by.start, *by.by_parameter.values()]), len(sigma)
         design, count, pulls = solution.design / sigma, len(solution.values), held.rows.ravel()
         changes, bends = np.zeros((count, size, whole.shape[1])), np.zeros((count, size, count))
@@ -243,7 +247,7 @@ class PredictedChords(ObservedChords):
                 nudged = super(PredictedChords, other).linear_derivatives(run, held)
                 derivative = np.column_stack([nudged.start, *nudged.by_parameter.values()])[:size]
                 changes[column] -= sign * derivative / (2.0 * step)
-                nudged_design = other._solution(run.system, other._states(run), None).design / sigma
+                nudged_design = other.solution(run).design / sigma
                 bends[column] += sign * nudged_design / (2.0 * step)
         curvature = np.einsum("k,lkm->lm", pulls, bends)
         right_side = design.T @ whole[:size] + np.einsum("k,lkn->ln", pulls, changes)

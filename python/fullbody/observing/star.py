@@ -29,8 +29,9 @@ class Star:
     Parameters
     ----------
     given : SkyCoord, (ra, dec) or array_like (3,)
-        The star's place in the ICRS; a ``SkyCoord`` may have a proper motion, with ``obstime``, and a distance, from which
-        the parallax of an observer at the centre of the Earth follows. A vector is along the axes of the geometry.
+        The star's place in the ICRS; a ``SkyCoord`` may have a proper motion, with ``obstime``, and a distance, from
+        which the parallax of an observer at the centre of the Earth follows. A vector is along the axes of the
+        geometry.
     geometry : Geometry
     """
 
@@ -104,7 +105,7 @@ class Star:
 
 
 def sky_axes(directions: Floats, north: Floats) -> tuple[Floats, Floats]:
-    """Return unit vectors (..., 3) to the east and to the north at directions (..., 3), for the pole of the sky (3,)."""
+    """Return unit vectors (..., 3) to the east and to the north at directions (..., 3), for a pole of the sky (3,)."""
     east = np.cross(north, directions)
     size = np.linalg.norm(east, axis=-1, keepdims=True)
     if not (size > 0.0).all():

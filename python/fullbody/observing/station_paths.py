@@ -22,8 +22,8 @@ class StationPaths:
     ----------
     times : ndarray, (K,)
     step : float
-        The time between the nodes. The Earth turns by 7e-5 rad in a second, so that the error after n steps of s seconds
-        is below (7e-5 n s)^5 of its radius.
+        The time between the nodes. The Earth turns by 7e-5 rad in a second, so that the error after n steps of s
+        seconds is below (7e-5 n s)^5 of its radius.
     places : callable
         The function from times (K,) to the vectors (K, 3) from the barycentre to the stations, and to unit vectors
         (K, 3) to the star.

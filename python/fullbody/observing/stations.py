@@ -25,8 +25,8 @@ _MARGIN, _EDGE = 10.0, 5.0
 _LARGEST = 7000.0
 
 _EXPECTED = (
-    "expected EarthLocations, vectors (S, 3) or (S, 2, 3), or places (S, 2, 2) in the plane of the sky, from the observer "
-    "of the geometry"
+    "expected EarthLocations, vectors (S, 3) or (S, 2, 3), or places (S, 2, 2) in the plane of the sky, from the "
+    "observer of the geometry"
 )
 
 
@@ -100,7 +100,7 @@ class Stations:
         if places.ndim == 3:
             if ends is None:
                 raise InvalidInput(
-                    f"stations has shape {self._places.shape}, vectors at two times, which only the data of a chord have; "
+                    f"stations has shape {self._places.shape}, vectors at two times, which only data of chords have; "
                     "expected EarthLocations or vectors (S, 3)"
                 )
             # A station of which one time is known stays where it was then.
@@ -169,7 +169,7 @@ class Stations:
 
 
 def _earth_rotations(epoch: Any, since: Floats) -> Floats:
-    """Return the matrices (M, 3, 3) from the frame of the Earth to the axes of the ICRF, from tables that are at hand."""
+    """Return the matrices (M, 3, 3) from the frame of the Earth to the axes of the ICRF, by tables that are at hand."""
     with need("observing", "a station on the Earth"):
         from astropy import units as u
         from astropy.coordinates import EarthLocation

@@ -51,8 +51,8 @@ class StellarOccultation(PredictedChords):
     A body hides the star as for :func:`occultation_chords`. Residuals are observed minus predicted times. If the
     predicted chord is shorter than a quarter of the observed one, or than twice the standard error, half its duration
     is continued linearly in its square, also where the body misses the station, so that a fit finds its way back.
-    A miss has the residual zero unless a body hides the star in the watched interval; then it is minus the time in which the
-    line of sight would leave the body by the shortest way.
+    A miss has the residual zero unless a body hides the star in the watched interval; then it is minus the time in
+    which the line of sight would leave the body by the shortest way.
 
     Predicted times are not linear in the offset. It is found at the least chi2 for each run, by iterations that
     integrate nothing, and the predictions are linear about it. With one chord, the body may be on either side of it.
@@ -154,5 +154,4 @@ class StellarOccultation(PredictedChords):
         run : Run
             A run as for :meth:`predict`.
         """
-        solution = self._solution(run.system, self._states(run), None)
-        return tuple(run.context.names[body] for body in solution.chosen)
+        return tuple(run.context.names[body] for body in self.solution(run).chosen)

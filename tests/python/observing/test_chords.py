@@ -1,4 +1,4 @@
-"""Chords of stellar occultations: 40-digit arithmetic, outlines in closed form, stations on the Earth, what is refused."""
+"""Chords of stellar occultations: 40-digit arithmetic, outlines in closed form, stations on the Earth, refusals."""
 
 import astropy.units as u
 import fullbody
@@ -138,7 +138,7 @@ def test_a_body_hides_the_star_from_where_it_was_when_the_light_passed():
 
 @pytest.fixture(scope="module")
 def asteroid():
-    """An asteroid that passes before a star as seen from the Earth: path, star, radius, and the geometry from its centre.
+    """An asteroid that passes before a star: its path, the star, and the geometry from the centre of the Earth.
 
     Its motion is even with respect to the barycentre of the solar system, 18 km/s, and it comes near the line from the
     Earth to the star within the span.

@@ -181,7 +181,6 @@ def test_a_fine_polyhedron_has_the_contacts_of_its_sphere():
 
 
 def test_a_fit_finds_radius_and_offset():
-    star, stations, geometry, _, _ = tilted(HEIGHTS)
     data, _ = simulated(fullbody.Sphere(50.0), displaced=(3.0, 2.0))
 
     def setup(radius):
