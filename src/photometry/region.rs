@@ -104,6 +104,21 @@ impl Region {
         self.pieces().map(area).sum()
     }
 
+    /// Returns the share of the triangle that is left and its centroid, in shares of the triangle's first two sides.
+    pub fn centroid(&self) -> (f64, [f64; 2]) {
+        let (mut share, mut moment) = (0.0, [0.0; 2]);
+        for corners in self.pieces() {
+            for k in 2..corners.len() {
+                let triangle = [corners[0].at, corners[k - 1].at, corners[k].at];
+                let size = cross(triangle[0], triangle[1], triangle[2]);
+                share += size;
+                moment =
+                    [0, 1].map(|i| moment[i] + size * triangle.iter().map(|at| at[i]).sum::<f64>() / 3.0);
+            }
+        }
+        (share, if share > 0.0 { moment.map(|sum| sum / share) } else { [1.0 / 3.0; 2] })
+    }
+
     /// Takes a polygon of three or four corners away, which is convex but for rounding, of either orientation.
     pub fn subtract(&mut self, mut polygon: &mut [Corner]) {
         let size = area(polygon);
