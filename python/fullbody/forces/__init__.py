@@ -11,6 +11,7 @@ body's gravity, so that the force on a body is the difference between its gravit
 from __future__ import annotations
 
 from ..model.force import Force
+from .binary_yarkovsky import BinaryYarkovsky
 from .coefficients import RadiationCoefficients, radiation_coefficients
 from .function import Function
 from .radiation import Byorp, Yorp, solar_pressure
@@ -18,6 +19,7 @@ from .third_body import ThirdBody
 from .tide import Tide, lag_from_quality_factor
 
 __all__ = [
+    "BinaryYarkovsky",
     "Byorp",
     "Force",
     "Function",

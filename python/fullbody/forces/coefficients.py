@@ -13,7 +13,7 @@ from ..base.arguments import directions, refuse_mixture, warn_if_degrees
 from ..base.kinds import Number, instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
-from ..base.units import UNITLESS, Units, is_quantity
+from ..base.units import UNITLESS, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.bodies import Body
@@ -70,6 +70,11 @@ class RadiationCoefficients(ArrayFields, Tabled):
     torque_sine: Array
     outwards: int = field(default=1)
 
+    def __repr__(self) -> str:
+        rows, orders = self.force_cosine.shape[:2]
+        radius = number(self.radius, 6)
+        return f"RadiationCoefficients(on={self.on!r}, radius={radius}, order {orders - 1} at {rows} latitudes)"
+
     def spin_torques(self, obliquity: Any = 0.0) -> tuple[Any, Any]:
         """Compute the mean torques along and across the spin for unit pressure, over the rotation and the orbit.
 
@@ -87,8 +92,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
         --------
         >>> import fullbody
         >>> beta = fullbody.systems.kw4(shape="radar")[0]["Beta"]
-        >>> along, across = fullbody.forces.radiation_coefficients(beta).spin_torques([0.0, "90 deg"])
-        >>> (along / beta.shape.volume).round(5), (across / beta.shape.volume).round(5)
+        >>> along, across = fullbody.forces.radiation_coefficients(beta).spin_torques([0.0, 1.0])
+        >>> (along / beta.shape.volume).round(7), (across / beta.shape.volume + 0.0).round(7)
+        (array([8.06e-05, 4.68e-05]), array([0.00e+00, 9.09e-05]))
         """
         angle = _obliquities(obliquity)
         cosine, sine = np.asarray(_plain(self.torque_cosine)), np.asarray(_plain(self.torque_sine))
@@ -101,7 +107,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
         return self._like(along, self.torque_cosine), self._like(across, self.torque_cosine)
 
     def synchronous_force(self, obliquity: Any = 0.0) -> Any:
-        """Compute the mean force (..., 3) in the body frame for unit pressure, over the rotation and the orbit: an area.
+        """Compute the mean force (..., 3) on a synchronous body for unit pressure, an area.
+
+        The mean is over the rotation, which is the orbit round the other body, and over the orbit round the Sun.
 
         Parameters
         ----------
@@ -114,11 +122,12 @@ class RadiationCoefficients(ArrayFields, Tabled):
         >>> beta = fullbody.systems.kw4(shape="radar")[0]["Beta"]
         >>> coefficients = fullbody.forces.radiation_coefficients(beta)
         >>> (coefficients.synchronous_force() / coefficients.radius**2).round(4)
+        array([ 0.0182, -0.0202,  0.0186])
         """
         return self._synchronous(self.force_cosine, obliquity)
 
     def synchronous_torque(self, obliquity: Any = 0.0) -> Any:
-        """Compute the mean torque (..., 3) about the centre of mass, likewise: a volume.
+        """Compute the mean torque (..., 3) about the centre of mass of a synchronous body for unit pressure, a volume.
 
         Examples
         --------
@@ -147,7 +156,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
         --------
         >>> import fullbody
         >>> beta = fullbody.systems.kw4(shape="radar", units=True)[0]["Beta"]
-        >>> fullbody.forces.radiation_coefficients(beta).yorp("1e-5 Pa", rows=5)
+        >>> yorp = fullbody.forces.radiation_coefficients(beta).yorp("1e-5 Pa", rows=5)
+        >>> yorp.along.to("N m").round(3)
+        <Quantity [ 0.04 ,  0.026, -0.055,  0.026,  0.04 ] N m>
         """
         pressure, on = self._pressure(pressure), self._named(on)
         obliquity = np.linspace(0.0, pi, whole(rows, "rows", 4))
@@ -171,7 +182,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
         >>> import fullbody
         >>> system, state = fullbody.systems.kw4(shape="radar", units=True)
         >>> coefficients = fullbody.forces.radiation_coefficients(system["Beta"], towards=(1, 0, 0))
-        >>> coefficients.byorp("Alpha", fullbody.forces.solar_pressure("0.642 au", 0.688))
+        >>> byorp = coefficients.byorp("Alpha", fullbody.forces.solar_pressure("0.642 au", 0.688))
+        >>> byorp.force.to("N").round(4)
+        <Quantity [-0.0141,  0.0156,  0.0144] N>
         """
         pressure, on = self._pressure(pressure), self._named(on)
         angle = UNITLESS.number(obliquity, "angle", "obliquity", _OBLIQUITY)
@@ -264,13 +277,16 @@ def radiation_coefficients(
     >>> import fullbody
     >>> system, state = fullbody.systems.kw4(shape="radar", units=True)
     >>> fullbody.forces.radiation_coefficients(system["Beta"], towards=(1, 0, 0))
+    RadiationCoefficients(on='Beta', radius=0.225504 km, order 4 at 91 latitudes)
     """
     instance(body, "body", Body)
     if (other is None) != (position is None):
         both = f"{other!r} and {position!r}"
         raise InvalidInput(f"other and position are {both}; expected both or neither")
     bodies = [body] if other is None else [body, instance(other, "other", Body)]
-    units = inferred_units({f"{k} {label}": one for k, each in enumerate(bodies) for label, one in each._numbers().items()})
+    units = inferred_units(
+        {f"{k} {label}": one for k, each in enumerate(bodies) for label, one in each._numbers().items()}
+    )
     core, *others = (each._core(units, k) for k, each in enumerate(bodies))
     places = np.zeros((0, 3)) if other is None else units.numbers(position, "length", "position", (3,))[None]
     axes = _principal_axes(core)
@@ -286,7 +302,8 @@ def radiation_coefficients(
     loads = _core.recoil(core, others, places, np.ascontiguousarray(to_sun.reshape(-1, 3)))
     series = [_series(load.reshape(*to_sun.shape) @ axes, order) for load in loads]
     length = units.attach(1.0, "length")
-    force, torque = ((cosine * power, sine * power) for (cosine, sine), power in zip(series, (length**2, length**3)))
+    powers = length**2, length**3
+    force, torque = ((cosine * power, sine * power) for (cosine, sine), power in zip(series, powers, strict=True))
     radius = units.attach(cbrt(0.75 * core.volume / pi), "length")
     return RadiationCoefficients(body.name, radius, latitude, *force, *torque, outwards=-1 if along > 0.0 else 1)
 
@@ -315,7 +332,7 @@ def _directions(latitude: Floats, count: int) -> Floats:
 
 
 def _series(values: Floats, order: int) -> tuple[Floats, Floats]:
-    """Return the coefficients of the cosines and sines of Fourier series over evenly spaced longitudes (K, count, 3)."""
+    """Return the coefficients of cosines and sines of functions (K, count, 3) at evenly spaced longitudes."""
     found = np.fft.rfft(values, axis=1)[:, : order + 1] / values.shape[1]
     found[:, 1:] *= 2.0
     return found.real, -found.imag
