@@ -127,13 +127,13 @@ class BinaryYarkovsky(Force):
         return units.number(f"{seconds!r} s", "time", "thermal time")
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
-        what, dimension = ("lag", "angle") if "lag" in described else ("thermal_time", "time")
+        what, dimension = ("lag", "angle") if described.get("lag") is not None else ("thermal_time", "time")
         shown = number(units.attach(described[what], dimension))
         return f"on {described['on']} about {described['about']}, {what.replace('_', ' ')} {shown}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        given = dict(described)
+        given = {role: value for role, value in described.items() if value is not None}
         if (time := given.pop("thermal_time", None)) is not None:
             seconds = float(strip_to(units.attach(time, "time"), unit_named("s"), "thermal time"))
             surface = (described[role] for role in ("pressure", "albedo", "emissivity"))

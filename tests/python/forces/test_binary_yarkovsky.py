@@ -173,6 +173,22 @@ def test_derivatives_are_those_of_differences(units):
         assert found[:, np.ravel_multi_index(place, (2, 4, 3))] == pytest.approx(expected, abs=1e-7 * size)
 
 
+def test_a_saved_run_has_the_force_with_its_thermal_inertia(tmp_path):
+    system, state = ready("didymos_after_dart", units=True)
+    spin = state.spin * [[1.0], [3.0]]
+    given = {"pressure": "2e-6 Pa", "pole": (0.0569, -0.0172, 0.9982), "name": "H"}
+    for response in ({"thermal_inertia": 320.0}, {"lag": "10 deg"}):
+        forced = system.with_forces([BinaryYarkovsky("Dimorphos", "Didymos", **given, **response)])
+        run = forced.integrate(state.replace(spin=spin), "1 h", output="ends")
+        run.save(tmp_path / "run.nc")
+        again = fullbody.load(tmp_path / "run.nc").system.forces[0]
+        for role in ("thermal_inertia", "lag"):
+            first, second = (getattr(force, role) for force in (forced.forces[0], again))
+            assert (first is None) == (second is None)
+            if first is not None:
+                assert u.Quantity(second).si.value == pytest.approx(u.Quantity(first).si.value, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
