@@ -136,8 +136,8 @@ class BinaryYarkovsky(Force):
         given = {role: value for role, value in described.items() if value is not None}
         if (time := given.pop("thermal_time", None)) is not None:
             seconds = float(strip_to(units.attach(time, "time"), unit_named("s"), "thermal time"))
-            surface = (described[role] for role in ("pressure", "albedo", "emissivity"))
-            given["thermal_inertia"] = sqrt(seconds) * _radiated(*surface, units)
+            pressure, albedo, emissivity = (described[role] for role in ("pressure", "albedo", "emissivity"))
+            given["thermal_inertia"] = sqrt(seconds) * _radiated(pressure, albedo, emissivity, units)
         return super()._of_core(given, units)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cbrt, pi
 from typing import Any, Literal
@@ -219,7 +220,8 @@ class RadiationCoefficients(ArrayFields, Tabled):
         byorp = self.outwards * _plain(self.synchronous_force(angle))[:, 1] / radius**2
         columns = zip(_SHOWN, along, across, byorp, strict=True)
         head = ("obliquity [deg]", "YORP along", "YORP across", "BYORP")
-        rows = [[number(value, 4) for value in row] for row in columns]
+        # Values that are zero by symmetry have no digits.
+        rows: list[Sequence[str]] = [[number(round(float(value), 12) + 0.0, 4) for value in row] for row in columns]
         return (Table(f"Radiation coefficients of {self.on or 'a body'} (quillen_2022)", head, rows),)
 
 
