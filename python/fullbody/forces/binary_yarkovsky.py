@@ -75,12 +75,18 @@ class BinaryYarkovsky(Force):
 
     Examples
     --------
+    The force on Dimorphos if it turned twice in each revolution:
+
     >>> import fullbody
-    >>> from astropy import units as u
     >>> system, state = fullbody.systems.didymos_after_dart(units=True)
-    >>> primary, secondary = system.names
-    >>> pressure = fullbody.forces.solar_pressure("1.644 au", 0.384)
-    >>> heat = fullbody.forces.BinaryYarkovsky(secondary, primary, pressure=pressure, thermal_inertia=320.0)
+    >>> pressure, pole = fullbody.forces.solar_pressure("1.644 au", 0.384), (0.0569, -0.0172, 0.9982)
+    >>> heat = fullbody.forces.BinaryYarkovsky(
+    ...     "Dimorphos", "Didymos", pressure=pressure, thermal_inertia=320.0, pole=pole, name="heat"
+    ... )
+    >>> state = state.replace(spin=state.spin * [[1.0], [2.0]])
+    >>> force = system.with_force(heat).loads(state)["heat"].force[1]
+    >>> (force @ force).to("mN2").round(4)
+    <Quantity 0.0249 mN2>
     """
 
     _called = "binary Yarkovsky on"

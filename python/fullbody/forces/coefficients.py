@@ -94,7 +94,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         >>> import fullbody
         >>> beta = fullbody.systems.kw4(shape="radar")[0]["Beta"]
         >>> along, across = fullbody.forces.radiation_coefficients(beta).spin_torques([0.0, 1.0])
-        >>> (along / beta.shape.volume).round(7), (across / beta.shape.volume + 0.0).round(7)
+        >>> (along / beta.shape.volume).round(7), abs(across / beta.shape.volume).round(7)
         (array([8.06e-05, 4.68e-05]), array([0.00e+00, 9.09e-05]))
         """
         angle = _obliquities(obliquity)
@@ -159,7 +159,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         >>> beta = fullbody.systems.kw4(shape="radar", units=True)[0]["Beta"]
         >>> yorp = fullbody.forces.radiation_coefficients(beta).yorp("1e-5 Pa", rows=5)
         >>> yorp.along.to("N m").round(3)
-        <Quantity [ 0.04 ,  0.026, -0.055,  0.026,  0.04 ] N m>
+        <Quantity [ 0.039,  0.04 , -0.055,  0.04 ,  0.039] N m>
         """
         pressure, on = self._pressure(pressure), self._named(on)
         obliquity = np.linspace(0.0, pi, whole(rows, "rows", 4))

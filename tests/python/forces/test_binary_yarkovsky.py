@@ -173,6 +173,17 @@ def test_derivatives_are_those_of_differences(units):
         assert found[:, np.ravel_multi_index(place, (2, 4, 3))] == pytest.approx(expected, abs=1e-7 * size)
 
 
+def test_a_sensitivity_is_that_of_the_pressure():
+    system, state, n = pair(2.5)
+    runs = {}
+    for pressure in (0.99e-3, 1e-3, 1.01e-3):
+        forced = system.with_forces([heat(pressure=pressure)])
+        runs[pressure] = forced.integrate(state, 10.0, output="ends", derivatives=["factor of H"])
+    found = runs[1e-3].sensitivity["factor of H"][-1][12:15]
+    expected = (runs[1.01e-3].position[-1, 1] - runs[0.99e-3].position[-1, 1]) / 0.02
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
 def test_a_saved_run_has_the_force_with_its_thermal_inertia(tmp_path):
     system, state = ready("didymos_after_dart", units=True)
     spin = state.spin * [[1.0], [3.0]]

@@ -146,7 +146,7 @@ def test_the_shadow_of_the_primary_takes_the_force_behind_it():
 
 
 def test_the_radar_shape_of_1999_kw4_gives_the_drift_that_mcmahon_and_scheeres_predict():
-    """They predict 7 cm a year at the obliquity of the orbit; the observed drift of -0.65 deg/yr^2 has the same sign."""
+    """They predict 7 cm a year; the observed drift of the mean anomaly, -0.65 deg/yr^2, has the same sign."""
     system, state = ready("kw4", shape="radar", units=True)
     byorp = beta(towards=(1, 0, 0)).byorp("Alpha", solar_pressure("0.642 au", 0.688), obliquity="168 deg")
     force = system.with_force(byorp).loads(state)["BYORP on Beta"].force[1, 1]
