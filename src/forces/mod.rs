@@ -10,6 +10,7 @@
 //! the effect of a third body is thus the difference of its attractions on a body and on the nominal
 //! barycentre.
 
+mod binary_yarkovsky;
 mod byorp;
 mod evaluator;
 mod force;
@@ -26,6 +27,7 @@ mod third_body;
 mod tide;
 mod yorp;
 
+pub use binary_yarkovsky::BinaryYarkovsky;
 pub use byorp::Byorp;
 pub use force::Force;
 #[doc(hidden)]
