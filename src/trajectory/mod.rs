@@ -5,6 +5,7 @@
 //! meet.
 
 mod approach;
+#[cfg(feature = "archives")]
 mod archive;
 mod chaos;
 mod checkpoint;
@@ -23,6 +24,7 @@ mod simulation;
 mod switching;
 mod tangent;
 
+#[cfg(feature = "archives")]
 #[doc(hidden)]
 pub use archive::{ARCHIVE_FORMAT, SimulationDescription};
 #[doc(hidden)]
