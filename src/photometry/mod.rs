@@ -16,6 +16,7 @@ mod lune;
 mod mesh;
 mod outline;
 mod photometer;
+#[cfg(feature = "threads")]
 mod recoil;
 mod region;
 mod rule;
@@ -34,6 +35,7 @@ pub(crate) use snapshot::Snapshot;
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
 pub use photometer::Photometer;
+#[cfg(feature = "threads")]
 pub use recoil::recoil;
 pub use scene::Surface;
 pub use snapshot::View;
