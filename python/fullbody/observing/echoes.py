@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import _core
 from ..base.kinds import flag, instance
-from ..base.limits import FINITE, POSITIVE, Limits
+from ..base.limits import FINITE, Limits
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..model.context import SystemLike
@@ -54,15 +54,13 @@ class RadarOptions:
         flag(self.mutual, "mutual")
         response.check(self.frequency_response, self.delay_response)
         if self.transmitter is not None:
-            instance(
-                self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for that of the receiver"
-            )
+            instance(self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for one antenna")
         for law in self.law.values() if isinstance(self.law, dict) else [self.law]:
             instance(law, "law", RadarLaw, "a radar scattering law such as observing.Cosine(), or a dict of them")
 
 
 def edges_of(given: Any, dimension: str, what: str, system: SystemLike) -> Floats:
-    """Return the edges of bins in a system's units, after checking that there are two or more and that they increase."""
+    """Return the edges of bins in a system's units, after checking that there are two or more, which increase."""
     edges = system.context.units.numbers(given, dimension, what, ("E",), FINITE)
     if len(edges) < 2:
         raise InvalidInput(f"{what} has {len(edges)} values; expected the edges of bins, two or more")
@@ -173,8 +171,8 @@ class EchoModel:
 def _ways(
     local: SystemGeometry, times: Floats, vector: Floats, centre: Floats, velocity: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return for bodies (K, N) the length of the way to an antenna minus that from the barycentre, the rate of change of
-    this difference, the unit vectors to the antenna, and their rates of change.
+    """Return for bodies (K, N) the length of the way to an antenna minus that from the barycentre, the rate of change
+    of this difference, the unit vectors to the antenna, and their rates of change.
     """
     from_barycentre, moving = vector[:, None], local.observer_velocity(times)[:, None]
     far = np.linalg.norm(from_barycentre, axis=-1)

@@ -39,8 +39,8 @@ class RadarSpectrum(RadarEchoes):
     frequency_offset : float or Quantity
         The frequency that is added to the prediction. A fit frees it with a function that makes the data of it.
     looks : float, optional
-        The number of independent spectra whose mean a row is. With it the error of a bin is that of the noise, ``sigma``,
-        plus the observed echo over the square root of the looks, since an echo is noise as well.
+        The number of independent spectra whose mean a row is. With it the error of a bin is that of the noise,
+        ``sigma``, plus the observed echo over the square root of the looks, since an echo is noise as well.
     polarization : str, optional
         A label, such as "OC" for the opposite sense of circular polarization and "SC" for the same sense.
 
