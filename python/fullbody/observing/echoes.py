@@ -107,10 +107,13 @@ class EchoModel:
             options.transmit_frequency, "rate", "transmit_frequency", limits
         )
         self.light_speed = LIGHT_SPEED / km * second
-        locals_ = [local_geometry(geometry, system)]
-        if options.transmitter is not None:
-            locals_.append(local_geometry(options.transmitter, system))
-        self._antennas: list[SystemGeometry] = locals_
+        antennas = [geometry] if options.transmitter is None else [geometry, options.transmitter]
+        self._antennas: list[SystemGeometry] = [local_geometry(antenna, system) for antenna in antennas]
+        if len({local.distant for local in self._antennas}) > 1:
+            raise InvalidInput(
+                "one of the geometries of receiver and transmitter has directions only, plain numbers without light "
+                "time; expected distances of both, or directions of both"
+            )
         laws = by_name(options.law, names, "law")
         described = [law._describe() for law in laws]
         self._core = _core.Radar(list(system.context.bodies), described, options.mutual)

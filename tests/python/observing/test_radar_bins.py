@@ -163,6 +163,7 @@ REFUSED = [
     ("law has none for 'B'", {"law": {"A": observing.Cosine()}}),
     ("frequency_response is 'boxcar'", {"frequency_response": "boxcar"}),
     ("transmitter is 3", {"transmitter": 3}),
+    ("expected distances of both, or directions of both", {"transmitter": near(1e6)}),
     ("transmitter as seen from A", {"transmitter": at_rest([-1.0, 0.0, 0.0])}),
     ("exposure is -1", {"exposure": -1.0}),
     ("per_body is 1", {"per_body": 1}),
