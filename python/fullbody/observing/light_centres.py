@@ -190,7 +190,7 @@ def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epoc
     if kind == 0:
         position = epochs.position.copy()
         position[:, body, axis] += step
-        return epochs._replace(position=position)
+        return Epochs(epochs.times, position, *epochs[2:])
     attitude = epochs.attitude.copy()
     attitude[:, body] = rotations.products(attitude[:, body], rotations.of_vectors(step * np.eye(3)[axis]))
-    return epochs._replace(attitude=attitude)
+    return Epochs(*epochs[:2], attitude, *epochs[3:])
