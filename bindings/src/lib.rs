@@ -9,6 +9,7 @@ mod errors;
 mod events;
 mod forces;
 mod gravity;
+mod harmonics;
 mod listening;
 mod orbits;
 mod particles;
@@ -33,6 +34,8 @@ mod _core {
     use super::forces::check_force;
     #[pymodule_export]
     use super::gravity::PyAttraction;
+    #[pymodule_export]
+    use super::harmonics::solid_harmonics;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]

@@ -144,19 +144,21 @@ impl PyPhotometer {
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
     /// vectors and semi-axes of each body, its derivatives (K, N, 2, 3) with respect to the unit vectors to
     /// the observer and to the Sun, and on demand for each body those with respect to its vertices, (K, N, V,
-    /// 3), with V zero for a body that is no polyhedron.
+    /// 3), with V zero for a body that is no polyhedron, and with respect to the areas of its facets, (K, N, F),
+    /// with F zero for a body that is not known by these.
     fn partials<'py>(
         &self,
         py: Python<'py>,
         epochs: Epochs<'py>,
         by_vertex: bool,
-    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>)> {
+    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>)> {
         let count = self.inner.bodies().len();
         let epoch_data = epochs.take(count)?;
         let views = epoch_data.views(count);
         let all = listening(py, |interrupt| self.inner.partials_in(&views, by_vertex, interrupt))?;
         let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());
         let mut vertices = vec![Vec::new(); if by_vertex { count } else { 0 }];
+        let mut areas = vertices.clone();
         for (value, partials) in all {
             brightness.push(value);
             for by in partials.by_body {
@@ -166,17 +168,23 @@ impl PyPhotometer {
             for (all, by) in vertices.iter_mut().zip(partials.by_vertex) {
                 all.extend(by.iter().flat_map(|v| [v.x, v.y, v.z]));
             }
+            areas.iter_mut().zip(partials.by_area).for_each(|(all, by)| all.extend(by));
         }
         let times = epoch_data.times.len();
         let of_body = |by: Vec<f64>| {
             let corners = by.len() / (3 * count * times).max(1);
             array(py, by, &[times, count, corners, 3])
         };
+        let of_areas = |by: Vec<f64>| {
+            let facets = by.len() / (count * times).max(1);
+            array(py, by, &[times, count, facets])
+        };
         Ok((
             array(py, brightness, &[times, count])?,
             array(py, by_body, &[times, count, count, 9])?,
             array(py, by_direction, &[times, count, 2, 3])?,
             vertices.into_iter().map(of_body).collect::<Result<_>>()?,
+            areas.into_iter().map(of_areas).collect::<Result<_>>()?,
         ))
     }
 }

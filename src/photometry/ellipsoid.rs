@@ -57,6 +57,8 @@ pub struct Partials {
     /// Derivatives with respect to the vertices of each body that is one polyhedron, in its frame, if these
     /// were asked for; otherwise empty.
     pub by_vertex: Vec<Vec<Vec3>>,
+    /// Likewise derivatives with respect to the areas of the facets of each body that is known by these.
+    pub by_area: Vec<Vec<f64>>,
 }
 
 /// An ellipsoid in sunlight, with the outlines of what hides light from it.

@@ -1,6 +1,7 @@
 //! The brightness of a body by the facets of its parts, and its derivatives with respect to poses, vertices and
 //! directions.
 
+use super::convex::ConvexBody;
 use super::ellipsoid::{Lit, Partials};
 use super::facets::{FacetedPart, SurfaceLight};
 use super::mesh::Mesh;
@@ -14,9 +15,11 @@ pub struct FacetedBody<'a> {
     pub surface: SurfaceLight<'a>,
 }
 
-/// A body in sunlight: an ellipsoid about its centre of mass, or a body of any other shape.
+/// A body in sunlight: an ellipsoid about its centre of mass, a convex body that is known by the areas of its
+/// facets, or a body of any other shape.
 pub enum Target<'a> {
     Ellipsoid(Lit<'a>),
+    Convex(ConvexBody<'a>),
     Facets(FacetedBody<'a>),
 }
 
@@ -26,6 +29,11 @@ impl Target<'_> {
     pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         match self {
             Self::Ellipsoid(lit) => lit.light(interrupt),
+            Self::Convex(body) => {
+                let mut all = [0.0; W];
+                all[0] = body.brightness(interrupt)?;
+                Ok(all)
+            }
             Self::Facets(body) => body.parts.iter().try_fold([0.0; W], |mut sums, part| {
                 let mut light = part.light::<W>(&body.surface, interrupt)?;
                 if let [brightness, x, y, z] = &mut light[..] {
@@ -43,6 +51,7 @@ impl Target<'_> {
     pub fn partials(&self, partials: &mut Partials, interrupt: &mut InterruptCheck) -> Result<f64> {
         match self {
             Self::Ellipsoid(lit) => lit.partials(partials, interrupt),
+            Self::Convex(body) => body.partials(partials, interrupt),
             Self::Facets(body) => body.parts.iter().try_fold(0.0, |sum, part| {
                 let (brightness, gradient) = part.partials(&body.surface, interrupt)?;
                 add(partials, part.mesh, &part.rotation, 1.0, &gradient.own);

@@ -72,6 +72,32 @@ pub struct SurfaceLight<'a> {
     pub time: f64,
 }
 
+impl SurfaceLight<'_> {
+    /// Returns the brightness of a facet per area at its cosines of emission and incidence; `aside` is the
+    /// component of its normal along e x s.
+    #[inline]
+    pub fn per_area(&self, index: usize, [mu, mu0]: [f64; 2], aside: f64) -> f64 {
+        let albedo = self.albedo.get(index).unwrap_or(&self.albedo[0]);
+        mu * mu0 / (mu + mu0) * self.scattering.factor(mu, mu0, aside) * albedo
+    }
+
+    /// Returns the brightness of a facet of a smooth surface per area, and its derivatives with respect to the
+    /// cosines of emission and incidence and to the phase angle.
+    #[inline]
+    pub fn per_area_with_partials(&self, index: usize, [mu, mu0]: [f64; 2]) -> [f64; 4] {
+        let albedo = self.albedo.get(index).unwrap_or(&self.albedo[0]);
+        let [factor, by_mu, by_mu0, phase] =
+            self.scattering.factor_with_partials(mu, mu0).map(|value| value * albedo);
+        let (plain, [share, share0]) = (mu * mu0 / (mu + mu0), [mu0, mu].map(|x| x / (mu + mu0)));
+        [
+            plain * factor,
+            share * share * factor + plain * by_mu,
+            share0 * share0 * factor + plain * by_mu0,
+            plain * phase,
+        ]
+    }
+}
+
 impl Occluder<'_> {
     /// Returns what the facets hide of a triangle, and sets the edges of the region; their lines are counted from
     /// `line`.
@@ -189,9 +215,7 @@ impl FacetedPart<'_> {
             if mu0 <= 0.0 {
                 continue;
             }
-            let factor = surface.scattering.factor(mu, mu0, across.dot(&facet.normal));
-            let albedo = surface.albedo.get(index).unwrap_or(&surface.albedo[0]);
-            let brightness = mu * mu0 / (mu + mu0) * factor * facet.area * albedo;
+            let brightness = surface.per_area(index, [mu, mu0], across.dot(&facet.normal)) * facet.area;
             let partly = self.leave(facet, Some((index, [mu, mu0])), &mut region);
             if partly {
                 interrupt.charge(WORK, surface.time)?;

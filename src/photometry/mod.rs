@@ -5,6 +5,7 @@
 //! over the visible and illuminated surface, times the albedo, in squared length. Ellipsoids are exact to
 //! round-off; other shapes are represented by their facets.
 
+mod convex;
 mod ellipsoid;
 mod facet_gradient;
 mod faceted;

@@ -88,8 +88,16 @@ impl Photometer {
     /// elements times the vectors to them from the body's centre, inertial, in cubed length.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::brightness`].
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body of facets whose places are
+    /// not known.
     pub fn moments_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Vec3)>> {
+        if let Some(body) = self.scene.bodies.iter().find(|body| body.facets().is_some()) {
+            return Err(Error::invalid(
+                format!("shape of {}", body.name),
+                "areas of facets without places, which have no centre of light",
+                "an ellipsoid, a polyhedron or a composite of these",
+            ));
+        }
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |sum: &mut Vec3,
                       target: &Target<'_>,
@@ -115,7 +123,7 @@ impl Photometer {
     }
 
     /// Returns the brightness of each body in each view, with its derivatives; those with respect to vertices
-    /// only on demand.
+    /// and to areas of facets only on demand.
     ///
     /// # Errors
     /// Returns the errors of [`Self::partials`].
@@ -146,9 +154,12 @@ impl Photometer {
             _ => 0,
         };
         let counts: Vec<usize> = bodies.iter().filter(|_| by_vertex).map(vertices).collect();
+        let areas = |body: &Body| body.facets().map_or(0, |facets| facets.areas().len());
+        let areas: Vec<usize> = bodies.iter().filter(|_| by_vertex).map(areas).collect();
         let none = || Partials {
             by_body: vec![ByBody::default(); bodies.len()],
             by_vertex: counts.iter().map(|count| vec![Vec3::zeros(); *count]).collect(),
+            by_area: areas.iter().map(|count| vec![0.0; *count]).collect(),
             ..Partials::default()
         };
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
@@ -188,6 +199,9 @@ impl Photometer {
         }
         let work: u64 = self.scene.surfaces.iter().map(|surface| work(surface, self.scene.hides())).sum();
         let work = work + self.scene.meshes.iter().map(|mesh| WORK * mesh.facets.len() as u64).sum::<u64>();
+        let areas =
+            self.scene.bodies.iter().filter_map(Body::facets).map(|facets| facets.areas().len() as u64);
+        let work = work + areas.sum::<u64>();
         let work = self.scene.sun.len() as u64 * work.max(1);
         let threads = rayon::current_num_threads();
         if threads == 1 || views.len() == 1 || work > 5 * UNITS {

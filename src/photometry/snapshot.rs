@@ -1,16 +1,17 @@
 //! Bodies at one epoch: which of them hide light from which, and the light of each.
 
+use super::convex::ConvexBody;
 use super::ellipsoid::{Lit, Partials, Placed};
 use super::faceted::{FacetedBody, Target};
 use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
 use super::outline::Light;
-use super::scene::Scene;
+use super::scene::{Scene, Surface};
 use super::silhouette::Silhouette;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
-use crate::shape::{Proximity, across_separating_plane};
+use crate::shape::{Facets, Proximity, across_separating_plane};
 
 /// Units of work of one ellipsoid, beside those of the integrals.
 pub const WORK: u64 = 10;
@@ -166,7 +167,9 @@ impl<'a> Snapshot<'a> {
             let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in suns {
                 interrupt.charge(WORK, self.view.time)?;
-                let (target, factor) = if self.needs_facets(index, directions) {
+                let (target, factor) = if let Some(facets) = bodies[index].facets() {
+                    (Target::Convex(self.convex(index, facets, directions)), *weight)
+                } else if self.needs_facets(index, directions) {
                     (Target::Facets(self.faceted(index, directions, interrupt)?), *weight)
                 } else {
                     let (placed, time) = (&self.placed[index], self.view.time);
@@ -254,6 +257,20 @@ impl<'a> Snapshot<'a> {
                 || self.others(body, directions).any(|other| semi_axes[other].is_none()))
     }
 
+    /// Returns the surface of a body in light from these directions.
+    fn surface(&self, body: usize, [e, s]: &[Vec3; 2]) -> SurfaceLight<'a> {
+        let Surface { law, albedo } = &self.scene.surfaces[body];
+        let scattering = law.at(e.cross(s).norm().atan2(e.dot(s)));
+        SurfaceLight { law, scattering, albedo, time: self.view.time }
+    }
+
+    /// Returns a convex body in sunlight by the areas of its facets.
+    fn convex(&self, body: usize, facets: &'a Facets, directions: &[Vec3; 2]) -> ConvexBody<'a> {
+        let rotation = self.placed[body].rotation;
+        let lights = directions.map(|direction| rotation.tr_mul(&direction));
+        ConvexBody { body, facets, surface: self.surface(body, directions), rotation, lights }
+    }
+
     /// Returns a body in sunlight by its facets.
     fn faceted(
         &self,
@@ -261,11 +278,8 @@ impl<'a> Snapshot<'a> {
         directions: &[Vec3; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<FacetedBody<'a>> {
-        let Scene { surfaces, meshes, .. } = self.scene;
-        let [e, s] = directions;
-        let law = &surfaces[body].law;
-        let scattering = law.at(e.cross(s).norm().atan2(e.dot(s)));
-        let surface = SurfaceLight { law, scattering, albedo: &surfaces[body].albedo, time: self.view.time };
+        let Scene { meshes, .. } = self.scene;
+        let surface = self.surface(body, directions);
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
         let part = |mesh: &'a Mesh| {
             let rotation = self.placed[body].rotation * mesh.pose.1;
@@ -363,6 +377,9 @@ impl Partials {
             sum.semi_axes += by.semi_axes * factor;
         }
         for (sums, by) in self.by_vertex.iter_mut().zip(&part.by_vertex) {
+            sums.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * factor);
+        }
+        for (sums, by) in self.by_area.iter_mut().zip(&part.by_area) {
             sums.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * factor);
         }
         for k in 0..2 {

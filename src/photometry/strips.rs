@@ -38,8 +38,10 @@ pub struct StripMoments {
 type End = (Longitude, Option<(usize, bool)>);
 
 /// The distance from the ends of an interval of heights at which the order of the outlines' ends is looked
-/// at, as a share of the interval, and the largest number of intervals that are divided.
+/// at, as a share of the interval; the least such distance, since the error of a break would otherwise divide
+/// a narrow interval again and again; and the largest number of intervals that are divided.
 const NEXT: f64 = 1e-11;
+const LEAST: f64 = 8.0 * f64::EPSILON;
 const DIVISIONS: usize = 24;
 
 /// The tolerance of an integral over the height, in those of the integrals along parallels, whose errors are
@@ -83,7 +85,8 @@ impl Strips<'_> {
             let within = |share: f64| low + share * (high - low);
             let middle = within(0.5);
             let expected = self.order(middle, &mut covered);
-            let ends = [within(NEXT), within(1.0 - NEXT)];
+            let next = NEXT.max(LEAST / (high - low)).min(0.5);
+            let ends = [within(next), within(1.0 - next)];
             let other = ends.into_iter().find(|end| self.order(*end, &mut covered) != expected);
             match other.filter(|_| divisions > 0) {
                 Some(end) => {

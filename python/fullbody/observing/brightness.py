@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
+from ..model.surface import Deformation
 from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
@@ -45,6 +47,9 @@ class BrightnessDerivatives(ArrayFields):
     vertices : tuple of N ndarrays or Quantities, (N, V, 3)
         For each body the derivatives of the brightness of all bodies with respect to its V vertices, as vectors of the
         body frame, not of ``Body.working_frame``; the frame stays where it is. V is zero without a polyhedron.
+    areas : tuple of N ndarrays, (N, F)
+        For each body the derivatives of the brightness of all bodies with respect to the areas of its F facets. F is
+        zero without a :class:`fullbody.ConvexShape`.
     """
 
     brightness: Any
@@ -55,6 +60,19 @@ class BrightnessDerivatives(ArrayFields):
     to_observer: Any
     to_sun: Any
     vertices: tuple[Any, ...] = ()
+    areas: tuple[Any, ...] = ()
+
+    def along(self, deformations: Sequence[Deformation]) -> Floats:
+        """Return the derivatives (K, D) of the brightness of all bodies together along D deformations, at K epochs."""
+        found = np.zeros((len(self.brightness), len(deformations)))
+        for body, pair in enumerate(zip(self.vertices, self.areas, strict=True)):
+            for partials, kind in zip(pair, ("vertices", "areas"), strict=True):
+                moving = [(d, one[body]) for d, one in enumerate(deformations) if body in one]
+                if moving and partials.size:
+                    places, displacements = zip(*moving, strict=True)
+                    columns = np.stack([getattr(one, kind).ravel() for one in displacements], axis=1)
+                    found[:, places] += partials.sum(axis=1).reshape(len(found), -1) @ columns
+        return found
 
 
 class Epochs(NamedTuple):
@@ -160,11 +178,11 @@ class Photometer:
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)
 
     def derivatives(self, epochs: Epochs, vertices: bool = False) -> BrightnessDerivatives:
-        """Return the brightness with its derivatives, each with a first axis of K epochs; by vertices only on demand.
+        """Return the brightness with its derivatives, each with a first axis of K epochs; on demand by vertices too.
 
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
-        plain, bodies, light, by_vertex = self._core.partials(epochs.core(), vertices)
+        plain, bodies, light, by_vertex, by_area = self._core.partials(epochs.core(), vertices)
         ways = epochs.ways()
         angle = _phase_angle(*ways)
         factor = self._by_law(angle)
@@ -197,6 +215,7 @@ class Photometer:
             light[:, :, 0],
             light[:, :, 1],
             tuple(one * whole[..., None, None] for one in by_vertex),
+            tuple(one * whole[..., None] for one in by_area),
         )
 
 
@@ -320,9 +339,10 @@ def brightness_derivatives(
     values = {
         name: attach(getattr(found, name)[0], dimensions.get(name, "area"))
         for name in BrightnessDerivatives.__dataclass_fields__
-        if name != "vertices"
+        if name not in ("vertices", "areas")
     }
-    return BrightnessDerivatives(**values, vertices=tuple(attach(one[0], "length") for one in found.vertices))
+    by_vertex, by_area = (attach(one[0], "length") for one in found.vertices), (one[0] for one in found.areas)
+    return BrightnessDerivatives(**values, vertices=tuple(by_vertex), areas=tuple(by_area))
 
 
 def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:

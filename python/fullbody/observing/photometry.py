@@ -274,10 +274,12 @@ class Photometry(SunlitObservations):
     ) -> tuple[Floats, dict[str, Floats]]:
         """Return derivatives (K, 1, 12 N) of the predictions with respect to the states, and (K, 1) by parameters.
 
-        The photometer gives the derivatives with respect to poses and semi-axes.
+        The photometer gives the derivatives with respect to poses, semi-axes and surfaces.
         """
         retarded = self._retarded(system, states)
-        result = self._photometer(system).derivatives(self._epochs(system, states, retarded))
+        known = system.context.deformations
+        deformations = {name: known[name] for name in parameters if name in known}
+        result = self._photometer(system).derivatives(self._epochs(system, states, retarded), bool(deformations))
         factor = -2.5 / np.log(10.0) / self._total(result.brightness)
         position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
         by_state, by_mass = by_states(system, states, retarded, position, rotation)
@@ -287,6 +289,9 @@ class Photometry(SunlitObservations):
             for k, axis in enumerate("abc")
         }
         axes |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
+        if deformations:
+            by_surfaces = factor[:, None] * result.along(list(deformations.values()))
+            axes |= {name: by_surfaces[:, [d]] for d, name in enumerate(deformations)}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return by_state[:, None], direct
 

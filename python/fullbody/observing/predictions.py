@@ -164,7 +164,8 @@ class Predictions:
             masses = system.context.masses.astype(np.complex128)
             masses[system.context.names.index(body)] += 1j * _STEP
             return np.asarray(self._model(system, states, masses).imag / _STEP)
-        if kind.startswith("semi-axis") and not self._depends_on_figures():
+        of_figure = kind.startswith("semi-axis") or parameter in system.context.deformations
+        if of_figure and not self._depends_on_figures():
             return np.zeros(self._observed(system).shape)
         step = _SHARE * system.context.natural_size(parameter)
         prediction = self._model(system, states)
