@@ -17,6 +17,7 @@ from ._style import RunPlots, check_body, escaped, joined
 from .curves import angles, elements, energy, libration, light_curve, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
 from .scene import orbit, scene
+from .telescope import sky
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
@@ -123,8 +124,8 @@ class Plots(RunPlots):
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
-    <plots of 11 samples: angles, elements, energy, libration, light_curve, orbit, scene, spins, work; call it for a
-    summary>
+    <plots of 11 samples: angles, elements, energy, libration, light_curve, orbit, scene, sky, spins, work; call it for
+    a summary>
     """
 
     __slots__ = ()
@@ -136,6 +137,7 @@ class Plots(RunPlots):
     light_curve = light_curve
     orbit = orbit
     scene = scene
+    sky = sky
     spins = spins
     work = work
     __call__ = summary
