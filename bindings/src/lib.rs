@@ -15,6 +15,7 @@ mod orbits;
 mod particles;
 mod photometry;
 mod polyhedra;
+mod radar;
 mod stokes;
 mod rotations;
 mod runs;
@@ -46,6 +47,8 @@ mod _core {
     use super::photometry::PyPhotometer;
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
+    #[pymodule_export]
+    use super::radar::PyRadar;
     #[pymodule_export]
     use super::rotations::{quaternion_of_tait_bryan, quaternion_product, rotation_matrices};
     #[pymodule_export]

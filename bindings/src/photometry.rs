@@ -43,7 +43,7 @@ pub struct PyPhotometer {
 /// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
 /// 3), velocities over that of light (K N, 3), or none of them, and whether observer and Sun are distant.
 #[derive(FromPyObject)]
-struct Epochs<'py>(
+pub struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
@@ -54,8 +54,8 @@ struct Epochs<'py>(
 );
 
 /// The epochs in the core's types.
-struct EpochData {
-    times: Vec<f64>,
+pub struct EpochData {
+    pub times: Vec<f64>,
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
     directions: [Vec<Vec3>; 2],
@@ -64,7 +64,7 @@ struct EpochData {
 }
 
 impl Epochs<'_> {
-    fn take(&self, bodies: usize) -> Result<EpochData, Error> {
+    pub fn take(&self, bodies: usize) -> Result<EpochData, Error> {
         let times = self.0.as_array().to_vec();
         let epoch_data = EpochData {
             positions: vectors("position", &self.1)?,
@@ -93,7 +93,7 @@ impl Epochs<'_> {
 }
 
 impl EpochData {
-    fn views(&self, bodies: usize) -> Vec<View<'_>> {
+    pub fn views(&self, bodies: usize) -> Vec<View<'_>> {
         let view = |(k, time): (usize, &f64)| View {
             time: *time,
             position: &self.positions[k * bodies..(k + 1) * bodies],

@@ -19,6 +19,7 @@ __all__ = [
     "Dense",
     "Photometer",
     "Polyhedron",
+    "Radar",
     "Simulation",
     "State",
     "StokesCoefficients",
@@ -71,6 +72,8 @@ class Body:
     @property
     def mass(self) -> float: ...
     @property
+    def circumradius(self) -> float: ...
+    @property
     def volume(self) -> float: ...
     @property
     def semi_axes(self) -> tuple[float, float, float]: ...
@@ -122,6 +125,13 @@ class Polyhedron:
     def inertia_per_mass(self) -> _Array: ...
     @property
     def circumradius(self) -> float: ...
+
+@final
+class Radar:
+    def __new__(cls, bodies: list[Body], laws: list[tuple[str, float, float, float]], mutual: bool) -> Radar: ...
+    def echo(
+        self, epochs: _Epochs, at_centre: _Array, gradients: _Array, frequencies: list[float], delays: list[float]
+    ) -> _Array: ...
 
 @final
 class StokesCoefficients:

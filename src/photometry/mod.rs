@@ -23,6 +23,13 @@ mod silhouette;
 mod snapshot;
 mod strips;
 
+pub(crate) use facets::FacetedPart;
+pub(crate) use outline::Light;
+pub(crate) use region::{Corner, Region};
+pub(crate) use rule::RULE;
+pub(crate) use scene::Scene;
+pub(crate) use snapshot::Snapshot;
+
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
 pub use photometer::Photometer;

@@ -1,9 +1,10 @@
 """Observations of systems: geometry of observer and Sun, predictions, and comparison with data.
 
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
-compute the light of the bodies, :func:`combined_light` its centre, :func:`outline` their limbs, and
-:func:`mutual_events` their occultations and eclipses. :class:`Astrometry`, :class:`Photometry`, :class:`Photocentre`,
-:class:`Outline`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for
+compute the light of the bodies, :func:`combined_light` its centre, :func:`outline` their limbs, :func:`mutual_events`
+their occultations and eclipses, and :func:`radar_spectrum` and :func:`delay_doppler` their radar echoes.
+:class:`Astrometry`, :class:`Photometry`, :class:`Photocentre`, :class:`Outline`, :class:`RadarAstrometry`,
+:class:`RadarSpectrum`, :class:`DelayDoppler` and :class:`Measured` hold data, and compute the predictions of a run for
 them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
 
 Install the dependencies with the extra ``observing``.
@@ -28,6 +29,9 @@ from .outlines import SkyOutlines, outline
 from .photocentres import Photocentre
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
+from .radar_data import DelayDoppler, RadarSpectrum
+from .radar_echoes import RadarEcho, delay_doppler, radar_spectrum
+from .radar_laws import Cosine, Gaussian, Hagfors, RadarLaw
 from .series import RotationSeries
 
 __all__ = [
@@ -36,8 +40,12 @@ __all__ = [
     "Astrometry",
     "BrightnessDerivatives",
     "CombinedLight",
+    "Cosine",
     "DamitModel",
+    "DelayDoppler",
+    "Gaussian",
     "Geometry",
+    "Hagfors",
     "Hapke",
     "Held",
     "Lambert",
@@ -53,16 +61,21 @@ __all__ = [
     "Photocentre",
     "Photometry",
     "RadarAstrometry",
+    "RadarEcho",
+    "RadarLaw",
+    "RadarSpectrum",
     "RangeAndRate",
     "RotationSeries",
     "SkyOutlines",
     "brightness",
     "brightness_derivatives",
     "combined_light",
+    "delay_doppler",
     "light_curve",
     "mutual_events",
     "occultation",
     "outline",
+    "radar_spectrum",
     "read_alcdef",
     "read_damit",
     "read_damit_model",

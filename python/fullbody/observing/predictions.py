@@ -99,10 +99,17 @@ class Predictions:
             self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
         return self._clocks[key]
 
-    def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
-        """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
+    def _retarded(
+        self, system: SystemLike, states: dict[str, Floats], masses: Any = None, since: float = 0.0
+    ) -> RetardedStates:
+        """Return the states of the bodies when the observed light left them; other masses move the barycentre.
+
+        Light that is observed a time ``since`` later left bodies that have gone on straight and rotated uniformly.
+        """
         masses = system.context.masses if masses is None else masses
-        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), masses, states)
+        clock = self._clock(system)
+        earlier = None if since == 0.0 else np.full(len(clock), -since)
+        return RetardedStates(local_geometry(self.geometry, system), clock + since, masses, states, earlier)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
