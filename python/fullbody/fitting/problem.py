@@ -229,7 +229,7 @@ class Problem:
 
     def _part(self, run: Record, observation: Any) -> Any:
         """Return the samples of a run at the times of observations."""
-        # Several observations may have one time.
+        # Several rows may have one time.
         return run[np.unique(run.indices(self._emission(observation, run.system)))]
 
     def jacobian(self, point: EvaluatedPoint) -> PullJacobian:

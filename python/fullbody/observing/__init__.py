@@ -2,10 +2,11 @@
 
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
 compute the light of the bodies, :func:`combined_light` its centre, :func:`outline` their limbs, :func:`mutual_events`
-their occultations and eclipses, and :func:`radar_spectrum` and :func:`delay_doppler` their radar echoes.
-:class:`Astrometry`, :class:`Photometry`, :class:`Photocentre`, :class:`Outline`, :class:`RadarAstrometry`,
-:class:`RadarSpectrum`, :class:`DelayDoppler` and :class:`Measured` hold data, and compute the predictions of a run for
-them, with residuals and chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
+their occultations and eclipses, :func:`occultation_chords` the occultations of stars by them, and
+:func:`radar_spectrum` and :func:`delay_doppler` their radar echoes. :class:`Astrometry`, :class:`Photometry`,
+:class:`Photocentre`, :class:`Outline`, :class:`StellarOccultation`, :class:`RadarAstrometry`, :class:`RadarSpectrum`,
+:class:`DelayDoppler` and :class:`Measured` hold data, and compute the predictions of a run for them, with residuals and
+chi2. :func:`read_damit` and :func:`read_alcdef` read light curves of archives.
 
 Install the dependencies with the extra ``observing``.
 """
@@ -15,6 +16,8 @@ from __future__ import annotations
 from .alcdef import read_alcdef, write_alcdef
 from .astrometry import Astrometry
 from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
+from .chord import Chord, Chords, Miss
+from .chords import occultation_chords
 from .damit import DamitModel, read_damit, read_damit_model
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
@@ -33,12 +36,15 @@ from .radar_data import DelayDoppler, RadarSpectrum
 from .radar_echoes import RadarEcho, delay_doppler, radar_spectrum
 from .radar_laws import Cosine, Gaussian, Hagfors, RadarLaw
 from .series import RotationSeries
+from .stellar_occultation import StellarOccultation
 
 __all__ = [
     "HG",
     "HG1G2",
     "Astrometry",
     "BrightnessDerivatives",
+    "Chord",
+    "Chords",
     "CombinedLight",
     "Cosine",
     "DamitModel",
@@ -55,6 +61,7 @@ __all__ = [
     "LommelSeeliger",
     "LommelSeeligerLambert",
     "Measured",
+    "Miss",
     "MutualEvent",
     "MutualEvents",
     "Outline",
@@ -67,6 +74,7 @@ __all__ = [
     "RangeAndRate",
     "RotationSeries",
     "SkyOutlines",
+    "StellarOccultation",
     "brightness",
     "brightness_derivatives",
     "combined_light",
@@ -74,6 +82,7 @@ __all__ = [
     "light_curve",
     "mutual_events",
     "occultation",
+    "occultation_chords",
     "outline",
     "radar_spectrum",
     "read_alcdef",
