@@ -29,10 +29,10 @@ impl Target<'_> {
     pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         match self {
             Self::Ellipsoid(lit) => lit.light(interrupt),
+            // Without vertices the light has no centre, for which `Photometer::moments_in` refuses such bodies.
             Self::Convex(body) => {
-                let mut all = [0.0; W];
-                all[0] = body.brightness(interrupt)?;
-                Ok(all)
+                let brightness = body.brightness(interrupt)?;
+                Ok(std::array::from_fn(|k| if k == 0 { brightness } else { 0.0 }))
             }
             Self::Facets(body) => body.parts.iter().try_fold([0.0; W], |mut sums, part| {
                 let mut light = part.light::<W>(&body.surface, interrupt)?;

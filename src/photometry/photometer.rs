@@ -88,16 +88,10 @@ impl Photometer {
     /// elements times the vectors to them from the body's centre, inertial, in cubed length.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body of facets whose places are
-    /// not known.
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body of facets without
+    /// vertices.
     pub fn moments_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Vec3)>> {
-        if let Some(body) = self.scene.bodies.iter().find(|body| body.facets().is_some()) {
-            return Err(Error::invalid(
-                format!("shape of {}", body.name),
-                "areas of facets without places, which have no centre of light",
-                "an ellipsoid, a polyhedron or a composite of these",
-            ));
-        }
+        self.scene.bodies.iter().try_for_each(Body::require_vertices)?;
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |sum: &mut Vec3,
                       target: &Target<'_>,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..base.units import need
 from ..errors import InvalidInput
+from ..files.text import Text
 from ..frames import rotation
 from ..typing import Floats
 from .geometry import Geometry
@@ -22,16 +22,10 @@ _COLUMNS, _MISS = 9, -1
 
 def read_koala(path: Any, event: int | None, scale: str) -> dict[str, Any]:
     """Return arguments of an event; see :meth:`fullbody.observing.StellarOccultation.read_koala`."""
-    name = f"the file {Path(path)}"
-    try:
-        words = Path(path).read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InvalidInput(f"{name} cannot be read: {error}") from error
-    lines = [line.split("<-")[0].split("#")[0].split() for line in words.splitlines()]
-    lines = [line for line in lines if line]
-    events = _events(lines, name)
+    lines = [line.split("<-")[0].split("#")[0].split() for line in Text(path).lines]
+    events = _events([line for line in lines if line], str(path))
     if event is None and len(events) != 1:
-        raise InvalidInput(f"{name} has {len(events)} events; expected event=, a number from 0 to {len(events) - 1}")
+        raise InvalidInput(f"{path} has {len(events)} events; expected event=, a number from 0 to {len(events) - 1}")
     index = 0 if event is None else event
     if index not in range(len(events)):
         raise InvalidInput(f"event is {event!r}; expected a number from 0 to {len(events) - 1}")

@@ -55,7 +55,9 @@ class ObservedChords(Observations):
         self.stations = Stations(stations, geometry, self.star)
         self._given_stations = stations
         count = len(self.stations)
+        #: The date from which seconds count, with the scale of the dates; or what the times are instead.
         self._origin: Any = None
+        self._time_scale = "tdb"
         ends = [
             self._numbers(given, name, count) for given, name in zip((disappearance, reappearance), _ENDS, strict=True)
         ]
@@ -109,7 +111,7 @@ class ObservedChords(Observations):
             if self._origin is None:
                 if mask.all():
                     return np.full(count, np.nan)
-                self._origin = plain[int(np.argmin(mask))].tdb
+                self._origin, self._time_scale = plain[int(np.argmin(mask))].tdb, plain.scale
             elif not are_dates(self._origin):
                 raise InvalidInput(f"{what} has dates, and other times have none; expected dates for all of them")
             found = np.array((plain.tdb - self._origin).to_value("s"), dtype=np.float64)
@@ -135,7 +137,7 @@ class ObservedChords(Observations):
         if not self.is_united:
             return times
         seconds = times * unit_named("s")
-        return self._origin + seconds if are_dates(self._origin) else seconds
+        return getattr(self._origin + seconds, self._time_scale) if are_dates(self._origin) else seconds
 
     def _watch(self, watched: Any, count: int) -> Floats:
         """Return the intervals (S, 2) in which the stations watched, infinite where none is given."""
@@ -180,6 +182,29 @@ class ObservedChords(Observations):
     def sigma(self) -> Any:
         """Standard errors (K,) of the rows."""
         return self._sigma * unit_named("s") if self.is_united else self._sigma
+
+    @property
+    def chords(self) -> tuple[Any, Any]:
+        """The times of disappearance and reappearance (S, 2), and the watched intervals (S, 2) or ``None``.
+
+        Dates are masked where they are not known, and other times are NaN.
+        """
+        limited: Any = np.isfinite(self._watched).all(axis=1)
+        watched = np.where(limited[:, None], self._watched, np.nan)
+        return self._with_gaps(self._chords), self._with_gaps(watched) if limited.any() else None
+
+    @property
+    def errors_of_chords(self) -> Any:
+        """The standard errors (S, 2) of disappearances and reappearances, as they were given."""
+        return self._sigmas * unit_named("s") if self.is_united else self._sigmas
+
+    def _with_gaps(self, times: Floats) -> Any:
+        missing = np.isnan(times)
+        found = self._restored(np.where(missing, 0.0, times) if are_dates(self._origin) else times)
+        if are_dates(found) and missing.any():
+            found = found.copy()
+            found[missing] = np.ma.masked
+        return found
 
     def in_system(self, numbers: Any, system: SystemLike) -> Any:
         """Return times as they are kept, or a duration as a Quantity, on the clock and in the unit of a system."""

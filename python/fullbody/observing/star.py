@@ -11,7 +11,7 @@ from ..base.foreign import are_dates, shown
 from ..base.units import UNITLESS, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import barycentric
-from ..frames import pole_vector
+from ..frames import pole_angles, pole_vector
 from ..model.context import SystemLike
 from ..typing import Floats
 from .times import seconds, system_epoch
@@ -77,6 +77,14 @@ class Star:
             rate = cartesian.differentials["s"].d_xyz / scale
             per_second = rate.to_value(1 / u.s, equivalencies=u.dimensionless_angles())
             self._motion, self._epoch = (self._vector, np.asarray(per_second, dtype=np.float64)), given.obstime.tdb
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Right ascension and declination in the ICRS in degrees, at the star's own date; an error for a vector."""
+        if self._vector is None or self._frame != "equatorial":
+            raise InvalidInput("star is a vector along the axes of the geometry; expected a SkyCoord or (ra, dec)")
+        longitude, latitude = pole_angles(self._vector)
+        return float(np.degrees(longitude)), float(np.degrees(latitude))
 
     def directions(self, system: SystemLike, times: Floats) -> Floats:
         """Return unit vectors (..., 3) to the star at times (...) of the system's clock, along the system's axes."""

@@ -78,6 +78,20 @@ class Stations:
         return len(self._places) if self._earth is None else len(self._earth)
 
     @property
+    def locations(self) -> Any:
+        """The stations as an ``EarthLocation`` with S places; an error for others than places on the Earth."""
+        if self._earth is None:
+            raise InvalidInput("the stations are vectors from an observer; expected EarthLocations")
+        from astropy.coordinates import EarthLocation
+
+        return EarthLocation.from_geocentric(*self._earth.T, unit="km")
+
+    @property
+    def vectors(self) -> Any:
+        """The given vectors or places, numbers or a Quantity in km."""
+        return self._places * unit_named("km") if self._is_united else self._places
+
+    @property
     def move(self) -> bool:
         """Whether the stations are given at the two times of each chord."""
         return self._earth is None and self._places.ndim == 3

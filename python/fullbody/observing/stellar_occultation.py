@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
+from ..base.arguments import options_of, refuse_unknown
 from ..base.foreign import are_dates
+from ..errors import InvalidInput
 from ..record.record import Record
+from .chord_tables import from_table, to_table
 from .koala import read_koala
+from .occult import read_occult, write_occult
 from .predicted_chords import PredictedChords
+from .report import Report, reports_of, timed
+from .sodis import read_sodis, write_sodis
 
 
 class StellarOccultation(PredictedChords):
@@ -127,6 +136,159 @@ class StellarOccultation(PredictedChords):
             For a file in another format, and one with several events if none is chosen.
         """
         return cls(**read_koala(path, event, scale), body=body, offset=offset)
+
+    @classmethod
+    def read_occult(
+        cls,
+        path: Any,
+        *,
+        geometry: Any,
+        body: Any = None,
+        satellite: Any = None,
+        event: int | None = None,
+        **options: Any,
+    ) -> Self:
+        """Read the chords of an event from a file of the program Occult, in version 2 of its format in XML.
+
+        The star is that of the file. Times without a standard error have the one that Occult takes for the method and
+        the source of time. Times of a second star and of rings, and those that the file excludes, are left out, with a
+        warning. Personal equations and adjustments of clocks that a file lists are not applied.
+
+        Parameters
+        ----------
+        path : path
+        geometry : Geometry
+            A geometry from the centre of the Earth.
+        body, satellite : str or int, optional
+            The bodies of chords by the main body and by a satellite.
+        event : int, optional
+            The index of the event, in a file with several.
+        **options
+            ``offset`` and ``clock`` of the class.
+
+        Returns
+        -------
+        StellarOccultation
+
+        Raises
+        ------
+        InvalidInput
+            For a file in another format, and one with several events if none is chosen.
+        """
+        arguments, seen = read_occult(path, event)
+        missed = [not np.isfinite(row).any() for row in timed(arguments)]
+        bodies = [
+            None if miss else {"main": body}.get(kind, satellite) for kind, miss in zip(seen, missed, strict=True)
+        ]
+        return cls(geometry=geometry, body=bodies, **arguments, **options)
+
+    @classmethod
+    def read_sodis(cls, paths: Any, *, star: Any, geometry: Any, body: Any = None, **options: Any) -> Self:
+        """Read the chords of an event from reports of SODIS, the data base of IOTA/ES: text files, one for each
+        station.
+
+        Parameters
+        ----------
+        paths : path or sequence of paths
+        star : SkyCoord, (ra, dec) or array_like (3,)
+            The star, of which a report has the name alone.
+        geometry : Geometry
+            A geometry from the centre of the Earth.
+        body : str, int or sequence of them, optional
+            As for the class.
+        **options
+            ``offset`` and ``clock`` of the class.
+
+        Returns
+        -------
+        StellarOccultation
+            The beginnings and ends of the observations are the intervals of misses.
+        """
+        return cls(star=star, geometry=geometry, body=body, **read_sodis(paths), **options)
+
+    def write_occult(self, path: Any, *, asteroid: tuple[Any, str], satellite: Any = None, names: Any = None) -> None:
+        """Write the chords as an event of the program Occult, which reads and completes it.
+
+        Parameters
+        ----------
+        path : path
+        asteroid : (number, name)
+        satellite : str or int, optional
+            The body whose chords are those of a satellite.
+        names : sequence of str, (S,), optional
+            The observers.
+
+        Raises
+        ------
+        InvalidInput
+            For stations that are not on the Earth, times that are no dates, and a star that is a vector.
+        """
+        write_occult(path, *self.star.place, self._reports(satellite, names), asteroid)
+
+    def write_sodis(self, folder: Any, *, asteroid: tuple[Any, str], star: str, names: Any = None) -> list[Path]:
+        """Write the report of each station to SODIS, a text file, into a folder, and return their paths.
+
+        Parameters
+        ----------
+        folder : path
+        asteroid : (number, name)
+        star : str
+            The name of the star in a catalogue.
+        names : sequence of str, (S,), optional
+            The observers.
+        """
+        return write_sodis(folder, self._reports(None, names), asteroid, star)
+
+    def _reports(self, satellite: Any, names: Any) -> list[Report]:
+        """Return the reports of the stations."""
+        chords, watched = self.chords
+        if not are_dates(chords):
+            raise InvalidInput("the times of the occultation are no dates; expected dates for a report of stations")
+        names = [f"station {k}" for k in range(len(self.stations))] if names is None else list(names)
+        kinds = ["satellite" if satellite is not None and body == satellite else "main" for body in self.body]
+        return reports_of(self.stations.locations, chords, self.errors_of_chords.to_value("s"), watched, kinds, names)
+
+    def to_table(self) -> Any:
+        """Return the chords as an astropy ``QTable`` with a row for each station, which :meth:`from_table` reads.
+
+        It has the columns ``disappearance`` and ``reappearance``, masked where they were not timed, their standard
+        errors ``sigma_disappearance`` and ``sigma_reappearance``, ``body``, and the places of the stations:
+        ``longitude``, ``latitude`` and ``height`` on the Earth, or ``x``, ``y`` and ``z``.
+        """
+        chords, watched = self.chords
+        return to_table(self.stations, chords, watched, self.errors_of_chords, self.body)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        *,
+        columns: Mapping[str, Any] | None = None,
+        unit: Any = None,
+        dates: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Self:
+        """Make an occultation from a table with a row for each station, of astropy or pandas.
+
+        Parameters
+        ----------
+        table : Table, QTable or DataFrame
+            A table with the columns of :meth:`to_table`.
+        columns : dict, optional
+            Names of columns where they differ from these.
+        unit : unit, optional
+            The unit of times and standard errors that have none.
+        dates : (format, scale), optional
+            The format and scale of dates given as numbers or texts, such as ``("isot", "utc")``.
+        **options
+            ``star``, ``geometry`` and other arguments of the class, among them those that the table lacks.
+
+        Returns
+        -------
+        StellarOccultation
+        """
+        refuse_unknown(options, options_of(cls), cls.__name__)
+        return cls(**from_table(table, columns, unit, dates, options), **options)
 
     def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Compute the times of the contacts that were observed, from a run.
