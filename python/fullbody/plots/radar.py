@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.figures import full_option_names, grid, legend, line, single
 from ..base.units import gathered, is_quantity
 from ..observing.radar_echoes import delay_doppler as image_of
 from ..observing.radar_echoes import radar_spectrum as spectrum_of
 from ..record.record import Record
 from ..typing import Floats
-from ._style import RunPlots, colour_bar, full_option_names, grid, label, label_of, legend, line, single
+from ._style import RunPlots, colour_bar, label, label_of
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
