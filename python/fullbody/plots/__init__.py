@@ -18,6 +18,7 @@ from .curves import angles, elements, energy, libration, light_curve, spins, wor
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
 from .radar import delay_doppler, radar_spectrum
 from .scene import orbit, scene
+from .telescope import sky
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
@@ -125,7 +126,7 @@ class Plots(RunPlots):
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
     <plots of 11 samples: angles, delay_doppler, elements, energy, libration, light_curve, orbit, radar_spectrum, scene,
-    spins, work; call it for a summary>
+    sky, spins, work; call it for a summary>
     """
 
     __slots__ = ()
@@ -139,6 +140,7 @@ class Plots(RunPlots):
     orbit = orbit
     radar_spectrum = radar_spectrum
     scene = scene
+    sky = sky
     spins = spins
     work = work
     __call__ = summary
