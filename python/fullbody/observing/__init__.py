@@ -27,6 +27,7 @@ from .mutual_event import MutualEvent, MutualEvents
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate
 from .series import RotationSeries
+from .shadow import ShadowPath, shadow_paths
 from .stellar_occultation import StellarOccultation
 
 __all__ = [
@@ -54,6 +55,7 @@ __all__ = [
     "RadarAstrometry",
     "RangeAndRate",
     "RotationSeries",
+    "ShadowPath",
     "StellarOccultation",
     "brightness",
     "brightness_derivatives",
@@ -64,6 +66,7 @@ __all__ = [
     "read_alcdef",
     "read_damit",
     "read_damit_model",
+    "shadow_paths",
     "write_alcdef",
     "zero_point",
 ]

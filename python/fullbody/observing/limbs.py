@@ -43,6 +43,9 @@ class Limb(Protocol):
     def measure(self, w: Any, u: Any) -> Any:
         """Return the measure (M,) of rays: negative where they pass through the part."""
 
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the part reaches along unit vectors (M, 3) in the body's frame."""
+
     def length(self, measure: Any) -> Any:
         """Return about how far rays with a measure pass outside the limb, as a length."""
 
@@ -63,6 +66,10 @@ class EllipsoidLimb:
         q = u @ self._rotation / self.semi_axes
         across = cross(p, q)
         return np.sum(across * across, axis=-1) / np.sum(q * q, axis=-1) - 1.0
+
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the ellipsoid reaches along unit vectors (M, 3) in the body's frame."""
+        return normals @ self._position + np.linalg.norm(normals @ self._rotation * self.semi_axes, axis=-1)
 
     def length(self, measure: Any) -> Any:
         """Return the distance from the limb of a sphere of the same volume."""
@@ -133,6 +140,10 @@ class MeshLimb:
         square = np.sum(near * near, axis=-1)
         at_end = ((share == 0.0) | (share == 1.0)) & (square.real > 0.0)
         return np.where(at_end, np.sqrt(np.where(at_end, square, 1.0)), along)
+
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the vertices reach along unit vectors (M, 3) in the body's frame."""
+        return (normals @ self._vertices.T).max(axis=-1)
 
     def length(self, measure: Any) -> Any:
         """Return the measure, which is a distance."""
