@@ -103,11 +103,9 @@ class ShadowPath:
         """
         ax = single(ax, (7.0, 4.5))
         colour = LINES[0]["color"]
-        for inner, outer in (("north", "error_north"), ("south", "error_south")):
-            if outer in self.longitude:
-                for name, label in ((inner, None), (outer, "limits with errors" if inner == "north" else None)):
-                    if name == outer:
-                        self._draw(ax, name, color=colour, linestyle=":", linewidth=1.0, label=label)
+        for inner in ("north", "south") if "error_north" in self.longitude else ():
+            self._draw(ax, f"error_{inner}", color=colour, linestyle=":", linewidth=1.0)
+            self._fill(ax, inner, color=colour, alpha=0.2, label="errors" if inner == "north" else None)
         for name, label in (("north", "limits"), ("south", None)):
             self._draw(ax, name, color=colour, linewidth=1.2, label=label)
         self._draw(ax, "centre", **{"color": "0.2", "linestyle": "--", "linewidth": 1.2, "label": self.body} | kwargs)
@@ -117,7 +115,7 @@ class ShadowPath:
         grid(ax)
         ax.set_xlabel("longitude, east [deg]")
         ax.set_ylabel("latitude [deg]")
-        legend(ax)
+        legend(ax, columns=4, markerscale=1.0)
         return ax
 
     def _draw(self, ax: Any, name: str, **kwargs: Any) -> None:
@@ -129,6 +127,18 @@ class ShadowPath:
             np.insert(latitude.filled(np.nan), jumps, np.nan),
             **kwargs,
         )
+
+    def _fill(self, ax: Any, name: str, **kwargs: Any) -> None:
+        """Fill the band between a limit and that with its error, unless it crosses the meridian of 180 degrees."""
+        pairs = [(self.longitude[line], self.latitude[line]) for line in (name, f"error_{name}")]
+        both = ~(pairs[0][0].mask | pairs[1][0].mask)
+        sides = [(np.asarray(x)[both], np.asarray(y)[both]) for x, y in pairs]
+        if all(np.abs(np.diff(x)).max(initial=0.0) < 180.0 for x, _ in sides):
+            ax.fill(
+                *(np.concatenate([one, other[::-1]]) for one, other in zip(*sides, strict=True)),
+                linewidth=0.0,
+                **kwargs,
+            )
 
     def __repr__(self) -> str:
         return f"ShadowPath({self.body}, {len(self.times)} times from {self.times[0]} to {self.times[-1]})"
@@ -279,7 +289,7 @@ class _Shadow:
         axes = np.stack(sky_axes(u, self._pole()), axis=1)
         parts = np.einsum("kax,kx->ka", axes, across)
         far = np.linalg.norm(self._lines.local.observer(times), axis=1)
-        return np.asarray(far * np.sqrt(np.einsum("ka,ab,kb->k", parts, self._covariance, parts)))
+        return np.asarray(far * np.sqrt(np.maximum(np.einsum("ka,ab,kb->k", parts, self._covariance, parts), 0.0)))
 
     def _duration(self, times: Floats, sight: Any) -> Floats:
         """Return the time (M,) in s in which the shadow passes over a place on its central line."""
