@@ -11,7 +11,7 @@
 //! 494, define it so: it is that of their program YORPLib for a surface without specular reflection. Light that a
 //! facet receives from another one is neglected.
 
-use super::facets::{FacetedPart, Occluder};
+use super::facets::{FacetedPart, Occluder, shares};
 use super::mesh::Mesh;
 use super::region::Region;
 use crate::error::{Error, Result, require_finite};
@@ -141,17 +141,14 @@ impl FacetedPart<'_, 1> {
             if mu0 <= 0.0 {
                 continue;
             }
-            let [a, b, c] = facet.corners;
-            let (share, centroid) = if self.leave(facet, Some((index, [mu0])), &mut region) {
+            let partly = self.leave(facet, Some((index, [mu0])), &mut region);
+            if partly {
                 interrupt.charge(WORK[1], 0.0)?;
-                let (share, [u, v]) = region.centroid();
-                (share, a + (b - a) * u + (c - a) * v)
-            } else {
-                (1.0, (a + b + c) / 3.0)
-            };
-            let force = rotation * (s + facet.normal * LAMBERT) * (-mu0 * facet.area * share);
-            load[0] += force;
-            load[1] += (position + rotation * centroid).cross(&force);
+            }
+            let [share, x, y, z] = shares(facet, partly.then_some(&region));
+            let force = rotation * (s + facet.normal * LAMBERT) * (-mu0 * facet.area);
+            load[0] += force * share;
+            load[1] += (position * share + rotation * Vec3::new(x, y, z)).cross(&force);
         }
         Ok(())
     }

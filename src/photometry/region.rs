@@ -104,19 +104,19 @@ impl Region {
         self.pieces().map(area).sum()
     }
 
-    /// Returns the share of the triangle that is left and its centroid, in shares of the triangle's first two sides.
-    pub fn centroid(&self) -> (f64, [f64; 2]) {
-        let (mut share, mut moment) = (0.0, [0.0; 2]);
+    /// Returns the share of the triangle that is left, and the sums of it times its coordinates, which are shares
+    /// of the triangle's first two sides.
+    pub fn moments(&self) -> [f64; 3] {
+        let mut all = [0.0; 3];
         for corners in self.pieces() {
-            for k in 2..corners.len() {
-                let triangle = [corners[0].at, corners[k - 1].at, corners[k].at];
-                let size = cross(triangle[0], triangle[1], triangle[2]);
-                share += size;
-                moment =
-                    [0, 1].map(|i| moment[i] + size * triangle.iter().map(|at| at[i]).sum::<f64>() / 3.0);
+            for pair in corners.windows(2).skip(1) {
+                let triangle = [corners[0].at, pair[0].at, pair[1].at];
+                let share = cross(triangle[0], triangle[1], triangle[2]);
+                let [u, v] = [0, 1].map(|k| triangle.iter().map(|at| at[k]).sum::<f64>() / 3.0);
+                all.iter_mut().zip([share, share * u, share * v]).for_each(|(sum, part)| *sum += part);
             }
         }
-        (share, if share > 0.0 { moment.map(|sum| sum / share) } else { [1.0 / 3.0; 2] })
+        all
     }
 
     /// Takes a polygon of three or four corners away, which is convex but for rounding, of either orientation.

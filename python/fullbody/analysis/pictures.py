@@ -8,11 +8,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..base.figures import LINES, full_option_names, grid, legend, line, matplotlib, panels, single, unit_of
 from ..base.kinds import choice
 from ..base.tables import number
 from ..base.units import plain
 from ..model.state import State
-from ..plots._style import LINES, escaped, full_option_names, grid, legend, line, matplotlib, panels, single, unit_of
+from ..plots._style import escaped
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.

@@ -11,7 +11,7 @@ from ..base import values
 from ..base.arguments import directions, refuse_mixture
 from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
-from ..base.kinds import flag
+from ..base.kinds import flag, instance
 from ..base.splines import relative_error
 from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, Units, gathered, is_quantity, need, strip_to
@@ -205,6 +205,7 @@ _turn = functools.cache(rotation)
 
 def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
     """Return a geometry in the time, units and axes of a system."""
+    instance(geometry, "geometry", Vectors, "an observing.Geometry")
     key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
     if key not in geometry._known:
         geometry._known[key] = SystemGeometry(geometry, system)
@@ -255,6 +256,10 @@ class SystemGeometry:
     def sun(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
         return self._find(self._geometry._known_sun(), times)
+
+    def sun_velocity(self, times: Floats) -> Floats:
+        """Return rates of change (..., 3) of the vectors to the Sun."""
+        return self._find(self._geometry._known_sun(), times, 1)
 
     def emission(self, given: Any) -> Floats:
         """Return the times (...) at which the light that arrives at given times left the barycentre."""

@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
 
+from ..base.figures import matplotlib
 from ..base.kinds import instance
 from ..errors import InvalidInput
-from ._style import RunPlots, check_body, escaped, joined, matplotlib
+from ._style import RunPlots, check_body, escaped, joined
 from .curves import angles, elements, energy, libration, light_curve, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
+from .radar import delay_doppler, radar_spectrum
 from .scene import orbit, scene
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
@@ -122,18 +124,20 @@ class Plots(RunPlots):
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
-    <plots of 11 samples: angles, elements, energy, libration, light_curve, orbit, scene, spins, work; call it for a
-    summary>
+    <plots of 11 samples: angles, delay_doppler, elements, energy, libration, light_curve, orbit, radar_spectrum, scene,
+    spins, work; call it for a summary>
     """
 
     __slots__ = ()
 
     angles = angles
+    delay_doppler = delay_doppler
     elements = elements
     energy = energy
     libration = libration
     light_curve = light_curve
     orbit = orbit
+    radar_spectrum = radar_spectrum
     scene = scene
     spins = spins
     work = work

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.figures import LINES, check_axes, grid, matplotlib, single, unit_of
 from ..base.kinds import choice
 from ..base.units import plain
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import LINES, check_axes, colour_bar, escaped, grid, matplotlib, single, unit_of, world
+from ._style import colour_bar, escaped, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
