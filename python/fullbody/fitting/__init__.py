@@ -10,11 +10,24 @@ from __future__ import annotations
 
 from .free import Free
 from .losses import Outliers
+from .regularisation import Regularisation, closure, convexity, principal_axis, smoothness
 from .result import Fit, Minimum
 from .solve import fit
 from .uncertainty import Derived
 
-__all__ = ["Derived", "Fit", "Free", "Minimum", "Outliers", "fit"]
+__all__ = [
+    "Derived",
+    "Fit",
+    "Free",
+    "Minimum",
+    "Outliers",
+    "Regularisation",
+    "closure",
+    "convexity",
+    "fit",
+    "principal_axis",
+    "smoothness",
+]
 
 
 def __dir__() -> list[str]:
