@@ -29,7 +29,7 @@ release = metadata.version("fullbody")
 
 # Where `make study` wrote the results of the studies that have a page; their pages read them there.
 OUT = ROOT / "out"
-STUDIES = {"report": OUT / "ho2021"} | {name: OUT / name for name in ("binaries", "kalliope", "kw4_radar")}
+STUDIES = {"report": OUT / "ho2021"} | {name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")}
 EXPLORER = OUT / "explorer"
 os.environ.update({f"FULLBODY_{page.upper()}": str(folder) for page, folder in STUDIES.items()})
 os.environ["FULLBODY_PEERS"] = str(ROOT / "notebooks" / "10-peers.json")
@@ -135,7 +135,7 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-WIDE = ("index", "install", "comparison", "report", "binaries", "kalliope", "kw4_radar", "hera", "explorer")
+WIDE = ("index", "install", "comparison", "report", "binaries", "kalliope", "hertha", "kw4_radar", "hera", "explorer")
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
 html_theme_options = {

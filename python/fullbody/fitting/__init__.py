@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from .free import Free
 from .losses import Outliers
+from .periods import PeriodMinimum, PeriodScan, period_scan
+from .poles import Poles, pole_grid
 from .regularisation import Regularisation, closure, convexity, principal_axis, smoothness
 from .result import Fit, Minimum
 from .solve import fit
@@ -21,10 +23,15 @@ __all__ = [
     "Free",
     "Minimum",
     "Outliers",
+    "PeriodMinimum",
+    "PeriodScan",
+    "Poles",
     "Regularisation",
     "closure",
     "convexity",
     "fit",
+    "period_scan",
+    "pole_grid",
     "principal_axis",
     "smoothness",
 ]
