@@ -70,7 +70,7 @@ def branch(
             fontsize="small", color="0.4", xytext=(-2, 0), textcoords="offset points",
         )  # fmt: skip
     grid(ax)
-    legend(ax, columns=2, markerscale=1.0)
+    legend(ax, markerscale=1.0)
     return ax
 
 

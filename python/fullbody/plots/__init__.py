@@ -13,8 +13,9 @@ from typing import Any
 from ..base.kinds import instance
 from ..errors import InvalidInput
 from ._style import RunPlots, check_body, escaped, joined, matplotlib
-from .curves import angles, elements, energy, libration, light_curve, spins, work
+from .curves import angles, elements, energy, libration, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
+from .light import light_curve
 from .scene import orbit, scene
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]

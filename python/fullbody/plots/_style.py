@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -31,21 +32,16 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": "#56B4E9", "linestyle": (0, (3, 1.5, 1, 1.5, 1, 1.5))},
 )
 
-#: An angle that makes more turns than this in one panel is drawn as dots.
-_TURNS_AS_LINE = 25
-
-#: A change between samples that is a jump: a full turn, or the half turn of phi and psi at theta = 90 degrees.
-_JUMP = 170.0
-
-#: Spacings of the ticks of angles, in degrees: parts of a turn, and whole turns for hyperbolic anomalies.
-_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, *(360.0 * m * 10.0**k for k in range(12) for m in (1, 2, 3, 5)))
-
 #: The longest time axis in one unit before the next larger unit is used.
 _LONG = 1000.0
 
 #: A body that never comes nearer than this multiple of the innermost orbit's size is left out of the picture.
 _BEYOND = 20.0
 
+#: The mean width in points of a character of a small text.
+_CHARACTER = 4.4
+#: The name in a legend of the band from the smallest to the largest value of a fast oscillation.
+RANGE = "range"
 #: The longest name of a body that is shown in full, in characters.
 _NAME = 12
 
@@ -100,7 +96,7 @@ def joined(run: Record) -> str:
     return f"{', '.join(names)} and {last}" if names else last
 
 
-def _clock(run: Record) -> tuple[float, str]:
+def clock(run: Record) -> tuple[float, str]:
     """Return the system's units of time in one of the axis, and its name: days or years where others would be many."""
     units = run.context.units
     if not units.defined:
@@ -115,16 +111,28 @@ def _clock(run: Record) -> tuple[float, str]:
     return 1.0, unit(run, "time")
 
 
+def unit_of_rates(run: Record) -> str:
+    """Return the unit of the time axis in the singular; empty for a system without units."""
+    name = clock(run)[1]
+    return {"days": "day", "years": "year", "system units": ""}.get(name, name)
+
+
+def energy_unit(run: Record) -> tuple[float, str]:
+    """Return joules in the system's unit of energy, and their symbol; one for a system without units."""
+    units = run.context.units
+    return (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
+
+
 def times(run: Record, moments: Floats | None = None) -> Floats:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
     shown: Floats = run.arrays["time"] if moments is None else moments
-    factor = _clock(run)[0]
+    factor = clock(run)[0]
     return shown if factor == 1.0 else shown / factor
 
 
 def time_label(ax: Any, run: Record) -> None:
     """Label the time axis."""
-    ax.set_xlabel(f"time [{_clock(run)[1]}]")
+    ax.set_xlabel(f"time [{clock(run)[1]}]")
 
 
 def grid(ax: Any) -> None:
@@ -133,55 +141,46 @@ def grid(ax: Any) -> None:
     ax.set_axisbelow(True)
 
 
-def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
-    """Draw a legend above the axes, where it covers no data, with lines long enough to recognise dashes."""
+def legend(ax: Any, **kwargs: Any) -> None:
+    """Draw a legend above the axes, where it covers no data, in as many columns as there is room for beside the title.
+
+    Its lines are long enough to recognise dashes.
+    """
+    entries = kwargs.pop("handles", None) or ax.get_legend_handles_labels()[0]
+    # Matplotlib warns of an empty legend.
+    if not entries:
+        return
+    entries = sorted(entries, key=lambda entry: entry.get_label() == RANGE)
+    names = [entry.get_label() for entry in entries]
+    room = width(ax) - _CHARACTER * 1.2 * _length(ax.get_title(loc="left"))
+    column = 30.0 + _CHARACTER * max(map(_length, names))
     style = {
         "loc": "lower right",
         "bbox_to_anchor": (1.0, 1.0),
-        "ncols": columns,
+        "ncols": min(len(names), max(1, int(room / column))),
         "frameon": False,
         "fontsize": "small",
     }
     spaces = {"handlelength": 2.2, "handletextpad": 0.5, "columnspacing": 0.8, "borderaxespad": 0.1}
-    # Matplotlib warns of an empty legend.
-    if "handles" in kwargs or ax.get_legend_handles_labels()[0]:
-        ax.legend(**{**style, **spaces, "markerscale": 3.0, **kwargs})
+    ax.legend(handles=entries, **{**style, **spaces, "markerscale": 3.0, **kwargs})
 
 
-def steady(ax: Any, scale: float = 0.0) -> None:
-    """Show curves as constant that stay within 1e-8 of their size, or of ``scale`` if that is larger."""
-    low, high = ax.dataLim.intervaly
-    size = max(abs(low), abs(high), scale)
-    # Curves of zeros get limits from matplotlib.
-    if size > 0.0 and high - low < 1e-8 * size:
-        margin = 0.02 * size if size > scale else 20.0 * size
-        # Curves drawn later may still change the limits.
-        ax.set_ylim(low - margin, high + margin, auto=True)
+def width(ax: Any) -> float:
+    """Return the width of axes in points."""
+    return float(ax.get_window_extent().width * 72.0 / ax.figure.dpi)
 
 
-def degrees(ax: Any) -> None:
-    """Set ticks of a y-axis of angles: parts of a turn, tens of degrees or whole turns."""
-    ticker = matplotlib("ticker")
-
-    class Locator(ticker.MaxNLocator):  # type: ignore[misc, name-defined]
-        def tick_values(self, low: float, high: float) -> Any:
-            for step in _STEPS:
-                if 2.5 * step < high - low <= 5.0 * step:
-                    return step * np.arange(np.floor(low / step), np.ceil(high / step) + 1)
-            return super().tick_values(low, high)
-
-    ax.yaxis.set_major_locator(Locator(5, steps=[1, 2, 2.5, 5, 10]))
+def _length(text: str) -> int:
+    """Return the number of characters that are shown of a text with formulas."""
+    return len(re.sub(r"\\[a-z]+", "x", text).replace("$", "").replace("_", ""))
 
 
-def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any]) -> Any:
-    """Draw an angle without strokes across jumps of a full turn, and as dots if it makes very many turns."""
-    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
-    # An angle of several turns, such as a hyperbola's anomaly, has no jumps.
-    jumps = jumps[:0] if np.ptp(degrees) > 360.0 else jumps
-    if len(jumps) > _TURNS_AS_LINE:
-        dots = {"marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        return ax.plot(time, degrees, **{**dots, **style, "linestyle": "none"})[0]
-    return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
+def dress(ax: Any, text: str, title: str = "") -> None:
+    """Label the vertical axis, write a title if there is one, and draw the grid."""
+    ax.set_ylabel(text)
+    if title:
+        ax.set_title(title, fontsize="medium", loc="left")
+    grid(ax)
 
 
 def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tuple[Any, Any]:

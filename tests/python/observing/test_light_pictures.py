@@ -10,7 +10,7 @@ import matplotlib
 import numpy as np
 import pytest
 from fullbody import observing
-from fullbody.plots.scene import NIGHT, Sunlight
+from fullbody.plots.sunlight import NIGHT, Sunlight
 
 
 @pytest.fixture(scope="module")
