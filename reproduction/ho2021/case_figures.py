@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from fullbody import Run
-from fullbody.plots._style import LINES, grid, legend
+from fullbody.base.figures import LINES, grid, legend
 
 from . import cases
 from .drawing import figure, floor, largest, positive, power

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from fullbody.plots._style import LINES, matplotlib
+from fullbody.base.figures import LINES, matplotlib
 
 __all__ = ["SHAPES", "figure", "floor", "largest", "positive", "power", "windows"]
 

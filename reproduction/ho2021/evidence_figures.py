@@ -6,7 +6,7 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
-from fullbody.plots._style import LINES, grid, legend, matplotlib
+from fullbody.base.figures import LINES, grid, legend, matplotlib
 
 from . import paper, spin, symmetry
 from .drawing import SHAPES, figure

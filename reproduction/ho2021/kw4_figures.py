@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from fullbody import Run
-from fullbody.plots._style import LINES, grid, legend, matplotlib
+from fullbody.base.figures import LINES, grid, legend, matplotlib
 
 from . import kw4, paper
 from .drawing import SHAPES, figure, floor, largest, windows

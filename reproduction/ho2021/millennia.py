@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from fullbody import Run, Simulation, SymplecticSplitting, load
 from fullbody.base.atomic import replacing
+from fullbody.base.figures import LINES, grid, legend, matplotlib
 from fullbody.base.tables import Table, to_text
 from fullbody.errors import InvalidInput
 from fullbody.files.reading import netcdf
-from fullbody.plots._style import LINES, grid, legend, matplotlib
 from fullbody.systems import kw4_ho2021
 
 from ..publishing import reported, write_numbers

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import fullbody
 import numpy as np
 from fullbody import Run, System, Verner98, observables
-from fullbody.plots._style import LINES, legend, matplotlib
+from fullbody.base.figures import LINES, legend, matplotlib
 
 from ..publishing import publish, table
 

@@ -8,23 +8,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..base.figures import LINES, full_option_names, grid, legend, line, matplotlib, panels, single, unit_of
 from ..base.kinds import choice
 from ..base.tables import number
 from ..base.units import plain
 from ..model.state import State
-from ..plots._style import (
-    LINES,
-    escaped,
-    full_option_names,
-    grid,
-    in_si,
-    legend,
-    line,
-    matplotlib,
-    panels,
-    single,
-    unit_of,
-)
+from ..plots._style import escaped, in_si
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this could not be told from zero and are not drawn.
@@ -146,7 +135,9 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     if count > 1 and "color" not in kwargs:
         norm = matplotlib("colors").BoundaryNorm(np.arange(count + 1) - 0.5, count)
         ticks = matplotlib("ticker").MaxNLocator(8, integer=True)
-        ax.figure.colorbar(matplotlib("cm").ScalarMappable(norm, colours), ax=ax, label="index of the start", ticks=ticks)
+        ax.figure.colorbar(
+            matplotlib("cm").ScalarMappable(norm, colours), ax=ax, label="index of the start", ticks=ticks
+        )
     grid(ax)
     return ax
 

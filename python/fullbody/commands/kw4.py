@@ -12,12 +12,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ..base.atomic import replacing
+from ..base.figures import matplotlib
 from ..base.tables import Table, to_text
 from ..base.units import plain
 from ..errors import InvalidInput
 from ..files.reading import netcdf
 from ..motion.run import Run
-from ..plots._style import matplotlib
 from ..record.integrators import Integrator, Verner98
 from ..systems import kw4_ho2021
 from ..typing import Floats

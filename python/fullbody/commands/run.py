@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from ..base.atomic import check_suffix, check_target, replacing
+from ..base.figures import matplotlib
 from ..base.units import from_text
 from ..errors import FullbodyError, Interrupted
 from ..files.netcdf import SUFFIXES
 from ..files.reading import netcdf
 from ..motion.run import Run
-from ..plots._style import matplotlib
 from ..setups.toml import read_toml
 
 _PAGES = (".png", ".pdf", ".svg")

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.figures import LINES, grid, matplotlib, panels
 from ..base.kinds import whole
 from ..base.units import need
-from ..plots._style import LINES, grid, matplotlib, panels
 
 
 class FitPlots:

@@ -82,6 +82,7 @@ class Astrometry(Observations):
         DataColumn("correlation", required=False, kind="numbers"),
     )
     _error_names = ("_sigma", "_correlation")
+    _names = ("east", "north")
 
     def __init__(
         self,

@@ -6,11 +6,15 @@ import copy
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
+import numpy as np
+
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import instance
 from ..base.tables import Table, Tabled
 from ..base.units import need
+from ..record.record import Record
 from .columns import DataColumn, Rows, read_table
+from .pictures import draw, time_axis
 from .predictions import Predictions
 from .vectors import Vectors
 
@@ -33,6 +37,8 @@ class Observations(Predictions, Tabled):
     _columns: ClassVar[tuple[DataColumn, ...]] = ()
     #: The attributes that hold the standard errors.
     _error_names: ClassVar[tuple[str, ...]] = ("_sigma",)
+    #: The names of the C numbers of a row, for pictures.
+    _names: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, rows: Rows, geometry: Any) -> None:
         what = f"geometry of {type(self).__name__}"
@@ -137,6 +143,36 @@ class Observations(Predictions, Tabled):
         wider._original = self if self._original is None else self._original
         wider._widen(jitter)
         return wider
+
+    def plot(self, run: Record, axes: Any = None, *, linear: Mapping[str, Any] | None = None, **kwargs: Any) -> Any:
+        """Draw the observations with their errors over the predictions of a run, and below them the residuals.
+
+        Parameters
+        ----------
+        run : Run
+            A run as for :meth:`predict`.
+        axes : array of matplotlib Axes, (2, C), optional
+            Axes to draw on; C is the count of numbers in a row, such as two for east and north.
+        linear : dict, optional
+            The linear unknowns, as for :meth:`predict`.
+        **kwargs
+            Passed to ``Axes.errorbar``.
+
+        Returns
+        -------
+        ndarray of Axes, (2, C)
+        """
+        system = run.system
+        predicted, residuals, _ = self._solved(run, linear)
+        sigma = np.sqrt(np.diagonal(self._covariance(system), axis1=1, axis2=2))
+        columns = [self._by_name(self._attach(values, system)) for values in (predicted, residuals, sigma)]
+        parts = {name: (columns[0][name], columns[1][name], columns[2][name]) for name in columns[0]}
+        return draw(time_axis(self.times), parts, axes, kwargs)
+
+    def _by_name(self, attached: Any) -> dict[str, Any]:
+        """Return predictions as columns (K,) by their names."""
+        columns = [attached] if attached.ndim == 1 else np.moveaxis(attached, 1, 0)
+        return dict(zip(self._names, columns, strict=True))
 
     def _widen(self, jitter: Any) -> None:
         """Add a jitter to the standard errors."""

@@ -16,6 +16,7 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
+from .pictures import draw
 from .times import in_system
 
 
@@ -123,6 +124,23 @@ class Measured(Tabled):
     def chi2(self, run: Record) -> float:
         """Return the sum of the squares of the :meth:`pulls`."""
         return float(np.sum(self.pulls(run) ** 2))
+
+    def plot(self, run: Record, axes: Any = None, **kwargs: Any) -> Any:
+        """Draw the measured values with their errors over the predictions of a run, and below them the residuals.
+
+        Parameters
+        ----------
+        run : Run
+        axes : array of matplotlib Axes, (2, 1), optional
+        **kwargs
+            Passed to ``Axes.errorbar``.
+
+        Returns
+        -------
+        ndarray of Axes, (2, 1)
+        """
+        across = np.arange(len(self._value)), "index of the value"
+        return draw(across, {self.name: (self.predict(run), self.residuals(run), self.sigma)}, axes, kwargs)
 
     def _tables(self) -> tuple[Table, ...]:
         return (Table(self.name, (), [("value", str(self.value)), ("sigma", str(self.sigma))]),)

@@ -15,15 +15,13 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
-from .brightness import Epochs, Photometer
 from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
-from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
 from .predictions import DesignArgument
 from .series import RotationSeries, rotation_angle
-from .states import DISTANT, RetardedStates, refuse_near
+from .sunlit import SunlitObservations, by_states
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
 _GAP = 8.0
 
 
-class Photometry(Observations):
+class Photometry(SunlitObservations):
     """Magnitudes of all bodies of a system together, unresolved in the sky.
 
     Parameters
@@ -108,6 +106,7 @@ class Photometry(Observations):
         DataColumn("airmass", required=False, kind="numbers", named=True),
     )
     _error_names = ("sigma",)
+    _names = ("magnitude",)
 
     def __init__(
         self,
@@ -135,14 +134,10 @@ class Photometry(Observations):
             numbers["airmass"] = column(airmass, "airmass", "")[0]
         refuse_rounded(magnitude, numbers["magnitude"], numbers["sigma"], "magnitude of Photometry")
         rows = Rows(times, numbers, ("magnitude",), "Photometry")
-        super().__init__(rows, geometry)
-        if not geometry.has_sun:
-            raise InvalidInput("geometry of Photometry has no Sun; give to_sun=")
+        super().__init__(rows, geometry, law, albedo, mutual, sun_radius)
         self.magnitude = rows.of("magnitude")
         self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
-        self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
         self.reduced = reduced
-        flag(mutual, "mutual")
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
             UNITLESS.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
@@ -267,7 +262,7 @@ class Photometry(Observations):
         angle, by_rotation = self._rotation_angle(system, states)
         rotation = np.zeros_like(states["spin"])
         rotation[:, system.context.index(self.rotation.body, "body of RotationSeries")] = by_rotation
-        by_state, by_mass = _by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
+        by_state, by_mass = by_states(system, states, self._retarded(system, states), 0.0 * rotation, rotation)
         slope = np.zeros((len(self), 1, len(self._linear_unknowns(system))))
         slope[:, 0, -2 * self.rotation.order :] = self.rotation.terms(angle)[1]
         masses = {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
@@ -286,33 +281,12 @@ class Photometry(Observations):
     def _widen(self, jitter: Any) -> None:
         self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag"))
 
-    def _photometer(self, system: SystemLike) -> Photometer:
-        return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
-
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         retarded = self._retarded(system, states, masses)
-        view = self._view(system, states, retarded)
+        view = self._epochs(system, states, retarded)
         total = self._total(self._photometer(system).brightness(view))
         zero = 0.0 if self.zero == "free" else float(self.zero)
         return magnitudes(total, view.to_observer, view.to_sun, self.reduced)[:, None] + zero
-
-    def _view(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> Epochs:
-        """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
-        attitude = retarded.attitude(states["attitude"], states["spin"])
-        local = local_geometry(self.geometry, system)
-        to_sun = local.sun(retarded.times)
-        for what, position in (("observer", retarded.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, position, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
-        beta = retarded.velocity / retarded.light_speed
-        return Epochs(retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant)
-
-    def _total(self, light: Floats) -> Floats:
-        total = light.sum(axis=1)
-        if not (total > 0.0).all():
-            raise InvalidInput(
-                f"no light comes from the system at {self.times[np.argmin(total)]}, but a magnitude was observed"
-            )
-        return np.asarray(total)
 
     def _partials(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
@@ -322,10 +296,10 @@ class Photometry(Observations):
         The photometer gives the derivatives with respect to poses and semi-axes.
         """
         retarded = self._retarded(system, states)
-        result = self._photometer(system).derivatives(self._view(system, states, retarded))
+        result = self._photometer(system).derivatives(self._epochs(system, states, retarded))
         factor = -2.5 / np.log(10.0) / self._total(result.brightness)
         position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
-        by_state, by_mass = _by_states(system, states, retarded, position, rotation)
+        by_state, by_mass = by_states(system, states, retarded, position, rotation)
         axes: dict[str, Floats] = {
             f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, index, [k]]
             for index, body in enumerate(system.context.names)
@@ -340,34 +314,6 @@ class Photometry(Observations):
         free += [("airmass slope", None if self.airmass is None else "free")]
         options = [(what, str(value)) for what, value in free if value is not None]
         return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), *options, ("law", repr(self.law))]
-
-
-def _by_states(
-    system: SystemLike, states: dict[str, Floats], retarded: RetardedStates, position: Floats, rotation: Floats
-) -> tuple[Floats, Floats]:
-    """Return the derivatives of K numbers with respect to states, (K, 12 N), and to masses, (K, N).
-
-    ``position`` and ``rotation`` are the derivatives of these numbers with respect to retarded positions and rotation
-    vectors, (K, N, 3). Let e be the unit
-    vector from a body to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a
-    change r' of the position, which also changes the time at which the light left. A mass moves the barycentre,
-    relative to which the directions and distances of observer and Sun are given.
-    """
-    to_observer = retarded.observer[:, None] - retarded.centre
-    toward = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
-    later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
-    speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
-    position = position + toward * (later / speed)[..., None]
-    delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-    moving, spin = delay * position, delay * rotation
-    parts = [
-        position - weights * position.sum(axis=1, keepdims=True),
-        moving - weights * moving.sum(axis=1, keepdims=True),
-        rotation + np.cross(delay * states["spin"], rotation),
-        spin,
-    ]
-    by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
-    return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
 
 
 def _nights(times: Any) -> Any:

@@ -163,6 +163,9 @@ class RadarAstrometry(Observations):
             result[name] = part if unit is None or not is_quantity(part) else part.to(unit)
         return RangeAndRate(**result)
 
+    def _by_name(self, attached: RangeAndRate) -> dict[str, Any]:
+        return {name.replace("_", " "): getattr(attached, name) for name in self._values}
+
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         if self.about is None:
             body, about = system.context.index(self.body, "body"), None

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
 
+from ..base.figures import matplotlib
 from ..base.kinds import instance
 from ..errors import InvalidInput
-from ._style import RunPlots, check_body, escaped, joined, matplotlib
+from ._style import RunPlots, check_body, escaped, joined
 from .curves import angles, elements, energy, libration, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
 from .light import light_curve

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.atomic import check_suffix, replacing
+from ..base.figures import matplotlib
 from ..base.kinds import whole
 from ..base.limits import POSITIVE, Limits
 from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
-from ._style import RunPlots, check_samples, matplotlib, split_far
+from ._style import RunPlots, check_samples, split_far
 from .between import at, warn_if_aliased
 from .scene import draw_body, new_axes, scene, title
 from .sunlight import Sunlight, directions

@@ -7,28 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base import rotations
+from ..base import figures, rotations
+from ..base.figures import full_option_names, legend, line, single
 from ..base.kinds import choice
 from ..base.units import plain
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
 from ..record import conserved
 from ..record.record import Record
-from ..typing import Floats
 from . import _style, lines
-from ._style import (
-    ArrayOfAxes,
-    RunPlots,
-    dress,
-    full_option_names,
-    label,
-    label_of,
-    legend,
-    line,
-    single,
-    time_label,
-    times,
-)
+from ._style import ArrayOfAxes, RunPlots, dress, label, label_of, time_label, times
 from .between import followed
 
 if TYPE_CHECKING:
@@ -73,7 +61,7 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
     """
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
     indices = _style.chosen(run, bodies)
-    flat, result = _style.panels(ax, (len(indices), 3), (10.0, 0.4 + 2.2 * len(indices)))
+    flat, result = figures.panels(ax, (len(indices), 3), (10.0, 0.4 + 2.2 * len(indices)))
     moments, attitude = followed(run)
     time = times(run, moments)
     for row, body in enumerate(indices):
@@ -112,7 +100,7 @@ def elements(
     run, ax = plots.sampled(), kwargs.pop("axes", ax)
     body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
     rows = [row for row in _ELEMENTS if row[0] in names]
-    flat, result = _style.panels(ax, (3, 2) if len(rows) == 6 else (len(rows),), (9.0, 6.5))
+    flat, result = figures.panels(ax, (3, 2) if len(rows) == 6 else (len(rows),), (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
     orbit = "" if len(run.context) == 2 else f", {label_of(run, body)} about {label_of(run, about)}"
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
@@ -221,7 +209,7 @@ def spins(
     choice(frame, "frame", ("body", "inertial"))
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
     indices = _style.chosen(run, bodies)
-    flat, result = _style.panels(ax, (len(indices),), (7.0, 0.4 + 2.2 * len(indices)))
+    flat, result = figures.panels(ax, (len(indices),), (7.0, 0.4 + 2.2 * len(indices)))
     for body, ax in zip(indices, flat, strict=True):
         spin = run.arrays["spin"][:, body]
         if frame == "inertial":
@@ -260,7 +248,7 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         # The axis is linear over all of the smallest force's work, then logarithmic.
         threshold = 10.0 ** np.ceil(np.log10(sizes.min()))
         ax.set_yscale("symlog", linthresh=threshold, linscale=1.5)
-        locator = _style.matplotlib("ticker").SymmetricalLogLocator(base=10.0, linthresh=threshold)
+        locator = figures.matplotlib("ticker").SymmetricalLogLocator(base=10.0, linthresh=threshold)
         # The number of ticks is small enough for a page of plots too.
         locator.set_params(numticks=5)
         ax.yaxis.set_major_locator(locator)

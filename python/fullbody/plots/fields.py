@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.figures import LINES, check_axes, grid, matplotlib, single, unit_of
 from ..base.kinds import choice
 from ..base.units import plain
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import LINES, check_axes, colour_bar, escaped, grid, in_si, matplotlib, single, unit_of, world
+from ._style import colour_bar, escaped, in_si, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
@@ -271,7 +272,9 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     handles = []
     for level, colour in visible:
         names = [name for name, constant in constants.items() if abs(constant - level) <= 1e-9 * abs(level)]
-        handles.append(curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{scale * level:.4g}"))
+        handles.append(
+            curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{scale * level:.4g}")
+        )
     for stable, label in ((True, "stable point"), (False, "unstable point")):
         if any(point.stable == stable for point in points):
             handles.append(curve([], [], **dot, markerfacecolor="black" if stable else "white", label=label))

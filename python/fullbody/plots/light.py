@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base import figures
+from ..base.figures import full_option_names, legend, line, single
 from ..observing.light_curve import light_curve as magnitudes
 from ..observing.mutual import mutual_events
 from ..observing.times import in_system
 from ..record.record import Record
 from ..typing import Floats
-from . import _style
-from ._style import RunPlots, dress, full_option_names, label, label_of, legend, line, single
+from ._style import RunPlots, dress, label, label_of
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
@@ -62,7 +63,7 @@ def light_curve(
     if bodies:
         curves += [(label_of(run, body), each[order, body]) for body in range(len(run.context))]
     kwargs, size = full_option_names(kwargs), (7.0, 1.6 + 1.8 * len(curves))
-    flat, result = _style.panels(ax, (len(curves),), size) if bodies else ([single(ax, size)], None)
+    flat, result = figures.panels(ax, (len(curves),), size) if bodies else ([single(ax, size)], None)
     for axis, (name, values) in zip(flat, curves, strict=True):
         axis.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
         if not axis.yaxis_inverted():
@@ -100,5 +101,3 @@ def _mark(ax: Any, run: Record, geometry: Vectors, moments: Floats) -> None:
         if event.total_begin is not None:
             total = within(event.total_begin, first), within(event.total_end, last)
             ax.axvspan(*total, alpha=0.25, color=_BARS[event.kind], linewidth=0.0)
-
-

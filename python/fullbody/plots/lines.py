@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..base.figures import RANGE, matplotlib, width
 from ..typing import Floats
-from ._style import RANGE, matplotlib, width
 
 #: An oscillation that is narrower than this, in points of the page, is drawn as an envelope, and a turn as its
 #: departure from a uniform one.

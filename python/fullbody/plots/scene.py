@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base import rotations
+from ..base import figures, rotations
+from ..base.figures import LINES
 from ..base.kinds import choice
 from ..record.record import Record
 from ..typing import Floats
 from . import _style
-from ._style import LINES, RunPlots
+from ._style import RunPlots
 from .between import at, moment, relative_path, track
 from .sunlight import Sunlight, directions
 
@@ -50,14 +51,14 @@ def orbit(
     choice(plane, "plane", _PLANES)
     run = plots.sampled()
     about = _style.check_body(run, about, "about")
-    ax = _style.single(ax, (5.5, 5.0))
+    ax = figures.single(ax, (5.5, 5.0))
     horizontal, vertical = _PLANES[plane]
     position = run.arrays["position"]
-    kwargs = _style.full_option_names(kwargs)
+    kwargs = figures.full_option_names(kwargs)
     near, far = _style.split_far(run, about)
     for index, body in enumerate(k for k in near if k != about):
         points, joined = relative_path(run, body, about)
-        style = _style.line(index, {"linewidth": 0.9, "label": _style.label_of(run, body)})
+        style = figures.line(index, {"linewidth": 0.9, "label": _style.label_of(run, body)})
         style |= {} if joined else {"linestyle": "none", "marker": ".", "markersize": 3.0}
         ax.plot(points[:, horizontal], points[:, vertical], **{**style, **kwargs})
     for body, distance in far:
@@ -69,8 +70,8 @@ def orbit(
     ax.set_aspect("equal", adjustable="datalim")
     for set_label, letter in zip((ax.set_xlabel, ax.set_ylabel), plane, strict=True):
         set_label(_style.label(run, f"{letter} from {_style.label_of(run, about)}", "length"))
-    _style.grid(ax)
-    _style.legend(ax)
+    figures.grid(ax)
+    figures.legend(ax)
     return ax
 
 
@@ -91,7 +92,7 @@ def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) 
             corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
             # Edges are not drawn: the outline is that of all faces together.
             style = {"facecolor": "0.8", "edgecolor": "0.8", "linewidth": 0.3, "zorder": 3}
-            ax.add_collection(_style.matplotlib("collections").PolyCollection(corners, **style))
+            ax.add_collection(figures.matplotlib("collections").PolyCollection(corners, **style))
             continue
         edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(angles), np.sin(angles)])
         position = centre + matrix @ surface.position
@@ -126,9 +127,9 @@ def scene(
     """
     run = plots.sampled()
     if ax is None:
-        ax = new_axes(_style.matplotlib().figure(figsize=(7.0, 5.2)))
+        ax = new_axes(figures.matplotlib().figure(figsize=(7.0, 5.2)))
     else:
-        _style.check_axes(ax, "ax", "3d")
+        figures.check_axes(ax, "ax", "3d")
     now = moment(run, time)
     centres, attitude = (values[0] for values in at(run, np.array([now])))
     paths = at(run, track(run, now))[0]
@@ -140,7 +141,7 @@ def scene(
     near, far = _style.split_far(run)
     for body in near:
         if path:
-            ax.plot(*paths[:, body].T, **_style.line(body, {"color": "0.45", "linewidth": 0.8}))
+            ax.plot(*paths[:, body].T, **figures.line(body, {"color": "0.45", "linewidth": 0.8}))
         draw_body(ax, run, body, centres[body], attitude[body], names[body], surface, light=light)
     for body, distance in far:
         names[body] = _style.far_label(run, body, distance)
@@ -166,7 +167,7 @@ def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
     """Return the caller's options of a surface under the long names that the package uses."""
     # Under this name matplotlib takes an array of colours for a surface, but not one colour for all faces.
     face_colours = {name: kwargs.pop(name) for name in ("facecolors",) if name in kwargs}
-    return {**_style.full_option_names(kwargs, "collections.PolyCollection"), **face_colours}
+    return {**figures.full_option_names(kwargs, "collections.PolyCollection"), **face_colours}
 
 
 def title(ax: Any, run: Record, time: str) -> None:
@@ -232,7 +233,7 @@ def draw_body(
         # The axis begins at the surface, since a plot in 3D does not hide lines inside a body.
         edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in surfaces)
         ends = centre + np.outer([max(edge, 0.0), _AXIS_LENGTH * radius], matrix[:, column])
-        artists += ax.plot(*ends.T, **_style.line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
+        artists += ax.plot(*ends.T, **figures.line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
     return artists
 
 
@@ -243,7 +244,7 @@ def _cells(grid: Floats) -> Floats:
 
 def _colours(name: str, shades: Floats) -> Floats:
     """Return a colour scaled by shades (M,), as (M, 4)."""
-    colour = np.array(_style.matplotlib("colors").to_rgb(name))
+    colour = np.array(figures.matplotlib("colors").to_rgb(name))
     return np.concatenate([colour * shades[:, None], np.ones((len(shades), 1))], axis=-1)
 
 
@@ -271,7 +272,7 @@ def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
         getattr(ax, f"set_{letter}label")(_style.label(run, letter, "length"))
         # There are fewer ticks on a shorter axis, and where their numbers are long.
         count = max(2, round((6 if digits < 5 else 4) * float(fraction)))
-        getattr(ax, f"{letter}axis").set_major_locator(_style.matplotlib("ticker").MaxNLocator(count))
+        getattr(ax, f"{letter}axis").set_major_locator(figures.matplotlib("ticker").MaxNLocator(count))
     # Numbers beside the vertical axis are centred on a point near it, so that long ones need more room.
     extra_digits = max(0, digits - 2)
     ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * extra_digits)

@@ -1,0 +1,67 @@
+"""Pictures of data with the predictions of a run and the residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..base.figures import grid, legend, line, matplotlib, panels, unit_of
+from ..base.foreign import are_dates
+
+
+def draw(
+    across: tuple[Any, str],
+    parts: Mapping[str, tuple[Any, Any, Any]],
+    axes: Any,
+    kwargs: dict[str, Any],
+) -> Any:
+    """Draw data with their errors over predictions, and below them the residuals.
+
+    Parameters
+    ----------
+    across : (ndarray, (K,), str)
+        The numbers or dates along the horizontal axis, and its label.
+    parts : mapping of str to three ndarrays or Quantities, (K,)
+        For each number of a row its name with predictions, residuals and standard errors.
+    axes : array of matplotlib Axes, or None
+        Two rows with a column for each number.
+    kwargs : dict
+        Options for ``Axes.errorbar``.
+
+    Returns
+    -------
+    ndarray of Axes, (2, C)
+    """
+    flat, result = panels(axes, (2, len(parts)), (0.6 + 4.6 * len(parts), 4.8))
+    places, label = across
+    for k, (name, (predicted, residual, sigma)) in enumerate(parts.items()):
+        above, below = flat[k], flat[len(parts) + k]
+        unit = f" [{unit_of(residual)}]" if hasattr(residual, "unit") else ""
+        model, left, errors = (np.asarray(getattr(values, "value", values)) for values in (predicted, residual, sigma))
+        style = {"linestyle": "", "marker": ".", "markersize": 4.0, "color": "k", "elinewidth": 0.7, **kwargs}
+        above.plot(places, model, **line(0, {"marker": "_", "linestyle": "", "markersize": 7.0, "label": "predicted"}))
+        above.errorbar(places, model + left, errors, **{"label": "observed", **style})
+        below.axhline(0.0, **line(0, {}))
+        below.errorbar(places, left, errors, **style)
+        above.set_ylabel(f"{name}{unit}")
+        below.set_ylabel(f"observed \N{MINUS SIGN} predicted{unit}")
+        below.set_xlabel(label)
+        for ax in (above, below):
+            grid(ax)
+            if name == "magnitude" and not ax.yaxis_inverted():
+                ax.invert_yaxis()
+        if np.asarray(places).dtype == object:
+            locator = matplotlib("dates").AutoDateLocator(maxticks=6)
+            below.xaxis.set_major_locator(locator)
+            below.xaxis.set_major_formatter(matplotlib("dates").ConciseDateFormatter(locator))
+    legend(flat[0])
+    return result
+
+
+def time_axis(times: Any) -> tuple[Any, str]:
+    """Return times in the form that an axis takes, and its label."""
+    if are_dates(times):
+        return np.asarray(times.utc.to_datetime()), "date, UTC"
+    return np.asarray(getattr(times, "value", times)), f"time since the epoch [{unit_of(times)}]"

@@ -1,0 +1,96 @@
+"""The common part of observations of the light of all bodies of a system together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.kinds import flag
+from ..errors import InvalidInput
+from ..model.context import SystemLike
+from ..typing import Floats
+from .brightness import Epochs, Photometer
+from .columns import Rows
+from .data import Observations
+from .states import DISTANT, RetardedStates, refuse_near
+from .vectors import Vectors, local_geometry
+
+if TYPE_CHECKING:
+    from .laws import Law
+
+
+class SunlitObservations(Observations):
+    """Base of observations of the light of all bodies of a system together.
+
+    Attributes
+    ----------
+    law, albedo, mutual, sun_radius
+        Options of :func:`brightness`.
+    """
+
+    #: What is observed, with its article, for errors.
+    _observed_what = "a magnitude"
+
+    def __init__(
+        self,
+        rows: Rows,
+        geometry: Vectors,
+        law: Law | dict[str, Law],
+        albedo: Any,
+        mutual: bool,
+        sun_radius: Any,
+    ) -> None:
+        super().__init__(rows, geometry)
+        if not geometry.has_sun:
+            raise InvalidInput(f"geometry of {self._what()} has no Sun; give to_sun=")
+        flag(mutual, "mutual")
+        self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
+
+    def _photometer(self, system: SystemLike) -> Photometer:
+        return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
+
+    def _epochs(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> Epochs:
+        """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
+        attitude = retarded.attitude(states["attitude"], states["spin"])
+        local = local_geometry(self.geometry, system)
+        to_sun = local.sun(retarded.times)
+        for what, position in (("observer", retarded.observer), ("Sun", to_sun)):
+            refuse_near(system, local, what, position, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
+        beta = retarded.velocity / retarded.light_speed
+        return Epochs(retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant)
+
+    def _total(self, light: Floats) -> Floats:
+        """Return the light (K,) of all bodies together, (K, N), after checking that there is some."""
+        total = light.sum(axis=1)
+        if not (total > 0.0).all():
+            dark = f"no light comes from the system at {self.times[np.argmin(total)]}"
+            raise InvalidInput(f"{dark}, but {self._observed_what} was observed")
+        return np.asarray(total)
+
+
+def by_states(
+    system: SystemLike, states: dict[str, Floats], retarded: RetardedStates, position: Floats, rotation: Floats
+) -> tuple[Floats, Floats]:
+    """Return the derivatives of K numbers with respect to states, (K, 12 N), and to masses, (K, N).
+
+    ``position`` and ``rotation`` are the derivatives of these numbers with respect to retarded positions and rotation
+    vectors, (K, N, 3). Let e be the unit vector from a body to the observer, u the body's velocity and d its delay.
+    Then c d' = e.(r' + d u' + u d') for a change r' of the position, which also changes the time at which the light
+    left. A mass moves the barycentre, relative to which the directions and distances of observer and Sun are given.
+    """
+    to_observer = retarded.observer[:, None] - retarded.centre
+    toward = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
+    later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
+    speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
+    position = position + toward * (later / speed)[..., None]
+    delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
+    moving, spin = delay * position, delay * rotation
+    parts = [
+        position - weights * position.sum(axis=1, keepdims=True),
+        moving - weights * moving.sum(axis=1, keepdims=True),
+        rotation + np.cross(delay * states["spin"], rotation),
+        spin,
+    ]
+    by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
+    return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
