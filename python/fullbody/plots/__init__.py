@@ -1,4 +1,4 @@
-"""Plots of a run, for :attr:`fullbody.Run.plot`, of the results of :mod:`fullbody.fields`, and of impacts.
+"""Plots of a run, for :attr:`fullbody.Run.plot`, and of fields, impacts, sweeps and astrometry.
 
 Matplotlib is imported when a plot is drawn.
 """
@@ -18,8 +18,19 @@ from .curves import angles, elements, energy, libration, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
 from .light import light_curve
 from .scene import orbit, scene
+from .sky import sky_track
+from .sweeps import sweep
 
-__all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
+__all__ = [
+    "Plots",
+    "impacts",
+    "roche_lobes",
+    "sky_track",
+    "surface_map",
+    "surface_scene",
+    "sweep",
+    "zero_velocity",
+]
 
 
 @dataclass(frozen=True, slots=True, repr=False)

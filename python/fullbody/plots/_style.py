@@ -119,14 +119,14 @@ def in_si(value: Any) -> Any:
 
 
 def colour_bar(ax: Any, drawn: Any, label: str, unit: str, **kwargs: Any) -> Any:
-    """Draw a colour bar beside axes, as high as they are, with a power of ten in its label instead of in its numbers."""
+    """Draw a colour bar beside axes, as high as they are, with a power of ten in its label instead of its numbers."""
     bar = ax.figure.colorbar(drawn, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), **kwargs)
     largest = np.abs(drawn.get_clim()).max()
     power = int(np.floor(np.log10(largest))) if np.isfinite(largest) and largest > 0.0 else 0
     if 10.0**power < 1e4 and power > -3:
         power = 0
     else:
-        bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value / 10.0**power:.4g}".replace("-", "−"))
+        bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value / 10.0**power:.4g}".replace("-", "\N{MINUS SIGN}"))
     bar.set_label(f"{label} [$10^{{{power}}}$ {unit}]" if power else f"{label} [{unit}]")
     return bar
 

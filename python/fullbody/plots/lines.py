@@ -95,8 +95,8 @@ def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any], na
         dots = {"marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
         return ax.plot(time, degrees, **{**dots, **style, "linestyle": "none"})[0]
     by = f"°/{unit}" if unit else "°"
-    rate_text = f"{rate:.4g}".replace("-", "−")
-    return draw(ax, time, departure, {**style, "label": f"{name} less {rate_text}{by} × time"})
+    rate_text = f"{rate:.4g}".replace("-", "\N{MINUS SIGN}")
+    return draw(ax, time, departure, {**style, "label": f"{name} less {rate_text}{by} \N{MULTIPLICATION SIGN} time"})
 
 
 def degrees(ax: Any) -> None:
