@@ -50,7 +50,7 @@ _NAME = 24
 def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
     """Draw Tait-Bryan angles in degrees: a row for each body, with phi, theta and psi in a panel each.
 
-    An angle that turns too often to be seen is drawn as its departure from a uniform turn, as the legend says.
+    An angle that turns too often to be seen is drawn as its departure from a uniform turn at the rate nu in the legend.
 
     Parameters
     ----------
@@ -67,8 +67,9 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
     for row, body in enumerate(indices):
         values = np.rad2deg(rotations.tait_bryan(attitude[:, body]))
         for ax, symbol, angle in zip(flat[3 * row : 3 * row + 3], _SYMBOLS, values.T, strict=True):
-            lines.draw_angle(ax, time, angle, line(0, kwargs), symbol, _style.unit_of_rates(run))
-            dress(ax, f"{symbol} [deg]", label_of(run, body))
+            name = lines.draw_angle(ax, time, angle, line(0, kwargs), symbol, _style.unit_of_rates(run))
+            first = f"{label_of(run, body)}\n" if symbol == _SYMBOLS[0] else ""
+            dress(ax, f"{first}{name} [deg]")
             lines.degrees(ax)
             legend(ax)
     for ax in flat[-3:]:
@@ -109,7 +110,7 @@ def elements(
             lines.draw(ax, times(run), value, style)
             dress(ax, label(run, symbol, "length") if name == "a" else symbol, text + orbit)
         else:
-            lines.draw_angle(ax, times(run), np.rad2deg(value), style, symbol, _style.unit_of_rates(run))
+            symbol = lines.draw_angle(ax, times(run), np.rad2deg(value), style, symbol, _style.unit_of_rates(run))
             dress(ax, f"{symbol} [deg]", text + orbit)
             lines.degrees(ax)
         ax.ticklabel_format(axis="y", useOffset=False)

@@ -70,33 +70,40 @@ def _mean(values: Floats, size: int) -> Floats:
     return np.asarray(middle + (sums[end] - sums[begin]) / (end - begin))
 
 
-def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any], name: str, unit: str) -> Any:
+def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any], name: str, unit: str) -> str:
     """Draw an angle (K,) in degrees, without strokes across jumps of a full turn.
 
-    An angle that stays within a turn is drawn without these jumps if they are many. One that turns too often for the
-    width of the axes is drawn as its departure from the uniform turn between its first and its last sample, whose rate
-    the legend gives in degrees by the unit of the time axis, with the name of the angle. If its samples are too far
-    apart for that, they are drawn as dots.
+    An angle that stays within half a turn is drawn without jumps, also outside 0 to 360 degrees. One that turns too
+    often for the width of the axes is drawn as its departure from the uniform turn between its first and its last
+    sample, whose rate nu the legend gives in degrees by the unit of the time axis. If its samples are too far apart for
+    that, they are drawn as dots. The name for the vertical axis is returned, which tells whether the angle or its
+    departure is drawn.
     """
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
     # An angle of several turns, such as a hyperbola's anomaly, has no jumps.
     jumps = jumps[:0] if np.ptp(degrees) > 360.0 else jumps
-    if len(jumps) <= width(ax) / (2.0 * _NARROW):
-        if not len(jumps):
-            return draw(ax, time, degrees, style)
-        return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
     unwrapped = np.unwrap(degrees, period=360.0)
+    followed = np.median(np.abs(np.diff(unwrapped))) <= _FOLLOWED if len(unwrapped) > 1 else False
+    if len(jumps) and followed and np.ptp(unwrapped) < 180.0:
+        draw(ax, time, unwrapped, style)
+        return name
+    if len(jumps) <= width(ax) / (2.0 * _NARROW):
+        if len(jumps):
+            ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)
+        else:
+            draw(ax, time, degrees, style)
+        return name
     rate = (unwrapped[-1] - unwrapped[0]) / (time[-1] - time[0])
     departure = unwrapped - unwrapped[0] - rate * (time - time[0])
-    followed = np.median(np.abs(np.diff(unwrapped))) <= _FOLLOWED
-    if followed and np.ptp(unwrapped) <= 360.0:
-        return draw(ax, time, unwrapped, style)
     if not followed or np.ptp(departure) > 360.0:
         dots = {"marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        return ax.plot(time, degrees, **{**dots, **style, "linestyle": "none"})[0]
-    by = f"°/{unit}" if unit else "°"
-    rate_text = f"{rate:.4g}".replace("-", "\N{MINUS SIGN}")
-    return draw(ax, time, departure, {**style, "label": f"{name} less {rate_text}{by} \N{MULTIPLICATION SIGN} time"})
+        ax.plot(time, degrees, **{**dots, **style, "linestyle": "none"})
+        return name
+    number = f"{rate:.4g}".replace("-", "\N{MINUS SIGN}")
+    rate_text = rf"$\nu$ = {number}°" + (f"/{unit}" if unit else "")
+    own = f"{style['label']}, " if "label" in style else ""
+    draw(ax, time, departure, {**style, "label": own + rate_text})
+    return rf"{name} $-\,\nu t$"
 
 
 def degrees(ax: Any) -> None:

@@ -28,8 +28,6 @@ _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 _AXIS_LENGTH = 1.4
 #: The height of the strip for the legend below the axes, relative to their height.
 _LEGEND_HEIGHT = 0.11
-#: The room in points for numbers and labels beside and below the box of axes in 3D.
-_LABELS = np.array([56.0, 30.0])
 #: The colours of the bodies' surfaces.
 _COLOURS = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
@@ -160,7 +158,7 @@ def scene(
 
 def new_axes(figure: Any) -> Any:
     """Make axes in 3D that leave room for the labels outside their box and for the legend below them."""
-    return figure.add_axes((0.02, 0.86 * _LEGEND_HEIGHT, 0.9, 0.86), projection="3d")
+    return figure.add_axes((0.02, 0.83 * _LEGEND_HEIGHT, 0.9, 0.83), projection="3d")
 
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
@@ -266,7 +264,6 @@ def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)
     ax.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]), zlim=(low[2], low[2] + span[2]))
-    fill(ax, span)
     digits = len(f"{np.abs([low, low + span]).max():.0f}")
     for letter, fraction in zip("xyz", span / span.max(), strict=True):
         getattr(ax, f"set_{letter}label")(_style.label(run, letter, "length"))
@@ -277,9 +274,10 @@ def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     extra_digits = max(0, digits - 2)
     ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * extra_digits)
     ax.zaxis.labelpad += 5.0 * extra_digits
+    _fill(ax, span)
 
 
-def fill(ax: Any, span: Floats) -> None:
+def _fill(ax: Any, span: Floats) -> None:
     """Set equal scales of axes in 3D for ranges of these sizes (3,), and enlarge the box until it fills their place."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
@@ -287,8 +285,13 @@ def fill(ax: Any, span: Floats) -> None:
     ax.apply_aspect()
     corners = np.array([(x, y, z) for x in ax.get_xlim() for y in ax.get_ylim() for z in ax.get_zlim()])
     x, y, _ = proj_transform(*corners.T, ax.get_proj())
-    box = np.ptp(ax.transData.transform(np.stack([x, y], axis=1)), axis=0)
+    box = ax.transData.transform(np.stack([x, y], axis=1))
+    low, high = box.min(axis=0), box.max(axis=0)
+    # The numbers and the labels outside the box keep their size.
+    renderer = figures.matplotlib("backends.backend_agg").RendererAgg(*ax.figure.bbox.size.round(), ax.figure.dpi)
+    outer = [axis.get_tightbbox(renderer) for axis in (ax.xaxis, ax.yaxis, ax.zaxis)]
+    below = np.maximum(low - np.min([box.min for box in outer], axis=0), 0.0)
+    above = np.maximum(np.max([box.max for box in outer], axis=0) - high, 0.0)
+    labels = np.array([below[0] + above[0], 2.0 * max(below[1], above[1])])
     place = ax.get_position(original=True).size * ax.figure.bbox.size
-    # The numbers and the labels are outside the box.
-    room = np.maximum(place - _LABELS * ax.figure.dpi / 72.0, 0.5 * place)
-    ax.set_box_aspect(span, zoom=float((room / box).min()))
+    ax.set_box_aspect(span, zoom=float((np.maximum(place - labels, 0.3 * place) / (high - low)).min()))

@@ -1,7 +1,5 @@
 """Plots show the run's own numbers, with units, on the axes they are given."""
 
-import itertools
-
 import fullbody
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,6 +10,7 @@ from fullbody.plots.between import at
 from fullbody.plots.lines import degrees
 from matplotlib.text import Text
 from support import body_list, points, refused, rot_z
+from support.legibility import faults
 
 
 def drawn(line):
@@ -33,43 +32,6 @@ def passes_through(line, points):
     """Whether all of some points (K, 2) are among those of a line."""
     apart = np.linalg.norm(np.transpose(line.get_data())[None] - points[:, None], axis=2)
     return apart.min(axis=1).max() < 1e-12 * np.abs(points).max()
-
-
-def texts_of(ax):
-    """Titles, labels, shown tick labels, annotations and legend of axes."""
-    yield from (ax.title, ax._left_title, ax._right_title, *ax.texts)
-    for axis in ax._axis_map.values():
-        yield axis.label
-        if not hasattr(ax, "get_zlim"):
-            yield from (tick.label1 for tick in axis._update_ticks() if tick.label1.get_visible())
-    if ax.get_legend():
-        yield from ax.get_legend().get_texts()
-
-
-def text_boxes(figure):
-    """Boxes of all texts that a figure shows."""
-    figure.draw_without_rendering()
-    renderer = figure.canvas.get_renderer()
-    texts = [text for ax in figure.axes for text in texts_of(ax) if text.get_text().strip()]
-    texts += [figure._suptitle] if figure._suptitle else []
-    boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in texts]
-    # A legend's lines count too, beside the titles.
-    for ax in figure.axes:
-        handles = ax.get_legend() and ax.get_legend().legend_handles[0].get_window_extent(renderer)
-        boxes += [(f"lines of the legend of {ax.get_title(loc='left')}", handles)] if handles and handles.width else []
-    return boxes
-
-
-def faults(figure):
-    """Pairs of texts that cover each other by more than a pixel, and texts that stand out of the figure."""
-    boxes = text_boxes(figure)
-    covering = []
-    for (a, x), (b, y) in itertools.combinations(boxes, 2):
-        if min(x.x1, y.x1) - max(x.x0, y.x0) > 1.0 and min(x.y1, y.y1) - max(x.y0, y.y0) > 1.0:
-            covering.append((a, b))
-    width, height = figure.canvas.get_width_height()
-    cut = [text for text, box in boxes if box.x0 < -1 or box.y0 < -1 or box.x1 > width + 1 or box.y1 > height + 1]
-    return covering, cut
 
 
 def test_orbit_shows_the_relative_position(kw4_run):
@@ -104,7 +66,9 @@ def test_elements_are_the_runs(kw4_run):
     assert np.array_equal(axes.flat[0].lines[0].get_ydata(), values.a.to_value("km"))
     assert np.array_equal(axes.flat[1].lines[0].get_ydata(), values.e)
     for ax, name in zip(list(axes.flat)[2:], ("i", "Omega", "omega", "M"), strict=True):
-        assert np.array_equal(drawn(ax.lines[0]), np.rad2deg(getattr(values, name).to_value("rad"))), name
+        apart = drawn(ax.lines[0]) - np.rad2deg(getattr(values, name).to_value("rad"))
+        # The mean anomaly oscillates about zero and is drawn without jumps between 0 and 360 degrees.
+        assert np.abs(apart - 360.0 * np.round(apart / 360.0)).max() < 1e-12, name
     labels = [ax.get_ylabel() for ax in axes.flat]
     assert labels == ["$a$ [km]", "$e$", "$i$ [deg]", r"$\Omega$ [deg]", r"$\omega$ [deg]", "$M$ [deg]"]
     assert axes[2, 0].get_xlabel() == "time [h]"
