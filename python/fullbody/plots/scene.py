@@ -192,7 +192,7 @@ def draw_body(
     if not surfaces:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = rotations.matrices(attitude)
-    style = {
+    style: dict[str, Any] = {
         "color": _COLOURS[body % len(_COLOURS)],
         "edgecolor": "0.45",
         "linewidth": 0.15,
