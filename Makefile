@@ -28,7 +28,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 study test test-rust test-python test-reproduction explorer test-explorer lint check fmt docs notebooks film bench mutants clean
+.PHONY: help kw4 study quick test test-rust test-python test-reproduction explorer test-explorer lint check fmt docs notebooks film bench mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -84,6 +84,10 @@ lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the 
 	$(BIN)/ruff format --check $(PYTHONS)
 	$(BIN)/ruff check $(PYTHONS)
 	$(BIN)/mypy
+
+quick: $(VENV)/.dev  ## a first check within a minute: lints, the rules of the package, and the tests in TESTS=
+	$(BIN)/ruff check $(PYTHONS)
+	$(PYTEST) -q tests/python/package/test_layers.py tests/python/package/test_import.py tests/python/package/test_objects.py $(TESTS)
 
 check: lint  ## lint, and the lints of Rust and the stubs
 	cargo clippy --locked --workspace --all-targets -- -D warnings

@@ -25,14 +25,15 @@ def command(name: str, text: str, out: str, study: Study, argv: Sequence[str] | 
     parser = argparse.ArgumentParser(prog=f"python -m reproduction.{name}", description=text)
     parser.add_argument("--out", type=Path, default=Path(out), help="folder (%(default)s)")
     parser.add_argument("--draft", action="store_true", help="a small grid and short runs")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     arguments = parser.parse_args(argv)
 
     def work() -> None:
         arguments.out.mkdir(parents=True, exist_ok=True)
         report = study(arguments.out, arguments.draft, sys.stderr.isatty() and not arguments.quiet)
-        print(report.read_text(encoding="utf-8"))
-        print(f"The report is {report}")
+        if not arguments.quiet:
+            print(report.read_text(encoding="utf-8"))
+            print(f"The report is {report}")
 
     return reported(work)
 

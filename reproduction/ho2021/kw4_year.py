@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from fullbody import Run
-from fullbody.commands.kw4 import add_options, write, years
+from fullbody.commands.kw4 import add_options, write, written, years
 
 from ..publishing import as_json, reported
 from . import paper
@@ -33,8 +33,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         for shape, method, run, seconds in years(arguments):
             numbers[shape][method] = measure(run, seconds)
             runs[shape] = run
-        print(table(numbers, arguments.until), end="\n\n")
+        if not arguments.quiet:
+            print(table(numbers, arguments.until), end="\n\n")
         write(arguments.out, all_figures(runs), as_json(numbers))
+        if not arguments.quiet:
+            print(written(arguments.out))
 
     return reported(work)
 

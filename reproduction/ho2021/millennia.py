@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--energy-error", type=float, default=1e-9, help="largest, of the orbit's (%(default)g)")
     parser.add_argument("--step", type=float, help="hours, instead of the trials")
     parser.add_argument("--part", type=float, default=100.0, help="years that are run at once and kept (%(default)g)")
-    parser.add_argument("--quiet", action="store_true", help="no progress")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     arguments = parser.parse_args(argv)
     return reported(lambda: run(arguments))
 
@@ -66,38 +66,51 @@ def run(arguments: argparse.Namespace) -> None:
     step: float = sim.integrator.step  # type: ignore[attr-defined]
     # Samples and ends of parts coincide with ends of steps, so that all steps have the same size.
     spacing = max(1, round(_YEAR / _SAMPLES / step))
-    length = spacing * max(1, round(arguments.part * _YEAR / step / spacing))
-    done = float(sim.time) / (length * step)
-    first, wanted = round(done), max(1, round(arguments.years * _YEAR / (length * step)))
-    if abs(done - first) > 1e-6:
-        begun = load(out / "part-0000.nc").time[-1] / _YEAR
-        raise InvalidInput(
-            f"--part is {arguments.part:g} years, but {out / _KEPT} was run in parts of {begun:g} years; expected "
-            f"--part {begun:g}, or another --out"
-        )
-    for part in range(first, wanted):
+    length, last = (
+        spacing * max(1, round(years * _YEAR / step / spacing)) for years in (arguments.part, arguments.years)
+    )
+    first = done = round(float(sim.time) / step)
+    parts = _parts(out, (done + 0.5) * step)
+    while done < last:
         if not arguments.quiet and sys.stderr.isatty():
-            print(f"\r{part * length * step / _YEAR:7.0f} of {arguments.years:g} years ", end="", file=sys.stderr)
-        samples = step * (part * length + spacing * np.arange(part > 0, length // spacing + 1))
+            print(f"\r{done * step / _YEAR:7.0f} of {arguments.years:g} years ", end="", file=sys.stderr)
+        end = min(last, (done // length + 1) * length)
+        samples = step * np.arange(done + (spacing if done else 0), end + 1, spacing)
         result = sim.integrate(samples[-1], output=samples)
         # The samples are saved first: if the command ends between the two files, the part is run again with the same
         # bits.
-        result.save(out / f"part-{part:04d}.nc")
+        parts.append(out / f"part-{len(parts):04d}.nc")
+        result.save(parts[-1])
         sim.save(out / _KEPT)
+        done = end
     seconds = time.process_time() - started
-    found = measure([load(out / f"part-{part:04d}.nc") for part in range(max(first, wanted))])
-    years = max(0, wanted - first) * length * step / _YEAR
+    found = measure([load(part) for part in parts])
+    years = (done - first) * step / _YEAR
     table = Table(f"1999 KW4, {arguments.shape}s, {sim.integrator}")
     table.rows = [(name, text) for name, text in _rows(found)]
     if years:
         table.rows.append(("CPU time of these years, trials of the step included", f"{years:g} in {seconds:.0f} s"))
-    print(to_text(table))
     with replacing(out / "energy.png") as path:
         _figure(found).savefig(path, dpi=150)
     write_numbers(
         out / "numbers.json", {"shape": arguments.shape, "step": step, **{name: text for name, text in table.rows}}
     )
-    print(f"\nSamples, numbers.json and energy.png are in {out}/")
+    if not arguments.quiet:
+        print(to_text(table))
+        print(f"\nSamples, numbers.json and energy.png are in {out}/")
+
+
+def _parts(out: Path, end: float) -> list[Path]:
+    """Return the files of the parts until a time; later ones were written, but not finished, when the command ended."""
+    parts: list[Path] = []
+    previous = 0.0
+    for part in sorted(out.glob("part-[0-9]*.nc")):
+        last = float(load(part).time[-1])
+        if not previous < last <= end:
+            break
+        parts.append(part)
+        previous = last
+    return parts
 
 
 def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:

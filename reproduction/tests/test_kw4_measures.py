@@ -41,7 +41,7 @@ def test_docstring_of_the_start_quotes_the_paper():
 
 
 def test_short_years_have_numbers_that_every_reader_takes(tmp_path, capsys):
-    assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--until", "300", "--quiet"]) == 0
+    assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--until", "12.5 day"]) == 0
     read = json.loads((tmp_path / "numbers.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert read["spheroid"]["focal"]["inclination_period"] is None
     printed = capsys.readouterr().out

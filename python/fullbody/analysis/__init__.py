@@ -1,6 +1,6 @@
 """Relative equilibria, periodic orbits, sections and frequencies of motions, by exact derivatives.
 
-Everything here needs scipy: ``pip install fullbody[analysis]``.
+Everything here needs scipy: ``pip install scipy``.
 """
 
 from .equilibrium import RelativeEquilibrium, averaged, relative_equilibrium

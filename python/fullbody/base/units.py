@@ -18,6 +18,7 @@ from ..typing import Floats, Scalar
 from .foreign import array_or_quantity, shown
 from .limits import FINITE, Limits
 from .unit_names import derived, error_of, factor, meant, usable_unit, with_error
+from .version import to_install
 
 #: The unit of each dimension that error messages use in examples of text.
 _EXAMPLES = {
@@ -181,7 +182,7 @@ def need(extra: str | None, what: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         name = (error.name or "").partition(".")[0]
-        install = name if extra is None else f"'fullbody[{extra}]'"
+        install = to_install(name, extra)
         # The error itself is left out, since its traceback would bury this line.
         raise ModuleNotFoundError(f"{what} needs the package {name}: pip install {install}", name=name) from None
 

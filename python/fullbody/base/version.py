@@ -1,4 +1,8 @@
-"""The version of the installed package."""
+"""The version of the installed package, and what to install beside it."""
+
+#: Whether package indices have this package under its name. Until then, messages name the packages that are missing
+#: instead of the extras that contain them.
+PUBLISHED = False
 
 
 def version() -> str:
@@ -7,3 +11,8 @@ def version() -> str:
     from importlib import metadata
 
     return metadata.version("fullbody")
+
+
+def to_install(package: str, extra: str | None) -> str:
+    """Return what to install for a missing package, which an extra contains unless it is ``None``."""
+    return f"'fullbody[{extra}]'" if PUBLISHED and extra else package

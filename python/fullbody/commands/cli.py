@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 
 from ..base.version import version
 from ..errors import FullbodyError
-from . import info, kw4, run
+from . import completion, info, init, kw4, pictures, run
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -20,8 +21,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"fullbody {version()}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, info, kw4):
+    for command in (init, run, info, pictures, kw4):
         command.register(subparsers)
+    completion.register(subparsers, parser)
     return parser
 
 
@@ -29,7 +31,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; an error is reported as one line on standard error and a non-zero exit code."""
     arguments = build_parser().parse_args(argv)
     try:
-        return int(arguments.run(arguments))
+        code = int(arguments.run(arguments))
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # The reader has had enough, as head has after ten lines. What is left must not fail when Python ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + 13
     except (FullbodyError, ImportError, OSError) as error:
         print(f"fullbody: {error}", file=sys.stderr)
         return 1

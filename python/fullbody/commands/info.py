@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -15,8 +16,10 @@ from ..base import tables
 from ..ensembles.dataset import FAILURE
 from ..ensembles.store import ATTRIBUTE
 from ..errors import FullbodyError
+from ..files import npz
 from ..files.reading import netcdf
 from ..loading import load, load_flight
+from ..motion.run import Run
 from ..setups.toml import read_toml
 
 if TYPE_CHECKING:
@@ -32,31 +35,43 @@ def register(subparsers: Any) -> None:
         "holds. A file that cannot be read is named; the others are shown.",
     )
     parser.add_argument("files", nargs="+", metavar="file", type=Path)
+    parser.add_argument("--json", action="store_true", help="print an object of JSON: of each file its tables")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    shown = failed = 0
+    failed = 0
+    found: dict[str, list[tables.Table]] = {}
     for path in arguments.files:
         try:
-            text = of_toml(path) if path.suffix.lower() == ".toml" else of_netcdf(path)
+            shown = of_toml(path) if path.suffix.lower() == ".toml" else of_recorded(path)
         except (FullbodyError, ImportError, OSError) as error:
             # Both streams may go to the same place, where the order of the lines must be kept.
             sys.stdout.flush()
             print(f"fullbody: {error}", file=sys.stderr)
             failed += 1
             continue
-        if shown:
-            print()
-        print(path)
-        print(text)
-        shown += 1
+        if not arguments.json:
+            print(f"\n{path}" if found else path)
+            print(tables.to_text(*shown))
+        found[str(path)] = shown
+    if arguments.json:
+        print(json.dumps({path: {table.caption: as_json(table) for table in shown} for path, shown in found.items()}))
     return 1 if failed else 0
 
 
-def of_netcdf(path: Path) -> str:
-    """Describe the content of a NetCDF file of this package."""
+def as_json(table: tables.Table) -> Any:
+    """Return a table for JSON: a list of dicts by the header, or without a header a dict of the rows."""
+    if not table.header:
+        return {row[0]: row[1] if len(row) == 2 else list(row[1:]) for row in table.rows}
+    return [dict(zip(table.header, row, strict=True)) for row in table.rows]
+
+
+def of_recorded(path: Path) -> list[tables.Table]:
+    """Describe the content of a file that this package wrote."""
+    if path.suffix.lower() == npz.SUFFIX:
+        return of_run(path)
     attributes: dict[str, Any] = {}
     # Errors in a file are reported when it is loaded as a run.
     with suppress(Exception), netcdf().open_dataset(path, engine="h5netcdf") as file:
@@ -64,11 +79,11 @@ def of_netcdf(path: Path) -> str:
         if ATTRIBUTE in attributes:
             return of_map(file)
     if "fullbody_flight" in attributes:
-        return tables.to_text(load_flight(path))
+        return tables.tables_of(load_flight(path))
     return of_run(path)
 
 
-def of_map(dataset: xarray.Dataset) -> str:
+def of_map(dataset: xarray.Dataset) -> list[tables.Table]:
     """Describe the content of a sweep's map."""
     dimensions = [tables.Table("Map", (), [(name, f"{size} values") for name, size in dataset.error.sizes.items()])]
     rows: list[Sequence[str]] = [
@@ -82,22 +97,25 @@ def of_map(dataset: xarray.Dataset) -> str:
         (kind or "none", str(count)) for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True)
     ]
     variables = tables.Table("Variables", ("name", "dimensions", "unit"), rows)
-    return tables.to_text(*dimensions, variables, tables.Table("Errors", ("kind", "rows"), errors))
+    return [*dimensions, variables, tables.Table("Errors", ("kind", "rows"), errors)]
 
 
-def of_run(path: Path) -> str:
-    """Print the content of a recorded run."""
+def of_run(path: Path) -> list[tables.Table]:
+    """Describe the content of a recorded run, or of a fit."""
     run = load(path)
-    parts: list[tables.Tabled] = [run]
-    if len(run):
-        parts.append(run[-1])
-        if len(run.system) > 1:
-            parts.append(run.elements())
-    return tables.to_text(*parts)
+    if not isinstance(run, Run):
+        return tables.tables_of(run)
+    shown = tables.tables_of(run, run[-1]) if len(run) else tables.tables_of(run)
+    if len(run) and len(run.system) > 1:
+        about, body = run.system.context.names[:2]
+        (elements,) = tables.tables_of(run.elements())
+        elements.caption = f"Kepler elements of {body} about {about}, {len(run)} samples"
+        shown.append(elements)
+    return shown
 
 
-def of_toml(path: Path) -> str:
-    """Print the content of a description in TOML."""
+def of_toml(path: Path) -> list[tables.Table]:
+    """Describe the content of a description in TOML."""
     configuration = read_toml(path)
     output = "every step" if configuration.output is None else f"{configuration.output}"
     rows = [
@@ -106,4 +124,4 @@ def of_toml(path: Path) -> str:
         ("integrator", repr(configuration.integrator)),
         ("writes", str(configuration.file)),
     ]
-    return tables.to_text(configuration.system, configuration.state, tables.Table("Run", (), list(rows)))
+    return tables.tables_of(configuration.system, configuration.state, tables.Table("Run", (), list(rows)))

@@ -21,7 +21,8 @@ from ..motion.run import Run
 from ..record.integrators import Integrator, Verner98
 from ..systems import kw4_ho2021
 from ..typing import Floats
-from .run import page
+from .options import add_quiet, add_until, hours
+from .pictures import page
 
 Shape = Literal["ellipsoid", "spheroid"]
 SHAPES: tuple[Shape, ...] = get_args(Shape)
@@ -48,9 +49,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the year."""
     parser.add_argument("--out", type=Path, default=Path("out/kw4"), help="folder for figures and data (%(default)s)")
     parser.add_argument("--gravity", choices=(*METHODS, "both"), default="both", help="method (%(default)s)")
-    parser.add_argument("--until", type=float, default=_YEAR, help="hours (%(default)s, a year)")
+    add_until(parser, "the end, a year unless given: a number of hours", type=hours, default=_YEAR)
     parser.add_argument("--rtol", type=float, default=1e-13, help="tolerance of a step (%(default)s)")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    add_quiet(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -63,8 +64,11 @@ def run(arguments: argparse.Namespace) -> int:
     header = ("", *numbers["ellipsoid"])
     for shape, columns in numbers.items():
         rows = [(name, *(_text(column[name]) for column in columns.values())) for name in columns[header[1]]]
-        print(to_text(Table(f"1999 KW4, {shape}s, {arguments.until:g} hours", header, list(rows))), end="\n\n")
+        if not arguments.quiet:
+            print(to_text(Table(f"1999 KW4, {shape}s, {arguments.until:g} hours", header, list(rows))), end="\n\n")
     write(arguments.out, figures, numbers)
+    if not arguments.quiet:
+        print(written(arguments.out))
     return 0
 
 
@@ -142,4 +146,8 @@ def write(out: Path, figures: dict[str, Any], numbers: Any) -> None:
                 figure.savefig(path, dpi=150)
     with replacing(out / "numbers.json") as path:
         path.write_text(json.dumps(numbers, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    print(f"Figures, runs (every {_KEPT}th step) and numbers.json are in {out}/")
+
+
+def written(out: Path) -> str:
+    """Return what was written into the folder, as a sentence."""
+    return f"Figures, runs (every {_KEPT}th step) and numbers.json are in {out}/"

@@ -7,16 +7,18 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..base.atomic import check_suffix, check_target, replacing
+from ..base.atomic import replacing
 from ..base.figures import matplotlib
-from ..base.units import from_text
-from ..errors import FullbodyError, Interrupted
-from ..files.netcdf import SUFFIXES
+from ..errors import FullbodyError, Interrupted, InvalidInput
+from ..files import npz
+from ..files.netcdf import RUN_SUFFIXES
 from ..files.reading import netcdf
 from ..motion.run import Run
 from ..setups.toml import read_toml
+from .options import add_quiet, add_until, check_output, time
+from .pictures import FIGURES, page
 
-_PAGES = (".png", ".pdf", ".svg")
+_TABLE = ".csv"
 
 
 def register(subparsers: Any) -> None:
@@ -24,14 +26,17 @@ def register(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "run",
         help="integrate what a system.toml describes",
-        description="Integrate what a system.toml describes and write the run as NetCDF. See the documentation of "
+        description="Integrate what a system.toml describes and write the run. See the documentation of "
         "fullbody.setups.toml for the file's keys.",
     )
-    parser.add_argument("file", type=Path, help="the description, a .toml")
-    parser.add_argument("-o", "--out", type=Path, help="NetCDF file to write; as in the description, unless given")
-    parser.add_argument("--until", help="another end: a number in the system's units, or text such as '3 day'")
+    parser.add_argument("file", type=Path, help="the description, a .toml; - for standard input")
+    suffixes = f"{', '.join(RUN_SUFFIXES)}, or {_TABLE} for a table"
+    parser.add_argument(
+        "-o", "--out", type=Path, help=f"file to write ({suffixes}); as in the description, unless given"
+    )
+    add_until(parser, "another end: a number in the system's units")
     parser.add_argument("--page", type=Path, help="draw the one-page summary into this file too (.png, .pdf, .svg)")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    add_quiet(parser)
     parser.set_defaults(run=run)
 
 
@@ -39,27 +44,30 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from ..base import tables
 
-    configuration = read_toml(arguments.file)
+    piped = str(arguments.file) == "-"
+    if piped and arguments.out is None:
+        raise InvalidInput("-o is not given; expected a file to write for a description from standard input")
+    configuration = read_toml(sys.stdin.buffer if piped else arguments.file)
     out = configuration.file if arguments.out is None else arguments.out
-    unfinished = out.with_suffix(f".partial{out.suffix}")
     # Everything that could prevent the result from being written is checked before the work.
-    for path, suffixes in ((out, SUFFIXES), (unfinished, SUFFIXES), (arguments.page, _PAGES)):
-        if path is None:
-            continue
-        check_suffix(path, suffixes)
-        check_target(path)
-    netcdf()
+    unfinished = out.with_suffix(f".partial{out.suffix}")
+    for path in (out, unfinished):
+        check_output(path, (*RUN_SUFFIXES, _TABLE))
+    if arguments.page is not None:
+        check_output(arguments.page, FIGURES)
+    if out.suffix.lower() != npz.SUFFIX:
+        netcdf()
     if arguments.page is not None:
         matplotlib("figure")
     progress = sys.stderr.isatty() and not arguments.quiet
     try:
-        result = configuration.run(_time(arguments.until), progress=progress)
+        result = configuration.run(time(arguments.until), progress=progress)
     except (FullbodyError, Interrupted) as error:
         if error.run is not None and len(error.run):
-            error.run.save(unfinished)
+            write(error.run, unfinished)
             print(f"fullbody: stopped early; what was recorded until then is in {unfinished}", file=sys.stderr)
         raise
-    result.save(out)
+    write(result, out)
     if arguments.page is not None:
         with replacing(arguments.page) as temporary:
             page(result).savefig(temporary)
@@ -69,16 +77,18 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _time(text: str | None) -> Any:
-    """Return the end of the run as a plain number, or as a Quantity if the text has a unit."""
-    try:
-        return None if text is None else float(text)
-    except ValueError:
-        return from_text(str(text), "--until", "time")
+def write(run: Run, path: Path) -> None:
+    """Write a run to a file, or to a table of comma-separated values with one row per sample."""
+    if path.suffix.lower() != _TABLE:
+        run.save(path)
+        return
+    frame = run.to_pandas()
+    units = frame.attrs["units"]
+    frame.columns = [" ".join(filter(None, (*column, _unit(units, column[0])))) for column in frame.columns]
+    frame.index.name = " ".join(filter(None, ("time", _unit(units, "time"))))
+    with replacing(path) as temporary:
+        frame.to_csv(temporary)
 
 
-def page(run: Run) -> Any:
-    """Return the page of plots of a run, on a figure without a window."""
-    figure = matplotlib("figure").Figure(figsize=(11.0, 7.0 + 2.1 * len(run.system)), layout="constrained")
-    run.plot(figure)
-    return figure
+def _unit(units: dict[str, str], quantity: str) -> str:
+    return f"[{units[quantity]}]" if quantity in units else ""

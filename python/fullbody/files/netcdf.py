@@ -1,4 +1,4 @@
-"""Runs as NetCDF files and as tables of other libraries."""
+"""Runs as NetCDF files, as archives of numpy, and as tables of other libraries."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import integer
-from ..base.atomic import check_suffix, replacing
+from ..base.atomic import as_path, check_suffix, replacing
 from ..base.units import Units, need
 from ..base.version import version
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..record.columns import tangent_labels
 from ..record.record import STOP_REASONS, Record, Statistics
-from . import checksum, occurrences
+from . import checksum, npz, occurrences
 from .reading import Content, check_order, check_unit, netcdf
 
 if TYPE_CHECKING:
@@ -66,8 +66,9 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
 }
 #: The attribute that marks a file as a run, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_format", 2)
-#: Suffixes of the names of runs' files.
+#: Suffixes of the names of NetCDF files, and of all files in which a run can be saved.
 SUFFIXES = (".nc", ".nc4")
+RUN_SUFFIXES = (*SUFFIXES, npz.SUFFIX)
 
 
 def described(units: Units, dimension: str | None, text: str) -> dict[str, str]:
@@ -99,6 +100,11 @@ def to_xarray(run: Record) -> xarray.Dataset:
     with need("data", "a run as a dataset"):
         import xarray as xr
 
+    return xr.Dataset(*_content(run))
+
+
+def _content(run: Record) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return variables and coordinates, each as (dimensions, values, attributes), and attributes of the whole."""
     units, attributes = run.context.units, partial(described, run.context.units)
     forces = list(run.context.forces)
     optional = {name: entry for name, entry in _OPTIONAL.items() if forces or "force" not in entry[0]}
@@ -124,7 +130,7 @@ def to_xarray(run: Record) -> xarray.Dataset:
         coordinates["indicator"] = ("indicator", _INDICATORS)
     of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
-    return xr.Dataset(
+    return (
         variables | of_events,
         coordinates | labels,
         {
@@ -183,15 +189,17 @@ def to_pandas(run: Record) -> pandas.DataFrame:
 
 
 def save(run: Record, path: Any) -> None:
-    """Write the run to a NetCDF file, exactly and atomically; :func:`fullbody.load` reads it.
+    """Write the run to a file, exactly and atomically; :func:`fullbody.load` reads it.
+
+    The file is NetCDF-4, or an archive of numpy with the same arrays and attributes, which needs no other package.
 
     A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason. It
     keeps neither the continuous solution of ``dense=True`` nor the functions of :class:`fullbody.events.Function` and
     :class:`fullbody.forces.Function`, but their names: events stay with times and states, and the integration of a
     system with such a force raises an error that names it.
 
-    The file ends with a checksum of its content, after the part that NetCDF reads, which :func:`fullbody.load` checks.
-    Other programs ignore it and remove it when they write to the file; :func:`fullbody.load` then warns.
+    A NetCDF file ends with a checksum of its content, after the part that NetCDF reads, which :func:`fullbody.load`
+    checks. Other programs ignore it and remove it when they write to the file; :func:`fullbody.load` then warns.
 
     The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points to
     is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are kept; a
@@ -200,7 +208,7 @@ def save(run: Record, path: Any) -> None:
     Parameters
     ----------
     path : str or Path
-        A name that ends in ``.nc`` or ``.nc4``; others are refused.
+        A name that ends in ``.nc`` or ``.nc4``, or in ``.npz`` for an archive of numpy; others are refused.
 
     Raises
     ------
@@ -208,7 +216,12 @@ def save(run: Record, path: Any) -> None:
         If the file cannot be written, for lack of space or permission, or because the path is a write-protected file, a
         folder or a device; the error has the path.
     """
-    check_suffix(path, SUFFIXES)
+    check_suffix(path, RUN_SUFFIXES)
+    if as_path(path).suffix.lower() == npz.SUFFIX:
+        variables, coordinates, attributes = _content(run)
+        with replacing(path) as temporary:
+            npz.write(variables | coordinates, attributes, temporary)
+        return
     netcdf()
     write(to_xarray(run), path)
 

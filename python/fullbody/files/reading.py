@@ -1,4 +1,4 @@
-"""Reading of NetCDF-4 files, whose content is checked since any program may have written them."""
+"""Reading of files, whose content is checked since any program may have written them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..base.atomic import as_path, other_reader
 from ..base.units import need
 from ..errors import InvalidInput, UncheckedFile, caution
 from ..typing import Floats
-from . import checksum
+from . import checksum, npz
 
 _Built = TypeVar("_Built")
 
@@ -36,10 +36,10 @@ def netcdf() -> Any:
 def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
     """Build an object from the content of a file that should hold a ``kind``, such as ``"run"``; errors name the file.
 
-    A file that is not NetCDF-4, or damaged, is refused, and content that ``build`` refuses; a file without a checksum
-    is an :class:`UncheckedFile`, with a warning.
+    A file that is neither NetCDF-4 nor an archive of numpy, or damaged, is refused, and content that ``build`` refuses;
+    a file without a checksum is an :class:`UncheckedFile`, with a warning.
     """
-    xr, path = netcdf(), as_path(path)
+    path = as_path(path)
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     attributes = None
@@ -47,9 +47,8 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
         if path.is_dir():
             raise InvalidInput("the file is a folder")
         with path.open("rb") as file:
-            checked, size = checksum.check(file), file.seek(0, 2)
-            # This is the open file that was checked, even if another file has its name by now.
-            dataset = _dataset(xr, file, size)
+            # What is read is the open file that was checked, even if another file has its name by now.
+            checked, dataset = _dataset(file)
             attributes = dataset.attrs
             found = build(Content(dataset))
     except InvalidInput as error:
@@ -61,8 +60,18 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
     return found
 
 
-def _dataset(xr: Any, file: Any, size: int) -> Any:
-    """Read the whole content of an open file."""
+def _dataset(file: Any) -> tuple[bool, Any]:
+    """Return whether an open file has a checksum, and its whole content."""
+    begin = file.read(len(npz.SIGNATURE))
+    file.seek(0)
+    if begin == npz.SIGNATURE:
+        return True, npz.read(file)
+    xr = netcdf()
+    return checksum.check(file), _of_netcdf(xr, file, file.seek(0, 2))
+
+
+def _of_netcdf(xr: Any, file: Any, size: int) -> Any:
+    """Read the whole content of an open NetCDF-4 file."""
     import h5py
 
     try:

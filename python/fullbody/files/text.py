@@ -16,6 +16,13 @@ POSITIVE = Limits(above=0.0, text="a number above zero")
 NOT_NEGATIVE = Limits(least=0.0, text="a number, zero or above")
 
 
+def refuse_underscores(text: str) -> str:
+    """Return a text, or raise a ValueError if it has an underscore, which Python accepts between digits."""
+    if "_" in text:
+        raise ValueError
+    return text
+
+
 @contextmanager
 def naming(path: Any) -> Iterator[None]:
     """Return a context manager that puts the name of a file before errors about its content."""
@@ -44,7 +51,7 @@ class Text:
         """Return the number that a text states, after checking that it is within limits."""
         expected = "a number"
         with suppress(ValueError):
-            value = float(text)
+            value = float(refuse_underscores(text))
             expected = limits.text if math.isfinite(value) else NUMBER.text
             if limits.hold(value):
                 return value
@@ -53,7 +60,7 @@ class Text:
     def whole(self, line: int, text: str, what: str, least: int = 0) -> int:
         """Return the whole number that a text states, after checking that it is not below ``least``."""
         with suppress(ValueError):
-            if (value := int(text)) >= least:
+            if (value := int(refuse_underscores(text))) >= least:
                 return value
         self.fail(line, f"{what} is {text!r}; expected a whole number from {least} on")
 

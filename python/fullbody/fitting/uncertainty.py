@@ -14,7 +14,7 @@ from ..errors import InvalidInput, once
 from ..observing.measured import Measured
 from ..typing import Floats
 from .free import Parameters
-from .problem import Problem
+from .problem import Problem, Refused
 
 if TYPE_CHECKING:
     import xarray
@@ -138,7 +138,10 @@ def derived(
         every = np.stack(draws).reshape(len(draws), *np.shape(value))
         return Derived(value, every.std(axis=0, ddof=1), every)
     alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
-    rows = alone.jacobian(alone.point(values[places])).rows
+    try:
+        rows = alone.jacobian(alone.point(values[places])).rows
+    except Refused as error:
+        raise InvalidInput(f"function cannot be differentiated at the values of the fit: {error}") from error
     spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(places, places)], rows))
     return Derived(value, spread.reshape(np.shape(value)) * unit)
 

@@ -28,8 +28,19 @@ __all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "r
 
 #: Names of frames here, with those in astropy.
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
-#: The matrix from the ICRF to SPICE's ECLIPJ2000.
-_ECLIPJ2000 = rotations.matrices(rotations.about_axis(0, -np.deg2rad(84381.448 / 3600.0)))
+#: The matrices from the ICRS to frames that need no astropy, the ecliptic as astropy has it to the last bit.
+_FROM_ICRS = {
+    "equatorial": np.eye(3),
+    "icrf": np.eye(3),
+    "ecliptic": np.array(
+        [
+            [0.9999999999999941, -7.078368954848322e-08, 8.05621398373642e-08],
+            [3.2897004077419646e-08, 0.9174821299149584, 0.39777699944404793],
+            [-1.0207044725484355e-07, -0.39777699944404304, 0.9174821299149556],
+        ]
+    ),
+    "eclipj2000": rotations.matrices(rotations.about_axis(0, -np.deg2rad(84381.448 / 3600.0))),
+}
 _EXPECTED = (
     "expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame of astropy that differs from them by a rotation alone: "
     "'galactic', 'supergalactic', 'fk5', 'fk4noeterms', 'barycentrictrueecliptic', "
@@ -56,6 +67,9 @@ def rotation(origin: Any, target: Any) -> Floats:
     >>> fullbody.frames.rotation("equatorial", "ecliptic")[2, 1:].round(6)
     array([-0.397777,  0.917482])
     """
+    named = [_FROM_ICRS.get(frame) if isinstance(frame, str) else None for frame in (origin, target)]
+    if named[0] is not None and named[1] is not None:
+        return np.eye(3) if origin == target else np.asarray(named[1] @ named[0].T)
     with need("units", "a frame"):
         from astropy import units as u
         from astropy.coordinates import BaseCoordinateFrame, ConvertError, SkyCoord, UnitSphericalRepresentation
@@ -66,9 +80,7 @@ def rotation(origin: Any, target: Any) -> Floats:
         if not issubclass(kind, str | BaseCoordinateFrame | SkyCoord):
             raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}")
     if "eclipj2000" in (origin, target):
-        from_origin, to_target = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
-        via_equator = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
-        return np.asarray(to_target @ rotation(*via_equator) @ from_origin.T)
+        return np.asarray(rotation("equatorial", target) @ rotation(origin, "equatorial"))
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)
     try:

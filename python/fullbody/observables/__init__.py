@@ -7,7 +7,7 @@ a circular one. A run of fewer revolutions than a function needs is an :class:`f
 samples half a revolution apart or more; the error says what spacing to ask for. Angles are in radians; times and rates
 are Quantities if the system has units. Results have a method ``as_dict()`` of single numbers by names, for tables and
 the maps of :func:`fullbody.sweep`. The functions need scipy, except :func:`fate` and :func:`drift`: ``pip install
-fullbody[analysis]``.
+scipy``.
 """
 
 from .orbit import (

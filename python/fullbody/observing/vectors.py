@@ -11,7 +11,7 @@ from ..base import values
 from ..base.arguments import directions, refuse_mixture
 from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
-from ..base.kinds import flag
+from ..base.kinds import flag, instance
 from ..base.splines import relative_error
 from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, Units, gathered, is_quantity, need, strip_to
@@ -205,6 +205,7 @@ _turn = functools.cache(rotation)
 
 def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
     """Return a geometry in the time, units and axes of a system."""
+    instance(geometry, "geometry", Vectors, "an observing.Geometry")
     key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
     if key not in geometry._known:
         geometry._known[key] = SystemGeometry(geometry, system)

@@ -355,7 +355,7 @@ class KeplerElements(Generic[_T], Tabled):
             rows.append((head(name, unit), *(f"{x:.8g}" for x in shown)))
         rows = [(*row, *[row[1]] * 3) if many > 1 and len(row) == 2 else row for row in rows]
         header = ("", "first", "last", "least", "greatest") if many > 1 else ()
-        return (Table(f"Kepler elements, {many} orbits" if many > 1 else "Kepler elements", header, rows),)
+        return (Table(f"Kepler elements, {many} sets" if many > 1 else "Kepler elements", header, rows),)
 
     def __repr__(self) -> str:
         parts = [f"{name}={brief(getattr(self, name))}" for name in DIMENSIONS]

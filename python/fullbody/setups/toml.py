@@ -103,7 +103,7 @@ from ..base.atomic import as_path, check_suffix, content, other_reader
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
-from ..files.netcdf import SUFFIXES
+from ..files.netcdf import RUN_SUFFIXES
 from ..model.state import State
 from ..motion.run import Run
 from ..motion.system import System
@@ -168,6 +168,12 @@ class Configuration(ArrayFields):
 def read_toml(path: Any) -> Configuration:
     """Read a ``system.toml``.
 
+    Parameters
+    ----------
+    path : str, Path or binary file
+        The name of a file, or a file that is open, such as ``sys.stdin.buffer``; names of other files in it then refer
+        to the working directory.
+
     Returns
     -------
     Configuration
@@ -180,10 +186,11 @@ def read_toml(path: Any) -> Configuration:
     FileNotFoundError
         If there is no such file.
     """
-    path = as_path(path)
+    stream = path if hasattr(path, "read") else None
+    path = as_path(path if stream is None else "standard input")
     top = TomlTable(path, "", {}, Units())
     with top.naming(""):
-        content = toml_content(path).items()
+        content = (toml_content(path) if stream is None else parsed(stream.read(), path)).items()
         top.content = {key: replaced(item, with_unit) for key, item in content if key not in METADATA}
     top.only(*_TOP)
     top.units = _units(top.table("system"))
@@ -227,7 +234,11 @@ def toml_content(path: Path) -> dict[str, Any]:
         raise FileNotFoundError(f"no file {path}")
     if path.is_dir():
         raise InvalidInput(f"{path}: is a folder; expected a file of TOML")
-    written = content(path)
+    return parsed(content(path), path)
+
+
+def parsed(written: bytes, path: Path) -> dict[str, Any]:
+    """Return the contents of TOML, of which errors name the file."""
     import tomllib
 
     try:
@@ -260,7 +271,7 @@ def _output(run: TomlTable) -> Any:
 def _file(run: TomlTable) -> str:
     name = run.text("file") if "file" in run else f"{run.path.stem}.nc"
     with run.naming("file"):
-        check_suffix(name, SUFFIXES)
+        check_suffix(name, RUN_SUFFIXES)
     return name
 
 

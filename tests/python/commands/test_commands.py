@@ -1,7 +1,10 @@
-"""``fullbody run`` and ``fullbody info``."""
+"""The commands of the command line."""
 
+import csv
+import io
 import json
 import re
+import shlex
 import subprocess
 import sys
 
@@ -52,12 +55,17 @@ def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
     assert main(["run", str(tmp_path / "nothing.toml")]) == 1
     assert "nothing.toml" in capsys.readouterr().err
     description.write_text(KW4)
-    assert main(["run", str(description), "--until", "soon"]) == 1
-    assert "--until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'" in capsys.readouterr().err
+    for text, unit in (("soon", ""), ("1_0", ", whose unit '_0' is not known")):
+        assert main(["run", str(description), "--until", text]) == 1
+        expected = f"--until is {text!r}{unit}; expected numbers, or text with a unit, such as '2.5 h'"
+        assert expected in capsys.readouterr().err
     assert main(["run", str(description), "-o", str(tmp_path / "nowhere" / "a.nc")]) == 1
     assert "no folder" in capsys.readouterr().err
     # Before the work, not after it.
-    for option, name, message in (("-o", "a.csv", r"one of .nc, .nc4"), ("--page", "a.txt", "one of .png, .pdf, .svg")):
+    for option, name, message in (
+        ("-o", "a.xls", "one of .nc, .nc4, .npz, .csv"),
+        ("--page", "a.txt", "one of .png, .pdf, .svg"),
+    ):
         assert main(["run", str(description), option, str(tmp_path / name)]) == 1
         assert f"expected a name that ends in {message}" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["kw4.toml"]
@@ -133,7 +141,7 @@ def test_the_module_is_a_command():
 
 
 def test_kw4_prints_and_writes_both_shapes(tmp_path, capsys):
-    assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--until", "210", "--quiet"]) == 0
+    assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--until", "210"]) == 0
     read = json.loads((tmp_path / "numbers.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert {shape: list(methods) for shape, methods in read.items()} == {"ellipsoid": ["focal"], "spheroid": ["focal"]}
     # Beta's spin about z in the first 200 h, 1e-5 rad/s, by two independent programs.
@@ -149,6 +157,12 @@ def test_kw4_prints_and_writes_both_shapes(tmp_path, capsys):
     assert sorted(path.name for path in tmp_path.glob("page_*")) == [
         f"page_{shape}.{kind}" for shape in read for kind in ("pdf", "png")
     ]
+
+
+def test_quiet_commands_print_nothing(tmp_path, capsys):
+    assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--until", "8.5 day", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert 203.0 < fullbody.load(tmp_path / "kw4_spheroid_focal.nc").time[-1].value <= 204.0
 
 
 @pytest.mark.parametrize("until", ["-3", "0", "nan", "inf"])
@@ -185,3 +199,92 @@ def test_info_names_a_file_that_is_no_run(tmp_path, capsys):
         (tmp_path / "map.nc").write_bytes(content)
         assert main(["info", str(tmp_path / "map.nc")]) == 1
         assert message in capsys.readouterr().err
+
+
+def test_a_description_is_read_from_standard_input(tmp_path, monkeypatch, capsys):
+    text = KW4.replace('"1 day"', '"6 hour"')
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert main(["run", "-", "-o", str(tmp_path / "a.npz"), "--quiet"]) == 0
+    (tmp_path / "b.toml").write_text(text)
+    assert fullbody.load(tmp_path / "a.npz") == fullbody.read_toml(tmp_path / "b.toml").run()
+    assert main(["run", "-"]) == 1
+    assert capsys.readouterr().err == (
+        "fullbody: -o is not given; expected a file to write for a description from standard input\n"
+    )
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"[system")))
+    assert main(["run", "-", "-o", str(tmp_path / "a.npz")]) == 1
+    assert capsys.readouterr().err.startswith("fullbody: standard input: not valid TOML")
+
+
+def test_a_table_of_a_run_names_its_columns_with_units(description, tmp_path):
+    assert main(["run", str(description), "-o", str(tmp_path / "a.csv"), "--quiet"]) == 0
+    main(["run", str(description), "--quiet"])
+    run = fullbody.load(description.with_suffix(".nc"))
+    with (tmp_path / "a.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["time [h]"]) for row in rows] == run.time.value.tolist()
+    assert [float(row["position Beta x [km]"]) for row in rows] == run.position[:, 1, 0].value.tolist()
+    assert [float(row["attitude Alpha w"]) for row in rows] == run.attitude[:, 0, 0].tolist()
+
+
+def test_pictures_of_a_recorded_run(description, tmp_path, capsys):
+    main(["run", str(description), "--quiet"])
+    saved = description.with_suffix(".nc")
+    commands = (
+        (["plot", str(saved)], "kw4.png", b"\x89PNG"),
+        (["plot", str(saved), "--kind", "orbit", "-o", str(tmp_path / "orbit.pdf")], "orbit.pdf", b"%PDF"),
+        (["plot", str(saved), "--kind", "elements", "-o", str(tmp_path / "e.svg")], "e.svg", b"<?xml"),
+        (["view", str(saved)], "kw4.html", b"<!"),
+        (["animate", str(saved), "--seconds", "1", "--fps", "8"], "kw4.gif", b"GIF8"),
+    )
+    for command, name, begin in commands:
+        assert main(command) == 0
+        assert capsys.readouterr().out == f"written to {tmp_path / name}\n"
+        assert (tmp_path / name).read_bytes().startswith(begin)
+    assert main(["plot", str(saved), "-o", str(tmp_path / "a.gif")]) == 1
+    assert "one of .png, .pdf, .svg" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["didymos", "kw4_ho2021", "sn263_2001", "case1"])
+def test_the_description_of_a_ready_made_system_runs(name, tmp_path, capsys):
+    assert main(["init", name]) == 0
+    path = tmp_path / "a.toml"
+    path.write_text(capsys.readouterr().out)
+    assert path.read_text().startswith("# ")
+    assert main(["run", str(path), "--until", "2", "--quiet"]) == 0
+    run = fullbody.load(tmp_path / "a.nc")
+    assert run.system.context.names == getattr(fullbody.systems, name)()[0].context.names
+
+
+def test_ready_made_systems_are_listed(capsys):
+    assert main(["init"]) == 0
+    assert "didymos_after_dart" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["init", "didimos"])
+
+
+def test_info_as_json(description, tmp_path, capsys):
+    main(["run", str(description), "--quiet"])
+    assert main(["info", "--json", str(description), str(description.with_suffix(".nc")), str(tmp_path / "no.nc")]) == 1
+    out, err = capsys.readouterr()
+    assert "no.nc" in err
+    toml, run = json.loads(out).values()
+    assert toml["Run"]["until"] == "6 h"
+    (elements,) = (run[caption] for caption in run if caption.startswith("Kepler elements of Beta about Alpha, "))
+    a = fullbody.load(description.with_suffix(".nc")).elements().a.value
+    assert float(elements[0]["greatest"]) == pytest.approx(a.max(), rel=1e-7)
+
+
+def test_a_closed_pipe_ends_quietly():
+    code = "import sys; from fullbody.commands.cli import main; sys.exit(main(['init', 'didymos']))"
+    command = f"{sys.executable} -c {shlex.quote(code)} | true; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    assert int(done.stdout) in (0, 141)
+
+
+def test_completions_know_the_commands(capsys):
+    assert main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    for word in ("animate", "--until", "didymos"):
+        assert word in script

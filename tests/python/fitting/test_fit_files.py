@@ -48,3 +48,12 @@ def test_a_derived_quantity_has_the_error_of_its_derivatives(found):
     draws = [pair(mass, a) for mass, a in zip(columns["mass"], columns["a"], strict=True)]
     values = [separation(system.integrate(state, 10.0, output=times)) for system, state in draws]
     assert mean.sigma == pytest.approx(np.std(values), rel=0.2)
+
+
+@pytest.mark.parametrize("calls", [1, 2])
+def test_a_derived_quantity_of_changing_shape_is_refused(found, calls):
+    shapes = iter([1] * calls)
+    refused(
+        r"cannot be differentiated .*gave shape \(2,\); expected \(1,\)",
+        lambda: found.derived(lambda run: np.ones(next(shapes, 2)) * run.system.masses[0]),
+    )

@@ -183,6 +183,13 @@ def test_vectors_with_units_keep_them():
     np.testing.assert_allclose([longitude, latitude], [np.pi / 2, np.pi / 4], rtol=1e-15)
 
 
+def test_the_ecliptic_is_that_of_astropy():
+    axes = SkyCoord([0, 90, 0] * u.deg, [0, 0, 90] * u.deg).transform_to(BarycentricMeanEcliptic())
+    expected = axes.cartesian.xyz.value
+    np.testing.assert_allclose(frames.rotation("equatorial", "ecliptic"), expected, atol=1e-16)
+    np.testing.assert_allclose(frames.rotation("ecliptic", "icrf"), expected.T, atol=1e-16)
+
+
 def test_the_ecliptic_of_spice_is_a_frame_of_its_own():
     """The mean ecliptic of J2000 of astropy differs from SPICE's ECLIPJ2000 by 0.04 arc seconds."""
     spice = pytest.importorskip("spiceypy")

@@ -164,6 +164,8 @@ ROW = "2450000.5 1.0 1 0 0 1 0.1 0"
         ("1\n\n1 0\n" + ROW + " 0.01", "line 4: the line has 9 columns; expected JD, intensity"),
         ("1\n1 0\n" + ROW.replace("1.0", "nan", 1), "line 3: column 2 is 'nan'; expected a finite number"),
         ("1\n1 0\n" + ROW.replace("1.0", "0.0", 1), "line 3: the intensity is '0.0'; expected a number above zero"),
+        ("1\n1 0\n" + ROW.replace("1.0", "1_0", 1), "line 3: column 2 is '1_0'; expected a number"),
+        ("1\n1_0 0\n" + ROW, "line 2: the number of points is '1_0'; expected a whole number from 1 on"),
         ("1\n1 0\n" + ROW.replace("1 0 0", "0 0 0"), "line 3: the vector to the Sun is zero"),
         ("1\n1 0\n" + ROW + "\n" + ROW, "line 4: the line is after the last of the light curves"),
     ],

@@ -153,5 +153,6 @@ def test_files_that_the_documentation_names_exist():
     pages = [*root.glob("*.md"), *root.glob("docs/**/*.md"), *root.glob("fuzz/*.md")]
     named = re.compile(r"\b(?:src|python|reproduction|tests|benches|docs|fuzz)/[\w/.-]+\.(?:rs|py|md)\b")
     missing = {(page.name, name) for page in pages for name in named.findall(page.read_text())}
-    missing = {(page, name) for page, name in missing if not (root / name).exists()}
+    # NAME stands for what a reader of a recipe adds.
+    missing = {(page, name) for page, name in missing if "NAME" not in name and not (root / name).exists()}
     assert not missing, missing

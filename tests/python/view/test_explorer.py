@@ -105,6 +105,7 @@ def test_ranges_have_units_and_the_code_makes_the_run_again():
         ({"show": ["seperation"]}, r"show has 'seperation'; expected a function of a run, or one of separation, "),
         ({"show": [lambda run: 1.0]}, r"the curve <lambda> has shape \(\); expected \(1000,\)"),
         ({"show": ["light curve"]}, "geometry is None; expected a Geometry"),
+        ({"geometry": 3}, "geometry is 3; expected an observing.Geometry"),
         ({"samples": 1}, "samples is 1; expected a whole number from 2"),
         ({"until": None}, "neither until nor duration are given"),
     ],
