@@ -125,4 +125,15 @@ class FitPlots:
         units = zip(fit.parameters.names, fit.parameters.units, strict=True)
         labels = [name if unit is None else f"{name} [{unit}]" for name, unit in units]
         truths = fit.numbers[: len(labels)].tolist()
-        return corner.corner(rows, **{"labels": labels, "truths": truths} | kwargs)
+        # Panels are so small that the texts have the size of those of other plots.
+        side = 1.4 * len(labels) + 0.8
+        style: dict[str, Any] = {"labels": labels, "truths": truths, "max_n_ticks": 3, "labelpad": 0.25}
+        if "fig" not in kwargs:
+            style["fig"] = matplotlib().figure(figsize=(side, side))
+        figure = corner.corner(rows, **style | kwargs)
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                # A common part of the numbers beside the axis would be overlooked.
+                if hasattr(axis.get_major_formatter(), "set_useOffset"):
+                    axis.get_major_formatter().set_useOffset(False)
+        return figure
