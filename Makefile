@@ -102,6 +102,7 @@ fmt:  ## formats everything
 
 # Numbers of studies that have run (S=ho2021, S=binaries) are shown; the pages of the others say so.
 docs: $(VENV)/.docs  ## the documentation, into out/docs/, in some minutes; warnings are errors, examples are run
+	@echo "Rust's documentation (a minute), then all pages with their examples (three to five minutes on two cores), into out/docs/."
 	cargo doc --locked --no-deps
 	$(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 

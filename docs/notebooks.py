@@ -5,6 +5,7 @@ Arguments are the notebooks to execute; without any, all are executed.
 
 import base64
 import io
+import os
 import shutil
 import sys
 import tempfile
@@ -39,8 +40,17 @@ _describe_figures()
 """
 
 
+def quiet_kernels() -> None:
+    """Let kernels that start from now on report errors alone; they would warn of their connections each time."""
+    folder = Path(tempfile.mkdtemp()) / "profile_default"
+    folder.mkdir()
+    (folder / "ipython_kernel_config.py").write_text('c.IPKernelApp.log_level = "ERROR"\n', encoding="utf-8")
+    os.environ["IPYTHONDIR"] = str(folder.parent)
+
+
 def main() -> None:
     """Execute the notebooks and write them."""
+    quiet_kernels()
     folder = Path(__file__).parents[1] / "notebooks"
     for path in [Path(name) for name in sys.argv[1:]] or sorted(folder.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)

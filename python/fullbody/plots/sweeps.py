@@ -91,6 +91,9 @@ def sweep(
         _map(ax, across.values, up.values, values, kwargs, grid_of_members)
         ax.set_ylabel(_title(up))
     ax.set_xlabel(_title(across))
+    for axis, coordinate in ((ax.xaxis, across), (ax.yaxis, up)):
+        if coordinate is not None and dataset[coordinate.name].values.dtype.kind == "U":
+            axis.set_ticks(range(coordinate.size), [_style.escaped(text) for text in dataset[coordinate.name].values])
     kinds = sorted(set(dataset.error.values[failed].tolist()))
     for kind, marker in zip(kinds, _MARKS * len(kinds), strict=False):
         members = np.nonzero(dataset.error.values == kind)
