@@ -11,6 +11,7 @@ import os
 import re
 import shutil
 import sys
+import tomllib
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(DOCS))
 from gallery import Thumbnails  # noqa: E402
+
 from notebooks import quiet_kernels  # noqa: E402
 
 project = "fullbody"
@@ -156,7 +158,10 @@ WIDE = (
 )
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
+# Where to get the source: nothing is shown while there is no address.
+ADDRESS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["fullbody"]["address"]
 html_theme_options = {
+    "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
     "navigation_with_keys": False,
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc", "sourcelink"],

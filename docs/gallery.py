@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 from docutils import nodes
 from sphinx.transforms.post_transforms import SphinxPostTransform
@@ -24,7 +24,7 @@ class Thumbnails(SphinxPostTransform):
     # The types of outputs are not chosen yet, nor are the images of the page collected.
     default_priority = 1
     #: Each page of thumbnails, with the pages whose lists of contents name those that it shows.
-    pages = {"gallery": ("howto/index", "notebooks"), "notebooks": ("notebooks",)}
+    pages: ClassVar = {"gallery": ("howto/index", "notebooks"), "notebooks": ("notebooks",)}
 
     def run(self, **kwargs: Any) -> None:
         """Append the thumbnails to one page."""
