@@ -20,6 +20,7 @@
 //! - [`trajectory`]: simulations: steps, events, archives, records.
 //! - [`particles`]: massless particles among moving bodies: flight, contacts, fates.
 //! - [`photometry`]: brightness of bodies in sunlight, with mutual occultations and eclipses.
+//! - [`radar`]: radar echoes of bodies in bins of delay and Doppler frequency.
 //! - [`ensemble`]: many simulations in parallel.
 
 #![deny(unsafe_code)]
@@ -47,4 +48,5 @@ pub mod integrate;
 pub mod trajectory;
 pub mod particles;
 pub mod photometry;
+pub mod radar;
 pub mod ensemble;

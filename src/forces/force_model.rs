@@ -97,6 +97,7 @@ impl ForceModel {
             }
             let kind = match force {
                 Force::ThirdBody(force) => {
+                    bodies.iter().try_for_each(Body::require_vertices)?;
                     ForceTermKind::ThirdBody(force.prepared(of, bodies, gravitational_constant)?)
                 }
                 Force::Tide(force) => {

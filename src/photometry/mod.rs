@@ -5,6 +5,7 @@
 //! over the visible and illuminated surface, times the albedo, in squared length. Ellipsoids are exact to
 //! round-off; other shapes are represented by their facets.
 
+mod convex;
 mod ellipsoid;
 mod facet_gradient;
 mod faceted;
@@ -21,6 +22,13 @@ mod scene;
 mod silhouette;
 mod snapshot;
 mod strips;
+
+pub(crate) use facets::FacetedPart;
+pub(crate) use outline::Light;
+pub(crate) use region::{Corner, Region};
+pub(crate) use rule::RULE;
+pub(crate) use scene::Scene;
+pub(crate) use snapshot::Snapshot;
 
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};

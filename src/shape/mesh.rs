@@ -5,6 +5,7 @@ use super::tree::{BoundingBox, Tree};
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
+use std::f64::consts::PI;
 
 /// The least height of a face relative to its longest edge; flatter faces have no reliable direction.
 const FLATTEST: f64 = 1e-12;
@@ -56,6 +57,9 @@ pub fn check_solid(
     edges: &[Edge],
     interrupt: &mut InterruptCheck,
 ) -> Result<()> {
+    if is_star(vertices, faces) {
+        return Ok(());
+    }
     let blocks: Vec<BoundingBox> =
         faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
     let tree = Tree::new(&blocks);
@@ -67,6 +71,20 @@ pub fn check_solid(
         ));
     }
     check_orientation(vertices, faces, edges, interrupt)
+}
+
+/// Returns whether all of a closed surface is seen from behind from the origin, once in each direction: its
+/// projection on a sphere then covers this once, so that no two faces meet but at common edges.
+fn is_star(vertices: &[Vec3], faces: &[[u32; 3]]) -> bool {
+    let mut total = 0.0;
+    for face in faces {
+        let corners @ [a, b, c] = face.map(|v| vertices[v as usize]);
+        if !(a.dot(&b.cross(&c)) > FLATTEST * a.norm() * b.norm() * c.norm()) {
+            return false;
+        }
+        total += solid_angle(corners);
+    }
+    (total - 4.0 * PI).abs() < 1e-6
 }
 
 fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {

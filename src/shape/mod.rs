@@ -11,6 +11,7 @@ mod contact;
 mod crossing;
 mod distance;
 mod ellipsoid;
+mod facets;
 mod frame;
 mod gap;
 mod horizon;
@@ -29,6 +30,7 @@ pub use body::Body;
 pub use contact::{Growth, contact_function, growth};
 pub(crate) use distance::least_distance;
 pub use ellipsoid::Ellipsoid;
+pub use facets::Facets;
 pub use frame::WorkingFrame;
 #[doc(hidden)]
 pub use gap::gap_between;

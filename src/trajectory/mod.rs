@@ -8,6 +8,7 @@ mod approach;
 mod archive;
 mod chaos;
 mod checkpoint;
+mod closed_form;
 mod dense;
 mod encounter;
 mod events;
@@ -22,6 +23,7 @@ mod run;
 mod simulation;
 mod switching;
 mod tangent;
+mod tangent_interior;
 
 #[doc(hidden)]
 pub use archive::{ARCHIVE_FORMAT, SimulationDescription};

@@ -93,6 +93,7 @@ impl Simulation {
         hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
     ) -> Result<StopReason> {
         let start = self.time();
+        let closed_form = self.closed_form(until, &run);
         let mut recorder = Recorder::new(self, until, run, record)?;
         if hook(Some(self), Progress { start, time: start, end: until }).is_break() {
             return Err(Error::Interrupted { time: start });
@@ -100,7 +101,11 @@ impl Simulation {
         let called = Instant::now();
         {
             let mut inside = || hook(None, Progress { start, time: start, end: until });
-            recorder.begin(self, &mut InterruptCheck::since(called, &mut inside))?;
+            let interrupt = &mut InterruptCheck::since(called, &mut inside);
+            recorder.begin(self, interrupt)?;
+            if let Some(rotation) = closed_form {
+                return recorder.follow_closed_form(rotation, self, interrupt).map(|()| StopReason::End);
+            }
         }
         let outcome = self.march(&mut recorder, called, hook);
         self.nominal = recorder.nominal(self);

@@ -11,7 +11,8 @@ from ..base.kinds import whole
 from ..base.units import need
 from ..errors import InvalidInput
 from ..observing.astrometry import Astrometry
-from ..plots.sky import sky_track
+from ..plots.sky_tracks import sky_track
+from .uncertainty import rows_of
 
 
 class FitPlots:
@@ -121,7 +122,7 @@ class FitPlots:
         if samples is None:
             rows = fit.draws_as_array(whole(n, "n", len(fit.parameters) + 1), rng)
         else:
-            rows = np.stack([np.ravel(samples[name].values) for name in fit.parameters.names], axis=1)
+            rows = rows_of(samples, fit.parameters)
         units = zip(fit.parameters.names, fit.parameters.units, strict=True)
         labels = [name if unit is None else f"{name} [{unit}]" for name, unit in units]
         truths = fit.numbers[: len(labels)].tolist()

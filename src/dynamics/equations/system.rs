@@ -108,6 +108,9 @@ impl System {
                 ));
             }
         }
+        if bodies.len() > 1 {
+            bodies.iter().try_for_each(Body::require_vertices)?;
+        }
         require_finite("G", &[gravitational_constant])?;
         if gravitational_constant < 0.0 {
             return Err(Error::invalid("G", gravitational_constant, "a finite number, zero or above"));
