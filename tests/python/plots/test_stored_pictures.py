@@ -191,7 +191,7 @@ def test_plot(name, request):
 @compared()
 def test_light_curve(forced, geometry):
     ax = figure()
-    forced.plot.light_curve(np.linspace(1.0, 12.0, 200) * u.h, geometry, ax)
+    forced.plot.light_curve(np.linspace(1.0, 12.0, 200) * u.h, geometry, ax, views=4)
     assert faults(ax.figure) == ([], [])
     return without_text(ax.figure)
 
