@@ -91,6 +91,7 @@ quick: $(VENV)/.dev  ## a first check within a minute: lints, the rules of the p
 
 check: lint  ## lint, and the lints of Rust and the stubs
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	cargo clippy --locked --no-default-features -- -D warnings
 	rustup target add wasm32-unknown-unknown
 	cargo check --locked --package fullbody-web --target wasm32-unknown-unknown
 	$(BIN)/python -m mypy.stubtest fullbody._core

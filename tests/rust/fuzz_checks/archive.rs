@@ -35,7 +35,7 @@ fn open(bytes: &[u8]) {
     assert_eq!(again.to_bytes().unwrap(), written);
     for way in [1.0, -1.0, 0.1] {
         let before = simulation.state();
-        match bounded(|interrupt| simulation.step(before.time() + way, interrupt)) {
+        match bounded(|interrupt| simulation.step_with(before.time() + way, interrupt)) {
             Ok(()) => is_sound(&simulation),
             Err(error) => {
                 assert_eq!(simulation.state(), before, "{error}");

@@ -1,4 +1,4 @@
-"""Doors for text: set-ups in TOML, and the input files of SIANS and GUBAS."""
+"""Targets for text: set-ups in TOML, and the input files of SIANS and GUBAS."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import fullbody
 from fullbody.setups import toml as toml_setup
 from hypothesis import strategies as st
 
-from .door import CORPUS, Door, check_finite, check_start, file_door
+from .target import CORPUS, Target, check_finite, check_start, file_target
 
 _PEERS = Path(__file__).parents[2] / "tests" / "data" / "peers"
 _WORD = re.compile(r"[^\s,\[\]{}=:#\"]+")
@@ -88,13 +88,15 @@ def _read_gubas(path: Path) -> None:
     check_start(*fullbody.read_gubas(path))
 
 
-DOORS: list[Door] = [
-    file_door(
+TARGETS: list[Target] = [
+    file_target(
         "toml",
         ".toml",
         _edited([_example(), *_texts(*sorted((CORPUS / "toml").glob("[!f]*.toml")))], [*_TOML, *_NUMBERS]),
         _read_toml,
     ),
-    file_door("sians", ".txt", _edited(_texts(*sorted(_PEERS.glob("sians*"))), [*_NUMBERS, "@", "sun:"]), _read_sians),
-    file_door("gubas", ".cfg", _edited(_texts(*sorted(_PEERS.glob("*.cfg"))), [*_NUMBERS, "[a]", ";"]), _read_gubas),
+    file_target(
+        "sians", ".txt", _edited(_texts(*sorted(_PEERS.glob("sians*"))), [*_NUMBERS, "@", "sun:"]), _read_sians
+    ),
+    file_target("gubas", ".cfg", _edited(_texts(*sorted(_PEERS.glob("*.cfg"))), [*_NUMBERS, "[a]", ";"]), _read_gubas),
 ]

@@ -1,4 +1,4 @@
-"""What a door is, and what is right behind it."""
+"""A target of fuzzing: a function that takes external input, and the checks of what it returns."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ CORPUS = Path(__file__).parents[1] / "corpus"
 
 
 @dataclass(frozen=True)
-class Door:
+class Target:
     """A way into the package.
 
     Attributes
     ----------
     name : str
     inputs : SearchStrategy
-        Of what comes in.
-    enter : callable
-        Goes through the door with such an input; raises where something else than a right object or the package's own
-        error is behind it.
+        The strategy that makes inputs.
+    check : callable
+        A function that passes an input to the package, and raises an error unless the package returns a valid object
+        or raises an error of its own.
     suffix : str
-        Of the names of files of such input; empty where input is no file.
+        The suffix of the names of files with such input; empty if the input is no file.
     """
 
     name: str
     inputs: SearchStrategy[Any]
-    enter: Callable[[Any], None]
+    check: Callable[[Any], None]
     suffix: str = ""
 
     def corpus(self) -> list[Path]:
@@ -62,8 +62,8 @@ class Content(bytes):
         return f"<{len(self)} bytes>"
 
 
-def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Callable[[Path], Any]) -> Door:
-    """Return a door for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
+def file_target(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Callable[[Path], Any]) -> Target:
+    """Return a target for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
 
     def enter(content: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -76,7 +76,7 @@ def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Calla
                     if str(path) not in str(error):
                         raise AssertionError(f"the error does not name the file: {error}") from error
 
-    return Door(name, inputs.map(Content), enter, suffix)
+    return Target(name, inputs.map(Content), enter, suffix)
 
 
 def check_finite(*values: Any) -> None:

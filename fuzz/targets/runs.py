@@ -17,7 +17,7 @@ import numpy as np
 from fullbody import events
 from hypothesis import strategies as st
 
-from .door import Door, check_finite, check_object, file_door
+from .target import Target, check_finite, check_object, file_target
 
 #: The signatures with which the internal structures of an HDF5 file begin, from the specification of the format.
 _STRUCTURES = re.compile(rb"GCOL|TREE|SNOD|HEAP|OHDR|OCHK|FRHP|FHDB|FHIB|BTHD|BTLF|BTIN|FAHD|EAHD|\x89HDF")
@@ -197,8 +197,8 @@ def _resume(path: Path) -> None:
     check_finite(sim.time, sim.state.position)
 
 
-DOORS: list[Door] = [
-    file_door("netcdf", ".nc", _damaged(_KINDS), _load),
-    file_door("netcdf-content", ".nc", _rewritten(), _load),
-    file_door("simulation", ".sim", _damaged(["simulation"]), _resume),
+TARGETS: list[Target] = [
+    file_target("netcdf", ".nc", _damaged(_KINDS), _load),
+    file_target("netcdf-content", ".nc", _rewritten(), _load),
+    file_target("simulation", ".sim", _damaged(["simulation"]), _resume),
 ]

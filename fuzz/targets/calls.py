@@ -1,4 +1,4 @@
-"""Doors for arguments: the constructors, and what is done with what they make."""
+"""Targets for arguments: the constructors, and what is done with what they make."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fullbody import events
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from .door import Door, check_finite, check_object, check_start, check_state, refusing
+from .target import Target, check_finite, check_object, check_start, check_state, refusing
 
 _NUMBERS = st.one_of(
     st.floats(),
@@ -219,24 +219,24 @@ def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
         check_state(run(run.time[-1]))
 
 
-def _door(name: str, inputs: Any, check: Callable[[Any], None]) -> Door:
+def _target(name: str, inputs: Any, check: Callable[[Any], None]) -> Target:
     def enter(given: Any) -> None:
         with refusing():
             check(given)
 
-    return Door(name, inputs, enter)
+    return Target(name, inputs, enter)
 
 
-DOORS: list[Door] = [
-    _door("system", st.tuples(_SYSTEMS, _STATES), _check_system),
-    _door("state", _STATES, _check_state),
-    _door("tait-bryan", _ANGLED, _check_angled),
-    _door(
+TARGETS: list[Target] = [
+    _target("system", st.tuples(_SYSTEMS, _STATES), _check_system),
+    _target("state", _STATES, _check_state),
+    _target("tait-bryan", _ANGLED, _check_angled),
+    _target(
         "elements",
         st.tuples(_ELEMENTS, _or_any(_POSITIVE), *[_or_any(st.lists(st.floats(-5, 5), min_size=3, max_size=3))] * 2),
         _check_elements,
     ),
-    _door(
+    _target(
         "run",
         st.tuples(
             _INTEGRATORS,

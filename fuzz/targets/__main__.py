@@ -1,4 +1,4 @@
-"""``python -m doors``: wrong input for every door in turn, until the time is over.
+"""``python -m targets``: wrong input for every target in turn, until the time is over.
 
 Each batch runs in a process of its own, which what it meets may end: a crash, or sixty seconds of computing on one
 input. What led there is kept in a folder, with what was printed.
@@ -21,7 +21,7 @@ from typing import Any
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from . import DOORS
+from . import TARGETS
 
 #: Seconds of computing, not of waiting, that one input may take.
 _LIMIT = 60.0
@@ -30,7 +30,7 @@ _BATCH = 500
 
 
 def hunt(names: list[str], minutes: float, first: int, folder: Path) -> int:
-    """Send batches through the doors in turn; return the number of faults."""
+    """Send batches through the targets in turn; return the number of faults."""
     folder.mkdir(parents=True, exist_ok=True)
     end = time.monotonic() + 60.0 * minutes
     counts = dict.fromkeys(names, 0)
@@ -39,7 +39,7 @@ def hunt(names: list[str], minutes: float, first: int, folder: Path) -> int:
     for number, name in zip(itertools.count(first), itertools.cycle(names)):
         if time.monotonic() > end:
             break
-        command = [sys.executable, "-m", "doors", "--batch", name, "--seed", str(number), "--folder", str(folder)]
+        command = [sys.executable, "-m", "targets", "--batch", name, "--seed", str(number), "--folder", str(folder)]
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         counts[name] += _BATCH
         if done.returncode != 0:
@@ -61,12 +61,12 @@ def _keep(folder: Path, name: str, done: subprocess.CompletedProcess[str]) -> st
 
 
 def _last(folder: Path, name: str) -> Path:
-    return folder / f"last-{name}{DOORS[name].suffix or '.txt'}"
+    return folder / f"last-{name}{TARGETS[name].suffix or '.txt'}"
 
 
 def batch(name: str, number: int, folder: Path) -> None:
-    """Go through one door with many inputs."""
-    door, last = DOORS[name], _last(folder, name)
+    """Go through one target with many inputs."""
+    target, last = TARGETS[name], _last(folder, name)
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     faulthandler.enable()
     # Once the traceback is told the signal does what it is for: it ends the process, in whatever library that is.
@@ -82,12 +82,12 @@ def batch(name: str, number: int, folder: Path) -> None:
         # One fault a batch, so that the last input is the one of the fault that is told.
         report_multiple_bugs=False,
     )
-    @given(door.inputs)
+    @given(target.inputs)
     def enter(value: Any) -> None:
         last.write_bytes(value if isinstance(value, bytes) else repr(value).encode(errors="backslashreplace"))
         signal.setitimer(signal.ITIMER_PROF, _LIMIT)
         try:
-            door.enter(value)
+            target.check(value)
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
 
@@ -96,8 +96,8 @@ def batch(name: str, number: int, folder: Path) -> None:
 
 def main() -> int:
     """Run the command."""
-    parser = argparse.ArgumentParser(prog="python -m doors", description=__doc__)
-    parser.add_argument("doors", nargs="*", help=f"some of {', '.join(DOORS)}; all, unless given")
+    parser = argparse.ArgumentParser(prog="python -m targets", description=__doc__)
+    parser.add_argument("targets", nargs="*", help=f"some of {', '.join(TARGETS)}; all, unless given")
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(10**9))
     parser.add_argument("--folder", type=Path, default=Path("out", "fuzz"))
@@ -106,9 +106,9 @@ def main() -> int:
     if given.batch is not None:
         batch(given.batch, given.seed, given.folder)
         return 0
-    if unknown := set(given.doors) - set(DOORS):
-        parser.error(f"no door {', '.join(unknown)}; expected some of {', '.join(DOORS)}")
-    return 1 if hunt(given.doors or list(DOORS), given.minutes, given.seed, given.folder) else 0
+    if unknown := set(given.targets) - set(TARGETS):
+        parser.error(f"no target {', '.join(unknown)}; expected some of {', '.join(TARGETS)}")
+    return 1 if hunt(given.targets or list(TARGETS), given.minutes, given.seed, given.folder) else 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Doors for observations, the tables that they are read from, and the arguments of a fit."""
+"""Targets for observations, the tables that they are read from, and the arguments of a fit."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from astropy import units as u
 from fullbody import observing
 from hypothesis import strategies as st
 
-from .calls import _ANY, _NUMBERS, _POSITIVE, _door, _or_any
-from .door import Door, check_finite
+from .calls import _ANY, _NUMBERS, _POSITIVE, _or_any, _target
+from .target import Target, check_finite
 
 _TIMES = st.lists(st.floats(0.0, 5.0), min_size=1, max_size=4)
 _UNITS = st.sampled_from([None, u.h, u.km, u.mas, u.mag, u.km / u.s])
@@ -155,9 +155,11 @@ def _check_fit(given: dict[str, Any]) -> None:
     assert not np.isnan(found.covariance).any()
 
 
-DOORS: list[Door] = [
-    _door("observations", st.tuples(_GEOMETRIES, _OBSERVED, st.one_of(st.none(), _or_any(_POSITIVE))), _check_observed),
-    _door(
+TARGETS: list[Target] = [
+    _target(
+        "observations", st.tuples(_GEOMETRIES, _OBSERVED, st.one_of(st.none(), _or_any(_POSITIVE))), _check_observed
+    ),
+    _target(
         "observations-table",
         st.tuples(
             st.sampled_from(
@@ -180,5 +182,5 @@ DOORS: list[Door] = [
         ),
         _check_table,
     ),
-    _door("fit", _FITS, _check_fit),
+    _target("fit", _FITS, _check_fit),
 ]
