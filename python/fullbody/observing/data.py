@@ -170,6 +170,11 @@ class Observations(Predictions, Tabled):
         parts = {name: (columns[0][name], columns[1][name], columns[2][name]) for name in columns[0]}
         return draw(time_axis(self.times), parts, axes, kwargs)
 
+    @property
+    def components(self) -> tuple[str, ...]:
+        """The names of the C numbers of a row, such as east and north."""
+        return self._names
+
     def _by_name(self, attached: Any) -> dict[str, Any]:
         """Return predictions as columns (K,) by their names."""
         columns = [attached] if attached.ndim == 1 else np.moveaxis(attached, 1, 0)
