@@ -91,7 +91,9 @@ class Curves:
     def apparition(self) -> observing.Photometry:
         """Return the curves of the nights of the apparition that has the most magnitudes."""
         starts = np.array([curve.times[0].jd for curve in self._curves])
-        near = [[c for c, jd in zip(self._curves, starts, strict=True) if 0.0 <= jd - start < SEASON] for start in starts]
+        near = [
+            [c for c, jd in zip(self._curves, starts, strict=True) if 0.0 <= jd - start < SEASON] for start in starts
+        ]
         return _joined(max(near, key=lambda curves: sum(map(len, curves))), "nights", self._step)
 
     @property

@@ -13,7 +13,7 @@ from ..binaries.judging import Verdict, counts
 from ..publishing import publish, table
 from . import figures
 from .model import ERRORS
-from .study import USUAL, Results, pole_of, scale, study, timing, verdicts
+from .study import USUAL, pole_of, scale, study, timing, verdicts
 
 __all__ = ["fits_table", "minima_table", "seconds_table", "verdicts_table", "write"]
 
@@ -81,7 +81,10 @@ def _fit(fit: Fit) -> dict[str, Any]:
 def minima_table(scan: dict[str, Any]) -> str:
     """Return the table of the lowest minima of a scan in Markdown, from its numbers."""
     names = ("period", "chi2", "longitude", "latitude")
-    rows = [[f"{minimum[name]:.8g}" if name == "period" else f"{minimum[name]:.1f}" for name in names] for minimum in scan["minima"]]
+    rows = [
+        [f"{minimum[name]:.8g}" if name == "period" else f"{minimum[name]:.1f}" for name in names]
+        for minimum in scan["minima"]
+    ]
     return table(["period, h", "chi2", "longitude", "latitude"], rows)
 
 
@@ -117,7 +120,10 @@ def verdicts_table(rows: list[dict[str, Any]]) -> str:
     """Return the table of the verdicts in Markdown."""
     columns = ("system", "quantity", "published", "fitted", "difference", "verdict", "why")
     cells = [
-        ["" if row[name] is None else f"{row[name]:+.2f}" if name == "difference" else str(row[name]) for name in columns]
+        [
+            "" if row[name] is None else f"{row[name]:+.2f}" if name == "difference" else str(row[name])
+            for name in columns
+        ]
         for row in rows
     ]
     return table(["source", *columns[1:]], cells)

@@ -187,9 +187,13 @@ def verdicts(results: Results) -> list[Verdict]:
         near = f"{value:.2f}"
         word = "holds" if abs(value - TORPPA[name]) <= 0.1 else "differs"
         why = "the ellipsoid here has the moments of inertia of the shape; that of the publication is another"
-        rows.append(Verdict("Torppa et al. 2003", name, f"{TORPPA[name]}", near, None, word, "" if word == "holds" else why))
+        rows.append(
+            Verdict("Torppa et al. 2003", name, f"{TORPPA[name]}", near, None, word, "" if word == "holds" else why)
+        )
         word = "holds" if abs(value - published) <= 2.0 * error else "differs"
-        why = "" if word == "holds" else "theirs is an ellipsoid through the amplitudes of one method and few apparitions"
+        why = (
+            "" if word == "holds" else "theirs is an ellipsoid through the amplitudes of one method and few apparitions"
+        )
         rows.append(Verdict("Dotto et al. 1992", name, f"{published} +- {error}", near, None, word, why))
     if len(fit.minima) > 1:
         rise = (fit.minima[1].chi2 - fit.minima[0].chi2) / scale(fit) ** 2
@@ -202,7 +206,9 @@ def verdicts(results: Results) -> list[Verdict]:
                 f"{rise:.1f}",
                 None,
                 "differs" if told else "holds",
-                "the errors of the model are not independent, so that this is less than its number of sigma" if told else "",
+                "the errors of the model are not independent, so that this is less than its number of sigma"
+                if told
+                else "",
             )
         )
     return rows

@@ -203,4 +203,3 @@ class Harmonics(NamedTuple):
         theta, phi = np.arccos(directions[:, 2]), np.arctan2(directions[:, 1], directions[:, 0])
         scale = np.sqrt(4.0 * np.pi * np.where(orders > 0, 2.0, 1.0))
         return cls(scale * sph_harm_y(degrees, orders, theta[:, None], phi[:, None]), degrees, orders)
-

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..base.atomic import as_path, content, replacing
 from ..base.foreign import are_dates
-from ..base.kinds import Number, instance, whole
+from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
 from ..base.tables import Table, Tabled
@@ -368,7 +368,9 @@ class _Store:
         except (ValueError, KeyError, OSError, EOFError) as error:
             raise InvalidInput(f"{path} is no store of a scan of periods; expected one, or a new name") from error
         if key != self._key or minima.shape != self.minima.shape:
-            raise InvalidInput(f"{path} is the store of a scan of other data or with other arguments; expected a new name")
+            raise InvalidInput(
+                f"{path} is the store of a scan of other data or with other arguments; expected a new name"
+            )
         return np.asarray(minima, dtype=np.float64)
 
     def take(self, pole: int, column: Floats) -> None:
@@ -407,7 +409,11 @@ def _periods(given: Any, curves: _Curves, step: float) -> tuple[Any, Floats]:
         expected = "a Quantity" if curves.united else "plain numbers"
         raise InvalidInput(f"periods is {given!r}; expected {expected}, as the times of the data are")
     unit = given.unit if is_quantity(given) else None
-    hours = np.atleast_1d((Units(("km", "hour", "kg")) if unit else UNITLESS).numbers(given, "time" if unit else "number", "periods", ("N",), POSITIVE))
+    hours = np.atleast_1d(
+        (Units(("km", "hour", "kg")) if unit else UNITLESS).numbers(
+            given, "time" if unit else "number", "periods", ("N",), POSITIVE
+        )
+    )
     values = np.unique(hours)
     if len(values) != len(hours) or len(values) < 2:
         raise InvalidInput(f"periods is {given!r}; expected (shortest, longest), or different periods")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from fullbody.fitting import period_scan
+
 from tests.python.support.rotators import TRUE, geometry, light_curves, nights, setup
 
 RNG = np.random.default_rng(2)
@@ -32,7 +33,7 @@ def test_the_lowest_minimum_is_at_the_true_period(scan):
 def test_steps_are_a_quarter_of_the_distance_of_aliases(scan):
     frequency = 1.0 / scan.periods.to_value("h")
     steps = -np.diff(frequency) * np.ptp(DAYS) * 24.0
-    assert 0.2 < steps.min() and steps.max() <= 0.25 * (1.0 + 1e-6)
+    assert steps.min() > 0.2 and steps.max() <= 0.25 * (1.0 + 1e-6)
     assert scan.periods[[0, -1]].to_value("h") == pytest.approx(RANGE.value)
 
 
@@ -54,7 +55,9 @@ def test_light_of_a_known_convex_series_is_fitted_without_residual():
     longitude, latitude = (angle[0] for angle in fullbody.fitting.pole_grid(3))
     # Another rule over the sphere, by the trapezoid rule in angles, and a period in radians per hour.
     theta, phi = np.meshgrid((np.arange(100) + 0.5) * np.pi / 100, np.arange(200) * np.pi / 100, indexing="ij")
-    normals = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1).reshape(-1, 3)
+    normals = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1).reshape(
+        -1, 3
+    )
     x, y, z = normals.T
     area = (1.0 + 0.3 * x * y - 0.2 * (3 * z * z - 1) + 0.1 * x * z + 0.1 * y) * np.sin(theta).ravel()
     view = geometry(DAYS)
@@ -99,7 +102,7 @@ def test_a_store_of_another_scan_is_refused(tmp_path):
 
 
 def test_sets_of_data_have_their_own_zero_points(scan):
-    first = DAYS < np.median(DAYS)
+    first = np.median(DAYS) > DAYS
     parts = [
         fullbody.observing.Photometry(
             DATA.times[rows], DATA.magnitude[rows] + offset, 0.01, geometry=geometry(DAYS[rows])
@@ -139,9 +142,7 @@ def test_more_unknowns_than_data_are_refused():
 
 def test_a_series_in_the_rotation_angle_is_refused():
     series = fullbody.observing.RotationSeries("Alone", 2)
-    data = fullbody.observing.Photometry(
-        DATA.times, DATA.magnitude, 0.01, geometry=geometry(DAYS), rotation=series
-    )
+    data = fullbody.observing.Photometry(DATA.times, DATA.magnitude, 0.01, geometry=geometry(DAYS), rotation=series)
     with pytest.raises(InvalidInput, match="RotationSeries"):
         period_scan(data, RANGE)
 
