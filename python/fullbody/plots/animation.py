@@ -21,7 +21,8 @@ from ..record.record import Record
 from ..typing import Floats
 from ._style import RunPlots, check_samples, label, split_far
 from .between import at, warn_if_aliased
-from .scene import Sunlight, directions, draw_body, new_axes, scene, title
+from .scene import draw_body, new_axes, scene, title
+from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
