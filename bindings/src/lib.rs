@@ -44,7 +44,7 @@ mod _core {
     #[pymodule_export]
     const LARGEST_OF_PARTICLE: f64 = fullbody::particles::LARGEST;
     #[pymodule_export]
-    use super::photometry::PyPhotometer;
+    use super::photometry::{PyPhotometer, recoil};
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
     #[pymodule_export]

@@ -1,12 +1,13 @@
 //! The brightness of bodies.
 
-use super::arrays::{array, rows, vectors};
+use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::listening::listening;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::math::Vec3;
 use fullbody::photometry::{Hapke, Law, Photometer, Surface, View};
+use fullbody::shape::Body;
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -187,4 +188,23 @@ impl PyPhotometer {
             areas.into_iter().map(of_areas).collect::<Result<_>>()?,
         ))
     }
+}
+
+/// Returns the force and the torque (M, 3) of unit pressure of sunlight on a body, in its frame, for directions to
+/// the Sun (M, 3) in that frame; other bodies at positions (N, 3) in that frame hide light from it.
+#[pyfunction]
+pub fn recoil<'py>(
+    py: Python<'py>,
+    body: PyRef<'py, PyBody>,
+    others: Vec<PyRef<'py, PyBody>>,
+    positions: PyReadonlyArrayDyn<'py, f64>,
+    to_sun: PyReadonlyArrayDyn<'py, f64>,
+) -> Result<(Array<'py>, Array<'py>)> {
+    let (positions, to_sun) = (vectors("positions", &positions)?, vectors("directions to the Sun", &to_sun)?);
+    let body = body.inner.clone();
+    let others: Vec<(Body, Vec3)> = others.iter().map(|other| other.inner.clone()).zip(positions).collect();
+    let loads = listening(py, |interrupt| fullbody::photometry::recoil(&body, &others, &to_sun, interrupt))?;
+    let (forces, torques): (Vec<Vec3>, Vec<Vec3>) =
+        loads.into_iter().map(|[force, torque]| (force, torque)).unzip();
+    Ok((from_vectors(py, &forces)?, from_vectors(py, &torques)?))
 }

@@ -38,7 +38,7 @@ const WORK: u64 = 20;
 #[derive(Debug)]
 pub struct Occluder<'a> {
     pub mesh: &'a Mesh,
-    /// The light that it hides: the observer's, 0, or the Sun's, 1.
+    /// The light that it hides, by its index in the lights of the other part.
     pub light: usize,
     /// The pose (position and rotation R) and the growth of this part in the frame of the other one: a point y
     /// of this part is at x = growth R y + position.
@@ -54,12 +54,13 @@ pub struct Occluder<'a> {
 
 /// A part in sunlight, with the parts that may hide light from it, in its own frame.
 #[derive(Debug)]
-pub struct FacetedPart<'a> {
+pub struct FacetedPart<'a, const L: usize = 2> {
     pub mesh: &'a Mesh,
     pub horizons: Option<&'a Horizons>,
-    /// The rotation from its frame to the inertial one, and unit vectors to the observer and to the Sun.
+    /// The rotation from its frame to the inertial one, and unit vectors to the lights: to the observer and to the
+    /// Sun, or to the Sun alone.
     pub rotation: Mat3,
-    pub lights: [Vec3; 2],
+    pub lights: [Vec3; L],
     pub occluders: Vec<Occluder<'a>>,
 }
 
@@ -98,7 +99,28 @@ impl SurfaceLight<'_> {
     }
 }
 
-impl Occluder<'_> {
+impl<'a> Occluder<'a> {
+    /// Makes the occluder for a part, given the pose and the growth of the occluding mesh in the part's frame, and
+    /// the index of the light with a unit vector to it in that frame; `None` if it hides nothing of the part.
+    pub fn new(
+        part: &Mesh,
+        mesh: &'a Mesh,
+        (position, rotation): (Vec3, Mat3),
+        growth: f64,
+        light: usize,
+        direction: &Vec3,
+    ) -> Option<Self> {
+        let along = position.dot(direction);
+        let aside = (position - direction * along).norm();
+        let reach = mesh.radii[0] * growth;
+        if aside >= part.radii[0] + reach || along <= -(part.radii[0] + reach) {
+            return None;
+        }
+        let silhouette = (along + part.radii[0] > reach)
+            .then(|| Silhouette::new(mesh, (&position, &rotation), growth, direction));
+        Some(Self { mesh, light, position, rotation, growth, first: mesh.place < part.place, silhouette })
+    }
+
     /// Returns what the facets hide of a triangle, and sets the edges of the region; their lines are counted from
     /// `line`.
     fn hides(&self, triangle: &Facet, direction: &Vec3, line: Line, region: &mut Region) -> Hidden {
@@ -133,10 +155,10 @@ impl Occluder<'_> {
     }
 }
 
-impl FacetedPart<'_> {
+impl<const L: usize> FacetedPart<'_, L> {
     /// Sets the region to what is left of a triangle, a facet with this index or, without one, a cell.
     /// Returns whether a part may be hidden: otherwise the region is not set.
-    pub fn leave(&self, triangle: &Facet, facet: Option<(usize, [f64; 2])>, region: &mut Region) -> bool {
+    pub fn leave(&self, triangle: &Facet, facet: Option<(usize, [f64; L])>, region: &mut Region) -> bool {
         let mut partly = false;
         if let (Some(horizons), Some((index, cosines))) = (self.horizons, facet) {
             for (light, direction) in self.lights.iter().enumerate() {
@@ -187,7 +209,9 @@ impl FacetedPart<'_> {
             + (occluder.saturating_sub(self.occluders.len())) * self.mesh.facets.len();
         3 + SIDES * facets as Line
     }
+}
 
+impl FacetedPart<'_> {
     /// Returns the brightness of the part; if W is four, then the sums of it times the coordinates of the point, in
     /// the part's frame.
     pub fn light<const W: usize>(
@@ -264,7 +288,7 @@ impl FacetedPart<'_> {
 
 /// Returns the share that is left of a triangle, all of it without a region; if W is four, then the sums of it times
 /// the coordinates.
-fn shares<const W: usize>(triangle: &Facet, region: Option<&Region>) -> [f64; W] {
+pub fn shares<const W: usize>(triangle: &Facet, region: Option<&Region>) -> [f64; W] {
     if W == 1 {
         return [region.map_or(1.0, Region::share); W];
     }

@@ -7,7 +7,6 @@ use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
 use super::outline::Light;
 use super::scene::{Scene, Surface};
-use super::silhouette::Silhouette;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
@@ -310,26 +309,10 @@ impl<'a> Snapshot<'a> {
             for light in [Light::Sight, Light::Sun] {
                 let (placed, growth) = self.in_light(light, other.place[0], body, directions);
                 let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
-                let direction = &directions[light as usize];
-                let aside = (from - direction * from.dot(direction)).norm();
-                let (along, reach) = (from.dot(direction), other.radii[0] * growth);
-                if aside < mesh.radii[0] + reach && along > -(mesh.radii[0] + reach) {
-                    let position = turned.tr_mul(&from);
-                    let rotation = turned.tr_mul(&(placed.rotation * other.pose.1));
-                    let silhouette = (along + mesh.radii[0] > reach).then(|| {
-                        let direction = turned.tr_mul(direction);
-                        Silhouette::new(other, (&position, &rotation), growth, &direction)
-                    });
-                    all.push(Occluder {
-                        mesh: other,
-                        light: light as usize,
-                        position,
-                        rotation,
-                        growth,
-                        first: other.place < mesh.place,
-                        silhouette,
-                    });
-                }
+                let back = |v: &Vec3| turned.tr_mul(v);
+                let pose = (back(&from), turned.tr_mul(&(placed.rotation * other.pose.1)));
+                let direction = back(&directions[light as usize]);
+                all.extend(Occluder::new(mesh, other, pose, growth, light as usize, &direction));
             }
         }
         all

@@ -47,9 +47,8 @@ def log_determinant(errors: Any) -> float:
 def design_without_jitter(errors: Any, design: Floats) -> Floats:
     """Return a design (K, C, L) divided by the errors without a jitter, from the design divided by those with it."""
     with_jitter, without = (np.linalg.cholesky(c) for c in (errors.covariance, errors.without_jitter))
-    # Data whose numbers are all independent have a covariance for each of them.
-    rows = design.reshape(*with_jitter.shape[:2], -1)
-    return np.asarray(np.linalg.solve(without, with_jitter @ rows).reshape(design.shape))
+    blocks = design.reshape(*with_jitter.shape[:2], -1)
+    return np.asarray(np.linalg.solve(without, with_jitter @ blocks)).reshape(design.shape)
 
 
 def relative_change(covariance: Floats, other: Floats) -> Floats:

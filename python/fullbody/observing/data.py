@@ -165,10 +165,15 @@ class Observations(Predictions, Tabled):
         """
         system = run.system
         predicted, residuals, _ = self._solved(run, linear)
-        sigma = np.sqrt(np.diagonal(self._covariance(system), axis1=1, axis2=2)).reshape(residuals.shape)
+        sigma = np.sqrt(np.diagonal(self.errors(system).covariance, axis1=1, axis2=2)).reshape(residuals.shape)
         columns = [self._by_name(self._attach(values, system)) for values in (predicted, residuals, sigma)]
         parts = {name: (columns[0][name], columns[1][name], columns[2][name]) for name in columns[0]}
         return draw(time_axis(self.times), parts, axes, kwargs)
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """The names of the C numbers of a row, such as east and north."""
+        return self._names
 
     def _by_name(self, attached: Any) -> dict[str, Any]:
         """Return predictions as columns (K,) by their names."""

@@ -34,11 +34,11 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
     what = "corrections of the heliocentric elements"
     mu = float(GM_sun.to_value("km3 / s2")) / kilometres(system, what) ** 3 * seconds(system, what) ** 2
     axes = turn(system.context.frame, "ecliptic")
-    middle = np.mean(times)
+    middle = np.array([np.mean(times)])
     emitted = local.emission(np.append(times, middle))
-    position, velocity = (-part[0] @ axes.T for part in (local.sun(middle[None]), local.sun_velocity(middle[None])))
+    position, velocity = (-part[0] @ axes.T for part in (local.sun(middle), local.sun_velocity(middle)))
     # The Sun's vectors are given by the time of arrival.
-    observer, moving = local.observer(middle[None])[0], local.observer_velocity(middle[None])[0]
+    observer, moving = local.observer(middle)[0], local.observer_velocity(middle)[0]
     late = observer @ moving / np.linalg.norm(observer) / local.light_speed
     if not np.linalg.norm(velocity) > 0.0:
         raise InvalidInput(f"{what} need a geometry in which the Sun moves; expected vectors to_sun for each time")

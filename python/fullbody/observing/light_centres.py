@@ -187,10 +187,11 @@ def derivatives(photometer: Photometer, epochs: Epochs, sizes: Floats) -> tuple[
 
 def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epochs:
     """Return epochs with one body displaced along an axis, or rotated about an axis of its body frame."""
+    position, attitude = epochs.position.copy(), epochs.attitude.copy()
     if kind == 0:
-        position = epochs.position.copy()
         position[:, body, axis] += step
-        return epochs._replace(position=position)
-    attitude = epochs.attitude.copy()
-    attitude[:, body] = rotations.products(attitude[:, body], rotations.of_vectors(step * np.eye(3)[axis]))
-    return epochs._replace(attitude=attitude)
+    else:
+        turn = rotations.of_vectors(step * np.eye(3)[axis])
+        attitude[:, body] = rotations.products(attitude[:, body], turn)
+    rest = epochs.to_observer, epochs.to_sun, epochs.velocity, epochs.distant
+    return Epochs(epochs.times, position, attitude, *rest)

@@ -12,7 +12,7 @@ from ..observing.radar_echoes import delay_doppler as image_of
 from ..observing.radar_echoes import radar_spectrum as spectrum_of
 from ..record.record import Record
 from ..typing import Floats
-from ._style import RunPlots, colour_bar, label, label_of
+from ._style import RunPlots, colour_bar, label, label_of, unit
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
@@ -101,7 +101,7 @@ def delay_doppler(
     ax = single(ax, (5.6, 4.2))
     drawn = ax.pcolormesh(x, y, np.sqrt(power), **{"cmap": "gray", "vmin": 0.0, **kwargs})
     ax.set(xlabel=across, ylabel=down, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
-    colour_bar(ax, drawn, label(run, "root of the cross section", "length"))
+    colour_bar(ax, drawn, "root of the cross section", unit(run, "length") or "system units")
     return ax
 
 

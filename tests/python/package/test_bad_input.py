@@ -88,6 +88,10 @@ def byorp(**given):
     return forces.Byorp("B", "A", **({} if "coefficient" in given else {"force": 1.0}) | given, name="Y")
 
 
+def heat(**given):
+    return forces.BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3} | given, name="Y")
+
+
 def part(**given):
     return Part(Sphere(1.0), **({} if {"density", "GM"} & {*given} else {"mass": 1.0}) | given)
 
@@ -129,6 +133,12 @@ FIELDS = {
         **of(" of Y", byorp, "torque", u.N * u.m, FINITE, (3,)),
         **of(" of Y", byorp, "pressure", u.Pa, POSITIVE),
         **of(" of Y", byorp, "radius", u.m, POSITIVE),
+    },
+    "forces.BinaryYarkovsky": {
+        **of(" of Y", heat, "pressure", u.Pa, POSITIVE),
+        **of(" of Y", heat, "lag", u.rad, FINITE),
+        **of(" of Y", heat, "albedo emissivity", None, FRACTION),
+        **of(" of Y", heat, "radius primary_radius", u.m, POSITIVE),
     },
     "forces.ThirdBody": {
         **of(" of third body", third_body, "mass", u.kg, POSITIVE),
