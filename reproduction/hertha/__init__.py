@@ -1,0 +1,1 @@
+"""(135) Hertha: its size from the chords of an occultation."""
