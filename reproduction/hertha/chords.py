@@ -19,9 +19,9 @@ import numpy as np
 from fullbody import observing
 
 CHORDS = Path(__file__).parents[2] / "tests" / "data" / "observations" / "hertha" / "occultations.occ"
-#: Diameters of a sphere of the same volume in km with their errors, and where they were published. The first one is of
-#: a shape that was fitted to these chords, light curves and images; the others are of thermal light and of several
-#: methods.
+#: Diameters of a sphere of the same volume in km with their errors, and where they were published; all are second-hand,
+#: from catalogues that list them. The first one is of a shape that was fitted to these chords, to light curves and to
+#: images; the others are of thermal light and of several methods.
 PUBLISHED = {
     "DAMIT model 1799, Hanus et al. (2017), A&A 601, A114": (79.0, 2.0),
     "Carry (2012), Planet. Space Sci. 73, 98": (76.12, 3.29),
