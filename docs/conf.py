@@ -10,6 +10,8 @@ import inspect
 import os
 import re
 import shutil
+import sys
+import tomllib
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,10 @@ from sphinx.util.osutil import relative_uri
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+sys.path.insert(0, str(DOCS))
+from gallery import Thumbnails  # noqa: E402
+
+from notebooks import quiet_kernels  # noqa: E402
 
 project = "fullbody"
 author = "The fullbody developers"
@@ -29,8 +35,9 @@ release = metadata.version("fullbody")
 
 # Where `make study` wrote the results of the studies that have a page; their pages read them there.
 OUT = ROOT / "out"
-STUDIES = {"report": OUT / "ho2021"} | {name: OUT / name for name in ("binaries", "kalliope", "kw4_radar")}
+STUDIES = {"report": OUT / "ho2021"} | {name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")}
 EXPLORER = OUT / "explorer"
+RUST = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "doc"
 os.environ.update({f"FULLBODY_{page.upper()}": str(folder) for page, folder in STUDIES.items()})
 os.environ["FULLBODY_PEERS"] = str(ROOT / "notebooks" / "10-peers.json")
 # These pages also use the package `reproduction`, which is not installed.
@@ -70,8 +77,8 @@ def stage() -> None:
     if EXPLORER.is_dir():
         shutil.copytree(EXPLORER, extra / "explorer", dirs_exist_ok=True)
     # The crate's documentation with its source, which `make docs` has built.
-    if (rust := ROOT / "target" / "doc").is_dir():
-        shutil.copytree(rust, extra / "rust", dirs_exist_ok=True)
+    if RUST.is_dir():
+        shutil.copytree(RUST, extra / "rust", dirs_exist_ok=True)
     # One file of MathJax, so that formulas show without a network.
     mathjax = next(f for f in metadata.files("sphinx-mathjax-offline") or [] if f.name == "tex-svg-full.js")
     copy(Path(str(mathjax.locate())), extra / "_static" / "tex-svg-full.js")
@@ -85,6 +92,7 @@ def copy(source: Path, target: Path) -> None:
 
 
 stage()
+quiet_kernels()
 
 extensions = [
     "myst_nb",
@@ -135,14 +143,30 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-WIDE = ("index", "install", "comparison", "report", "binaries", "kalliope", "kw4_radar", "hera", "explorer")
+WIDE = (
+    "index",
+    "gallery",
+    "notebooks",
+    "install",
+    "comparison",
+    "report",
+    "binaries",
+    "kalliope",
+    "hertha",
+    "kw4_radar",
+    "hera",
+    "explorer",
+)
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
+# Where to get the source: nothing is shown while there is no address.
+ADDRESS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["fullbody"]["address"]
 html_theme_options = {
+    "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
     "navigation_with_keys": False,
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc", "sourcelink"],
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],
     "show_toc_level": 2,
@@ -218,6 +242,7 @@ def drop_template(app: Any, error: Exception | None) -> None:
 
 def setup(app: Any) -> None:
     """Connect what this file defines, before or after numpydoc, which takes the text apart."""
+    app.add_post_transform(Thumbnails)
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
     app.connect("source-read", without_results)

@@ -1,14 +1,14 @@
 //! Shapes and bodies.
 
-use super::arrays::array;
+use super::arrays::{array, vectors};
 use super::listening::listening;
 use super::polyhedra::PyPolyhedron;
 use super::stokes::PyStokesCoefficients;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::mutual::harmonics;
-use fullbody::shape::{Body, InputPart, Shape};
-use numpy::PyArrayDyn;
+use fullbody::shape::{Body, Facets, InputPart, Shape};
+use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -77,6 +77,18 @@ impl PyBody {
         self.inner.mass()
     }
 
+    /// Makes a body that is known by the normals (F, 3) and areas (F,) of its facets.
+    #[staticmethod]
+    fn of_facets(
+        name: String,
+        normals: PyReadonlyArrayDyn<'_, f64>,
+        areas: PyReadonlyArray1<'_, f64>,
+        mass: f64,
+    ) -> Result<Self> {
+        let facets = Facets::new(&vectors("normals", &normals)?, &areas.as_array().to_vec())?;
+        Ok(Self { inner: Body::of_facets(name, facets, mass)? })
+    }
+
     /// Makes a body of several parts, each (shape, mass, density, position, attitude) with either a mass or a
     /// density.
     #[staticmethod]
@@ -135,6 +147,12 @@ impl PyBody {
         self.inner.semi_axes()
     }
 
+    /// Returns the largest distance of the body's points from its centre of mass, or an upper bound of it.
+    #[getter]
+    fn circumradius(&self) -> f64 {
+        self.inner.circumradius()
+    }
+
     /// Returns the volume; for a composite, that of the ellipsoid with its semi-axes.
     #[getter]
     fn volume(&self) -> f64 {
@@ -146,6 +164,13 @@ impl PyBody {
     fn harmonics(&self, py: Python<'_>, degree: usize) -> Result<PyStokesCoefficients> {
         let inner = listening(py, |interrupt| harmonics(&self.inner, degree, interrupt))?;
         Ok(inner.into())
+    }
+
+    /// Returns the areas (F,) of the facets of a body that is known by these.
+    #[getter]
+    fn areas<'py>(&self, py: Python<'py>) -> Result<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let facets = self.inner.facets();
+        facets.map(|facets| array(py, facets.areas().to_vec(), &[facets.areas().len()])).transpose()
     }
 
     #[getter]

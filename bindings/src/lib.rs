@@ -9,11 +9,13 @@ mod errors;
 mod events;
 mod forces;
 mod gravity;
+mod harmonics;
 mod listening;
 mod orbits;
 mod particles;
 mod photometry;
 mod polyhedra;
+mod radar;
 mod stokes;
 mod rotations;
 mod runs;
@@ -34,15 +36,19 @@ mod _core {
     #[pymodule_export]
     use super::gravity::PyAttraction;
     #[pymodule_export]
+    use super::harmonics::solid_harmonics;
+    #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]
     use super::particles::{fly, surface, visible};
     #[pymodule_export]
     const LARGEST_OF_PARTICLE: f64 = fullbody::particles::LARGEST;
     #[pymodule_export]
-    use super::photometry::PyPhotometer;
+    use super::photometry::{PyPhotometer, recoil};
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
+    #[pymodule_export]
+    use super::radar::PyRadar;
     #[pymodule_export]
     use super::rotations::{quaternion_of_tait_bryan, quaternion_product, rotation_matrices};
     #[pymodule_export]

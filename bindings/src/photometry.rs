@@ -1,12 +1,13 @@
 //! The brightness of bodies.
 
-use super::arrays::{array, rows, vectors};
+use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::listening::listening;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::math::Vec3;
 use fullbody::photometry::{Hapke, Law, Photometer, Surface, View};
+use fullbody::shape::Body;
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -43,7 +44,7 @@ pub struct PyPhotometer {
 /// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
 /// 3), velocities over that of light (K N, 3), or none of them, and whether observer and Sun are distant.
 #[derive(FromPyObject)]
-struct Epochs<'py>(
+pub struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
@@ -54,8 +55,8 @@ struct Epochs<'py>(
 );
 
 /// The epochs in the core's types.
-struct EpochData {
-    times: Vec<f64>,
+pub struct EpochData {
+    pub times: Vec<f64>,
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
     directions: [Vec<Vec3>; 2],
@@ -64,7 +65,7 @@ struct EpochData {
 }
 
 impl Epochs<'_> {
-    fn take(&self, bodies: usize) -> Result<EpochData, Error> {
+    pub fn take(&self, bodies: usize) -> Result<EpochData, Error> {
         let times = self.0.as_array().to_vec();
         let epoch_data = EpochData {
             positions: vectors("position", &self.1)?,
@@ -93,7 +94,7 @@ impl Epochs<'_> {
 }
 
 impl EpochData {
-    fn views(&self, bodies: usize) -> Vec<View<'_>> {
+    pub fn views(&self, bodies: usize) -> Vec<View<'_>> {
         let view = |(k, time): (usize, &f64)| View {
             time: *time,
             position: &self.positions[k * bodies..(k + 1) * bodies],
@@ -131,22 +132,34 @@ impl PyPhotometer {
         array(py, all, &[epoch_data.times.len(), count])
     }
 
+    /// Returns the brightness of each body, and its sums with the components of the vector from the body's centre,
+    /// inertial, (K, N, 4).
+    fn moments<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
+        let count = self.inner.bodies().len();
+        let epoch_data = epochs.take(count)?;
+        let all = listening(py, |interrupt| self.inner.moments_in(&epoch_data.views(count), interrupt))?;
+        let all = all.into_iter().flat_map(|(brightness, moment)| [brightness, moment.x, moment.y, moment.z]);
+        array(py, all.collect(), &[epoch_data.times.len(), count, 4])
+    }
+
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
     /// vectors and semi-axes of each body, its derivatives (K, N, 2, 3) with respect to the unit vectors to
     /// the observer and to the Sun, and on demand for each body those with respect to its vertices, (K, N, V,
-    /// 3), with V zero for a body that is no polyhedron.
+    /// 3), with V zero for a body that is no polyhedron, and with respect to the areas of its facets, (K, N, F),
+    /// with F zero for a body that is not known by these.
     fn partials<'py>(
         &self,
         py: Python<'py>,
         epochs: Epochs<'py>,
         by_vertex: bool,
-    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>)> {
+    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>)> {
         let count = self.inner.bodies().len();
         let epoch_data = epochs.take(count)?;
         let views = epoch_data.views(count);
         let all = listening(py, |interrupt| self.inner.partials_in(&views, by_vertex, interrupt))?;
         let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());
         let mut vertices = vec![Vec::new(); if by_vertex { count } else { 0 }];
+        let mut areas = vertices.clone();
         for (value, partials) in all {
             brightness.push(value);
             for by in partials.by_body {
@@ -156,17 +169,42 @@ impl PyPhotometer {
             for (all, by) in vertices.iter_mut().zip(partials.by_vertex) {
                 all.extend(by.iter().flat_map(|v| [v.x, v.y, v.z]));
             }
+            areas.iter_mut().zip(partials.by_area).for_each(|(all, by)| all.extend(by));
         }
         let times = epoch_data.times.len();
         let of_body = |by: Vec<f64>| {
             let corners = by.len() / (3 * count * times).max(1);
             array(py, by, &[times, count, corners, 3])
         };
+        let of_areas = |by: Vec<f64>| {
+            let facets = by.len() / (count * times).max(1);
+            array(py, by, &[times, count, facets])
+        };
         Ok((
             array(py, brightness, &[times, count])?,
             array(py, by_body, &[times, count, count, 9])?,
             array(py, by_direction, &[times, count, 2, 3])?,
             vertices.into_iter().map(of_body).collect::<Result<_>>()?,
+            areas.into_iter().map(of_areas).collect::<Result<_>>()?,
         ))
     }
+}
+
+/// Returns the force and the torque (M, 3) of unit pressure of sunlight on a body, in its frame, for directions to
+/// the Sun (M, 3) in that frame; other bodies at positions (N, 3) in that frame hide light from it.
+#[pyfunction]
+pub fn recoil<'py>(
+    py: Python<'py>,
+    body: PyRef<'py, PyBody>,
+    others: Vec<PyRef<'py, PyBody>>,
+    positions: PyReadonlyArrayDyn<'py, f64>,
+    to_sun: PyReadonlyArrayDyn<'py, f64>,
+) -> Result<(Array<'py>, Array<'py>)> {
+    let (positions, to_sun) = (vectors("positions", &positions)?, vectors("directions to the Sun", &to_sun)?);
+    let body = body.inner.clone();
+    let others: Vec<(Body, Vec3)> = others.iter().map(|other| other.inner.clone()).zip(positions).collect();
+    let loads = listening(py, |interrupt| fullbody::photometry::recoil(&body, &others, &to_sun, interrupt))?;
+    let (forces, torques): (Vec<Vec3>, Vec<Vec3>) =
+        loads.into_iter().map(|[force, torque]| (force, torque)).unzip();
+    Ok((from_vectors(py, &forces)?, from_vectors(py, &torques)?))
 }

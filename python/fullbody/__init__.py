@@ -19,6 +19,7 @@ from .errors import FullbodyError
 from .loading import load, load_flight
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.freeform import ConvexShape, HarmonicShape
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
@@ -78,10 +79,12 @@ __all__ = [
     "Component",
     "Composite",
     "Configuration",
+    "ConvexShape",
     "DormandPrince54",
     "Ellipsoid",
     "Flight",
     "FullbodyError",
+    "HarmonicShape",
     "KeplerElements",
     "LieGroupVariational",
     "Part",

@@ -1,1 +1,1 @@
-"""(135) Hertha: its size from the chords of an occultation."""
+"""The rotation and the shape of (135) Hertha from its light curves."""

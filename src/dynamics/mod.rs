@@ -36,6 +36,7 @@ pub use equations::{
 pub use rotation::{
     discrete_rotor::variational_rotation,
     free_rotors::{FreeRotor, MAX_ROTATION_ANGLE, rotation_angle_bound},
+    steady_rotation::SteadyRotation,
 };
 pub use variations::jacobian::SystemJacobian;
 #[doc(hidden)]

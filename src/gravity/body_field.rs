@@ -66,13 +66,15 @@ impl BodyField {
     /// Prepares the gravity of a body.
     ///
     /// # Errors
-    /// [`Error::Interrupted`](crate::error::Error::Interrupted), while a polyhedron is prepared.
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted), while a polyhedron is prepared, and
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for a body of which only the facets are known.
     pub fn new(
         body: &Body,
         gravitational_constant: f64,
         arch: Arch,
         interrupt: &mut InterruptCheck,
     ) -> Result<Self> {
+        body.require_vertices()?;
         let mut parts = Vec::with_capacity(body.parts().len());
         for part in body.parts() {
             parts.push(PartField::new(part, gravitational_constant * part.mass, arch, interrupt)?);

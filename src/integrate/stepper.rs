@@ -136,6 +136,11 @@ impl Stepper {
         self.computed_stages = 0;
     }
 
+    /// Counts a step that was made elsewhere.
+    pub fn count_step(&mut self) {
+        self.statistics.steps += 1;
+    }
+
     /// Returns the counts so far.
     pub fn statistics(&self) -> Statistics {
         self.statistics

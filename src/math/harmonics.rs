@@ -160,6 +160,18 @@ impl WithSimd for HarmonicSeries<'_> {
     }
 }
 
+/// Returns the harmonics up to a degree at a point, in the order of [`index`].
+pub fn at(x: &Vec3, degree: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; count(degree)];
+    let mut points = [[0.0; BLOCK]; 3];
+    points.iter_mut().zip(x.iter()).for_each(|(row, x)| row[0] = *x);
+    let mut weights = [0.0; BLOCK];
+    weights[0] = 1.0;
+    let points = points.each_ref().map(<[f64; BLOCK]>::as_slice);
+    Arch::Scalar.dispatch(WeightedHarmonics { points, weights: &weights, degree, sums: &mut sums });
+    sums
+}
+
 /// Multiplies all numbers of each degree, in the order of [`index`], by a factor.
 pub fn scale_degrees(values: &mut [f64], factor: impl Fn(usize) -> f64) {
     values.iter_mut().enumerate().for_each(|(index, value)| *value *= factor(index.isqrt()));

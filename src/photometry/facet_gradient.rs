@@ -61,15 +61,9 @@ impl FacetedPart<'_> {
             interrupt.charge(WORK, surface.time)?;
             let partly = self.leave(facet, Some((index, [mu, mu0])), &mut region);
             let left = facet.area * if partly { region.share() } else { 1.0 };
-            let albedo = surface.albedo.get(index).unwrap_or(&surface.albedo[0]);
-            let [factor, by_mu, by_mu0, phase] =
-                surface.scattering.factor_with_partials(mu, mu0).map(|value| value * albedo);
-            let (plain, [share, share0]) = (mu * mu0 / (mu + mu0), [mu0, mu].map(|x| x / (mu + mu0)));
-            let (by_mu, by_mu0) =
-                (share * share * factor + plain * by_mu, share0 * share0 * factor + plain * by_mu0);
-            let per_area = plain * factor;
+            let [per_area, by_mu, by_mu0, phase] = surface.per_area_with_partials(index, [mu, mu0]);
             total += per_area * left;
-            by_phase += plain * phase * left;
+            by_phase += phase * left;
             let face = self.mesh.faces[index].map(|v| v as usize);
             let turn = e * by_mu + s * by_mu0;
             gradient.lights[0] += facet.normal * (by_mu * left);

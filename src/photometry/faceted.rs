@@ -1,6 +1,7 @@
 //! The brightness of a body by the facets of its parts, and its derivatives with respect to poses, vertices and
 //! directions.
 
+use super::convex::ConvexBody;
 use super::ellipsoid::{Lit, Partials};
 use super::facets::{FacetedPart, SurfaceLight};
 use super::mesh::Mesh;
@@ -14,21 +15,35 @@ pub struct FacetedBody<'a> {
     pub surface: SurfaceLight<'a>,
 }
 
-/// A body in sunlight: an ellipsoid about its centre of mass, or a body of any other shape.
+/// A body in sunlight: an ellipsoid about its centre of mass, a convex body that is known by the areas of its
+/// facets, or a body of any other shape.
 pub enum Target<'a> {
     Ellipsoid(Lit<'a>),
+    Convex(ConvexBody<'a>),
     Facets(FacetedBody<'a>),
 }
 
 impl Target<'_> {
-    /// Returns the brightness in squared length. That of an ellipsoid does not contain the albedo.
-    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
+    /// Returns the brightness in squared length; if W is four, then the sums of it times the components of the vector
+    /// from the body's centre, inertial. The light of an ellipsoid does not contain the albedo.
+    pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         match self {
-            Self::Ellipsoid(lit) => lit.brightness(interrupt),
-            Self::Facets(body) => body
-                .parts
-                .iter()
-                .try_fold(0.0, |sum, part| Ok(sum + part.brightness(&body.surface, interrupt)?)),
+            Self::Ellipsoid(lit) => lit.light(interrupt),
+            // Without vertices the light has no centre, for which `Photometer::moments_in` refuses such bodies.
+            Self::Convex(body) => {
+                let brightness = body.brightness(interrupt)?;
+                Ok(std::array::from_fn(|k| if k == 0 { brightness } else { 0.0 }))
+            }
+            Self::Facets(body) => body.parts.iter().try_fold([0.0; W], |mut sums, part| {
+                let mut light = part.light::<W>(&body.surface, interrupt)?;
+                if let [brightness, x, y, z] = &mut light[..] {
+                    let (position, pose) = &part.mesh.pose;
+                    let moment = Vec3::new(*x, *y, *z) + pose.tr_mul(position) * *brightness;
+                    [*x, *y, *z] = (part.rotation * moment).into();
+                }
+                sums.iter_mut().zip(light).for_each(|(sum, part)| *sum += part);
+                Ok(sums)
+            }),
         }
     }
 
@@ -36,6 +51,7 @@ impl Target<'_> {
     pub fn partials(&self, partials: &mut Partials, interrupt: &mut InterruptCheck) -> Result<f64> {
         match self {
             Self::Ellipsoid(lit) => lit.partials(partials, interrupt),
+            Self::Convex(body) => body.partials(partials, interrupt),
             Self::Facets(body) => body.parts.iter().try_fold(0.0, |sum, part| {
                 let (brightness, gradient) = part.partials(&body.surface, interrupt)?;
                 add(partials, part.mesh, &part.rotation, 1.0, &gradient.own);

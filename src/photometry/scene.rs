@@ -50,18 +50,21 @@ impl Scene {
             return Err(Error::invalid("number of surfaces", surfaces.len(), format!("{}", bodies.len())));
         }
         for (body, surface) in bodies.iter().zip(&surfaces) {
-            body.require_surface()?;
+            let areas = body.facets().map(|facets| facets.areas().len());
+            if areas.is_none() {
+                body.require_surface()?;
+            }
             let what = format!("albedo of {}", body.name);
             if let Some(wrong) = surface.albedo.iter().find(|a| !(**a >= 0.0 && a.is_finite())) {
                 return Err(Error::invalid(what, wrong, "a finite number, zero or above"));
             }
             let faces = match body.parts() {
                 [Part { shape: Shape::Polyhedron(polyhedron), .. }] => polyhedron.faces().len(),
-                _ => 1,
+                _ => areas.unwrap_or(1),
             };
             if surface.albedo.len() != 1 && surface.albedo.len() != faces {
                 let expected = match faces {
-                    1 => "one: only a polyhedron has one for each face".to_string(),
+                    1 => "one: only polyhedra and facets have one for each face".to_string(),
                     _ => format!("one, or {faces}, one for each face"),
                 };
                 return Err(Error::invalid(

@@ -1,16 +1,16 @@
 //! Bodies at one epoch: which of them hide light from which, and the light of each.
 
+use super::convex::ConvexBody;
 use super::ellipsoid::{Lit, Partials, Placed};
 use super::faceted::{FacetedBody, Target};
 use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
 use super::outline::Light;
-use super::scene::Scene;
-use super::silhouette::Silhouette;
+use super::scene::{Scene, Surface};
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
-use crate::shape::{Proximity, across_separating_plane};
+use crate::shape::{Facets, Proximity, across_separating_plane};
 
 /// Units of work of one ellipsoid, beside those of the integrals.
 pub const WORK: u64 = 10;
@@ -166,7 +166,9 @@ impl<'a> Snapshot<'a> {
             let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in suns {
                 interrupt.charge(WORK, self.view.time)?;
-                let (target, factor) = if self.needs_facets(index, directions) {
+                let (target, factor) = if let Some(facets) = bodies[index].facets() {
+                    (Target::Convex(self.convex(index, facets, directions)), *weight)
+                } else if self.needs_facets(index, directions) {
                     (Target::Facets(self.faceted(index, directions, interrupt)?), *weight)
                 } else {
                     let (placed, time) = (&self.placed[index], self.view.time);
@@ -247,11 +249,25 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Returns whether a body, or one that may hide light from it, is not an ellipsoid.
-    fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
+    pub fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
         let Scene { meshes, semi_axes, .. } = self.scene;
         !meshes.is_empty()
             && (semi_axes[body].is_none()
                 || self.others(body, directions).any(|other| semi_axes[other].is_none()))
+    }
+
+    /// Returns the surface of a body in light from these directions.
+    fn surface(&self, body: usize, [e, s]: &[Vec3; 2]) -> SurfaceLight<'a> {
+        let Surface { law, albedo } = &self.scene.surfaces[body];
+        let scattering = law.at(e.cross(s).norm().atan2(e.dot(s)));
+        SurfaceLight { law, scattering, albedo, time: self.view.time }
+    }
+
+    /// Returns a convex body in sunlight by the areas of its facets.
+    fn convex(&self, body: usize, facets: &'a Facets, directions: &[Vec3; 2]) -> ConvexBody<'a> {
+        let rotation = self.placed[body].rotation;
+        let lights = directions.map(|direction| rotation.tr_mul(&direction));
+        ConvexBody { body, facets, surface: self.surface(body, directions), rotation, lights }
     }
 
     /// Returns a body in sunlight by its facets.
@@ -261,11 +277,17 @@ impl<'a> Snapshot<'a> {
         directions: &[Vec3; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<FacetedBody<'a>> {
-        let Scene { surfaces, meshes, .. } = self.scene;
-        let [e, s] = directions;
-        let law = &surfaces[body].law;
-        let scattering = law.at(e.cross(s).norm().atan2(e.dot(s)));
-        let surface = SurfaceLight { law, scattering, albedo: &surfaces[body].albedo, time: self.view.time };
+        let surface = self.surface(body, directions);
+        Ok(FacetedBody { parts: self.parts(body, directions, interrupt)?, surface })
+    }
+
+    /// Returns the facets of the parts of a body, with the parts that may hide either direction from them.
+    pub fn parts(
+        &self,
+        body: usize,
+        directions: &[Vec3; 2],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<FacetedPart<'a>>> {
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
         let part = |mesh: &'a Mesh| {
             let rotation = self.placed[body].rotation * mesh.pose.1;
@@ -273,8 +295,7 @@ impl<'a> Snapshot<'a> {
             let occluders = self.occluders(mesh, directions, &all);
             Ok(FacetedPart { mesh, horizons: mesh.horizons(interrupt)?, rotation, lights, occluders })
         };
-        let parts = meshes.iter().filter(|mesh| mesh.place[0] == body).map(part).collect::<Result<_>>()?;
-        Ok(FacetedBody { parts, surface })
+        self.scene.meshes.iter().filter(|mesh| mesh.place[0] == body).map(part).collect()
     }
 
     /// Returns the parts of some bodies that may hide light from a part.
@@ -288,26 +309,10 @@ impl<'a> Snapshot<'a> {
             for light in [Light::Sight, Light::Sun] {
                 let (placed, growth) = self.in_light(light, other.place[0], body, directions);
                 let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
-                let direction = &directions[light as usize];
-                let aside = (from - direction * from.dot(direction)).norm();
-                let (along, reach) = (from.dot(direction), other.radii[0] * growth);
-                if aside < mesh.radii[0] + reach && along > -(mesh.radii[0] + reach) {
-                    let position = turned.tr_mul(&from);
-                    let rotation = turned.tr_mul(&(placed.rotation * other.pose.1));
-                    let silhouette = (along + mesh.radii[0] > reach).then(|| {
-                        let direction = turned.tr_mul(direction);
-                        Silhouette::new(other, (&position, &rotation), growth, &direction)
-                    });
-                    all.push(Occluder {
-                        mesh: other,
-                        light: light as usize,
-                        position,
-                        rotation,
-                        growth,
-                        first: other.place < mesh.place,
-                        silhouette,
-                    });
-                }
+                let back = |v: &Vec3| turned.tr_mul(v);
+                let pose = (back(&from), turned.tr_mul(&(placed.rotation * other.pose.1)));
+                let direction = back(&directions[light as usize]);
+                all.extend(Occluder::new(mesh, other, pose, growth, light as usize, &direction));
             }
         }
         all
@@ -338,8 +343,22 @@ impl<'a> Snapshot<'a> {
         (placed, growth)
     }
 
+    /// Returns unit vectors from a body to the observer and to the Sun.
+    pub fn directions(&self, body: usize) -> [Vec3; 2] {
+        self.ways[self.way(body)].0
+    }
+
+    /// Returns the pose of a body, with semi-axes of zero if it is not one ellipsoid about its centre.
+    pub fn placed(&self, body: usize) -> &Placed {
+        &self.placed[body]
+    }
+
     /// Iterates over the ellipsoids that may hide light from a body.
-    fn bodies_in_front(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, Placed)> {
+    pub fn bodies_in_front(
+        &self,
+        body: usize,
+        directions: &[Vec3; 2],
+    ) -> impl Iterator<Item = (Light, Placed)> {
         let mutual = self.scene.hides();
         let directions = *directions;
         [Light::Sight, Light::Sun].into_iter().filter(move |_| mutual).flat_map(move |light| {
@@ -363,6 +382,9 @@ impl Partials {
             sum.semi_axes += by.semi_axes * factor;
         }
         for (sums, by) in self.by_vertex.iter_mut().zip(&part.by_vertex) {
+            sums.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * factor);
+        }
+        for (sums, by) in self.by_area.iter_mut().zip(&part.by_area) {
             sums.iter_mut().zip(by).for_each(|(sum, by)| *sum += by * factor);
         }
         for k in 0..2 {

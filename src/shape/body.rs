@@ -2,7 +2,7 @@
 
 use super::composite::Assembly;
 use super::frame::WorkingFrame;
-use super::{InputPart, Part, Shape};
+use super::{Facets, InputPart, Part, Shape};
 use crate::error::{Error, Result, require_positive};
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -10,6 +10,17 @@ use std::f64::consts::PI;
 
 /// A body: one part, or several parts that are rigid together. The body frame has its origin in the centre of
 /// mass and its axes along the principal axes of inertia.
+///
+/// ```
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+///
+/// let body = Body::with_density("Beta", Shape::ellipsoid([3.0, 2.0, 1.0])?, 0.5)?;
+/// assert!((body.mass() - 4.0 * std::f64::consts::PI).abs() < 1e-14);
+/// // m (b^2 + c^2) / 5 and so on.
+/// assert!((body.inertia() / body.mass() - Vec3::new(1.0, 2.0, 2.6)).norm() < 1e-15);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "BodyDescription", into = "BodyDescription")]
 pub struct Body {
@@ -24,6 +35,8 @@ pub struct Body {
     circumradius: f64,
     /// The description of a composite as it was given, with its working frame.
     input: Option<(Vec<InputPart>, WorkingFrame)>,
+    /// The facets of a body that is known by its light; its part is a point.
+    facets: Option<Facets>,
 }
 
 impl Body {
@@ -42,7 +55,20 @@ impl Body {
             circumradius: shape.circumradius(),
             parts: vec![Part { shape, mass, placement: None }],
             input: None,
+            facets: None,
         })
+    }
+
+    /// Makes a body that is known by the light of its facets, and not by its gravity. Its moments of inertia are
+    /// equal, those of the homogeneous sphere with the same surface, so that it spins uniformly about any axis.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a mass that is not a finite number above zero.
+    pub fn of_facets(name: impl Into<String>, facets: Facets, mass: f64) -> Result<Self> {
+        let point = Self::with_mass(name, Shape::Point, mass)?;
+        let circumradius = facets.radius();
+        let inertia = Vec3::repeat(0.4 * mass * circumradius * circumradius);
+        Ok(Self { inertia, circumradius, facets: Some(facets), ..point })
     }
 
     /// Makes a body of one shape with a given density; a point has none.
@@ -70,7 +96,16 @@ impl Body {
         let Assembly { mass, parts, inertia, outer, frame } = Assembly::new(&name, &input)?;
         let reach = |part: &Part| part.position().norm() + part.shape.circumradius();
         let circumradius = parts.iter().map(reach).fold(0.0, f64::max);
-        Ok(Self { name, mass, inertia, outer, circumradius, parts, input: Some((input, frame)) })
+        Ok(Self {
+            name,
+            mass,
+            inertia,
+            outer,
+            circumradius,
+            parts,
+            input: Some((input, frame)),
+            facets: None,
+        })
     }
 
     /// Returns the name that errors and tables use.
@@ -125,7 +160,8 @@ impl Body {
     /// composite, a polyhedron or Stokes coefficients those of the homogeneous ellipsoid with the same mass
     /// and moments of inertia.
     pub fn semi_axes(&self) -> [f64; 3] {
-        if self.input.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_) | Shape::Stokes(_)) {
+        let by_inertia = matches!(self.parts[0].shape, Shape::Polyhedron(_) | Shape::Stokes(_));
+        if self.input.is_none() && self.facets.is_none() && !by_inertia {
             return self.parts[0].shape.semi_axes();
         }
         let all = self.inertia.sum();
@@ -142,7 +178,25 @@ impl Body {
                 "a body with a surface, which contact, occultations, light, projectiles and launches need";
             return Err(Error::invalid(&self.name, "given by its Stokes coefficients", expected));
         }
+        self.require_vertices()
+    }
+
+    /// Returns an error for a body of which only the facets are known, where its vertices are needed.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a body that is given by areas and normals of its facets.
+    pub fn require_vertices(&self) -> Result<()> {
+        if self.facets.is_some() {
+            let expected =
+                "its polyhedron, which gravity, contact and occultations need: ConvexShape.polyhedron()";
+            return Err(Error::invalid(&self.name, "given by areas and normals of facets", expected));
+        }
         Ok(())
+    }
+
+    /// Returns the facets of a body that is known by its light.
+    pub fn facets(&self) -> Option<&Facets> {
+        self.facets.as_ref()
     }
 
     /// Returns the parts of a composite as they were given, in its working frame; none for an ordinary body.
@@ -182,6 +236,11 @@ enum BodyDescription {
         name: String,
         parts: Vec<InputPart>,
     },
+    Facets {
+        name: String,
+        facets: Facets,
+        mass: f64,
+    },
 }
 
 impl TryFrom<BodyDescription> for Body {
@@ -191,6 +250,7 @@ impl TryFrom<BodyDescription> for Body {
         match description {
             BodyDescription::Ordinary { name, shape, mass } => Self::with_mass(name, shape, mass),
             BodyDescription::Composite { name, parts } => Self::composite(name, parts),
+            BodyDescription::Facets { name, facets, mass } => Self::of_facets(name, facets, mass),
         }
     }
 }
@@ -199,6 +259,7 @@ impl From<Body> for BodyDescription {
     fn from(body: Body) -> Self {
         match body {
             Body { name, input: Some((parts, _)), .. } => Self::Composite { name, parts },
+            Body { name, facets: Some(facets), mass, .. } => Self::Facets { name, facets, mass },
             Body { name, mass, mut parts, .. } => {
                 Self::Ordinary { name, shape: parts.swap_remove(0).shape, mass }
             }

@@ -5,9 +5,13 @@ use super::tree::{BoundingBox, Tree};
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
+use std::f64::consts::PI;
 
 /// The least height of a face relative to its longest edge; flatter faces have no reliable direction.
 const FLATTEST: f64 = 1e-12;
+
+/// Units of work of a solid angle.
+const SOLID_ANGLE: u64 = 10;
 
 /// The range of extents in which the volume and the quantities that follow from it neither under- nor
 /// overflow.
@@ -56,6 +60,9 @@ pub fn check_solid(
     edges: &[Edge],
     interrupt: &mut InterruptCheck,
 ) -> Result<()> {
+    if is_star(vertices, faces, interrupt)? {
+        return Ok(());
+    }
     let blocks: Vec<BoundingBox> =
         faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
     let tree = Tree::new(&blocks);
@@ -67,6 +74,21 @@ pub fn check_solid(
         ));
     }
     check_orientation(vertices, faces, edges, interrupt)
+}
+
+/// Returns whether all of a closed surface is seen from behind from the origin, once in each direction: its
+/// projection on a sphere then covers this once, so that no two faces meet but at common edges.
+fn is_star(vertices: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck) -> Result<bool> {
+    let mut total = 0.0;
+    for face in faces {
+        interrupt.charge(SOLID_ANGLE, 0.0)?;
+        let corners @ [a, b, c] = face.map(|v| vertices[v as usize]);
+        if !(a.dot(&b.cross(&c)) > FLATTEST * a.norm() * b.norm() * c.norm()) {
+            return Ok(false);
+        }
+        total += solid_angle(corners);
+    }
+    Ok((total - 4.0 * PI).abs() < 1e-6)
 }
 
 fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {

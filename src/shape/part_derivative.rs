@@ -140,6 +140,9 @@ impl Body {
     /// # Errors
     /// Returns the errors of [`Self::with_mass`] or [`Self::composite`].
     pub fn of_mass(&self, mass: f64) -> Result<Self> {
+        if let Some(facets) = self.facets() {
+            return Self::of_facets(self.name.clone(), facets.clone(), mass);
+        }
         if !self.is_composite() {
             return Self::with_mass(self.name.clone(), self.parts()[0].shape.clone(), mass);
         }

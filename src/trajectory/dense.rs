@@ -1,19 +1,54 @@
 //! The continuous solution of a run.
 
-use crate::dynamics::{BarycentricFrame, State};
+use super::closed_form::write_rotation;
+use crate::dynamics::{BarycentricFrame, State, SteadyRotation};
 use crate::error::{Error, Result};
-use crate::integrate::Segment;
+use crate::integrate::{MAX_TERMS, Segment};
 use crate::interrupt::InterruptCheck;
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+/// The largest rotation angle in one of the polynomials of a closed form, in rad, for which they keep all
+/// digits.
+const PIECE: f64 = 2.0;
 
 /// The solution at any time of a run.
 ///
 /// It keeps one polynomial for each step: 8 (terms + 2) bytes for every number of the integrator's vector (13
 /// for a body), where there are as many terms as the interpolant's order. For two bodies under Verner 9(8)
-/// that is 2.3 kB for a step.
+/// that is 2.3 kB for a step. Where the motion has a closed form, that is kept instead, and polynomials are
+/// made when they are asked for.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::integrate::Tolerance;
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+/// use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
+/// use std::ops::ControlFlow;
+///
+/// // Two points, half a revolution from their apoapsis to their periapsis.
+/// let point = |name| Body::with_mass(name, Shape::Point, 0.5);
+/// let system = System::new(vec![point("One")?, point("Two")?], 1.0, Settings::default())?;
+/// let two = |vector: Vec3| vec![-vector, vector];
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let state = State::new(0.0, two(0.75 * Vec3::x()), two(Vec3::y() / 12.0_f64.sqrt()), upright, rest)?;
+/// let integrator = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
+/// let mut simulation = Simulation::new(&system, &state, integrator)?;
+/// let mut record = Trajectory::new(2);
+/// let run = Run { dense: true, ..Run::new(&Output::Ends) };
+/// simulation.run(10.0, run, &mut record, &mut |_, _| ControlFlow::Continue(()))?;
+/// let at = record.dense.expect("it was asked for").state(std::f64::consts::PI)?;
+/// assert!((at.position()[1] + 0.25 * Vec3::x()).norm() < 1e-11);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     frame: BarycentricFrame,
     segments: Vec<Segment>,
+    closed_form: Option<SteadyRotation>,
+    /// The polynomials of the closed form, once they have been asked for.
+    made: OnceLock<Vec<Segment>>,
     start: f64,
     end: f64,
     /// The state at the end.
@@ -23,7 +58,22 @@ pub struct Dense {
 impl Dense {
     /// Starts with a solution of no length, at a state.
     pub(super) fn new(frame: &BarycentricFrame, state: State) -> Self {
-        Self { frame: *frame, segments: Vec::new(), start: state.time, end: state.time, last: state }
+        Self {
+            frame: *frame,
+            segments: Vec::new(),
+            closed_form: None,
+            made: OnceLock::new(),
+            start: state.time,
+            end: state.time,
+            last: state,
+        }
+    }
+
+    /// Makes this the solution in closed form that ends in a state.
+    pub(super) fn close(&mut self, rotation: SteadyRotation, last: State) {
+        self.end = last.time;
+        self.last = last;
+        self.closed_form = Some(rotation);
     }
 
     /// Appends a step, or the part of it before a terminal event, which ends in a state.
@@ -42,7 +92,40 @@ impl Dense {
     /// Returns the polynomials, one after the other in the direction of the run.
     #[doc(hidden)]
     pub fn pieces(&self) -> &[Segment] {
-        &self.segments
+        match &self.closed_form {
+            Some(rotation) => self.made.get_or_init(|| self.polynomials(rotation)),
+            None => &self.segments,
+        }
+    }
+
+    /// Returns the polynomials through a closed form at Chebyshev nodes.
+    fn polynomials(&self, rotation: &SteadyRotation) -> Vec<Segment> {
+        let (layout, dimension) = (self.frame.layout, self.frame.layout.dimension());
+        let count = (rotation.angle(self.end).abs() / PIECE).ceil().max(1.0);
+        let at = |time: f64| {
+            let mut y = vec![0.0; dimension];
+            write_rotation(layout, &rotation.state(time), &mut y);
+            y
+        };
+        let angles: Vec<f64> = (0..MAX_TERMS).map(|k| (k as f64 + 0.5) * PI / MAX_TERMS as f64).collect();
+        let knot = |k: f64| self.start + (self.end - self.start) * (k / count);
+        let piece = |k: u64| {
+            let (start, size) = (knot(k as f64), knot(k as f64 + 1.0) - knot(k as f64));
+            let first = at(start);
+            let rates: Vec<Vec<f64>> = (angles.iter())
+                .map(|angle| 0.5 * (1.0 + angle.cos()) * size)
+                .map(|since| at(start + since).iter().zip(&first).map(|(y, y0)| (y - y0) / since).collect())
+                .collect();
+            let mut segment = Segment::new(dimension, MAX_TERMS);
+            segment.refill((start, size), (&first, &vec![0.0; dimension]), |order, index| {
+                let cosine = |angle: &f64| (order as f64 * angle).cos();
+                let sum: f64 =
+                    angles.iter().zip(&rates).map(|(angle, rate)| cosine(angle) * rate[index]).sum();
+                sum * if order == 0 { 1.0 } else { 2.0 } / MAX_TERMS as f64
+            });
+            segment
+        };
+        (0..count as u64).map(piece).collect()
     }
 
     /// Returns the frame of the polynomials.
@@ -53,12 +136,12 @@ impl Dense {
 
     /// Returns the number of polynomials.
     pub fn segments(&self) -> usize {
-        self.segments.len()
+        self.pieces().len()
     }
 
     /// Returns the memory of the polynomials, in bytes.
     pub fn bytes(&self) -> usize {
-        self.segments.iter().map(Segment::bytes).sum()
+        self.segments.iter().chain(self.made.get().into_iter().flatten()).map(Segment::bytes).sum()
     }
 
     /// Returns the state at a time of the run.
@@ -76,6 +159,9 @@ impl Dense {
         }
         if time == self.end {
             return Ok(self.last.clone());
+        }
+        if let Some(rotation) = &self.closed_form {
+            return Ok(rotation.state(time));
         }
         let segment = piece_at(&self.segments, time, self.end > self.start);
         let mut y = vec![0.0; self.frame.layout.dimension()];

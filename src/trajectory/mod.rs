@@ -5,9 +5,11 @@
 //! meet.
 
 mod approach;
+#[cfg(feature = "archives")]
 mod archive;
 mod chaos;
 mod checkpoint;
+mod closed_form;
 mod dense;
 mod encounter;
 mod events;
@@ -22,7 +24,9 @@ mod run;
 mod simulation;
 mod switching;
 mod tangent;
+mod tangent_interior;
 
+#[cfg(feature = "archives")]
 #[doc(hidden)]
 pub use archive::{ARCHIVE_FORMAT, SimulationDescription};
 #[doc(hidden)]

@@ -243,6 +243,14 @@ impl Propagator {
         }
     }
 
+    /// Moves the simulation to a time and a vector that are the end of a single step in closed form.
+    pub fn leap(&mut self, time: f64, y: &[f64]) {
+        self.move_to(time, y);
+        if let Self::Adaptive(stepper) = self {
+            stepper.count_step();
+        }
+    }
+
     /// Returns what determines the continuation of the run: the stepper's memory, and the loads at the
     /// present vector where they are kept.
     pub fn memory(&self) -> (Memory, Option<Vec<[f64; 6]>>) {

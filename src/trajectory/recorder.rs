@@ -6,7 +6,7 @@ use super::events::EventDetector;
 use super::output::Times;
 use super::tangent::{TangentOptions, Tangents};
 use super::{Dense, Event, Output, Simulation, StopReason, Trajectory};
-use crate::dynamics::{NominalChange, State};
+use crate::dynamics::{NominalChange, State, SteadyRotation};
 use crate::error::{Result, require_finite};
 use crate::interrupt::InterruptCheck;
 
@@ -106,6 +106,47 @@ impl<'r, 'f> Recorder<'r, 'f> {
         if self.times.due(simulation.time()) {
             self.record_present(simulation, interrupt)?;
         }
+        Ok(())
+    }
+
+    /// Moves the simulation to the end of the run along a closed form of its motion, and records it.
+    pub fn follow_closed_form(
+        &mut self,
+        rotation: SteadyRotation,
+        simulation: &mut Simulation,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let y = simulation.propagator.vector().0.to_vec();
+        self.tangents.begin_closed_form(&mut simulation.motion.equations, &rotation, &y, interrupt)?;
+        while let Some(time) = self.times.take_before(self.until) {
+            interrupt.charge(simulation.motion.equations.work(), time)?;
+            self.record_closed_form(&rotation, time, simulation, interrupt)?;
+        }
+        let last = rotation.state(self.until);
+        let y = simulation.vector_of(&rotation, &last);
+        if self.times.due(self.until) {
+            self.record_closed_form(&rotation, self.until, simulation, interrupt)?;
+        }
+        simulation.propagator.leap(self.until, &y);
+        simulation.starts_from_given = false;
+        if let Some(solution) = &mut self.record.dense {
+            solution.close(rotation, last);
+        }
+        Ok(())
+    }
+
+    fn record_closed_form(
+        &mut self,
+        rotation: &SteadyRotation,
+        time: f64,
+        simulation: &mut Simulation,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let state = rotation.state(time);
+        let y = simulation.vector_of(rotation, &state);
+        let conserved = simulation.invariants_of(&y, &state, interrupt)?;
+        self.tangents.record_closed_form(rotation, time, self.record);
+        self.record.push(&state, &conserved, simulation.frame().layout.work_and_impulse(&y));
         Ok(())
     }
 

@@ -1,10 +1,11 @@
 //! Light of polyhedra with shadows on themselves and on each other, by rays, closed forms and differences.
 
 use crate::support::refusal;
+use fullbody::dynamics::{Settings, System};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Mat3, Vec3, rotation};
-use fullbody::photometry::{Law, Photometer, Surface, View};
-use fullbody::shape::{Body, InputPart, Polyhedron, Shape};
+use fullbody::photometry::{Law, Photometer, Surface, View, recoil};
+use fullbody::shape::{Body, Facets, InputPart, Polyhedron, Shape};
 
 /// The pose of bodies and the directions to the observer and to the Sun.
 #[derive(Clone)]
@@ -455,4 +456,129 @@ fn ellipsoids_beside_facets_have_no_derivatives() {
     let text = refusal(photometer.partials(&scene.view(), &mut InterruptCheck::never()));
     assert!(text.contains("shape of Beta is an ellipsoid beside facets"), "{text}");
     assert!(text.contains("all polyhedra"), "{text}");
+}
+
+/// Two cubes one side apart, in the light along their line from a low Sun: the facing end of the second one is lit in a
+/// strip whose height is the tangent of the elevation.
+#[test]
+fn the_recoil_of_a_partly_shaded_facet_acts_at_the_centroid_of_its_lit_strip() {
+    let corner = |k: usize| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64).add_scalar(-0.5);
+    let faces = [
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+    ];
+    let cube = solid(&(0..8).map(corner).collect::<Vec<_>>(), &faces);
+    let part = |x: f64| InputPart {
+        shape: Shape::Polyhedron(cube.clone()),
+        mass: 1.0,
+        position: [x, 0.0, 0.0],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+    };
+    let cubes = Body::composite("cubes", vec![part(-1.0), part(1.0)]).unwrap();
+    for elevation in [0.1_f64, 0.4, 0.7] {
+        let s = Vec3::new(elevation.cos(), 0.0, elevation.sin());
+        let loads = recoil(&cubes, &[], &[s * 3.0], &mut InterruptCheck::never()).unwrap();
+        let strip = elevation.tan();
+        let lit = [
+            (Vec3::z(), 1.0, Vec3::new(1.0, 0.0, 0.5)),
+            (Vec3::z(), 1.0, Vec3::new(-1.0, 0.0, 0.5)),
+            (Vec3::x(), 1.0, Vec3::new(1.5, 0.0, 0.0)),
+            (Vec3::x(), strip, Vec3::new(-0.5, 0.0, 0.5 - 0.5 * strip)),
+        ];
+        let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
+        for (normal, area, centre) in lit {
+            let push = (s + normal * (2.0 / 3.0)) * (-area * normal.dot(&s));
+            force += push;
+            torque += centre.cross(&push);
+        }
+        assert!((loads[0][0] - force).norm() < 1e-12 && (loads[0][1] - torque).norm() < 1e-12);
+    }
+}
+
+/// A convex body by the areas and normals of its facets, of the directions of a fine sphere, and its pose.
+fn facets() -> (Vec<Body>, Scene) {
+    let sphere = lumpy(4, 0.0, 0.0);
+    let corners = |face: &[u32; 3]| {
+        let vertices: Vec<Vec3> = sphere.vertices().collect();
+        face.map(|v| vertices[v as usize])
+    };
+    let across = sphere.faces().iter().map(|face| {
+        let [a, b, c] = corners(face);
+        (b - a).cross(&(c - a)) * 0.5
+    });
+    let across: Vec<Vec3> = across.map(|area| area * (1.0 + 0.5 * area.x / area.norm())).collect();
+    let normals: Vec<Vec3> = across.iter().map(Vec3::normalize).collect();
+    let areas: Vec<f64> = across.iter().map(Vec3::norm).collect();
+    let body = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
+    let directions = [Vec3::new(0.8, -0.5, 0.3), Vec3::new(0.2, 0.9, 0.4)];
+    (
+        vec![body],
+        Scene {
+            position: vec![Vec3::zeros()],
+            attitude: vec![turned([1.0, 0.0, 0.0, 0.0], axis(1))],
+            directions,
+        },
+    )
+}
+
+#[test]
+fn a_convex_polyhedron_is_as_bright_as_its_facets_alone() {
+    let solid = lumpy(4, 0.0, 0.0);
+    let vertices: Vec<Vec3> = solid.vertices().collect();
+    let across = solid.faces().iter().map(|face| {
+        let [a, b, c] = face.map(|v| vertices[v as usize]);
+        (b - a).cross(&(c - a)) * 0.5
+    });
+    let (normals, areas): (Vec<_>, Vec<_>) = across.map(|v| (v.normalize(), v.norm())).unzip();
+    let known = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
+    let (_, scene) = facets();
+    for law in [Law::LOMMEL_SEELIGER, Law::LAMBERT] {
+        let [of_facets, of_solid] =
+            [known.clone(), body(&solid)].map(|body| scene.brightness(&[body], law)[0]);
+        assert!((of_facets - of_solid).abs() < 1e-13 * of_solid, "{of_facets} {of_solid}");
+    }
+}
+
+#[test]
+fn the_light_of_facets_is_linear_in_their_areas_and_its_derivatives_are_those_of_differences() {
+    let (bodies, scene) = facets();
+    for law in [Law::LOMMEL_SEELIGER, Law::Sum([1.0, 0.2])] {
+        let mut interrupt = InterruptCheck::never();
+        let (value, partials) =
+            photometer(&bodies, law).partials(&scene.view(), &mut interrupt).unwrap().remove(0);
+        let areas = bodies[0].facets().unwrap().areas();
+        let sum: f64 = partials.by_area[0].iter().zip(areas).map(|(by, area)| by * area).sum();
+        assert!((sum - value).abs() < 1e-14 * value);
+        for k in 0..3 {
+            let rotated = |by: f64| {
+                let attitude = vec![turned(scene.attitude[0], axis(k) * by)];
+                Scene { attitude, ..scene.clone() }.brightness(&bodies, law)
+            };
+            assert_slope(rotated, &[partials.by_body[0].rotation[k]], "rotation");
+        }
+    }
+}
+
+#[test]
+fn a_body_that_is_known_by_its_facets_is_alone_and_spins_like_a_sphere() {
+    let (bodies, _) = facets();
+    let inertia = bodies[0].inertia();
+    assert!(inertia.x == inertia.y && inertia.y == inertia.z && inertia.x > 0.0);
+    let mut pair = bodies.clone();
+    pair.push(Body::with_mass("ball", Shape::sphere(1.0).unwrap(), 1.0).unwrap());
+    let system = System::new(pair, 1.0, Settings::default());
+    assert!(refusal(system).contains("ConvexShape.polyhedron()"));
+    assert!(refusal(bodies[0].require_surface()).contains("given by areas and normals of facets"));
+    let text = serde_json::to_string(&bodies[0]).unwrap();
+    assert_eq!(serde_json::from_str::<Body>(&text).unwrap(), bodies[0]);
 }

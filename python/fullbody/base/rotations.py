@@ -26,6 +26,12 @@ def about(axis: Any, angle: float) -> Floats:
     return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
 
 
+def shortest(first: Any, second: Any) -> Floats:
+    """Return the quaternion (4,) of the smallest turn from one unit vector (3,) to another that is not opposite."""
+    turn = np.append(1.0 + np.dot(first, second), np.cross(first, second))
+    return np.asarray(turn / np.linalg.norm(turn))
+
+
 def product(*quaternions: Any) -> Floats:
     """Return the product of quaternions: like a product of matrices, it applies the last turn first."""
     return functools.reduce(_core.quaternion_product, quaternions)

@@ -58,7 +58,11 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
     for name, parts in zip(FAILURE, zip(*failures, strict=True), strict=True):
         fields[name] = (dims, np.array(parts, dtype=str).reshape(table.shape), {"long_name": FAILURE[name]})
     coordinates = {
-        name: (column.dimensions, column.values, {} if column.unit is None else {"units": str(column.unit)})
+        name: (
+            column.dimensions + column.inner,
+            column.values,
+            {} if column.unit is None else {"units": str(column.unit)},
+        )
         for name, column in table.coordinates.items()
     }
     return xr.Dataset(fields, coordinates, dict(attributes))
@@ -66,10 +70,13 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
 
 def table_of(dataset: xarray.Dataset) -> ParameterTable:
     """Return the rows of the sweep that a map was made of, with all coordinates as columns."""
-    columns = {
-        str(name): ParameterColumn(item.values, tuple(map(str, item.dims)), item.attrs.get("units"))
-        for name, item in dataset.coords.items()
-    }
+    columns, outer = {}, tuple(map(str, dataset.error.dims))
+    for name, item in dataset.coords.items():
+        along = tuple(map(str, item.dims))
+        inner = tuple(dimension for dimension in along if dimension not in outer)
+        columns[str(name)] = ParameterColumn(
+            item.values, along[: len(along) - len(inner)], item.attrs.get("units"), inner
+        )
     return ParameterTable({str(name): size for name, size in dataset.error.sizes.items()}, columns)
 
 

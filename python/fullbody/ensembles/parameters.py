@@ -46,7 +46,8 @@ def paired(**columns: Any) -> Paired:
     Parameters
     ----------
     **columns
-        Numbers, Quantities or texts by the names of the parameters.
+        Numbers, Quantities or texts by the names of the parameters; for a parameter that is an array, one array (n,
+        ...) of numbers, a row each.
 
     Returns
     -------
@@ -99,17 +100,25 @@ def draws(n: int, **distributions: Any) -> Draws:
 
 @dataclass(frozen=True, slots=True)
 class ParameterColumn:
-    """The values of a parameter along some dimensions of the map, none for a fixed value."""
+    """The values of a parameter along some dimensions of the map, none for a fixed value.
+
+    The values of a parameter that is an array have further dimensions, the ``inner`` ones.
+    """
 
     values: Any
     dimensions: tuple[str, ...]
     unit: Any = None
+    inner: tuple[str, ...] = ()
 
     def texts(self) -> Any:
         """Return an object array with a text for each value, equal for equal values."""
         unit = "" if self.unit is None else f" {self.unit}"
         values = np.asarray(self.values)
-        return np.array([f"{value!r}{unit}" for value in values.ravel().tolist()], dtype=object).reshape(values.shape)
+        outer = values.shape[: values.ndim - len(self.inner)]
+        rows = values.reshape(-1, *values.shape[len(outer) :]).tolist()
+        texts = np.empty(len(rows), dtype=object)
+        texts[:] = [f"{value!r}{unit}" for value in rows]
+        return texts.reshape(outer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +149,8 @@ class ParameterTable:
         found = {}
         for name, column in self.columns.items():
             value = column.values[tuple(index[dimension] for dimension in column.dimensions)]
-            found[name] = value.item() if column.unit is None else value << column.unit
+            plain = value if column.inner else value.item()
+            found[name] = plain if column.unit is None else value << column.unit
         return found
 
     def texts(self) -> dict[str, str]:
@@ -237,7 +247,7 @@ def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
 
 def _add_pairs(table: ParameterTable, pairs: Paired) -> None:
     given = argument_names(pairs.columns)
-    columns = {name: _column(values, name, (pairs.dimension,)) for name, values in given.items()}
+    columns = {name: _column(values, name, (pairs.dimension,), rows=True) for name, values in given.items()}
     sizes = {name: len(column.values) if column.dimensions else None for name, column in columns.items()}
     lengths = set(sizes.values()) - {None}
     if len(lengths) != 1:
@@ -270,8 +280,11 @@ def _kind(part: Any) -> Any:
     return Paired(columns, dimension, None if numbered else part.index.to_numpy())
 
 
-def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterColumn:
-    """Return the values of a parameter, which lie along the dimensions unless there is a single one."""
+def _column(argument: Any, name: str, dimensions: tuple[str, ...], rows: bool = False) -> ParameterColumn:
+    """Return the values of a parameter, which lie along the dimensions unless there is a single one.
+
+    With ``rows`` each value may be an array.
+    """
     expected = "expected numbers, Quantities or texts, one or a list of them"
     if callable(argument) or hasattr(argument, "rvs"):
         raise InvalidInput(f"{name} is {argument!r}; expected values, or fullbody.ensembles.draws(..., {name}=...)")
@@ -292,11 +305,13 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...]) -> ParameterC
         values = values.astype(str)
     elif isinstance(argument, list):
         values = _exact(argument, name)
-    if values.ndim > 1 or not values.size:
+    inner = tuple(f"{name}_{axis}" for axis in range(values.ndim - 1)) if rows else ()
+    if values.ndim - len(inner) > 1 or not values.size or (inner and texts):
         raise InvalidInput(f"{name} has shape {values.shape}; {expected}")
     if values.dtype.kind not in "biufU" or (values.dtype.kind == "U" and not all(map(storable, values.ravel()))):
         raise InvalidInput(f"{name} is {argument!r}; {expected}")
-    return ParameterColumn(values, dimensions[: values.ndim], argument.unit if is_quantity(argument) else None)
+    unit = argument.unit if is_quantity(argument) else None
+    return ParameterColumn(values, dimensions[: values.ndim], unit, inner)
 
 
 def _exact(items: list[Any], name: str) -> Any:

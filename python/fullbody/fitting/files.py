@@ -58,6 +58,7 @@ def description(fit: Any) -> dict[str, Any]:
     return {
         **{name: getattr(fit, name) for name in _JSON_ATTRIBUTES},
         "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, limits, strict=True)},
+        "shapes_of_parameters": [(name, parameters.shapes[name]) for name in parameters.arguments],
         "units": [None if unit is None else str(unit) for unit in parameters.units],
         "unknowns": [
             (name, None if unit is None else str(unit))
@@ -126,18 +127,26 @@ def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
     """Return the attributes of a fit that :func:`description` wrote, by name."""
     units = [None if unit is None else unit_named(unit) for unit in results["units"]]
 
-    def with_unit(number: float, unit: Any) -> Any:
-        return None if not np.isfinite(number) else number if unit is None else number * unit
-
-    free = {}
-    for (name, row), unit in zip(results["parameters"].items(), units, strict=True):
-        start, lower, upper, mean, sigma = (with_unit(number, unit) for number in row)
-        free[name] = Free(start, min=lower, max=upper, prior=None if sigma is None else (mean, sigma))
+    free, first, rows = {}, 0, np.array(list(results["parameters"].values()), dtype=np.float64)
+    # Files of earlier versions have no arrays.
+    for name, shape in results.get("shapes_of_parameters", [(name, ()) for name in results["parameters"]]):
+        count = int(np.prod(shape))
+        part, unit = rows[first : first + count].T.reshape(-1, *shape), units[first]
+        start, lower, upper, mean, sigma = part if unit is None else part * unit
+        first += count
+        none = [not np.isfinite(getattr(limit, "value", limit)).any() for limit in (lower, upper, sigma)]
+        free[name] = Free(
+            start,
+            min=None if none[0] else lower,
+            max=None if none[1] else upper,
+            prior=None if none[2] else (mean, sigma),
+        )
     parameters, context = Parameters(free), system.context
     unknowns = tuple((name, None if unit is None else unit_named(unit)) for name, unit in results["unknowns"])
     time, *arrays = results["state"]
     core = _core.State(time, *(np.array(values, dtype=np.float64) for values in arrays))
-    minima = [(parameters.named(np.array(row[: len(free)])), *row[len(free) :]) for row in results["minima"]]
+    count = len(parameters)
+    minima = [(parameters.named(np.array(row[:count])), *row[count:]) for row in results["minima"]]
     return {
         **{name: results[name] for name in _JSON_ATTRIBUTES},
         "parameters": parameters,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
@@ -13,32 +13,39 @@ import numpy.typing as npt
 from ..base.arguments import argument_names, suggestion
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.units import UNITLESS, gathered, is_quantity, refuse_booleans, strip_to
-from ..base.values import ByName
+from ..base.values import ArrayFields, ByName
 from ..errors import InvalidInput
 from ..typing import Floats
 
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
-_SIGMA = Limits(least=SMALLEST, text=f"a number above zero, at least {SMALLEST}")
+_SIGMA = Limits(least=SMALLEST, infinite=True, text=f"a number above zero, at least {SMALLEST}")
 
 
-@dataclass(frozen=True)
-class Free:
+@dataclass(frozen=True, eq=False, repr=False)
+class Free(ArrayFields):
     """A parameter of a fit: its initial value, and the prior knowledge of it.
+
+    A parameter may be an array, such as the coefficients of a :class:`fullbody.HarmonicShape`: the setup receives the
+    array, and each of its numbers is a parameter of its own, named ``"coefficients[3]"``, or ``"x[0, 2]"`` in an array
+    of two dimensions. Bounds and priors are then arrays of the same shape, or numbers for all.
 
     Parameters
     ----------
-    value : float, Quantity or text with a unit
+    value : float, array_like, Quantity or text with a unit
         The initial value.
-    min, max : float or Quantity, optional
-        Bounds; none unless given.
+    min, max : float, array_like or Quantity, optional
+        Bounds; none unless given. An infinite number in an array is no bound.
     prior : (mean, sigma), optional
-        Mean and standard error of a normal distribution, which enters as one more residual.
+        Mean and standard error of a normal distribution, which enters as one more residual; of each number of an array,
+        independently. An infinite standard error is no prior.
 
     Examples
     --------
     >>> import fullbody
     >>> fullbody.fitting.Free(0.1, min=0.0, max=1.0)
     Free(value=0.1, min=0.0, max=1.0, prior=None)
+    >>> fullbody.fitting.Free([0.0, 0.0, 0.0], prior=(0.0, [0.1, 0.05, 0.05]))
+    Free(value=[0.0, 0.0, 0.0], min=None, max=None, prior=(0.0, [0.1, 0.05, 0.05]))
     """
 
     value: Any
@@ -51,86 +58,170 @@ class Free:
 class Parameters:
     """Parameters as arrays (P,) of plain numbers, each in the unit of its start, ``None`` without one.
 
-    Bounds ``lower`` and ``upper`` are infinite where there are none, and so is ``sigma`` of a prior.
+    The numbers of an array are parameters of their own, one after the other. Bounds ``lower`` and ``upper`` are
+    infinite where there are none, and so is ``sigma`` of a prior.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The names of the P numbers.
+    arguments : tuple of str
+        The names of the arguments of a setup that consist of these numbers.
+    shapes : dict of tuple
+        The shape of each of the arguments, () for a number.
     """
 
     def __init__(self, given: Any) -> None:
         if not isinstance(given, Mapping) or not given:
             raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
         given = argument_names(given)
-        free = [value if isinstance(value, Free) else Free(value) for value in given.values()]
-        self.names = tuple(given)
-        starts = [gathered(one.value, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
-        self.units = tuple(value.unit if is_quantity(value) else None for value in starts)
-        self.start = np.array([self._number(k, value, "start") for k, value in enumerate(starts)])
-        self.lower, self.upper, self.mean, self.sigma = (np.empty(len(free)) for _ in range(4))
-        for k, one in enumerate(free):
-            self.lower[k] = -np.inf if one.min is None else self._number(k, one.min, "min")
-            self.upper[k] = np.inf if one.max is None else self._number(k, one.max, "max")
-            if not self.lower[k] < self.upper[k]:
-                raise InvalidInput(f"bounds of {self.names[k]} are {one.min} and {one.max}; expected min < max")
-            if not self.lower[k] <= self.start[k] <= self.upper[k]:
-                raise InvalidInput(
-                    f"start of {self.names[k]} is {one.value}; expected one between {one.min} and {one.max}"
-                )
-            self.mean[k], self.sigma[k] = self._prior(k, one.prior)
+        free = {name: value if isinstance(value, Free) else Free(value) for name, value in given.items()}
+        starts = {name: gathered(one.value, f"start of {name}") for name, one in free.items()}
+        self.arguments = tuple(free)
+        self._units = {name: value.unit if is_quantity(value) else None for name, value in starts.items()}
+        self.shapes: dict[str, tuple[int, ...]] = {}
+        found: dict[str, list[Floats]] = {what: [] for what in ("start", "lower", "upper", "mean", "sigma")}
+        for name, one in free.items():
+            start = self._numbers(name, starts[name], "start")
+            self.shapes[name] = start.shape
+            if not start.size:
+                raise InvalidInput(f"start of {name} is an array of shape {start.shape}; expected one number or more")
+            lower = self._broadcast(name, one.min, "min", -np.inf)
+            upper = self._broadcast(name, one.max, "max", np.inf)
+            mean, sigma = self._prior(name, one.prior)
+            for label, low, value, high in zip(self._labels(name), lower, start.ravel(), upper, strict=True):
+                if not low < high:
+                    raise InvalidInput(
+                        f"bounds of {label} are {_bound(one.min, low)} and {_bound(one.max, high)}; expected min < max"
+                    )
+                if not low <= value <= high:
+                    raise InvalidInput(
+                        f"start of {label} is {one.value if start.ndim == 0 else value}; expected one between "
+                        f"{_bound(one.min, low)} and {_bound(one.max, high)}"
+                    )
+            numbers = (start.ravel(), lower, upper, mean, sigma)
+            for rows, part in zip(found.values(), numbers, strict=True):
+                rows.append(part)
+        for what, rows in found.items():
+            setattr(self, what, np.concatenate(rows))
+        self._index()
 
-    def _number(self, k: int, value: Any, what: str) -> float:
-        what, unit = f"{what} of {self.names[k]}", self.units[k]
+    start: Floats
+    lower: Floats
+    upper: Floats
+    mean: Floats
+    sigma: Floats
+
+    def _index(self) -> None:
+        """Set what follows from the arguments and their shapes."""
+        self.names = tuple(label for name in self.arguments for label in self._labels(name))
+        self.units = tuple(self._units[name] for name in self.arguments for _ in range(self._size(name)))
+        #: The argument to which each of the numbers belongs.
+        self.argument_of = tuple(name for name in self.arguments for _ in range(self._size(name)))
+
+    def _size(self, name: str) -> int:
+        return int(np.prod(self.shapes[name]))
+
+    def _labels(self, name: str) -> Iterator[str]:
+        shape = self.shapes[name]
+        return (f"{name}[{', '.join(map(str, place))}]" if shape else name for place in np.ndindex(shape))
+
+    def _numbers(self, name: str, value: Any, what: str, infinite: bool = False) -> Floats:
+        what, unit = f"{what} of {name}", self._units[name]
         refuse_booleans(value, what)
         value = gathered(value, what)
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
-        return UNITLESS.number(value if unit is None else strip_to(value, unit, what), "number", what, _RANGE)
+        plain = value if unit is None else strip_to(value, unit, what)
+        array = np.ndim(plain) > 0
+        shape: tuple[int | str, ...] = ("...",) if array else ()
+        limits = (
+            Limits(infinite=True, text="finite numbers, or infinite ones for none") if infinite and array else _RANGE
+        )
+        return UNITLESS.numbers(plain, "number", what, shape, limits)
 
-    def _prior(self, k: int, prior: Any) -> tuple[float, float]:
+    def _broadcast(self, name: str, value: Any, what: str, missing: float) -> Floats:
+        """Return numbers (n,) for all of an argument, or the same number for each where none is given."""
+        shape = self.shapes[name]
+        if value is None:
+            return np.full(self._size(name), missing)
+        numbers = self._numbers(name, value, what, infinite=True)
+        try:
+            return np.array(np.broadcast_to(numbers, shape)).ravel()
+        except ValueError as error:
+            expected = f"{shape}, as its start has, or a number"
+            raise InvalidInput(f"{what} of {name} has shape {numbers.shape}; expected {expected}") from error
+
+    def _prior(self, name: str, prior: Any) -> tuple[Floats, Floats]:
         if prior is None:
-            return 0.0, np.inf
+            return np.zeros(self._size(name)), np.full(self._size(name), np.inf)
         try:
             mean, sigma = prior
         except (TypeError, ValueError) as error:
-            raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
-        found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
-        UNITLESS.number(found[1], "number", f"sigma of the prior of {self.names[k]}", _SIGMA)
-        return found
+            raise InvalidInput(f"prior of {name} is {prior!r}; expected (mean, sigma)") from error
+        means = self._broadcast(name, mean, "mean of the prior", 0.0)
+        sigmas = self._broadcast(name, sigma, "sigma of the prior", np.inf)
+        for label, one in zip(self._labels(name), sigmas, strict=True):
+            UNITLESS.number(float(one), "number", f"sigma of the prior of {label}", _SIGMA)
+        # An array may have no mean where it has no prior either.
+        return np.where(np.isfinite(sigmas), means, 0.0), sigmas
 
     def __len__(self) -> int:
         return len(self.names)
 
-    def only(self, names: Sequence[str]) -> Parameters:
-        """Return the parameters with these names, in the same order."""
-        found, places = copy.copy(self), [self.names.index(name) for name in names]
-        found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
+    def places(self, arguments: Sequence[str]) -> list[int]:
+        """Return the indices of the numbers of some arguments."""
+        return [k for name in arguments for k, argument in enumerate(self.argument_of) if argument == name]
+
+    def only(self, arguments: Sequence[str]) -> Parameters:
+        """Return the parameters that belong to these arguments, in the same order."""
+        found, places = copy.copy(self), self.places(arguments)
+        found.arguments = tuple(arguments)
         for what in ("start", "lower", "upper", "mean", "sigma"):
             setattr(found, what, getattr(self, what)[places])
+        found._index()
         return found
 
     def extended(self, names: Sequence[str], units: Sequence[Any]) -> Parameters:
         """Return these parameters and further ones, which have neither bounds nor priors."""
         found = copy.copy(self)
-        found.names, found.units = (*self.names, *names), (*self.units, *units)
+        found.arguments = (*self.arguments, *names)
+        found._units = self._units | dict(zip(names, units, strict=True))
+        found.shapes = self.shapes | dict.fromkeys(names, ())
         for what, value in (("start", 0.0), ("lower", -np.inf), ("upper", np.inf), ("mean", 0.0), ("sigma", np.inf)):
             setattr(found, what, np.append(getattr(self, what), np.full(len(names), value)))
+        found._index()
         return found
 
     def named(self, values: Floats) -> dict[str, Any]:
-        """Return values (P,), or columns (P, n), by their names with their units."""
-        plain = (float(value) if np.ndim(value) == 0 else value for value in values)
-        parts = zip(self.names, self.units, plain, strict=True)
-        return ByName({name: value if unit is None else value * unit for name, unit, value in parts})
+        """Return values (P,), or columns (P, n), by arguments with their units; the arrays of columns are (n, ...)."""
+        found, first = ByName({}), 0
+        for name, shape in ((name, self.shapes[name]) for name in self.arguments):
+            part = values[first : first + self._size(name)]
+            first += len(part)
+            plain: Any = np.moveaxis(part, 0, -1).reshape((*part.shape[1:], *shape)).copy()
+            plain = float(plain) if plain.ndim == 0 else plain
+            found[name] = plain if self._units[name] is None else plain * self._units[name]
+        return found
 
     def numbers(self, values: Any) -> Floats:
-        """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""
+        """Return the plain numbers (P,) of values by their arguments, or of an array in the order of the names."""
         if not isinstance(values, Mapping):
             expected = Limits(text=f"{len(self)} finite numbers, or a dict by names")
             return UNITLESS.numbers(values, "number", "values", (len(self),), expected)
         for name in values:
-            if name not in self.names:
-                raise InvalidInput(f"values has {name!r}; {suggestion(str(name), self.names, 'all')}")
-        if missing := [name for name in self.names if name not in values]:
-            raise InvalidInput(f"values has no {missing[0]!r}; expected all of {', '.join(self.names)}")
-        return np.array([self._number(k, values[name], "value") for k, name in enumerate(self.names)])
+            if name not in self.arguments:
+                raise InvalidInput(f"values has {name!r}; {suggestion(str(name), self.arguments, 'all')}")
+        if missing := [name for name in self.arguments if name not in values]:
+            raise InvalidInput(f"values has no {missing[0]!r}; expected all of {', '.join(self.arguments)}")
+        parts = []
+        for name in self.arguments:
+            part = self._numbers(name, values[name], "value")
+            if part.shape != self.shapes[name]:
+                raise InvalidInput(f"value of {name} has shape {part.shape}; expected {self.shapes[name]}")
+            parts.append(part.ravel())
+        return np.concatenate(parts)
 
     def shifted(self, values: Floats, k: int, by: float) -> Floats:
         """Return values (P,) of which one is shifted, or raise an error if that is beyond its bounds."""
@@ -152,10 +243,13 @@ class Parameters:
         return getattr(self.units[k], "physical_type", None) == "angle"
 
     def size(self, k: int, value: float) -> float:
-        """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles."""
+        """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles, and
+        not much less than the error of a prior.
+        """
         if self.is_angle(k):
             return self.full_turn(k) / (2.0 * np.pi)
-        return max(abs(value), abs(self.start[k])) or self.width(k)
+        known = 0.1 * self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0
+        return float(max(abs(value), abs(self.start[k]), known)) or self.width(k)
 
     def width(self, k: int) -> float:
         """Return a length for a parameter that is zero: the error of its prior, the width of its bounds, or one."""
@@ -171,3 +265,8 @@ class Parameters:
     def shown(self, k: int, value: float) -> str:
         """Return a parameter's value as text, with its unit."""
         return f"{value:.8g}" if self.units[k] is None else f"{value:.8g} {self.units[k]}"
+
+
+def _bound(given: Any, number: float) -> Any:
+    """Return a bound as it was given, or that of one number of an array."""
+    return number if np.ndim(given) else given

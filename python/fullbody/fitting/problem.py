@@ -12,6 +12,7 @@ from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
 from ..base.kinds import function
 from ..errors import InvalidInput, WarnedOnce
+from ..model.description import with_deformations
 from ..model.state import State
 from ..motion.system import System
 from ..observing.linear import Held, LinearModel
@@ -88,9 +89,10 @@ class Problem:
         self.setup = setup if isinstance(setup, WarnedOnce) else WarnedOnce(setup)
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
         self.entries = listed
-        names = parameters.names
+        names = parameters.arguments
+        #: The arguments of the setup.
         self.of_setup = parameters_taken(setup, names)
-        #: The parameters of each of those observations that are functions.
+        #: The arguments of each of those observations that are functions.
         self.of_observations = [parameters_taken(item, names) if callable(item) else () for item in listed]
         used = {*self.of_setup, *(name for names_taken in self.of_observations for name in names_taken)}
         if unused := [name for name in names if name not in used]:
@@ -102,10 +104,12 @@ class Problem:
                 f"{suggestion(unused[0], arguments, 'some')}"
             )
         self._setup_parameters = parameters.only(self.of_setup)
+        #: The indices of the parameters of the setup.
+        self.places = parameters.places(self.of_setup)
         self._chain = Chain(self._make, self._setup_parameters)
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
-        self._differences = [Differences() for _ in names]
+        self._differences = [Differences() for _ in parameters.names]
         #: The number of pulls, which parameters must not change.
         self._count: int | None = None
         self.runs = self.differentiated = self.refused = 0
@@ -115,7 +119,7 @@ class Problem:
 
     def make(self, values: Floats) -> SetupResult:
         """Call the setup, and return its system and state."""
-        return self._make(values[[self.parameters.names.index(name) for name in self.of_setup]])
+        return self._make(values[self.places])
 
     def _make(self, values: Floats) -> SetupResult:
         made = self.setup(**self._setup_parameters.named(values))
@@ -234,7 +238,7 @@ class Problem:
         rows = np.zeros((len(point.rows) + len(point.inner.unknowns) + 1, len(names)))
         noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
-        columns = [names.index(name) for name in self.of_setup]
+        columns = self.places
         if columns:
             made = self._chain.at(point.made, point.values[columns])
             differenced |= {
@@ -244,7 +248,6 @@ class Problem:
             exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
-                    self._needed = tuple(made.system)
                     rows[:, np.array(columns)[exact]] = self._by_motion(point, made)[:, exact]
                 except InvalidInput as error:
                     differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
@@ -261,17 +264,40 @@ class Problem:
 
     def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> Floats:
         """Return the exact derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup."""
-        run = point.run
-        if not run.is_differentiated or not {*made.system} <= {*run.sensitivity}:
-            run = self._run(point.made, point.observations, tuple(made.system))
+        run, own = point.run, [name for name in made.system if name in point.made.parameters]
+        # Coefficients by which only the equivalent system moves need a run of it.
+        is_own = len(own) == len(made.system)
+        self._needed = tuple(own) if is_own else None
+        if not is_own:
+            run = self._run(made.equivalent, point.observations, tuple(made.system))
+        elif not run.is_differentiated or not {*own} <= {*run.sensitivity}:
+            run = self._run(point.made, point.observations, self._needed)
+        run = self._deforming(point.run, run, made, own)
         parts = []
         for observation, held in zip(point.observations, point.inner.held, strict=True):
             by = self._derivatives(observation, held, run)
             part = by.start @ made.start
-            for name, changes in made.system.items():
-                part += np.outer(by.by_parameter[name], changes)
+            for name in own:
+                part += np.outer(by.by_parameter[name], made.system[name])
+            for name in made.deformations:
+                part[:, self._setup_parameters.names.index(name)] += by.by_parameter[name]
             parts.append(part)
         return point.inner.gathered(parts)
+
+    def _deforming(self, run: Run, differentiated: Run, made: SetupDerivatives, own: list[str]) -> Run:
+        """Return a run with the derivatives of another one of the same motion, also with respect to deformations."""
+        if not made.deformations:
+            return differentiated
+        sensitivity = [differentiated.sensitivity[name] for name in own]
+        for name in made.deformations:
+            k = self._setup_parameters.names.index(name)
+            parts = (row[k] * differentiated.sensitivity[what] for what, row in made.system.items() if what not in own)
+            sensitivity.append(sum(parts, np.zeros((len(run), run.system.context.core.masses.size * 12))))
+        arrays = {"transition": differentiated.transition, "sensitivity": np.stack(sensitivity, axis=1)}
+        found = run._with({**run.arrays, **arrays})
+        found.system = with_deformations(run.system, made.deformations)
+        found.parameters = (*own, *made.deformations)
+        return found
 
     def _derivatives(self, observation: Any, held: Held, run: Run) -> FunctionDerivatives:
         """Return the derivatives of what the model of observations contracts."""
@@ -295,7 +321,7 @@ class Problem:
         index of the observations.
         """
         name, system = self.parameters.names[k], point.made.system
-        changing = [i for i, names in enumerate(self.of_observations) if name in names]
+        changing = [i for i, names in enumerate(self.of_observations) if self.parameters.argument_of[k] in names]
         if not changing:
             return np.zeros(len(point.rows) + len(point.inner.unknowns) + 1), {}
         base = point.inner.contracted(point.models)
@@ -367,8 +393,7 @@ class Problem:
         """
         reach = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         steps = np.array([differences.length for differences in self._differences])
-        for name, differences in zip(self.of_setup, self._chain.differences, strict=True):
-            k = self.parameters.names.index(name)
+        for k, differences in zip(self.places, self._chain.differences, strict=True):
             steps[k] = max(steps[k], differences.length)
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
         return np.where(steps > 2e-3 * reach, widths, reach)

@@ -113,7 +113,6 @@ def derived(
         ``.value`` and ``.sigma`` (C,); with ``samples`` also the values of the ``.draws`` (n, C).
     """
     problem, values = fit._minimised().problem, fit.numbers[: len(fit.parameters)]
-    places = [problem.parameters.names.index(name) for name in problem.of_setup]
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
 
     def sampled(values: Floats) -> Any:
@@ -124,10 +123,7 @@ def derived(
     # The derivatives are those of the pulls of a measured value of the same size, whose error is one.
     measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
     if samples is not None:
-        names = problem.parameters.names
-        if not set(names) <= set(getattr(samples, "data_vars", ())):
-            raise InvalidInput(f"samples is {samples!r:.60}; expected a Dataset with {', '.join(names)}")
-        rows = np.stack([np.ravel(samples[name].values) for name in names], axis=1)
+        rows = rows_of(samples, problem.parameters)
         if rng is None:
             raise InvalidInput(
                 f"rng is None, but {n} draws of samples are chosen; expected a whole number or a Generator"
@@ -138,12 +134,22 @@ def derived(
         every = np.stack(draws).reshape(len(draws), *np.shape(value))
         return Derived(value, every.std(axis=0, ddof=1), every)
     alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
+    places = problem.places
     try:
         rows = alone.jacobian(alone.point(values[places])).rows
     except Refused as error:
         raise InvalidInput(f"function cannot be differentiated at the values of the fit: {error}") from error
     spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(places, places)], rows))
     return Derived(value, spread.reshape(np.shape(value)) * unit)
+
+
+def rows_of(samples: Any, parameters: Parameters) -> Floats:
+    """Return the parameters (n, P) of all samples of a posterior."""
+    names = parameters.arguments
+    if not set(names) <= set(getattr(samples, "data_vars", ())):
+        raise InvalidInput(f"samples is {samples!r:.60}; expected a Dataset with {', '.join(names)}")
+    parts = [samples[name].values for name in names]
+    return np.concatenate([part.reshape(part.shape[0] * part.shape[1], -1) for part in parts], axis=1)
 
 
 def sample(
@@ -192,8 +198,11 @@ def sample(
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     found: dict[str, Any] = {}
-    for k, (name, unit) in enumerate(zip(names, fit.parameters.units, strict=True)):
-        found[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
+    for name, values in fit.parameters.named(np.moveaxis(chain, -1, 0)).items():
+        # The further dimensions of arrays have the names that arviz gives them.
+        inner = tuple(f"{name}_dim_{axis}" for axis in range(np.ndim(values) - 2))
+        plain, unit = getattr(values, "value", values), getattr(values, "unit", None)
+        found[name] = ((*dimensions, *inner), plain, {} if unit is None else {"units": str(unit)})
     found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
     notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}
     return xarray.Dataset(found, attrs=notes)

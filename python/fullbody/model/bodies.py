@@ -22,9 +22,10 @@ from ..errors import InvalidInput
 from ..typing import Scalar
 from . import shapes
 from .composite import SHOWN, Composite, Part, WorkingFrame
+from .freeform import ConvexShape, HarmonicShape
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid
+from .shapes import Ellipsoid, Solid
 from .stokes import StokesCoefficients, harmonics_of
 
 
@@ -33,7 +34,7 @@ class Body(ScalarFields, Tabled):
 
     Parameters
     ----------
-    shape : Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients or Composite
+    shape : Ellipsoid, Sphere, PointMass, Polyhedron, HarmonicShape, ConvexShape, StokesCoefficients or Composite
     mass, density, GM : float or Quantity
         Give one of the three; none for a composite, whose parts have their own. A system divides GM, which is G times
         the mass, by its own G, and a body with units by itself by that of astropy.
@@ -68,7 +69,8 @@ class Body(ScalarFields, Tabled):
     ) -> None:
         name = name_of(name)
         called = "the body" if name is None else name
-        expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, StokesCoefficients or a Composite"
+        expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, a HarmonicShape, a ConvexShape, "
+        expected += "StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
             if given := shapes.amounts(mass=mass, density=density, GM=GM):
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
@@ -99,7 +101,7 @@ class Body(ScalarFields, Tabled):
     def density(self) -> Scalar | None:
         """Density as given, or mass by volume; ``None`` for a shape without a volume, and for a composite."""
         density: Scalar | None = self._density
-        if density is None and not isinstance(self._shape, PointMass | StokesCoefficients | Composite):
+        if density is None and not isinstance(self._shape, (*shapes.WITHOUT_VOLUME, Composite)):
             density = self.mass / self._own("volume", "volume")
         return density
 
@@ -139,7 +141,7 @@ class Body(ScalarFields, Tabled):
         Raises
         ------
         InvalidInput
-            If the body is a point or a flat composite.
+            If the body is a point, a :class:`ConvexShape` or a flat composite.
 
         Examples
         --------
@@ -150,6 +152,8 @@ class Body(ScalarFields, Tabled):
         """
         units = self._own_units()
         axes = self._core(units, 0).semi_axes
+        if isinstance(self._shape, ConvexShape):
+            raise InvalidInput(f"{self._called} is a ConvexShape, without known moments; expected its polyhedron()")
         if not all(axes):
             raise InvalidInput(f"{self._called} has no fitted ellipsoid; expected one with extent in three directions")
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
@@ -212,6 +216,8 @@ class Body(ScalarFields, Tabled):
             rows.append(("parts", str(len(self.shape.parts))))
         elif isinstance(self.shape, Polyhedron):
             rows.append(("faces", str(len(self.shape.faces))))
+        elif isinstance(self.shape, ConvexShape):
+            rows.append(("facets", str(len(self.shape.normals))))
         elif isinstance(self.shape, StokesCoefficients):
             rows += [("degree", str(self.shape.degree)), ("reference radius", number(self.shape.reference_radius))]
         elif self.shape.semi_axes is not None:
@@ -259,6 +265,8 @@ class Body(ScalarFields, Tabled):
         name = self._name if self._name is not None else f"body {index}"
         if isinstance(self._shape, Composite):
             return self._shape._core(units, name)
+        if isinstance(self._shape, ConvexShape):
+            return self._shape._core(units, name, units.number(self._mass, "mass", f"mass of {name}"))
         shape = shapes.core_shape(self._shape, units, name)
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
@@ -269,8 +277,14 @@ class Body(ScalarFields, Tabled):
     def _notes(self) -> dict[str, Any]:
         """Return whether the body was named and the names of its classes, which the core's description leaves out."""
         notes = {"named": self._name is not None, "shape": type(self._shape).__name__}
+        if isinstance(self._shape, HarmonicShape | ConvexShape):
+            notes |= self._shape._notes()
         if isinstance(self._shape, Composite):
-            notes["parts"] = [type(part.shape).__name__ for part in self._shape.parts]
+            # The parts keep the vertices alone of a free-form shape.
+            kinds = (
+                Polyhedron if isinstance(part.shape, Polyhedron) else type(part.shape) for part in self._shape.parts
+            )
+            notes["parts"] = [kind.__name__ for kind in kinds]
         return notes
 
     @classmethod
@@ -281,9 +295,9 @@ class Body(ScalarFields, Tabled):
             raise InvalidInput(f"the notes of {called} have {named!r} for named; expected true or false")
         name = called if named else None
         if "parts" not in described:
-            return cls(
-                shapes.rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name
-            )
+            axes = described.get("semi_axes", described.get("facets"))
+            shape = shapes.rebuilt(axes, notes.get("shape"), called, notes.get("series"))
+            return cls(shape, mass=described["mass"], name=name)
         kinds = notes.get("parts", [None] * len(described["parts"]))
         parts = []
         for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True)):

@@ -14,6 +14,7 @@ from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
 from ..typing import Floats
+from .surface import Deformation, size_of
 
 #: The number of errors that a call can keep; their answers stay below this number.
 _ANSWERS = 2**30
@@ -57,7 +58,8 @@ class Context:
     A force describes itself in the context of the bodies, whose handle has no forces. The epoch is the date of time
     zero as text, and the frame the name of the inertial axes. ``forces`` has the kinds of the external forces by their
     names, in the order of the system, ``calls`` the functions of those that have one, and ``notes`` what the core's
-    description of the system does not contain, for files.
+    description of the system does not contain, for files. ``deformations`` are further parameters, by their names, that
+    move the surfaces of bodies; see :mod:`fullbody.model.surface`.
     """
 
     units: Units
@@ -70,6 +72,7 @@ class Context:
     forces: Mapping[str, str] = field(default_factory=dict)
     calls: Mapping[str, Call] = field(default_factory=dict)
     notes: Mapping[str, Any] = field(default_factory=dict)
+    deformations: Mapping[str, Deformation] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -114,6 +117,8 @@ class Context:
 
     def natural_size(self, parameter: str) -> float:
         """Return a natural size of changes of a parameter of the system."""
+        if parameter in self.deformations:
+            return size_of(self.bodies, self.deformations[parameter])
         return self.core.changed(parameter, 0.0)[3]
 
     def describe(self) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, TypeVar, cast
 
 from ..base.arguments import normal, refuse_unknown
@@ -11,11 +13,14 @@ from ..errors import InvalidInput
 from .bodies import Body
 from .context import SystemLike
 from .force import Force, rebuilt
+from .freeform import ConvexShape, with_areas
+from .polyhedron import Polyhedron
+from .surface import Deformation, surface_of
 
 _System = TypeVar("_System", bound=SystemLike)
 #: The names of the notes that a description keeps of a system, its bodies and its forces.
 _NOTES = ("units", "epoch", "frame", "bodies", "forces")
-_NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
+_NOTED = {"bodies": ("named", "shape", "parts", "series"), "forces": ("date",)}
 
 
 def notes_of(
@@ -65,6 +70,8 @@ def changed(system: _System, parameter: str, by: float) -> _System:
     136000000000.0
     """
     context, parameter = system.context, normal(parameter)
+    if parameter in context.deformations:
+        return _deformed(system, context.deformations[parameter], by)
     bodies, forces, G, _ = context.core.changed(parameter, by)
     described = context.describe() | {"bodies": bodies, "forces": forces, "G": G}
     notes = [dict(note) for note in described["notes"]["bodies"]]
@@ -74,6 +81,28 @@ def changed(system: _System, parameter: str, by: float) -> _System:
             note.pop("shape", None)
     described["notes"]["bodies"] = notes
     return cast(Any, type(system))(**arguments(described, functions(system)))
+
+
+def with_deformations(system: _System, deformations: Mapping[str, Deformation]) -> _System:
+    """Return the system with named deformations, which :func:`changed` then takes as parameters."""
+    other = copy.copy(system)
+    cast(Any, other).context = replace(system.context, deformations=deformations)
+    return other
+
+
+def _deformed(system: _System, deformation: Deformation, by: float) -> _System:
+    """Return the system whose surfaces have moved along a deformation; the masses and the body frames stay."""
+    units = system.context.units
+    for index, displacement in deformation.items():
+        shape, surface = system.bodies[index].shape, surface_of(system.context.bodies[index])
+        assert surface is not None
+        if isinstance(shape, ConvexShape):
+            changed: Any = with_areas(shape, units.attach(surface.areas + by * displacement.areas, "area"))
+        else:
+            changed = Polyhedron(units.attach(surface.vertices + by * displacement.vertices, "length"), shape.faces)
+        mass = units.attach(system.context.masses[index], "mass")
+        system = cast(Any, system).with_body(index, changed, mass=mass)
+    return system
 
 
 def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -146,7 +146,7 @@ class Polyhedron:
             except (TypeError, ValueError) as error:
                 raise InvalidInput(f"unit is {unit!r}; expected a length, such as 'km'") from error
         try:
-            return cls(vertices, faces)
+            return Polyhedron(vertices, faces)
         except InvalidInput as error:
             hint = "" if heal else " (heal=True mends small faults)"
             raise InvalidInput(f"{path}: {error}{hint}") from error
@@ -177,12 +177,13 @@ class Polyhedron:
         unit = self._vertices.unit if is_quantity(self._vertices) else None
         return Polyhedron(made if unit is None else made * unit, self._faces)
 
-    def _with(self, units: Units) -> Polyhedron:
+    def _with(self, units: Units) -> Self:
         if is_quantity(self._vertices):
             return self
-        other = object.__new__(Polyhedron)
+        other = object.__new__(type(self))
+        for name in (name for cls in type(self).__mro__ for name in getattr(cls, "__slots__", ())):
+            setattr(other, name, getattr(self, name))
         other._vertices = units.attach(self._vertices, "length")
-        other._faces, other._made = self._faces, self._made
         return other
 
     def __repr__(self) -> str:

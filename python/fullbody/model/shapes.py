@@ -12,6 +12,7 @@ from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
 from ..base.units import Units, gathered
 from ..errors import InvalidInput
+from .freeform import ConvexShape, HarmonicShape
 from .polyhedron import Polyhedron
 from .stokes import StokesCoefficients, from_packed
 
@@ -112,7 +113,9 @@ class PointMass:
 
 
 #: The type of the shapes that consist of one piece.
-Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients
+Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients | ConvexShape
+#: Those whose volume is zero or not known.
+WITHOUT_VOLUME = (PointMass, StokesCoefficients, ConvexShape)
 SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in get_args(Solid)}
 
 
@@ -122,6 +125,8 @@ def lengths_of(shape: Solid) -> dict[str, Any]:
         return {"vertices": shape.vertices}
     if isinstance(shape, StokesCoefficients):
         return {"radius": shape.radius}
+    if isinstance(shape, ConvexShape):
+        return {"reference_radius": shape.reference_radius}
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
@@ -143,7 +148,8 @@ def core_shape(
     """Return the core's form of a shape in a system's units; a tuple of semi-axes, or ``None`` for a point."""
     if isinstance(shape, Polyhedron | StokesCoefficients):
         return shape._core(units, name)
-    if shape._lengths is None:
+    # A body whose facets alone are known has no core's shape.
+    if isinstance(shape, ConvexShape) or shape._lengths is None:
         return None
     labelled = zip(shape._lengths, "abc", strict=True)
     a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)
@@ -152,7 +158,7 @@ def core_shape(
 
 def attached(shape: Solid, units: Units) -> Solid:
     """Return the shape in a system with units: its plain numbers become Quantities in them."""
-    if isinstance(shape, Polyhedron | StokesCoefficients):
+    if isinstance(shape, Polyhedron | StokesCoefficients | ConvexShape):
         return shape._with(units)
     if isinstance(shape, PointMass):
         return shape
@@ -171,13 +177,20 @@ def refuse_amount(called: str, shape: Any, **given: Any) -> None:
     if len(found) != 1:
         amount = f"both {' and '.join(found)}" if found else f"neither {' nor '.join(given)}"
         raise InvalidInput(f"{called} is given {amount}; expected one of them")
-    if (density := given["density"]) is not None and isinstance(shape, PointMass | StokesCoefficients):
-        what = "a point" if isinstance(shape, PointMass) else "a shape by its Stokes coefficients"
+    if (density := given["density"]) is not None and isinstance(shape, WITHOUT_VOLUME):
+        what = f"a {type(shape).__name__}"
         raise InvalidInput(f"density of {called} is {density!r}; expected a mass: {what} has no volume")
 
 
-def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
-    """Rebuild a shape of the class ``kind`` from the core's description of it: ``None`` for a point."""
+def rebuilt(axes: Any, kind: str | None, what: str, series: Any = None) -> Solid:
+    """Rebuild a shape of the class ``kind`` from the core's description of it: ``None`` for a point.
+
+    A shape whose size or curvature is a series of harmonics also needs the coefficients of the ``series``.
+    """
+    if isinstance(axes, dict) and "areas" in axes:
+        return ConvexShape._rebuild(axes["normals"], axes["areas"], series)
+    if series is not None and isinstance(axes, dict):
+        return HarmonicShape._rebuild(axes["vertices"], axes["faces"], series)
     if isinstance(axes, dict) and "coefficients" in axes:
         numbers = (axes[name] for name in ("reference_radius", "mean_inertia", "radius"))
         return from_packed(axes["coefficients"], *numbers)

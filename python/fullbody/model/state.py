@@ -8,8 +8,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .. import _core
+from ..base import rotations
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.attributes import Attribute
+from ..base.kinds import Number, choice
+from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.unit_names import unit_named
 from ..base.units import ANY, Units, gathered, is_quantity, numbers, scalar
@@ -159,6 +162,62 @@ class State(Tabled):
             expected = "expected a scipy.spatial.transform.Rotation of one rotation a body, or a list of them"
             raise InvalidInput(f"rotation is {rotation!r}; {expected}") from error
         return cls(position, velocity, np.roll(last, 1, axis=-1), spin, time)
+
+    @classmethod
+    def rotating(
+        cls,
+        body: Any,
+        longitude: Any,
+        latitude: Any,
+        period: Any,
+        angle: Any = 0.0,
+        *,
+        axis: str = "z",
+        time: Any = 0.0,
+    ) -> State:
+        """Make the state of a body alone, at rest in the origin, that rotates about a fixed pole.
+
+        Parameters
+        ----------
+        body : Body
+        longitude, latitude : float or Quantity
+            The direction of the pole in the frame of the system; plain numbers are radians.
+        period : float or Quantity
+            The sidereal period.
+        angle : float or Quantity
+            The rotation angle, as in :func:`fullbody.frames.attitude`.
+        axis : {"z", "principal"}
+            The axis of the body along the pole: the z-axis of its working frame, or the principal axis next to that,
+            about which the body does not wobble. The rotation between the two is the smallest one.
+        time : float or Quantity
+
+        Examples
+        --------
+        >>> import fullbody, numpy as np
+        >>> body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0)
+        >>> state = fullbody.State.rotating(body, 0.0, np.pi / 2, period=2 * np.pi)
+        >>> state.spin, (state.rotation_matrix[0] @ [1.0, 0.0, 0.0]).round(12)
+        (array([[0., 0., 1.]]), array([0., 1., 0.]))
+        """
+        choice(axis, "axis", ("z", "principal"))
+        frame = body.working_frame
+        # The axes of the working frame in the body frame.
+        turn = np.array([1.0, 0.0, 0.0, 0.0]) if frame is None else np.asarray(frame.attitude)
+        along = rotations.matrices(turn)[:, 2]
+        if axis == "principal":
+            nearest = int(np.argmax(np.abs(along)))
+            principal = np.eye(3)[nearest] * np.copysign(1.0, along[nearest])
+            turn, along = rotations.product(rotations.shortest(along, principal), turn), principal
+        lon, lat, far = (
+            float(Units().strip(value, "angle", what))
+            for value, what in ((longitude, "longitude"), (latitude, "latitude"), (angle, "angle"))
+        )
+        pole = [rotations.about_axis(2, lon + 0.5 * np.pi), rotations.about_axis(0, 0.5 * np.pi - lat)]
+        attitude = rotations.product(*pole, rotations.about_axis(2, far), rotations.inverse(turn))
+        length = Number("time", POSITIVE)(period, "period")
+        radian = unit_named("rad") if is_quantity(length) else 1.0
+        spin = along[None] * (2.0 * np.pi * radian / length)
+        return cls(np.zeros((1, 3)), np.zeros((1, 3)), [attitude], spin, time)
 
     def in_units(self, units: Units) -> _core.State:
         """Return the core's state in a system's units."""

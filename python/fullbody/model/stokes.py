@@ -272,10 +272,16 @@ def from_packed(packed: Any, reference: Any, inertia: Any, radius: Any, mu: Any 
     return made
 
 
-def harmonics_of(body: _core.Body, degree: int, units: Units) -> StokesCoefficients:
-    """Return the coefficients of a body in its own frame; its lengths are in these units."""
-    packed, *values = body.harmonics(whole(degree, "degree", 2, 60)).given
-    lengths = map(units.attach, values, ("length", "area", "length"))
+def harmonics_of(body: _core.Body, degree: int, units: Units, radius: float | None = None) -> StokesCoefficients:
+    """Return the coefficients of a body in its own frame; its lengths are in these units.
+
+    They refer to the radius of the sphere around the body, or to another ``radius`` that is not below that.
+    """
+    packed, reference, inertia, largest = body.harmonics(whole(degree, "degree", 2, 60)).given
+    if radius is not None:
+        packed = packed * (reference / radius) ** np.floor(np.sqrt(np.arange(len(packed)) + 0.5))
+        reference = largest = radius
+    lengths = map(units.attach, (reference, inertia, largest), ("length", "area", "length"))
     return from_packed(packed, *lengths)
 
 

@@ -20,6 +20,7 @@ from ..model.composite import Composite
 from ..model.context import Context
 from ..model.description import arguments, changed, functions, notes_of
 from ..model.force import Force, acted_on, forces_of
+from ..model.freeform import ConvexShape
 from ..model.gravity import gravity
 from ..model.interactions import angular_momentum, energy, interactions, jacobian, loads, momentum, third_body
 from ..model.polyhedron import Polyhedron
@@ -384,6 +385,8 @@ def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
             size = f"{len(shape.faces)} faces"
         elif isinstance(shape, StokesCoefficients):
             size = f"degree {shape.degree}"
+        elif isinstance(shape, ConvexShape):
+            size = f"{len(shape.normals)} facets"
         else:
             axes = (described["semi_axes"] or ())[: len(shape.__slots__)]
             size = ", ".join(f"{value:.8g}" for value in axes)

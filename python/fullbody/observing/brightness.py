@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
+from ..model.surface import Deformation
 from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
@@ -45,6 +47,9 @@ class BrightnessDerivatives(ArrayFields):
     vertices : tuple of N ndarrays or Quantities, (N, V, 3)
         For each body the derivatives of the brightness of all bodies with respect to its V vertices, as vectors of the
         body frame, not of ``Body.working_frame``; the frame stays where it is. V is zero without a polyhedron.
+    areas : tuple of N ndarrays, (N, F)
+        For each body the derivatives of the brightness of all bodies with respect to the areas of its F facets. F is
+        zero without a :class:`fullbody.ConvexShape`.
     """
 
     brightness: Any
@@ -55,6 +60,19 @@ class BrightnessDerivatives(ArrayFields):
     to_observer: Any
     to_sun: Any
     vertices: tuple[Any, ...] = ()
+    areas: tuple[Any, ...] = ()
+
+    def along(self, deformations: Sequence[Deformation]) -> Floats:
+        """Return the derivatives (K, D) of the brightness of all bodies together along D deformations, at K epochs."""
+        found = np.zeros((len(self.brightness), len(deformations)))
+        for body, pair in enumerate(zip(self.vertices, self.areas, strict=True)):
+            for partials, kind in zip(pair, ("vertices", "areas"), strict=True):
+                moving = [(d, one[body]) for d, one in enumerate(deformations) if body in one]
+                if moving and partials.size:
+                    places, displacements = zip(*moving, strict=True)
+                    columns = np.stack([getattr(one, kind).ravel() for one in displacements], axis=1)
+                    found[:, places] += partials.sum(axis=1).reshape(len(found), -1) @ columns
+        return found
 
 
 class Epochs(NamedTuple):
@@ -120,7 +138,7 @@ class Photometer:
     ) -> None:
         flag(mutual, "mutual")
         names = system.context.names
-        self.laws: list[Law] = _by_name(law, names, "law")
+        self.laws: list[Law] = by_name(law, names, "law")
         for name, one in zip(names, self.laws, strict=True):
             instance(one, f"law of {name}", Law, "a law such as LommelSeeliger()")
         # One albedo for all of a body is multiplied in here, so that the derivative with respect to zero is known.
@@ -145,16 +163,26 @@ class Photometer:
             plain *= self._by_law(_phase_angle(*epochs.ways()))
         return plain
 
+    def moments(self, epochs: Epochs) -> Floats:
+        """Return the brightness and its first moments (K, N, 4), sums over the surface of the light and of it times the
+        components of the vector from the body's centre.
+        """
+        plain: Floats = self._core.moments(epochs.core())
+        plain *= self.albedo[:, None]
+        if any(law.phase_function is not None for law in self.laws):
+            plain *= self._by_law(_phase_angle(*epochs.ways()))[..., None]
+        return plain
+
     def _by_law(self, angle: Floats) -> Floats:
         """Return the phase functions (K, N) of the bodies at phase angles (K, N)."""
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)
 
     def derivatives(self, epochs: Epochs, vertices: bool = False) -> BrightnessDerivatives:
-        """Return the brightness with its derivatives, each with a first axis of K epochs; by vertices only on demand.
+        """Return the brightness with its derivatives, each with a first axis of K epochs; on demand by vertices too.
 
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
-        plain, bodies, light, by_vertex = self._core.partials(epochs.core(), vertices)
+        plain, bodies, light, by_vertex, by_area = self._core.partials(epochs.core(), vertices)
         ways = epochs.ways()
         angle = _phase_angle(*ways)
         factor = self._by_law(angle)
@@ -187,6 +215,7 @@ class Photometer:
             light[:, :, 0],
             light[:, :, 1],
             tuple(one * whole[..., None, None] for one in by_vertex),
+            tuple(one * whole[..., None] for one in by_area),
         )
 
 
@@ -310,9 +339,10 @@ def brightness_derivatives(
     values = {
         name: attach(getattr(found, name)[0], dimensions.get(name, "area"))
         for name in BrightnessDerivatives.__dataclass_fields__
-        if name != "vertices"
+        if name not in ("vertices", "areas")
     }
-    return BrightnessDerivatives(**values, vertices=tuple(attach(one[0], "length") for one in found.vertices))
+    by_vertex, by_area = (attach(one[0], "length") for one in found.vertices), (one[0] for one in found.areas)
+    return BrightnessDerivatives(**values, vertices=tuple(by_vertex), areas=tuple(by_area))
 
 
 def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
@@ -336,7 +366,7 @@ def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[Floats, list[list[flo
             f"albedo has shape {np.shape(albedo)}; expected a number, or a dict by the names of the bodies"
         )
     factors, faces = np.ones(len(names)), []
-    for index, (name, value) in enumerate(zip(names, _by_name(albedo, names, "albedo"), strict=True)):
+    for index, (name, value) in enumerate(zip(names, by_name(albedo, names, "albedo"), strict=True)):
         given = numbers(value, f"albedo of {name}")
         if given.ndim > 1 or not (given.size and given.min() >= 0.0 and given.max() < np.inf):
             expected = "a finite number, zero or above, or one for each face of a polyhedron"
@@ -353,7 +383,7 @@ def _direction(value: Any, what: str) -> Floats:
     return found
 
 
-def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
+def by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
     """Return a list of values, one for each body, from one value for all or a dict by names."""
     if not isinstance(value, dict):
         return [value] * len(names)

@@ -56,6 +56,7 @@ class PredictedChords(ObservedChords):
     """Base class of :class:`fullbody.observing.StellarOccultation`, where its parameters are described."""
 
     _error_names = ("_sigma",)
+    _names = ("time of contact",)
 
     def __init__(self, offset: Any, clock: Sequence[int] | None, **chords: Any) -> None:
         super().__init__(**chords)

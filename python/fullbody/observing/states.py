@@ -89,6 +89,8 @@ class RetardedStates:
         each time.
     delay : ndarray, (..., K, N)
         The time at which the light left each body, minus the time at which it left the barycentre.
+    elapsed : ndarray, (..., K, N)
+        The time at which the light left each body, minus that of the given states.
     light_speed : float
         The speed of light in the system's units.
     """
@@ -113,6 +115,7 @@ class RetardedStates:
         if since is not None:
             position = position - velocity * since[:, None, None]
         self.delay = geometry.delays(self.observer, position, velocity)
+        self.elapsed = self.delay - self._since
         self.centre, self.velocity = position + velocity * self.delay[..., None], velocity
         self._twist: Any = None
         if "curvature" in states:
@@ -126,7 +129,7 @@ class RetardedStates:
 
     def attitude(self, attitude: Floats, spin: Floats) -> Floats:
         """Return attitudes (..., K, N, 4) when the light left the bodies, from those at the time of the states."""
-        turned = rotated(attitude, spin, self.delay - self._since)
+        turned = rotated(attitude, spin, self.elapsed)
         return turned if self._twist is None else turned + self._twist
 
 

@@ -7,6 +7,7 @@
 
 pub(super) mod discrete_rotor;
 pub(super) mod free_rotors;
+pub(super) mod steady_rotation;
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, WIDEST};

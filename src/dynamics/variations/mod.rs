@@ -150,6 +150,12 @@ impl Variations {
         })
     }
 
+    /// Returns the derivatives of the rate of change of a body's spin with respect to the parameters, from the
+    /// last evaluation.
+    pub fn spin_rates(&self, body: usize) -> impl Iterator<Item = &Vec3> {
+        self.forcing.iter().skip(body).step_by(self.bodies).map(|[_, spin_rate]| spin_rate)
+    }
+
     /// Returns half of the numbers of a tangent vector in relative coordinates.
     pub fn half(&self) -> usize {
         6 * self.bodies - if self.free { 0 } else { 3 }

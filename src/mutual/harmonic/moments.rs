@@ -112,6 +112,7 @@ pub fn harmonics(body: &Body, degree: usize, interrupt: &mut InterruptCheck) -> 
     if !(2..=MAX_DEGREE).contains(&degree) {
         return Err(Error::invalid("degree", degree, format!("a whole number from 2 to {MAX_DEGREE}")));
     }
+    body.require_vertices()?;
     let radius = body.circumradius();
     require_positive(&format!("radius of {}", body.name()), radius)?;
     let mut sums = vec![0.0; count(degree)];

@@ -1,0 +1,290 @@
+"""Free-form shapes: bodies whose size in all directions, or whose curvature, is a series of spherical harmonics."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+
+from .. import _core
+from ..base.attributes import Attribute
+from ..base.kinds import Number, whole
+from ..base.limits import POSITIVE
+from ..base.units import UNITLESS, Units, is_quantity, plain, strip_to
+from ..base.values import ScalarFields
+from ..errors import InvalidInput
+from ..typing import Floats
+from .geodesic import geodesic_mesh, harmonics, parts_of
+from .minkowski import polytope
+from .polyhedron import Polyhedron
+
+#: The largest ratio of radii, and of areas per solid angle, of a shape.
+_RATIO = 1e3, 1e9
+
+
+class HarmonicShape(Polyhedron):
+    """A polyhedron whose vertices lie where the logarithm of the radius is a series of spherical harmonics.
+
+    The radius in the direction u of the working frame is R exp(sum of c_lm Y_lm(u)), above zero everywhere, so that the
+    surface is star-shaped about the origin and never crosses itself (Kaasalainen & Viikinkoski 2012, Astron. Astrophys.
+    543, A97). As for any :class:`Polyhedron` the body frame lies in the centre of mass along the principal axes; the
+    series stays in the working frame, see :attr:`fullbody.Body.working_frame`.
+
+    Parameters
+    ----------
+    coefficients : array_like, ((L + 1)^2,)
+        The numbers c_lm by degree l and, within a degree, from m = -l to m = l. Y_lm has a mean square of one over the
+        sphere, so that a coefficient is the root mean square of the logarithm of the radius that it makes; with x, y
+        and z the components of u, Y_00 = 1, and Y_1m is sqrt(3) times y, z, x for m = -1, 0, 1. Orders below zero are
+        sines.
+    degree : int, optional
+        The degree L, to be checked against the number of coefficients, from which it follows.
+    reference_radius : float or Quantity
+        The radius R, which gives the shape its unit of length: the radius of the sphere if all coefficients are zero.
+    faces : int
+        The least number of faces: the mesh is the geodesic one of the next 20 n^2 faces.
+
+    Raises
+    ------
+    InvalidInput
+        For a number of coefficients that is no square or does not fit the degree, for numbers that are not finite, and
+        for radii of which the largest is more than a thousand times the smallest.
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> shape = fullbody.HarmonicShape([0.1, 0.0, 0.0, 0.0], degree=1, reference_radius="80 km")
+    >>> shape
+    HarmonicShape(degree 1, reference_radius=80.0 km, 1280 faces)
+    >>> np.linalg.norm(shape.vertices, axis=1).max().round(6)
+    <Quantity 88.413673 km>
+    """
+
+    __slots__ = ("_coefficients", "_reference_radius")
+
+    def __init__(
+        self, coefficients: Any, *, degree: int | None = None, reference_radius: Any = 1.0, faces: int = 1280
+    ) -> None:
+        self._coefficients, parts = _series(coefficients, degree, "HarmonicShape"), _parts(faces, 20, 0)
+        self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius of HarmonicShape")
+        mesh = geodesic_mesh(parts)
+        factors = _exponential(self._coefficients, parts, _RATIO[0], "radii of HarmonicShape")
+        super().__init__(factors[:, None] * mesh.points * self._reference_radius, mesh.faces)
+
+    coefficients = Attribute[Floats]("_coefficients", "The coefficients ((L + 1)^2,) of the series.")
+    degree = Attribute[int](lambda shape: _degree(shape._coefficients), "The degree L of the series.")
+    reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
+
+    @classmethod
+    def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any, reference_radius: Any = None) -> HarmonicShape:
+        """Return the shape of vertices in a file or a pickle, which are kept to the last bit."""
+        made = object.__new__(cls)
+        Polyhedron.__init__(made, vertices, faces)
+        made._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
+        mesh = geodesic_mesh(parts)
+        expected = _exponential(made._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
+        size = float(np.linalg.norm(plain(vertices)[0]) / np.linalg.norm(expected[0]))
+        same = np.shape(vertices) == expected.shape and np.array_equal(faces, mesh.faces)
+        if not same or not np.allclose(plain(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
+            raise InvalidInput("coefficients of HarmonicShape do not give its vertices; expected those of one shape")
+        made._reference_radius = size if reference_radius is None else reference_radius
+        return made
+
+    def _with(self, units: Units) -> Self:
+        other = super()._with(units)
+        if other is not self:
+            other._reference_radius = units.attach(self._reference_radius, "length")
+        return other
+
+    def _notes(self) -> dict[str, Any]:
+        return {"series": self._coefficients.tolist()}
+
+    def __repr__(self) -> str:
+        count = f"{len(self.faces)} faces"
+        return f"HarmonicShape(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
+
+    def __reduce__(self) -> Any:
+        return HarmonicShape._rebuild, (self.vertices, self.faces, self._coefficients, self._reference_radius)
+
+
+class ConvexShape(ScalarFields):
+    """A convex shape that is known by its light: the areas of facets of given normals, without vertices.
+
+    The normals n are the points of a geodesic mesh, and the area of a facet is R^2 exp(sum of c_lm Y_lm(n)) times the
+    solid angle of its point (Kaasalainen & Torppa 2001, Icarus 153, 24). The light of a body follows from these alone.
+    Its mass, moments of inertia and centre do not: a body of this shape must be alone in its system, its body frame is
+    the frame of the normals, and it spins uniformly about any axis, as the bodies of light-curve inversion do. For
+    gravity, contact and events, :meth:`polyhedron` gives the polyhedron of these facets.
+
+    Parameters
+    ----------
+    coefficients : array_like, ((L + 1)^2,)
+        The numbers c_lm, as for :class:`HarmonicShape`. The first one, c_00, has the effect of the size alone.
+    degree : int, optional
+        The degree L, to be checked against the number of coefficients, from which it follows.
+    reference_radius : float or Quantity
+        The radius R, which gives the shape its unit of length: that of the sphere if all coefficients are zero.
+    faces : int
+        The least number of facets: the next 10 n^2 + 2.
+
+    Raises
+    ------
+    InvalidInput
+        For a number of coefficients that is no square or does not fit the degree, for numbers that are not finite, and
+        for areas per solid angle of which the largest is more than 1e9 times the smallest.
+
+    Notes
+    -----
+    The vectors of the facets, areas times normals, of a closed surface have the sum zero. A series does not ensure it;
+    :attr:`closure` is the part that is missing. In the light it counts as a dark facet, which reflects nothing.
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> shape = fullbody.ConvexShape([0.0, 0, 0, 0, 0, 0, -0.2, 0, 0.3], degree=2, reference_radius=2.0)
+    >>> shape, shape.polyhedron()
+    (ConvexShape(degree 2, reference_radius=2.0, 1002 facets), Polyhedron(2000 vertices, 3996 faces))
+    """
+
+    __slots__ = ("_areas", "_coefficients", "_mesh", "_reference_radius")
+
+    def __init__(
+        self, coefficients: Any, *, degree: int | None = None, reference_radius: Any = 1.0, faces: int = 1002
+    ) -> None:
+        self._coefficients, parts = _series(coefficients, degree, "ConvexShape"), _parts(faces, 10, 2)
+        self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius of ConvexShape")
+        self._mesh = geodesic_mesh(parts)
+        factors = _exponential(self._coefficients, parts, _RATIO[1], "areas of ConvexShape per solid angle")
+        #: The areas in the square of the unit of the reference radius.
+        self._areas: Floats = factors * self._mesh.solid_angles * float(plain(self._reference_radius)) ** 2
+
+    coefficients = Attribute[Floats]("_coefficients", "The coefficients ((L + 1)^2,) of the series.")
+    degree = Attribute[int](lambda shape: _degree(shape._coefficients), "The degree L of the series.")
+    reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
+    normals = Attribute[Floats]("_mesh.points", "The outward unit normals (F, 3) of the facets.")
+    areas = Attribute[Any](lambda shape: shape._areas * shape._unit**2, "The areas (F,) of the facets.")
+    semi_axes = Attribute[None](lambda shape: None, "``None``, since the shape has no vertices.")
+
+    @property
+    def closure(self) -> Floats:
+        """The sum (3,) of areas times normals, over the sum of areas: zero for a closed surface."""
+        return np.asarray(self._areas @ self.normals / self._areas.sum())
+
+    def polyhedron(self) -> Polyhedron:
+        """Return the convex polyhedron with these facets, whose vertices solve Minkowski's problem.
+
+        Areas that do not close are changed by the least sum of squared changes over areas before. The facets of the
+        polyhedron have these areas to 1e-9 of the largest; its working frame is the frame of the normals, with the
+        origin in the middle of the vertices.
+
+        Raises
+        ------
+        InvalidInput
+            For areas that are too far from closed, so that one of them would fall below zero.
+        NotConverged
+            If the areas of the facets are not reached.
+        ModuleNotFoundError
+            If scipy is missing.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> ball = fullbody.ConvexShape([0.0], reference_radius=2.0).polyhedron()
+        >>> round(ball.volume / (4 / 3 * 3.14159 * 2.0**3), 2)
+        1.0
+        """
+        vertices, faces = polytope(self.normals, self._areas)
+        return Polyhedron(vertices * self._unit, faces)
+
+    @property
+    def _unit(self) -> Any:
+        """The unit of length, one without units."""
+        return self._reference_radius.unit if is_quantity(self._reference_radius) else 1.0
+
+    @classmethod
+    def _rebuild(cls, normals: Any, areas: Any, coefficients: Any, reference_radius: Any = None) -> ConvexShape:
+        """Return the shape of areas in a file or a pickle, which are kept to the last bit."""
+        made = cls(coefficients, faces=len(normals))
+        given = np.array(areas, dtype=np.float64)
+        same = given.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)
+        ratio = float(given[0] / made._areas[0]) if same else 1.0
+        if not same or not np.allclose(ratio * made._areas, given, rtol=1e-9, atol=0.0):
+            raise InvalidInput("coefficients of ConvexShape do not give its areas; expected those of one shape")
+        made._areas = given
+        made._reference_radius = float(np.sqrt(ratio)) if reference_radius is None else reference_radius
+        return made
+
+    def _core(self, units: Units, name: str, mass: float) -> _core.Body:
+        """Return the core's body in a system's units."""
+        unit = units.number(1.0 * self._unit, "length", f"reference_radius of {name}")
+        return _core.Body.of_facets(name, self.normals, self._areas * unit**2, mass)
+
+    def _with(self, units: Units) -> ConvexShape:
+        if is_quantity(self._reference_radius):
+            return self
+        other = object.__new__(ConvexShape)
+        other._coefficients, other._mesh, other._areas = self._coefficients, self._mesh, self._areas
+        other._reference_radius = units.attach(self._reference_radius, "length")
+        return other
+
+    def _notes(self) -> dict[str, Any]:
+        return {"series": self._coefficients.tolist()}
+
+    def __repr__(self) -> str:
+        count = f"{len(self.normals)} facets"
+        return f"ConvexShape(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
+
+    def _parts(self) -> tuple[Any, ...]:
+        return (self._coefficients, self._reference_radius, self._areas)
+
+    def __hash__(self) -> int:
+        return hash((ConvexShape, self._coefficients.tobytes(), len(self.normals)))
+
+    def __reduce__(self) -> Any:
+        return ConvexShape._rebuild, (self.normals, self._areas, self._coefficients, self._reference_radius)
+
+
+def with_areas(shape: ConvexShape, areas: Any) -> ConvexShape:
+    """Return a shape with other areas (F,) of its facets and the coefficients of the first one, for derivatives."""
+    made = object.__new__(ConvexShape)
+    made._coefficients, made._mesh = shape._coefficients, shape._mesh
+    made._reference_radius = shape._reference_radius
+    made._areas = strip_to(areas, shape._unit**2, "areas") if is_quantity(areas) else np.asarray(areas)
+    return made
+
+
+def _series(coefficients: Any, degree: int | None, of: str) -> Floats:
+    """Return the coefficients ((L + 1)^2,) of a series, whose number has to fit its degree."""
+    if isinstance(coefficients, list | tuple) and all(isinstance(number, float | int) for number in coefficients):
+        # The checks of a list look at each of its numbers, which takes long.
+        coefficients = np.array(coefficients)
+    found: Floats = UNITLESS.numbers(coefficients, "number", f"coefficients of {of}", ("C",))
+    size = int(np.sqrt(len(found)) + 0.5)
+    if degree is not None:
+        wanted = (whole(degree, f"degree of {of}", 0, 60) + 1) ** 2
+        if len(found) != wanted:
+            raise InvalidInput(f"coefficients of {of} has {len(found)} numbers; expected {wanted} for degree {degree}")
+    if not len(found) or size**2 != len(found) or size > 61:
+        expected = "expected (L + 1)^2 for a degree L from 0 to 60"
+        raise InvalidInput(f"coefficients of {of} has {len(found)} numbers; {expected}")
+    found = found.copy()
+    found.flags.writeable = False
+    return found
+
+
+def _degree(coefficients: Floats) -> int:
+    return int(np.sqrt(len(coefficients)) + 0.5) - 1
+
+
+def _parts(faces: int, per_square: int, more: int) -> int:
+    return parts_of(whole(faces, "faces", 12, 10**6), per_square, more)
+
+
+def _exponential(coefficients: Floats, parts: int, most: float, what: str) -> Floats:
+    """Return the exponentials (V,) of a series at the points of a mesh."""
+    values = harmonics(parts, _degree(coefficients)) @ coefficients
+    low, high = float(values.min()), float(values.max())
+    if high - low > np.log(most) or max(-low, high) > 100.0:
+        expected = f"expected logarithms within 100 of zero that differ by less than {np.log(most):.3g}"
+        raise InvalidInput(f"{what} have logarithms from {low:.6g} to {high:.6g}; {expected}")
+    return np.asarray(np.exp(values))
