@@ -28,7 +28,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 study quick test test-rust test-python test-reproduction explorer test-explorer lint check fmt docs notebooks film bench mutants clean
+.PHONY: help kw4 study quick test test-rust test-python test-reproduction explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -91,6 +91,7 @@ quick: $(VENV)/.dev  ## a first check within a minute: lints, the rules of the p
 
 check: lint  ## lint, and the lints of Rust and the stubs
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	cargo clippy --locked --no-default-features -- -D warnings
 	rustup target add wasm32-unknown-unknown
 	cargo check --locked --package fullbody-web --target wasm32-unknown-unknown
 	$(BIN)/python -m mypy.stubtest fullbody._core
@@ -100,8 +101,12 @@ fmt:  ## formats everything
 	$(BIN)/ruff format $(PYTHONS)
 	$(BIN)/ruff check --fix $(PYTHONS)
 
+address:  ## the address of the source in pyproject.toml, written into the README and the citation
+	$(PYTHON) packaging/address.py
+
 # Numbers of studies that have run (S=ho2021, S=binaries) are shown; the pages of the others say so.
 docs: $(VENV)/.docs  ## the documentation, into out/docs/, in some minutes; warnings are errors, examples are run
+	@echo "Rust's documentation (a minute), then all pages with their examples (three to five minutes on two cores), into out/docs/."
 	cargo doc --locked --no-deps
 	$(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 

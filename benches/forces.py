@@ -3,7 +3,9 @@
     python benches/forces.py [--hours 8766] [--repeats 3]
 
 Prints the ratio of the two times and what each force adds alone; then what a compiled force of one's own costs a call
-beyond the time that it takes itself: the difference between runs with and without a function in C that does nothing.
+beyond the time that it takes itself: the difference between runs with and without a function in C that does nothing;
+likewise what the forces of radiation cost an evaluation beside the tide, with a Beta that turns three times in each
+revolution for the binary Yarkovsky effect; and the time of the radiation coefficients of Beta's 2,292 faces.
 Runs with and without take turns, and the shortest of each counts. Needs a C compiler.
 """
 
@@ -17,7 +19,7 @@ import time
 from pathlib import Path
 
 import fullbody
-from fullbody.forces import Byorp, Force, Function, ThirdBody, Tide
+from fullbody.forces import BinaryYarkovsky, Byorp, Force, Function, ThirdBody, Tide, radiation_coefficients
 
 AU = 1.495978707e8
 #: The orbit of 1999 KW4 round the Sun in its ecliptic; km, hours, kg.
@@ -30,6 +32,7 @@ SUN = ThirdBody(
 TIDE = Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
 #: That of a coefficient of 0.02 by Jacobson & Scheeres.
 BYORP = Byorp(on="Beta", about="Alpha", force=200.6)
+HEAT = BinaryYarkovsky("Beta", "Alpha", pressure=2e5, lag=0.3, name="binary Yarkovsky")
 NOTHING = """
 #include <stdint.h>
 int nothing(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
@@ -45,12 +48,13 @@ def compiled(folder: str) -> Function:
     return Function(ctypes.CDLL(str(library)).nothing, name="nothing", depends_on_velocity=False)
 
 
-def race(cases: dict[str, list[Force]], hours: float, repeats: int) -> dict[str, tuple[float, int]]:
-    """Return the shortest time of the processor, seconds, and the evaluations of each."""
+def race(cases: dict[str, list[Force]], hours: float, repeats: int, turns: float = 1.0) -> dict[str, tuple[float, int]]:
+    """Return the shortest time of the processor, seconds, and the evaluations of each; Beta's spin is multiplied."""
     found: dict[str, tuple[float, int]] = {}
     for _ in range(repeats):
         for name, forces in cases.items():
             system, state = fullbody.systems.kw4()
+            state = state.replace(spin=state.spin * [[1.0], [turns]])
             system = system.with_forces(forces)
             started = time.process_time()
             run = system.integrate(state, hours, output=[hours])
@@ -85,6 +89,20 @@ def main() -> None:
     each = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in found.items()}
     print(f"a compiled force that does nothing: {each['one'] - each['none']:.0f} ns a call as the only force,")
     print(f"{each['both'] - each['tide']:.0f} ns beside the tide; the first includes what the books of any force cost")
+    radar = fullbody.systems.kw4(shape="radar")[0]
+    started = time.process_time()
+    coefficients = radiation_coefficients(radar["Beta"])
+    print(f"radiation coefficients of 2,292 faces: {time.process_time() - started:.2f} s of the processor")
+    shadow = {"other": radar["Alpha"], "position": (2.548, 0.0, 0.0)}
+    started = time.process_time()
+    radiation_coefficients(radar["Beta"], **shadow)
+    print(f"with the shadow of Alpha's 9,168 faces: {time.process_time() - started:.2f} s")
+    for turns, named in ((1.0, {"YORP": coefficients.yorp(2e5, on="Beta"), "BYORP": BYORP}), (3.0, {"heat": HEAT})):
+        cases = {"tide": [TIDE]} | {name: [TIDE, force] for name, force in named.items()}
+        found = race(cases, arguments.hours, arguments.repeats, turns)
+        each = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in found.items()}
+        for name in named:
+            print(f"{name}: {each[name] - each['tide']:.0f} ns an evaluation beside the tide")
 
 
 if __name__ == "__main__":

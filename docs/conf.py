@@ -10,6 +10,8 @@ import inspect
 import os
 import re
 import shutil
+import sys
+import tomllib
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,10 @@ from sphinx.util.osutil import relative_uri
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+sys.path.insert(0, str(DOCS))
+from gallery import Thumbnails  # noqa: E402
+
+from notebooks import quiet_kernels  # noqa: E402
 
 project = "fullbody"
 author = "The fullbody developers"
@@ -29,8 +35,11 @@ release = metadata.version("fullbody")
 
 # Where `make study` wrote the results of the studies that have a page; their pages read them there.
 OUT = ROOT / "out"
-STUDIES = {"report": OUT / "ho2021"} | {name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")}
+STUDIES = dict.fromkeys(("report", "full_report"), OUT / "ho2021") | {
+    name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")
+}
 EXPLORER = OUT / "explorer"
+RUST = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "doc"
 os.environ.update({f"FULLBODY_{page.upper()}": str(folder) for page, folder in STUDIES.items()})
 os.environ["FULLBODY_PEERS"] = str(ROOT / "notebooks" / "10-peers.json")
 # These pages also use the package `reproduction`, which is not installed.
@@ -46,7 +55,7 @@ def without_results(app: Any, page: str, source: list[str]) -> None:
     if folder is None or (folder / "numbers.json").is_file():
         return
     notice = f":::{{note}}\nThis page was built without results. `make study S={folder.name}` writes them.\n:::\n"
-    head = source[0].partition("\n## ")[0]
+    head = source[0].partition("\n<iframe" if page == "full_report" else "\n## ")[0]
     source[0] = f"{re.sub(r'<p>.*?</p>', '', head, flags=re.DOTALL)}\n{notice}"
 
 
@@ -63,15 +72,13 @@ def stage() -> None:
     for name, path in wanted.items():
         copy(path, notebooks / name)
     if (STUDIES["report"] / "report.html").is_file():
-        page = (STUDIES["report"] / "report.html").read_text(encoding="utf-8")
-        back = '<p><a href="report.html">fullbody: the paper, reproduced</a></p>'
-        (extra / "full-report.html").write_text(page.replace("<body>", f"<body>\n{back}"), encoding="utf-8")
+        copy(STUDIES["report"] / "report.html", extra / "full-report.html")
     # The page that `make explorer` has built.
     if EXPLORER.is_dir():
         shutil.copytree(EXPLORER, extra / "explorer", dirs_exist_ok=True)
     # The crate's documentation with its source, which `make docs` has built.
-    if (rust := ROOT / "target" / "doc").is_dir():
-        shutil.copytree(rust, extra / "rust", dirs_exist_ok=True)
+    if RUST.is_dir():
+        shutil.copytree(RUST, extra / "rust", dirs_exist_ok=True)
     # One file of MathJax, so that formulas show without a network.
     mathjax = next(f for f in metadata.files("sphinx-mathjax-offline") or [] if f.name == "tex-svg-full.js")
     copy(Path(str(mathjax.locate())), extra / "_static" / "tex-svg-full.js")
@@ -85,6 +92,7 @@ def copy(source: Path, target: Path) -> None:
 
 
 stage()
+quiet_kernels()
 
 extensions = [
     "myst_nb",
@@ -135,14 +143,31 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-WIDE = ("index", "install", "comparison", "report", "binaries", "kalliope", "hertha", "kw4_radar", "hera", "explorer")
+WIDE = (
+    "index",
+    "gallery",
+    "notebooks",
+    "install",
+    "comparison",
+    "report",
+    "full_report",
+    "binaries",
+    "kalliope",
+    "hertha",
+    "kw4_radar",
+    "hera",
+    "explorer",
+)
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
+# Where to get the source: nothing is shown while there is no address.
+ADDRESS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["fullbody"]["address"]
 html_theme_options = {
+    "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
     "navigation_with_keys": False,
     "show_prev_next": True,
     "secondary_sidebar_items": ["page-toc", "sourcelink"],
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],
     "show_toc_level": 2,
@@ -211,6 +236,14 @@ def add_return(app: object, what: str, name: str, obj: Any, options: object, lin
         lines[place:place] = ["Returns", "-------", str(kind), ""]
 
 
+def drop_unread(app: Any) -> list[Any]:
+    """Leave modules without source, such as the extension, out of the index of sources, which would link to nothing."""
+    modules = app.env._viewcode_modules
+    for name in [name for name, entry in modules.items() if not entry]:
+        del modules[name]
+    return []
+
+
 def drop_template(app: Any, error: Exception | None) -> None:
     """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
     (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
@@ -218,9 +251,11 @@ def drop_template(app: Any, error: Exception | None) -> None:
 
 def setup(app: Any) -> None:
     """Connect what this file defines, before or after numpydoc, which takes the text apart."""
+    app.add_post_transform(Thumbnails)
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
     app.connect("source-read", without_results)
     app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
+    app.connect("html-collect-pages", drop_unread, priority=100)
     app.connect("build-finished", drop_template, priority=900)

@@ -5,6 +5,7 @@ Arguments are the notebooks to execute; without any, all are executed.
 
 import base64
 import io
+import os
 import shutil
 import sys
 import tempfile
@@ -14,9 +15,42 @@ import nbclient
 import nbformat
 from PIL import Image
 
+#: Code for a kernel, after which the text of a figure lists what it shows: what a test compares with what is drawn now.
+DESCRIBE = """
+def _describe(figure):
+    from collections import Counter
+
+    parts = []
+    for ax in figure.axes:
+        artists = Counter(type(artist).__name__ for artist in (*ax.lines, *ax.collections, *ax.patches, *ax.images))
+        legend = [text.get_text() for text in ax.get_legend().get_texts()] if ax.get_legend() else []
+        titles = [ax.get_title(loc=loc) for loc in ("left", "center", "right")]
+        labels = [text for text in (*titles, ax.get_xlabel(), ax.get_ylabel(), *legend) if text]
+        parts.append(f"{', '.join(f'{count} {name}' for name, count in sorted(artists.items()))}: {'; '.join(labels)}")
+    return "\\n".join(["Figure", *parts])
+
+
+def _describe_figures():
+    import matplotlib.figure
+
+    matplotlib.figure.Figure.__repr__ = _describe
+
+
+_describe_figures()
+"""
+
+
+def quiet_kernels() -> None:
+    """Let kernels that start from now on report errors alone; they would warn of their connections each time."""
+    folder = Path(tempfile.mkdtemp()) / "profile_default"
+    folder.mkdir()
+    (folder / "ipython_kernel_config.py").write_text('c.IPKernelApp.log_level = "ERROR"\n', encoding="utf-8")
+    os.environ["IPYTHONDIR"] = str(folder.parent)
+
 
 def main() -> None:
     """Execute the notebooks and write them."""
+    quiet_kernels()
     folder = Path(__file__).parents[1] / "notebooks"
     for path in [Path(name) for name in sys.argv[1:]] or sorted(folder.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
@@ -26,8 +60,15 @@ def main() -> None:
                 shutil.copy(data, work)
             where = {"metadata": {"path": work}}
             options = {"timeout": 3600, "record_timing": False, "store_widget_state": False}
+            notebook.cells.insert(0, nbformat.v4.new_code_cell(DESCRIBE))
             client = nbclient.NotebookClient(notebook, resources=where, kernel_name="python3", **options)
             client.execute()
+        del notebook.cells[0]
+        for count, cell in enumerate((cell for cell in notebook.cells if cell.cell_type == "code"), 1):
+            cell.execution_count = count
+            for output in cell.outputs:
+                if output.output_type == "execute_result":
+                    output.execution_count = count
         shrink(notebook)
         nbformat.write(notebook, path)
         print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB", flush=True)

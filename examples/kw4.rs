@@ -7,7 +7,6 @@ use fullbody::math::Vec3;
 use fullbody::orbit::KeplerElements;
 use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{Integrator, Output, Simulation, Trajectory};
-use std::ops::ControlFlow;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hours = std::env::args().nth(1).map_or(Ok(200.0), |text| text.parse())?;
@@ -31,14 +30,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut simulation =
         Simulation::new(&system, &state, Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?))?;
     let mut run = Trajectory::new(2);
-    simulation.integrate(hours, &Output::Spacing(24.0), &mut run, &mut |_| ControlFlow::Continue(()))?;
+    simulation.integrate(hours, &Output::Spacing(24.0), &mut run)?;
 
     println!("{:>8} {:>10} {:>10}", "hours", "a [km]", "e");
-    for (sample, time) in run.time.iter().enumerate() {
-        let position = run.position(sample, 1) - run.position(sample, 0);
-        let velocity = run.velocity(sample, 1) - run.velocity(sample, 0);
+    for state in run.states() {
+        let position = state.position()[1] - state.position()[0];
+        let velocity = state.velocity()[1] - state.velocity()[0];
         let osculating = KeplerElements::from_cartesian(&position, &velocity, mu)?;
-        println!("{time:8.1} {:10.6} {:10.6}", osculating.semi_major_axis, osculating.eccentricity);
+        println!("{:8.1} {:10.6} {:10.6}", state.time(), osculating.semi_major_axis, osculating.eccentricity);
     }
     let last = run.len() - 1;
     let (before, after) = (run.energy(0).total, run.energy(last).total);

@@ -5,10 +5,10 @@ FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
 FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 .PHONY: fuzz $(FUZZ_PARTS)
 
-fuzz: $(FUZZ_PARTS)  ## invalid input for every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
+fuzz: $(FUZZ_PARTS)  ## invalid input for every target, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
 
 fuzz-python: $(VENV)/.dev
-	PYTHONPATH=fuzz $(BIN)/python -m doors --minutes $(FUZZ_SHARE)
+	PYTHONPATH=fuzz $(BIN)/python -m targets --minutes $(FUZZ_SHARE)
 
 # Without a sanitizer, for which there is no unsafe code, a stable toolchain suffices.
 fuzz-archive fuzz-pairs: fuzz-%:

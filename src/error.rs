@@ -87,7 +87,7 @@ pub enum Error {
 }
 
 /// The result type of this crate, with [`enum@Error`] as the error.
-pub type Result<T> = std::result::Result<T, Error>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
     /// Makes an [`Error::InvalidInput`] from a quantity, a value and an expectation.

@@ -22,6 +22,22 @@ pub const UNITS: u64 = 100_000;
 
 /// Counts work and calls the caller's hook at intervals. Once the hook breaks, the computation ends with
 /// [`Error::Interrupted`].
+///
+/// ```
+/// use fullbody::error::Error;
+/// use fullbody::interrupt::{InterruptCheck, UNITS};
+/// use std::ops::ControlFlow;
+///
+/// // A program that is asked to stop stops within 50 ms.
+/// let mut hook = || ControlFlow::Break(());
+/// let mut interrupt = InterruptCheck::new(&mut hook);
+/// let stopped = loop {
+///     if let Err(error) = interrupt.charge(UNITS, 0.0) {
+///         break error;
+///     }
+/// };
+/// assert!(matches!(stopped, Error::Interrupted { .. }));
+/// ```
 pub struct InterruptCheck<'a> {
     hook: Option<&'a mut dyn FnMut() -> ControlFlow<()>>,
     last_call: Instant,

@@ -7,7 +7,7 @@
 //! - [`error`]: the error type, whose variants carry body, time and value.
 //! - [`names`]: enumerations whose values have names in scripts, files and archives.
 //! - [`interrupt`]: the interrupt check of long computations.
-//! - [`workers`]: a pool of threads for many jobs of one kind.
+//! - `workers`: a pool of threads for many jobs of one kind.
 //! - [`math`]: Carlson's integrals, rotations, compensated sums, solid harmonics, lanes (SIMD).
 //! - [`shape`]: ellipsoids, polyhedra and points, and bodies made of them: volume, inertia, overlap.
 //! - [`gravity`]: potential and field of one body.
@@ -20,6 +20,7 @@
 //! - [`trajectory`]: simulations: steps, events, archives, records.
 //! - [`particles`]: massless particles among moving bodies: flight, contacts, fates.
 //! - [`photometry`]: brightness of bodies in sunlight, with mutual occultations and eclipses.
+//! - [`radar`]: radar echoes of bodies in bins of delay and Doppler frequency.
 //! - [`ensemble`]: many simulations in parallel.
 
 #![deny(unsafe_code)]
@@ -33,6 +34,7 @@ pub use pulp;
 pub mod error;
 pub mod names;
 pub mod interrupt;
+#[cfg(feature = "threads")]
 #[doc(hidden)]
 pub mod workers;
 pub mod math;
@@ -45,6 +47,11 @@ pub mod forces;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;
+#[cfg(feature = "threads")]
 pub mod particles;
+#[cfg(feature = "photometry")]
 pub mod photometry;
+#[cfg(feature = "photometry")]
+pub mod radar;
+#[cfg(feature = "threads")]
 pub mod ensemble;

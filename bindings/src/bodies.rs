@@ -147,6 +147,12 @@ impl PyBody {
         self.inner.semi_axes()
     }
 
+    /// Returns the largest distance of the body's points from its centre of mass, or an upper bound of it.
+    #[getter]
+    fn circumradius(&self) -> f64 {
+        self.inner.circumradius()
+    }
+
     /// Returns the volume; for a composite, that of the ellipsoid with its semi-axes.
     #[getter]
     fn volume(&self) -> f64 {

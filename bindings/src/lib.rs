@@ -15,6 +15,7 @@ mod orbits;
 mod particles;
 mod photometry;
 mod polyhedra;
+mod radar;
 mod stokes;
 mod rotations;
 mod runs;
@@ -43,9 +44,11 @@ mod _core {
     #[pymodule_export]
     const LARGEST_OF_PARTICLE: f64 = fullbody::particles::LARGEST;
     #[pymodule_export]
-    use super::photometry::PyPhotometer;
+    use super::photometry::{PyPhotometer, recoil};
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
+    #[pymodule_export]
+    use super::radar::PyRadar;
     #[pymodule_export]
     use super::rotations::{quaternion_of_tait_bryan, quaternion_product, rotation_matrices};
     #[pymodule_export]

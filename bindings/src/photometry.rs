@@ -1,16 +1,19 @@
 //! The brightness of bodies.
 
-use super::arrays::{array, rows, vectors};
+use super::arrays::{array, from_vectors, rows, vectors};
 use super::bodies::PyBody;
 use super::listening::listening;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::math::Vec3;
 use fullbody::photometry::{Hapke, Law, Photometer, Surface, View};
+use fullbody::shape::Body;
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+/// The brightness, and its derivatives by bodies, by directions, by vertices and by areas.
+type PartialArrays<'py> = (Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>);
 
 /// A scattering law: the factors of Lommel-Seeliger's and of Lambert's, or the parameters of Hapke's.
 #[derive(FromPyObject)]
@@ -43,7 +46,7 @@ pub struct PyPhotometer {
 /// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
 /// 3), velocities over that of light (K N, 3), or none of them, and whether observer and Sun are distant.
 #[derive(FromPyObject)]
-struct Epochs<'py>(
+pub struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
@@ -54,8 +57,8 @@ struct Epochs<'py>(
 );
 
 /// The epochs in the core's types.
-struct EpochData {
-    times: Vec<f64>,
+pub struct EpochData {
+    pub times: Vec<f64>,
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
     directions: [Vec<Vec3>; 2],
@@ -64,7 +67,7 @@ struct EpochData {
 }
 
 impl Epochs<'_> {
-    fn take(&self, bodies: usize) -> Result<EpochData, Error> {
+    pub fn take(&self, bodies: usize) -> Result<EpochData, Error> {
         let times = self.0.as_array().to_vec();
         let epoch_data = EpochData {
             positions: vectors("position", &self.1)?,
@@ -93,7 +96,7 @@ impl Epochs<'_> {
 }
 
 impl EpochData {
-    fn views(&self, bodies: usize) -> Vec<View<'_>> {
+    pub fn views(&self, bodies: usize) -> Vec<View<'_>> {
         let view = |(k, time): (usize, &f64)| View {
             time: *time,
             position: &self.positions[k * bodies..(k + 1) * bodies],
@@ -131,6 +134,16 @@ impl PyPhotometer {
         array(py, all, &[epoch_data.times.len(), count])
     }
 
+    /// Returns the brightness of each body, and its sums with the components of the vector from the body's centre,
+    /// inertial, (K, N, 4).
+    fn moments<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
+        let count = self.inner.bodies().len();
+        let epoch_data = epochs.take(count)?;
+        let all = listening(py, |interrupt| self.inner.moments_in(&epoch_data.views(count), interrupt))?;
+        let all = all.into_iter().flat_map(|(brightness, moment)| [brightness, moment.x, moment.y, moment.z]);
+        array(py, all.collect(), &[epoch_data.times.len(), count, 4])
+    }
+
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
     /// vectors and semi-axes of each body, its derivatives (K, N, 2, 3) with respect to the unit vectors to
     /// the observer and to the Sun, and on demand for each body those with respect to its vertices, (K, N, V,
@@ -141,7 +154,7 @@ impl PyPhotometer {
         py: Python<'py>,
         epochs: Epochs<'py>,
         by_vertex: bool,
-    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>)> {
+    ) -> Result<PartialArrays<'py>> {
         let count = self.inner.bodies().len();
         let epoch_data = epochs.take(count)?;
         let views = epoch_data.views(count);
@@ -177,4 +190,23 @@ impl PyPhotometer {
             areas.into_iter().map(of_areas).collect::<Result<_>>()?,
         ))
     }
+}
+
+/// Returns the force and the torque (M, 3) of unit pressure of sunlight on a body, in its frame, for directions to
+/// the Sun (M, 3) in that frame; other bodies at positions (N, 3) in that frame hide light from it.
+#[pyfunction]
+pub fn recoil<'py>(
+    py: Python<'py>,
+    body: PyRef<'py, PyBody>,
+    others: Vec<PyRef<'py, PyBody>>,
+    positions: PyReadonlyArrayDyn<'py, f64>,
+    to_sun: PyReadonlyArrayDyn<'py, f64>,
+) -> Result<(Array<'py>, Array<'py>)> {
+    let (positions, to_sun) = (vectors("positions", &positions)?, vectors("directions to the Sun", &to_sun)?);
+    let body = body.inner.clone();
+    let others: Vec<(Body, Vec3)> = others.iter().map(|other| other.inner.clone()).zip(positions).collect();
+    let loads = listening(py, |interrupt| fullbody::photometry::recoil(&body, &others, &to_sun, interrupt))?;
+    let (forces, torques): (Vec<Vec3>, Vec<Vec3>) =
+        loads.into_iter().map(|[force, torque]| (force, torque)).unzip();
+    Ok((from_vectors(py, &forces)?, from_vectors(py, &torques)?))
 }

@@ -160,7 +160,7 @@ impl PySimulation {
     }
 
     fn step(&mut self, py: Python<'_>, end: f64) -> Result<()> {
-        listening(py, |interrupt| self.inner.step(end, interrupt))
+        listening(py, |interrupt| self.inner.step_with(end, interrupt))
     }
 
     /// Runs to a time. Returns the record, and the error that ended the run early, if any.

@@ -157,7 +157,7 @@ impl PySystem {
 
     /// Returns forces (F, N, 3) and torques (F, N, 3) of each external force.
     fn external_loads<'py>(&self, py: Python<'py>, state: &PyState) -> Result<(Array<'py>, Array<'py>)> {
-        let loads = listening(py, |interrupt| self.inner.external_loads(&state.inner, interrupt))?;
+        let loads = listening(py, |interrupt| self.inner.external_loads_with(&state.inner, interrupt))?;
         let shape = [self.inner.forces().len(), self.inner.bodies().len(), 3];
         let all = |of: fn(&Load) -> Vec3| {
             let mut values = vec![0.0; shape.iter().product()];
@@ -203,7 +203,7 @@ impl PySystem {
         py: Python<'py>,
         state: &PyState,
     ) -> Result<(Array<'py>, Array<'py>, f64, f64)> {
-        let result = listening(py, |interrupt| self.inner.interactions(&state.inner, interrupt))?;
+        let result = listening(py, |interrupt| self.inner.interactions_with(&state.inner, interrupt))?;
         let (force, torque) = (from_vectors(py, &result.force)?, from_vectors(py, &result.torque)?);
         Ok((force, torque, result.potential_energy, result.truncation_error))
     }
@@ -278,16 +278,16 @@ impl PySystem {
 
     /// Returns the total, translational, rotational and potential energy.
     fn energy(&self, py: Python<'_>, state: &PyState) -> Result<[f64; 4]> {
-        let e = listening(py, |interrupt| self.inner.energy(&state.inner, interrupt))?;
+        let e = listening(py, |interrupt| self.inner.energy_with(&state.inner, interrupt))?;
         Ok([e.total, e.translational, e.rotational, e.potential])
     }
 
     fn momentum<'py>(&self, py: Python<'py>, state: &PyState) -> Result<Array<'py>> {
-        vector(py, listening(py, |interrupt| self.inner.momentum(&state.inner, interrupt))?)
+        vector(py, listening(py, |interrupt| self.inner.momentum_with(&state.inner, interrupt))?)
     }
 
     fn angular_momentum<'py>(&self, py: Python<'py>, state: &PyState) -> Result<Array<'py>> {
-        vector(py, listening(py, |interrupt| self.inner.angular_momentum(&state.inner, interrupt))?)
+        vector(py, listening(py, |interrupt| self.inner.angular_momentum_with(&state.inner, interrupt))?)
     }
 }
 

@@ -123,7 +123,7 @@ def energy(run: Run, number: int) -> Any:
     bottom.set_xlim(run.time[0], run.time[-1])
     for ax in axes[:, 0]:
         grid(ax)
-        legend(ax, columns=4)
+        legend(ax)
     drawn.align_ylabels()
     drawn.suptitle(f"Case {number}: energies and errors")
     return drawn

@@ -126,7 +126,7 @@ def errors(runs: dict[kw4.Shape, Run]) -> Any:
         ax.set_yscale("log")
         ax.set_xlim(0.0, end)
         grid(ax)
-        legend(ax, columns=3 if ax in axes[:, 0] else 2)
+        legend(ax)
     floor(axes[0, 0], min(abs(kw4.plain(run.energy)[0]) for run in runs.values()))
     for ax in axes[1]:
         ax.set_xlabel("time [h]")

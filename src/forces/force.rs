@@ -1,6 +1,6 @@
 //! The description of a force, as archives and the Python package use it.
 
-use super::{Byorp, Function, ThirdBody, Tide, Yorp};
+use super::{BinaryYarkovsky, Byorp, Function, ThirdBody, Tide, Yorp};
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +17,8 @@ pub enum Force {
     Yorp(Yorp),
     /// The force and torque of radiation on a synchronous secondary.
     Byorp(Byorp),
+    /// The force of heat on a secondary that does not rotate synchronously.
+    BinaryYarkovsky(BinaryYarkovsky),
     /// A function of the user.
     Function(Function),
 }
@@ -29,6 +31,7 @@ impl Force {
             Self::Tide(force) => &force.name,
             Self::Yorp(force) => &force.name,
             Self::Byorp(force) => &force.name,
+            Self::BinaryYarkovsky(force) => &force.name,
             Self::Function(force) => &force.name,
         }
     }
@@ -44,6 +47,7 @@ impl Force {
             Self::Tide(force) => force.check(),
             Self::Yorp(force) => force.check(),
             Self::Byorp(force) => force.check(),
+            Self::BinaryYarkovsky(force) => force.check(),
             Self::Function(_) => Ok(()),
         }
     }
@@ -52,7 +56,7 @@ impl Force {
     pub fn depends_on_velocity(&self) -> bool {
         match self {
             Self::ThirdBody(_) => false,
-            Self::Tide(_) | Self::Yorp(_) | Self::Byorp(_) => true,
+            Self::Tide(_) | Self::Yorp(_) | Self::Byorp(_) | Self::BinaryYarkovsky(_) => true,
             Self::Function(force) => force.depends_on_velocity,
         }
     }

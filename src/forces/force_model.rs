@@ -3,7 +3,7 @@
 use super::evaluator::Evaluator;
 use super::{
     Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, MotionSnapshot, PointAttraction,
-    Switch, byorp, function, third_body, tide, yorp,
+    Switch, binary_yarkovsky, byorp, function, third_body, tide, yorp,
 };
 use crate::error::{Error, Result};
 use crate::gravity::{BodyChange, ExtendedAttraction};
@@ -50,6 +50,7 @@ enum ForceTermKind {
     Tide(tide::TidalForce),
     Yorp(yorp::YorpTorque),
     Byorp(byorp::ByorpForce),
+    BinaryYarkovsky(binary_yarkovsky::ThermalForce),
     Function(function::FunctionForce),
 }
 
@@ -61,6 +62,7 @@ macro_rules! with {
             ForceTermKind::Tide($force) => $value,
             ForceTermKind::Yorp($force) => $value,
             ForceTermKind::Byorp($force) => $value,
+            ForceTermKind::BinaryYarkovsky($force) => $value,
             ForceTermKind::Function($force) => $value,
         }
     };
@@ -106,6 +108,9 @@ impl ForceModel {
                 Force::Yorp(force) => ForceTermKind::Yorp(force.prepared(of, bodies)?),
                 Force::Byorp(force) => {
                     ForceTermKind::Byorp(force.prepared(of, bodies, gravitational_constant)?)
+                }
+                Force::BinaryYarkovsky(force) => {
+                    ForceTermKind::BinaryYarkovsky(force.prepared(of, bodies, gravitational_constant)?)
                 }
                 Force::Function(force) => ForceTermKind::Function(force.prepared(of, bodies)?),
             };

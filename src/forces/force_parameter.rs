@@ -18,7 +18,7 @@ pub enum ForceParameter {
     Along,
     /// The YORP torque across the spin.
     Across,
-    /// A factor of the YORP torques of a table; its value is one.
+    /// A factor of the YORP torques of a table, or of the force of heat on a secondary; its value is one.
     Factor,
     /// The component of the BYORP force along the motion.
     AlongMotion,

@@ -1,7 +1,7 @@
 //! External forces: forces and torques on the bodies of a system other than their mutual gravity.
 //!
 //! Takes the state of the bodies at a time; gives the loads of each force on every body. A [`Force`]
-//! describes a force, for archives and the Python package; a [`ForceModel`] holds the forces prepared for
+//! describes a force, for archives and the Python package; a `ForceModel` holds the forces prepared for
 //! evaluation.
 //!
 //! Positions are relative to the system's *nominal* barycentre: where its barycentre would be without these
@@ -10,6 +10,7 @@
 //! the effect of a third body is thus the difference of its attractions on a body and on the nominal
 //! barycentre.
 
+mod binary_yarkovsky;
 mod byorp;
 mod evaluator;
 mod force;
@@ -26,12 +27,13 @@ mod third_body;
 mod tide;
 mod yorp;
 
+pub use binary_yarkovsky::BinaryYarkovsky;
 pub use byorp::Byorp;
 pub use force::Force;
 #[doc(hidden)]
 pub use force_model::{ForceModel, SwitchJump, WORK_AND_IMPULSE};
 pub use force_parameter::ForceParameter;
-pub use function::{Call, ForceFunction, Function};
+pub use function::{Call, ForceFunction, Function, Motion};
 #[doc(hidden)]
 pub use load_jacobian::{BodyBlock, LoadJacobian};
 #[doc(hidden)]

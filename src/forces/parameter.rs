@@ -34,7 +34,7 @@ impl Force {
             }
             Self::Tide(_) => vec![("k2", P::K2), ("lag", P::Lag)],
             Self::Yorp(yorp) if yorp.obliquity.is_empty() => vec![("along", P::Along), ("across", P::Across)],
-            Self::Yorp(_) => vec![("factor", P::Factor)],
+            Self::Yorp(_) | Self::BinaryYarkovsky(_) => vec![("factor", P::Factor)],
             Self::Byorp(_) => vec![("force", P::AlongMotion)],
             Self::Function(_) => Vec::new(),
         }
@@ -119,6 +119,7 @@ impl Force {
             (Self::Yorp(yorp), P::Across) => yorp.across.iter_mut().collect(),
             (Self::Yorp(yorp), P::Factor) => yorp.along.iter_mut().chain(&mut yorp.across).collect(),
             (Self::Byorp(byorp), P::AlongMotion) => vec![&mut byorp.force[1]],
+            (Self::BinaryYarkovsky(force), P::Factor) => vec![&mut force.pressure],
             _ => Vec::new(),
         }
     }

@@ -24,6 +24,27 @@ use pulp::{Scalar, Simd};
 use serde::{Deserialize, Serialize};
 
 /// A point mass on a prescribed path.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::forces::{Force, Path, ThirdBody, WhoseOrbit};
+/// use fullbody::math::Vec3;
+/// use fullbody::orbit::KeplerElements;
+/// use fullbody::shape::{Body, Shape};
+///
+/// let circle = KeplerElements::new(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0)?;
+/// let path = Path::Orbit { elements: circle, time: 0.0 };
+/// let sun = ThirdBody { name: "Sun".into(), mu: 1e7, mass: None, of: WhoseOrbit::System, path };
+/// let point = |name| Body::with_mass(name, Shape::Point, 0.5);
+/// let system = System::new(vec![point("One")?, point("Two")?], 1.0, Settings::default())?
+///     .with_forces(vec![Force::ThirdBody(sun)])?;
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let state = State::new(0.0, vec![-Vec3::x(), Vec3::x()], rest.clone(), upright, rest)?;
+/// // The Sun pulls the points apart: 2 mu x / r^3 for each unit of mass, to first order.
+/// let loads = system.external_loads(&state)?;
+/// assert!((loads[1].force.x - 0.5 * 2.0 * 1e7 / 1e9).abs() < 1e-4);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ThirdBody {

@@ -20,6 +20,26 @@ use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
 /// The tide that one body raises on another.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::forces::{Force, Tide};
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+///
+/// let ball = |name, mass| Body::with_mass(name, Shape::ellipsoid([1.0, 1.0, 1.0])?, mass);
+/// let (on, by) = ("Large".to_owned(), "Small".to_owned());
+/// let tide = Tide { name: "tide".into(), on, by, k2: 0.1, lag: 0.01, radius: 1.0 };
+/// let system = System::new(vec![ball("Large", 1.0)?, ball("Small", 0.1)?], 1.0, Settings::default())?
+///     .with_forces(vec![Force::Tide(tide)])?;
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let position = vec![Vec3::zeros(), 3.0 * Vec3::x()];
+/// let spin = vec![0.5 * Vec3::z(), Vec3::zeros()];
+/// let loads = system.external_loads(&State::new(0.0, position, rest, upright, spin)?)?;
+/// // The large body turns faster than the small one moves, which slows its rotation.
+/// assert!(loads.iter().any(|load| load.on == 0 && load.torque.z < 0.0));
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tide {

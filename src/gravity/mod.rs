@@ -1,5 +1,5 @@
 //! The exact potential and field of one homogeneous body, at many points at a time: of an ellipsoid outside
-//! it, and of a polyhedron anywhere ([`Facets`], and [`Layer`] far away).
+//! it, and of a polyhedron anywhere (`Facets`, and `Layer` far away).
 //!
 //! Takes points in the body's canonical frame (a >= b >= c) and gives, per unit GM, the potential Phi
 //! (positive) and the field g = grad Phi. With kappa the largest root of sum x_i^2/(a_i^2 + kappa) = 1 (the
@@ -11,8 +11,8 @@
 //! and its appendix) without their 0/0 when axes are equal. The identity 3 R_F = sum_i s_i R_i has been used,
 //! so that Phi is a sum of positive terms.
 //!
-//! Potential and field are computed in two ways: by [`Far`], a power series in 1/(kappa + mean a^2) whose
-//! coefficients belong to the body, and by [`Near`], Newton's iteration for kappa and Carlson's duplication,
+//! Potential and field are computed in two ways: by `Far`, a power series in 1/(kappa + mean a^2) whose
+//! coefficients belong to the body, and by `Near`, Newton's iteration for kappa and Carlson's duplication,
 //! right down to the surface.
 
 mod polyhedron_gravity;
@@ -59,7 +59,7 @@ use pulp::Simd;
 pub struct PointField<S: Simd, const N: usize = INTERLEAVED> {
     /// R_D(s_j, s_k; s_i) for i = 1, 2, 3: the field is g_i = -x_i R_i.
     pub rd: [Lanes<S, N>; 3],
-    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 -
+    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by `Far` without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 -
     /// R_2).
     pub rd_difference: [Lanes<S, N>; 3],
     /// The squares s_i = a_i^2 + kappa.

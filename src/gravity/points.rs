@@ -6,6 +6,7 @@ use crate::error::{Error, Result, require_finite};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::Vec3;
 use pulp::Arch;
+#[cfg(feature = "threads")]
 use rayon::prelude::*;
 
 /// The quantities to compute, with the arrays that receive them in C order.
@@ -80,6 +81,27 @@ const CHUNK: usize = 512;
 const BLOCK_WORK: usize = 100_000;
 const GROUP_WORK: usize = 2_000_000;
 
+/// Runs jobs on all cores and returns the first index that one of them returns.
+#[cfg(feature = "threads")]
+fn in_parallel<J: Send, W: Send>(
+    jobs: &mut [J],
+    workspace: impl Fn() -> W + Sync + Send,
+    run: impl Fn(&mut W, &mut J) -> Option<usize> + Sync + Send,
+) -> Option<usize> {
+    jobs.par_iter_mut().map_init(workspace, run).flatten().min()
+}
+
+/// Runs jobs one after the other and returns the first index that one of them returns.
+#[cfg(not(feature = "threads"))]
+fn in_parallel<J, W>(
+    jobs: &mut [J],
+    workspace: impl Fn() -> W,
+    run: impl Fn(&mut W, &mut J) -> Option<usize>,
+) -> Option<usize> {
+    let mut workspace = workspace();
+    jobs.iter_mut().find_map(|job| run(&mut workspace, job))
+}
+
 impl Points<'_> {
     /// Computes the sum of the gravity of bodies.
     ///
@@ -116,13 +138,12 @@ impl Points<'_> {
         for jobs in jobs.chunks_mut(group) {
             interrupt.charge(UNITS / 2, 0.0)?;
             let workspace = || Workspace::new(length.min(self.coordinates.len() / 3));
-            // Such a small amount of work is finished before other threads have started.
-            let bad = if jobs.len() * length * work < 2000 {
+            // A small amount of work is finished before other threads have started.
+            let bad = if jobs.len() * length * work >= 2000 {
+                in_parallel(jobs, workspace, |workspace, job| job.run(attractors, arch, workspace))
+            } else {
                 let mut workspace = workspace();
                 jobs.iter_mut().find_map(|job| job.run(attractors, arch, &mut workspace))
-            } else {
-                let run = |workspace: &mut Workspace, job: &mut Job<'_>| job.run(attractors, arch, workspace);
-                jobs.par_iter_mut().map_init(workspace, run).flatten().min()
             };
             if let Some(index) = bad {
                 return Err(self.invalid_point(attractors, index));

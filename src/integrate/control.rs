@@ -6,6 +6,13 @@ use serde::{Deserialize, Serialize};
 
 /// The error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the
 /// start.
+///
+/// ```
+/// use fullbody::integrate::Tolerance;
+///
+/// assert!(Tolerance::new(1e-13, 1e-13).is_ok());
+/// assert!(Tolerance::new(0.0, 0.0).is_err());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct Tolerance {
@@ -23,7 +30,7 @@ impl Tolerance {
     /// rounding errors over some 1e5 steps.
     pub const FLOOR: f64 = 6e-16;
 
-    /// The tolerance of [`super::VERNER96`] at which truncation errors are below round-off: in exact
+    /// The tolerance of `VERNER96` at which truncation errors are below round-off: in exact
     /// arithmetic the energy of Kepler orbits of any eccentricity would drift by 2e-21 a step. Rounding makes
     /// the energy walk by 5e-18 times the root of the number of steps and, from some 1e5 steps on, drift by
     /// up to 4e-20 a step.

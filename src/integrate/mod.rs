@@ -1,7 +1,7 @@
 //! Integrators of ordinary differential equations: tableaux, step control, dense output, compositions, event
 //! detection.
 //!
-//! Takes [`Equations`] or [`Flows`]; gives steps. The integrators contain no physics.
+//! Takes `Equations` or `Flows`; gives steps. The integrators contain no physics.
 
 mod composition;
 mod control;

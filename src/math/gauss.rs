@@ -30,20 +30,18 @@ impl Gauss {
         let n = count.get();
         let polynomials: Vec<_> = both.iter().map(|&(x, _)| legendre(x, n)).collect();
         let factor = |k: usize| (2 * k + 1) as f64;
-        let integral = |i: usize, k: usize| match k {
-            0 => 0.5 * (1.0 + both[i].0),
-            _ => 0.5 * (polynomials[i][k + 1] - polynomials[i][k - 1]) / factor(k),
-        };
         let legendre: Vec<Vec<_>> = (0..n)
             .map(|j| (0..n).map(|k| 0.5 * both[j].1 * factor(k) * polynomials[j][k]).collect())
             .collect();
-        let sum = |i: usize, j: usize| (0..n).rev().map(|k| legendre[j][k] * integral(i, k)).sum();
-        Self {
+        let mut gauss = Self {
             nodes: both.iter().map(|(x, _)| 0.5 * (1.0 + x)).collect(),
             weights: both.iter().map(|(_, weight)| 0.5 * weight).collect(),
-            integrals: (0..n).map(|i| (0..n).map(|j| sum(i, j)).collect()).collect(),
+            integrals: vec![vec![0.0; n]; n],
             legendre,
-        }
+        };
+        let mut integrals = std::mem::take(&mut gauss.integrals);
+        integrals.iter_mut().zip(&gauss.nodes).for_each(|(row, &node)| gauss.integrals_to(node, row));
+        Self { integrals, ..gauss }
     }
 
     /// Writes the weights with which values at the nodes add up to the value of their polynomial at c, which
@@ -55,6 +53,24 @@ impl Gauss {
         for k in 0..self.nodes.len() {
             out.iter_mut().zip(&self.legendre).for_each(|(out, row)| *out += row[k] * present);
             (previous, present) = (present, next(k, x, previous, present));
+        }
+    }
+
+    /// Iterates over the weights with which values at the nodes add up to the coefficient of the Legendre
+    /// polynomial of highest degree in their polynomial.
+    pub fn highest(&self) -> impl Iterator<Item = f64> {
+        self.legendre.iter().filter_map(|row| row.last().copied())
+    }
+
+    /// Writes the integrals of the Lagrange polynomials from 0 to c.
+    pub fn integrals_to(&self, c: f64, out: &mut [f64]) {
+        let x = 2.0 * c - 1.0;
+        out.fill(0.0);
+        let (mut before, mut present, mut after) = (0.0, 1.0, x);
+        for k in 0..self.nodes.len() {
+            let integral = if k == 0 { c } else { 0.5 * (after - before) / (2 * k + 1) as f64 };
+            out.iter_mut().zip(&self.legendre).for_each(|(out, row)| *out += row[k] * integral);
+            (before, present, after) = (present, after, next(k + 1, x, present, after));
         }
     }
 }

@@ -13,6 +13,10 @@ pub struct Spline<const W: usize> {
 
 impl<const W: usize> Spline<W> {
     /// Interpolates values at four or more increasing abscissae; `what` names the abscissae in errors.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for abscissae that are fewer, not finite or
+    /// not increasing.
     pub fn new(what: &str, abscissae: &[f64], values: &[[f64; W]]) -> Result<Self> {
         let n = abscissae.len();
         if n < 4 || values.len() != n {

@@ -6,7 +6,7 @@
 //! first, and both torques come from the same nodes, so that M_first + M_second + r x F_second = 0 holds to
 //! round-off.
 //!
-//! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one body and a
+//! Bodies of several parts interact by their parts: a `Link` is the `Pair` of a part of one body and a
 //! part of the other, with the positions of the parts in their bodies. Each link has its own rule.
 
 mod part_gravity;

@@ -1,7 +1,7 @@
 //! Particles, the rules of their flight, and their fates.
 
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::integrate::{Controller, Tableau, Tolerance};
+use crate::integrate::{Controller, Tableau, Tolerance, VERNER98};
 use crate::math::Vec3;
 
 /// The largest magnitude of a number at a particle's start. The search for contacts takes fourth powers,
@@ -115,6 +115,14 @@ pub struct Rules {
     pub contact: ContactResponse,
     /// The condition under which a particle has left the system, if there is one.
     pub escape: Option<Escape>,
+}
+
+impl Rules {
+    /// Makes the rules of a flight by Verner's pair of orders 9 and 8, on which particles stop at a contact and
+    /// never count as escaped.
+    pub fn new(tolerance: Tolerance) -> Self {
+        Self { tableau: &VERNER98, tolerance, contact: ContactResponse::Stop, escape: None }
+    }
 }
 
 /// The status of a particle.

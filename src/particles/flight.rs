@@ -31,11 +31,11 @@ type Hook<'h> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'h;
 ///
 /// ```
 /// use fullbody::dynamics::{Settings, State, System};
-/// use fullbody::integrate::{Tolerance, VERNER98};
+/// use fullbody::integrate::Tolerance;
 /// use fullbody::math::Vec3;
-/// use fullbody::particles::{ContactResponse, FlightPlan, FlightRecord, Particle, Rules};
+/// use fullbody::particles::{FlightPlan, FlightRecord, Particle, Rules};
 /// use fullbody::shape::{Body, Shape};
-/// use fullbody::trajectory::{Integrator, Output, Run, Simulation, TangentOptions, Trajectory};
+/// use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
 /// use std::f64::consts::PI;
 /// use std::ops::ControlFlow;
 ///
@@ -48,27 +48,18 @@ type Hook<'h> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'h;
 /// // The flight reads the bodies' motion from the continuous solution of a run.
 /// let period = 2.0 * PI * 8.0_f64.sqrt();
 /// let mut run = Trajectory::new(1);
-/// let options =
-///     Run { output: &Output::Ends, events: &mut [], dense: true, tangent_options: &TangentOptions::default() };
+/// let options = Run { dense: true, ..Run::new(&Output::Ends) };
 /// Simulation::new(&system, &state, Integrator::Verner98(tolerance))?
 ///     .run(period, options, &mut run, &mut |_, _| ControlFlow::Continue(()))?;
 ///
 /// // A circle of radius 2 about a mass of 1 closes after its period.
 /// let start = Vec3::new(2.0, 0.0, 0.0);
 /// let mut particles = [Particle::new(0.0, &start, &Vec3::new(0.0, 0.5_f64.sqrt(), 0.0), 0.0)];
-/// let rules = Rules { tableau: &VERNER98, tolerance, contact: ContactResponse::Stop, escape: None };
+/// let rules = Rules::new(tolerance);
 /// let mut record = FlightRecord::default();
-/// FlightPlan {
-///     system: &system,
-///     dense: run.dense.as_ref().expect("the run was asked for its continuous solution"),
-///     until: period,
-///     output: &[period],
-///     rules: &rules,
-///     radiation: None,
-///     events: &[],
-///     threads: None,
-/// }
-/// .fly(&mut particles, &mut record, &mut |_| ControlFlow::Continue(()))?;
+/// let dense = run.dense.as_ref().expect("the run was asked for its continuous solution");
+/// let plan = FlightPlan { output: &[period], ..FlightPlan::new(&system, dense, period, &rules) };
+/// plan.fly(&mut particles, &mut record, &mut |_| ControlFlow::Continue(()))?;
 /// assert!((record.samples[0] - 2.0).abs() < 1e-11 && record.samples[1].abs() < 1e-11);
 /// # Ok::<(), fullbody::error::Error>(())
 /// ```
@@ -102,7 +93,12 @@ pub struct FlightRecord {
     pub occurrences: Vec<ParticleOccurrence>,
 }
 
-impl FlightPlan<'_> {
+impl<'a> FlightPlan<'a> {
+    /// Plans a flight without outputs, radiation and events, on all cores.
+    pub fn new(system: &'a System, dense: &'a Dense, until: f64, rules: &'a Rules) -> Self {
+        Self { system, dense, until, output: &[], rules, radiation: None, events: &[], threads: None }
+    }
+
     /// Flies particles that are all at one time, in the coordinates of the states. What the record held
     /// before is replaced.
     ///

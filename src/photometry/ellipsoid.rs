@@ -141,22 +141,33 @@ impl<'a> Lit<'a> {
         kernel
     }
 
-    /// Returns the brightness, in squared length.
+    /// Returns the brightness, in squared length; if W is four, then the sums of it times the components of the
+    /// vector from the ellipsoid's centre, inertial.
     ///
     /// # Errors
     /// [`Error::NotConverged`](crate::error::Error::NotConverged) and
     /// [`Error::Interrupted`](crate::error::Error::Interrupted).
     #[inline]
-    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
+    pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         if self.lune.is_empty() {
-            return Ok(0.0);
+            return Ok([0.0; W]);
         }
-        let over = match self.constant() {
-            // The integral of rho^2 over the parallels is that of cos^2 b over the latitude, pi/2.
-            Some(constant) if self.outlines.is_empty() => FRAC_PI_2 * constant * self.lune.whole(),
-            _ => Strips { kernel: &self.kernel(), outlines: &self.outlines }.brightness(interrupt)?,
+        let mut all: [f64; W] = match self.constant() {
+            Some(constant) if self.outlines.is_empty() => {
+                let whole: [f64; W] = self.lune.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
+                // The integral of rho^2 over the parallels is that of cos^2 b over the latitude, pi/2; that of
+                // cos^3 b is 4/3.
+                const SIZES: [f64; 4] = [FRAC_PI_2, 4.0 / 3.0, 4.0 / 3.0, 0.0];
+                std::array::from_fn(|k| SIZES[k] * constant * whole[k])
+            }
+            _ => Strips { kernel: &self.kernel(), outlines: &self.outlines }.light(interrupt)?,
         };
-        Ok(over * self.placed.semi_axes.product())
+        let Placed { semi_axes, rotation, .. } = self.placed;
+        if let [_, x, y, z] = &mut all[..] {
+            let moment = self.lune.vector_of([*x, *y, *z]).component_mul(semi_axes);
+            [*x, *y, *z] = (rotation * moment).into();
+        }
+        Ok(all.map(|sum| sum * semi_axes.product()))
     }
 
     /// Divides the lune by meridians and parallels into cells, each of two triangles, and returns these with

@@ -24,15 +24,26 @@ pub enum Target<'a> {
 }
 
 impl Target<'_> {
-    /// Returns the brightness in squared length. That of an ellipsoid does not contain the albedo.
-    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
+    /// Returns the brightness in squared length; if W is four, then the sums of it times the components of the vector
+    /// from the body's centre, inertial. The light of an ellipsoid does not contain the albedo.
+    pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         match self {
-            Self::Ellipsoid(lit) => lit.brightness(interrupt),
-            Self::Convex(body) => body.brightness(interrupt),
-            Self::Facets(body) => body
-                .parts
-                .iter()
-                .try_fold(0.0, |sum, part| Ok(sum + part.brightness(&body.surface, interrupt)?)),
+            Self::Ellipsoid(lit) => lit.light(interrupt),
+            // Without vertices the light has no centre, for which `Photometer::moments_in` refuses such bodies.
+            Self::Convex(body) => {
+                let brightness = body.brightness(interrupt)?;
+                Ok(std::array::from_fn(|k| if k == 0 { brightness } else { 0.0 }))
+            }
+            Self::Facets(body) => body.parts.iter().try_fold([0.0; W], |mut sums, part| {
+                let mut light = part.light::<W>(&body.surface, interrupt)?;
+                if let [brightness, x, y, z] = &mut light[..] {
+                    let (position, pose) = &part.mesh.pose;
+                    let moment = Vec3::new(*x, *y, *z) + pose.tr_mul(position) * *brightness;
+                    [*x, *y, *z] = (part.rotation * moment).into();
+                }
+                sums.iter_mut().zip(light).for_each(|(sum, part)| *sum += part);
+                Ok(sums)
+            }),
         }
     }
 

@@ -38,7 +38,7 @@ const WORK: u64 = 20;
 #[derive(Debug)]
 pub struct Occluder<'a> {
     pub mesh: &'a Mesh,
-    /// The light that it hides: the observer's, 0, or the Sun's, 1.
+    /// The light that it hides, by its index in the lights of the other part.
     pub light: usize,
     /// The pose (position and rotation R) and the growth of this part in the frame of the other one: a point y
     /// of this part is at x = growth R y + position.
@@ -54,12 +54,13 @@ pub struct Occluder<'a> {
 
 /// A part in sunlight, with the parts that may hide light from it, in its own frame.
 #[derive(Debug)]
-pub struct FacetedPart<'a> {
+pub struct FacetedPart<'a, const L: usize = 2> {
     pub mesh: &'a Mesh,
     pub horizons: Option<&'a Horizons>,
-    /// The rotation from its frame to the inertial one, and unit vectors to the observer and to the Sun.
+    /// The rotation from its frame to the inertial one, and unit vectors to the lights: to the observer and to the
+    /// Sun, or to the Sun alone.
     pub rotation: Mat3,
-    pub lights: [Vec3; 2],
+    pub lights: [Vec3; L],
     pub occluders: Vec<Occluder<'a>>,
 }
 
@@ -98,7 +99,28 @@ impl SurfaceLight<'_> {
     }
 }
 
-impl Occluder<'_> {
+impl<'a> Occluder<'a> {
+    /// Makes the occluder for a part, given the pose and the growth of the occluding mesh in the part's frame, and
+    /// the index of the light with a unit vector to it in that frame; `None` if it hides nothing of the part.
+    pub fn new(
+        part: &Mesh,
+        mesh: &'a Mesh,
+        (position, rotation): (Vec3, Mat3),
+        growth: f64,
+        light: usize,
+        direction: &Vec3,
+    ) -> Option<Self> {
+        let along = position.dot(direction);
+        let aside = (position - direction * along).norm();
+        let reach = mesh.radii[0] * growth;
+        if aside >= part.radii[0] + reach || along <= -(part.radii[0] + reach) {
+            return None;
+        }
+        let silhouette = (along + part.radii[0] > reach)
+            .then(|| Silhouette::new(mesh, (&position, &rotation), growth, direction));
+        Some(Self { mesh, light, position, rotation, growth, first: mesh.place < part.place, silhouette })
+    }
+
     /// Returns what the facets hide of a triangle, and sets the edges of the region; their lines are counted from
     /// `line`.
     fn hides(&self, triangle: &Facet, direction: &Vec3, line: Line, region: &mut Region) -> Hidden {
@@ -133,10 +155,10 @@ impl Occluder<'_> {
     }
 }
 
-impl FacetedPart<'_> {
+impl<const L: usize> FacetedPart<'_, L> {
     /// Sets the region to what is left of a triangle, a facet with this index or, without one, a cell.
     /// Returns whether a part may be hidden: otherwise the region is not set.
-    pub fn leave(&self, triangle: &Facet, facet: Option<(usize, [f64; 2])>, region: &mut Region) -> bool {
+    pub fn leave(&self, triangle: &Facet, facet: Option<(usize, [f64; L])>, region: &mut Region) -> bool {
         let mut partly = false;
         if let (Some(horizons), Some((index, cosines))) = (self.horizons, facet) {
             for (light, direction) in self.lights.iter().enumerate() {
@@ -187,15 +209,22 @@ impl FacetedPart<'_> {
             + (occluder.saturating_sub(self.occluders.len())) * self.mesh.facets.len();
         3 + SIDES * facets as Line
     }
+}
 
-    /// Returns the brightness of the part.
-    pub fn brightness(&self, surface: &SurfaceLight<'_>, interrupt: &mut InterruptCheck) -> Result<f64> {
+impl FacetedPart<'_> {
+    /// Returns the brightness of the part; if W is four, then the sums of it times the coordinates of the point, in
+    /// the part's frame.
+    pub fn light<const W: usize>(
+        &self,
+        surface: &SurfaceLight<'_>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<[f64; W]> {
         if self.mesh.polyhedron.is_none() {
             return self.ellipsoid(surface, interrupt);
         }
         let [e, s] = &self.lights;
         let across = e.cross(s);
-        let (mut region, mut total, mut left) = (Region::default(), 0.0, GROUP);
+        let (mut region, mut total, mut left) = (Region::default(), [0.0; W], GROUP);
         for (index, facet) in self.mesh.facets.iter().enumerate() {
             left -= 1;
             if left == 0 {
@@ -211,18 +240,22 @@ impl FacetedPart<'_> {
                 continue;
             }
             let brightness = surface.per_area(index, [mu, mu0], across.dot(&facet.normal)) * facet.area;
-            if self.leave(facet, Some((index, [mu, mu0])), &mut region) {
+            let partly = self.leave(facet, Some((index, [mu, mu0])), &mut region);
+            if partly {
                 interrupt.charge(WORK, surface.time)?;
-                total += brightness * region.share();
-            } else {
-                total += brightness;
             }
+            let shares = shares::<W>(facet, partly.then_some(&region));
+            total.iter_mut().zip(shares).for_each(|(sum, share)| *sum += brightness * share);
         }
         Ok(total)
     }
 
-    /// Returns the brightness of an ellipsoid: the share of it that is left of its cells.
-    fn ellipsoid(&self, surface: &SurfaceLight<'_>, interrupt: &mut InterruptCheck) -> Result<f64> {
+    /// Returns the light of an ellipsoid: the share of it that is left of its cells.
+    fn ellipsoid<const W: usize>(
+        &self,
+        surface: &SurfaceLight<'_>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<[f64; W]> {
         let placed = Placed {
             body: 0,
             semi_axes: self.mesh.semi_axes,
@@ -230,17 +263,38 @@ impl FacetedPart<'_> {
             rotation: Mat3::identity(),
         };
         let lit = Lit::new(&placed, surface.law, surface.time, self.lights, std::iter::empty());
-        let whole = surface.albedo[0] * lit.brightness(interrupt)?;
+        let whole = lit.light::<W>(interrupt)?.map(|sum| surface.albedo[0] * sum);
         if self.occluders.is_empty() {
             return Ok(whole);
         }
-        let (mut region, mut all, mut left) = (Region::default(), 0.0, 0.0);
+        let (mut region, mut all, mut left) = (Region::default(), [0.0; W], [0.0; W]);
         for (cell, brightness) in lit.cells() {
             interrupt.charge(WORK, surface.time)?;
-            let share = if self.leave(&cell, None, &mut region) { region.share() } else { 1.0 };
-            all += brightness;
-            left += brightness * share;
+            let partly = self.leave(&cell, None, &mut region);
+            for (sums, region) in [(&mut all, None), (&mut left, partly.then_some(&region))] {
+                let shares = shares::<W>(&cell, region);
+                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += brightness * share);
+            }
         }
-        Ok(if all > 0.0 { whole * left / all } else { 0.0 })
+        if all[0] <= 0.0 {
+            return Ok([0.0; W]);
+        }
+        // The cells give the centre of what is left relative to that of the whole.
+        let share = left[0] / all[0];
+        let moved = |k: usize| whole[k] * share + whole[0] / all[0] * (left[k] - all[k] * share);
+        Ok(std::array::from_fn(|k| if k == 0 { whole[0] * share } else { moved(k) }))
     }
+}
+
+/// Returns the share that is left of a triangle, all of it without a region; if W is four, then the sums of it times
+/// the coordinates.
+pub fn shares<const W: usize>(triangle: &Facet, region: Option<&Region>) -> [f64; W] {
+    if W == 1 {
+        return [region.map_or(1.0, Region::share); W];
+    }
+    let [a, b, c] = &triangle.corners;
+    let [share, u, v] = region.map_or([1.0, 1.0 / 3.0, 1.0 / 3.0], Region::moments);
+    let moment = a * share + (b - a) * u + (c - a) * v;
+    let all = [share, moment.x, moment.y, moment.z];
+    std::array::from_fn(|k| all[k])
 }

@@ -1,7 +1,7 @@
 //! Integrals along a parallel of what a law makes bright, and of its derivatives.
 
 use super::law::{Law, Scattering};
-use super::lune::{Intervals, Longitude, Lune};
+use super::lune::{Longitude, Lune};
 use super::rule::RULE;
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -63,30 +63,32 @@ impl ScatteringKernel<'_> {
         self.scattering.factor(mu, mu0, self.aside(l, z, rho))
     }
 
-    /// The integral of the brightness between two longitudes of a parallel.
-    pub fn between(
+    /// The integral of the brightness between two longitudes of a parallel; if W is four, then those of it
+    /// times the components of u along p + q, across it and along the pole.
+    pub fn between<const W: usize>(
         &self,
         from: Longitude,
         to: Longitude,
         z: f64,
         rho: f64,
         interrupt: &mut InterruptCheck,
-    ) -> Result<f64> {
+    ) -> Result<[f64; W]> {
         if let Some(constant) = self.constant {
-            let mut intervals = Intervals::default();
-            self.lune.extend(&mut intervals, from, to);
-            return Ok(constant * rho * self.lune.integral(&intervals));
+            return Ok(self.lune.between(from, to, z, rho).map(|sum: f64| constant * sum));
         }
         let mut f = |angle: f64| {
             let (sin, cos) = angle.sin_cos();
             let l = Longitude { sin, cos };
-            Ok([rho * self.lune.kernel(l)[0] * self.factor(l, z, rho)])
+            let light = rho * self.lune.kernel(l)[0] * self.factor(l, z, rho);
+            let [x, y, z] = if W > 1 { self.lune.components(l, z, rho) } else { [0.0; 3] };
+            let all = [light, light * x, light * y, light * z];
+            Ok(std::array::from_fn(|k| all[k]))
         };
-        let mut total = 0.0;
+        let mut total = [0.0; W];
         for ends in self.pieces(from, to, z, rho) {
             interrupt.charge(NODES, self.time)?;
-            let [sum] = RULE.integrate(ends, &[self.tolerance()], &mut f, &mut |_| {})?;
-            total += sum;
+            let sums = RULE.integrate(ends, &[self.tolerance(); W], &mut f, &mut |_| {})?;
+            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
         }
         Ok(total)
     }
@@ -140,7 +142,7 @@ impl ScatteringKernel<'_> {
         if let Some(constant) = self.constant {
             let (low, high) = (lune.squares(from), lune.squares(to));
             let mut all = [0.0; PARTIALS];
-            all[0] = self.between(from, to, z, rho, interrupt)?;
+            [all[0]] = self.between(from, to, z, rho, interrupt)?;
             for k in 0..2 {
                 let [constant_part, cos, sin] = [0, 1, 2].map(|i| constant * (high[k][i] - low[k][i]));
                 all[1 + 3 * k..4 + 3 * k].copy_from_slice(&[rho * cos, rho * sin, z * constant_part]);

@@ -159,11 +159,36 @@ impl Lune {
         intervals.decay *= to_decay * from_growth;
     }
 
-    /// The integral of g over a whole parallel of the lune.
-    pub fn whole(&self) -> f64 {
+    /// Returns the integral of f between two longitudes of a parallel; if W is four, then those of it times the
+    /// components of the point.
+    pub fn between<const W: usize>(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> [f64; W] {
         let mut intervals = Intervals::default();
-        self.extend(&mut intervals, self.terminator(), self.limb());
-        self.integral(&intervals)
+        self.extend(&mut intervals, from, to);
+        let light = rho * self.integral(&intervals);
+        let [along, across] = if W > 1 { self.moments(from, to) } else { [0.0; 2] };
+        let all = [light, rho * rho * along, rho * rho * across, z * light];
+        std::array::from_fn(|k| all[k])
+    }
+
+    /// Returns the integrals of g cos y and of g sin y between two longitudes.
+    ///
+    /// With c = cos y and s = sin y the integrands are, over |p| |q| / |p + q|, the product of (cos L c - sin L s)
+    /// and (cos gamma c + sin gamma s), times one or s / c.
+    fn moments(&self, from: Longitude, to: Longitude) -> [f64; 2] {
+        let (middle, gamma) = (self.middle, self.gamma);
+        let (both_cos, both_sin) = (middle.cos * gamma.cos, middle.sin * gamma.sin);
+        let mixed = middle.cos * gamma.sin - middle.sin * gamma.cos;
+        let antiderivatives = |l: Longitude| {
+            let y = self.relative_to_middle(l);
+            let (angle, product, square) = (y.sin.atan2(y.cos), y.sin * y.cos, 0.5 * y.sin * y.sin);
+            let (cosines, sines) = (0.5 * (angle + product), 0.5 * (angle - product));
+            [
+                both_cos * cosines + mixed * square - both_sin * sines,
+                both_cos * square + mixed * sines + both_sin * (y.cos.ln() + square),
+            ]
+        };
+        let (low, high) = (antiderivatives(from), antiderivatives(to));
+        [0, 1].map(|k| self.lengths[0] * self.lengths[1] / self.sum * (high[k] - low[k]))
     }
 
     /// Returns antiderivatives with respect to y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y

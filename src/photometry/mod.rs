@@ -1,4 +1,4 @@
-//! The brightness of bodies in sunlight, with mutual occultations and eclipses.
+//! The brightness of bodies in sunlight, with mutual occultations and eclipses, and the recoil of sunlight.
 //!
 //! Takes bodies, their scattering laws, positions and attitudes, and the directions to the observer and to
 //! the Sun. Gives the brightness of each body and its derivatives: the integral of mu mu0 / (mu + mu0) T dS
@@ -16,6 +16,8 @@ mod lune;
 mod mesh;
 mod outline;
 mod photometer;
+#[cfg(feature = "threads")]
+mod recoil;
 mod region;
 mod rule;
 mod scene;
@@ -23,8 +25,17 @@ mod silhouette;
 mod snapshot;
 mod strips;
 
+pub(crate) use facets::FacetedPart;
+pub(crate) use outline::Light;
+pub(crate) use region::{Corner, Region};
+pub(crate) use rule::RULE;
+pub(crate) use scene::Scene;
+pub(crate) use snapshot::Snapshot;
+
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
 pub use photometer::Photometer;
+#[cfg(feature = "threads")]
+pub use recoil::recoil;
 pub use scene::Surface;
 pub use snapshot::View;

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::Vec3;
 use crate::shape::{Body, Part, Shape};
+#[cfg(feature = "threads")]
 use rayon::prelude::*;
 
 /// Bodies and surfaces whose brightness is computed.
@@ -78,9 +79,31 @@ impl Photometer {
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.for_views(views, interrupt, |snapshot, interrupt, all| {
             let of = |_: &mut (), target: &Target<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
-                target.brightness(interrupt)
+                Ok(target.light::<1>(interrupt)?[0])
             };
             snapshot.for_each_body(interrupt, of, |brightness, ()| all.push(brightness))
+        })
+    }
+
+    /// Returns the brightness of each body in each view with its first moments: the sums of the light of all surface
+    /// elements times the vectors to them from the body's centre, inertial, in cubed length.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body of facets without
+    /// vertices.
+    pub fn moments_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Vec3)>> {
+        self.scene.bodies.iter().try_for_each(Body::require_vertices)?;
+        self.for_views(views, interrupt, |snapshot, interrupt, all| {
+            let of = |sum: &mut Vec3,
+                      target: &Target<'_>,
+                      factor,
+                      _: [&_; 2],
+                      interrupt: &mut InterruptCheck<'_>| {
+                let [brightness, x, y, z] = target.light(interrupt)?;
+                *sum += Vec3::new(x, y, z) * factor;
+                Ok(brightness)
+            };
+            snapshot.for_each_body(interrupt, of, |brightness, moment| all.push((brightness, moment)))
         })
     }
 
@@ -175,20 +198,45 @@ impl Photometer {
             self.scene.bodies.iter().filter_map(Body::facets).map(|facets| facets.areas().len() as u64);
         let work = work + areas.sum::<u64>();
         let work = self.scene.sun.len() as u64 * work.max(1);
-        let threads = rayon::current_num_threads();
-        if threads == 1 || views.len() == 1 || work > 5 * UNITS {
+        if views.len() == 1 || work > 5 * UNITS {
             return some(views, interrupt);
         }
-        let share = (UNITS / work).max(1) as usize;
-        let mut all = Vec::with_capacity(views.len() * self.scene.bodies.len());
-        for group in views.chunks(share * threads) {
-            interrupt.charge(UNITS, group[0].time)?;
-            let share = group.len().div_ceil(threads);
-            let parts = group.par_chunks(share).map(|views| some(views, &mut InterruptCheck::never()));
-            for part in parts.collect::<Vec<_>>() {
-                all.extend(part?);
-            }
-        }
-        Ok(all)
+        in_parallel(views, (UNITS / work).max(1) as usize, interrupt, some)
     }
+}
+
+/// Applies a function to shares of the views on all cores, and joins the lists in order. The clock is read
+/// after `most` views of each core.
+#[cfg(feature = "threads")]
+fn in_parallel<'a, T: Send>(
+    views: &[View<'a>],
+    most: usize,
+    interrupt: &mut InterruptCheck,
+    some: impl Fn(&[View<'a>], &mut InterruptCheck) -> Result<Vec<T>> + Sync,
+) -> Result<Vec<T>> {
+    let threads = rayon::current_num_threads();
+    if threads == 1 {
+        return some(views, interrupt);
+    }
+    let mut all = Vec::new();
+    for group in views.chunks(most * threads) {
+        interrupt.charge(UNITS, group[0].time)?;
+        let share = group.len().div_ceil(threads);
+        let parts = group.par_chunks(share).map(|views| some(views, &mut InterruptCheck::never()));
+        for part in parts.collect::<Vec<_>>() {
+            all.extend(part?);
+        }
+    }
+    Ok(all)
+}
+
+/// Applies a function to all views in one thread.
+#[cfg(not(feature = "threads"))]
+fn in_parallel<'a, T>(
+    views: &[View<'a>],
+    _: usize,
+    interrupt: &mut InterruptCheck,
+    some: impl Fn(&[View<'a>], &mut InterruptCheck) -> Result<Vec<T>>,
+) -> Result<Vec<T>> {
+    some(views, interrupt)
 }

@@ -104,6 +104,21 @@ impl Region {
         self.pieces().map(area).sum()
     }
 
+    /// Returns the share of the triangle that is left, and the sums of it times its coordinates, which are shares
+    /// of the triangle's first two sides.
+    pub fn moments(&self) -> [f64; 3] {
+        let mut all = [0.0; 3];
+        for corners in self.pieces() {
+            for pair in corners.windows(2).skip(1) {
+                let triangle = [corners[0].at, pair[0].at, pair[1].at];
+                let share = cross(triangle[0], triangle[1], triangle[2]);
+                let [u, v] = [0, 1].map(|k| triangle.iter().map(|at| at[k]).sum::<f64>() / 3.0);
+                all.iter_mut().zip([share, share * u, share * v]).for_each(|(sum, part)| *sum += part);
+            }
+        }
+        all
+    }
+
     /// Takes a polygon of three or four corners away, which is convex but for rounding, of either orientation.
     pub fn subtract(&mut self, mut polygon: &mut [Corner]) {
         let size = area(polygon);

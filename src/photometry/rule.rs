@@ -42,8 +42,8 @@ pub struct NestedRules {
 struct NestedRule {
     /// Weights of the nodes of this rule, which add up to two.
     weights: Vec<f64>,
-    /// Factors of the values in the last coefficients.
-    coefficients: [Vec<f64>; LAST],
+    /// Factors of the values in the coefficients b_1, b_2, ...
+    coefficients: Vec<Vec<f64>>,
 }
 
 /// A part of an interval on which a rule has converged.
@@ -68,10 +68,9 @@ impl NestedRules {
                 |x: f64| (1..n).step_by(2).map(|k| (k as f64 * x).sin() * 2.0 / k as f64).sum::<f64>();
             NestedRule {
                 weights: angles.iter().map(|x| scale * x.sin() * integral(*x)).collect(),
-                coefficients: std::array::from_fn(|last| {
-                    let k = (n - 1 - last) as f64;
-                    angles.iter().map(|x| scale * x.sin() * (k * x).sin()).collect()
-                }),
+                coefficients: (1..n)
+                    .map(|k| angles.iter().map(|x| scale * x.sin() * (k as f64 * x).sin()).collect())
+                    .collect(),
             }
         };
         Self { nodes: angles.map(f64::cos), orders: ORDERS.map(order) }
@@ -88,6 +87,50 @@ impl NestedRules {
         tolerances: &[f64; W],
         f: &mut impl FnMut(f64) -> Result<[f64; W]>,
         accepted: &mut impl FnMut(Piece),
+    ) -> Result<[f64; W]> {
+        self.integrate_with_values([from, to], tolerances, f, &mut |piece, _| accepted(piece))
+    }
+
+    /// Adds to `sums` the integrals of a function from the beginning of an interval to each of some places. An
+    /// integral to a place outside of the interval ends at the interval's nearest end.
+    ///
+    /// # Errors
+    /// [`Error::NotConverged`], and those of the function.
+    pub fn cumulate(
+        &self,
+        interval: [f64; 2],
+        tolerance: f64,
+        f: &mut impl FnMut(f64) -> Result<f64>,
+        places: &[f64],
+        sums: &mut [f64],
+    ) -> Result<f64> {
+        let mut add = |piece: Piece, values: &[[f64; 1]]| {
+            let mut series = [0.0; NODES];
+            for (k, row) in self.orders[piece.order].coefficients.iter().enumerate() {
+                let coefficient: f64 = row.iter().zip(values).map(|(factor, [value])| factor * value).sum();
+                series[k] = piece.half * coefficient / (k + 1) as f64;
+            }
+            let series = &series[..values.len()];
+            let start: f64 = series.iter().enumerate().map(|(k, c)| if k % 2 == 0 { -c } else { *c }).sum();
+            for (sum, place) in sums.iter_mut().zip(places) {
+                // The integral of b_k sin(k x) is -b_k cos(k x) / k, and cos(k x) is Chebyshev's polynomial of y.
+                let y = ((place - piece.middle) / piece.half).clamp(-1.0, 1.0);
+                if y > -1.0 {
+                    *sum += chebyshev(series, y) - start;
+                }
+            }
+        };
+        let [total] = self.integrate_with_values(interval, &[tolerance], &mut |x| Ok([f(x)?]), &mut add)?;
+        Ok(total)
+    }
+
+    /// Returns what [`Self::integrate`] does, and calls `accepted` with each piece and the values at its nodes.
+    fn integrate_with_values<const W: usize>(
+        &self,
+        [from, to]: [f64; 2],
+        tolerances: &[f64; W],
+        f: &mut impl FnMut(f64) -> Result<[f64; W]>,
+        accepted: &mut impl FnMut(Piece, &[[f64; W]]),
     ) -> Result<[f64; W]> {
         let mut total = [0.0; W];
         let mut stack = vec![(0.5 * (from + to), 0.5 * (to - from), 0)];
@@ -121,7 +164,7 @@ impl NestedRules {
             for (value, weight) in values.iter().zip(&self.orders[order].weights) {
                 total.iter_mut().zip(value).for_each(|(sum, v)| *sum += half * weight * v);
             }
-            accepted(Piece { middle, half, order });
+            accepted(Piece { middle, half, order }, &values[..ORDERS[order] - 1]);
         }
         Ok(total)
     }
@@ -147,10 +190,19 @@ impl NestedRule {
             let of = |factors: &Vec<f64>| {
                 factors.iter().zip(values).map(|(factor, value)| factor * value[k]).sum::<f64>().abs()
             };
-            let last = self.coefficients.iter().map(of).fold(0.0, f64::max);
+            let last = self.coefficients.iter().rev().take(LAST).map(of).fold(0.0, f64::max);
             // Rounding has coefficients of any order. A value that is not a number stays in the sum, which is
             // then refused.
             !(2.0 * half * last > tolerances[k] && last > 64.0 * f64::EPSILON * sizes[k])
         })
     }
+}
+
+/// Returns the sum of c_k T_k(y) for k from 1 on, by Clenshaw's recurrence.
+fn chebyshev(coefficients: &[f64], y: f64) -> f64 {
+    let (mut next, mut present) = (0.0, 0.0);
+    for c in coefficients.iter().rev() {
+        (next, present) = (present, c + 2.0 * y * present - next);
+    }
+    y * present - next
 }

@@ -7,7 +7,6 @@ use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
 use super::outline::Light;
 use super::scene::{Scene, Surface};
-use super::silhouette::Silhouette;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
@@ -250,7 +249,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Returns whether a body, or one that may hide light from it, is not an ellipsoid.
-    fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
+    pub fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
         let Scene { meshes, semi_axes, .. } = self.scene;
         !meshes.is_empty()
             && (semi_axes[body].is_none()
@@ -278,8 +277,17 @@ impl<'a> Snapshot<'a> {
         directions: &[Vec3; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<FacetedBody<'a>> {
-        let Scene { meshes, .. } = self.scene;
         let surface = self.surface(body, directions);
+        Ok(FacetedBody { parts: self.parts(body, directions, interrupt)?, surface })
+    }
+
+    /// Returns the facets of the parts of a body, with the parts that may hide either direction from them.
+    pub fn parts(
+        &self,
+        body: usize,
+        directions: &[Vec3; 2],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<FacetedPart<'a>>> {
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
         let part = |mesh: &'a Mesh| {
             let rotation = self.placed[body].rotation * mesh.pose.1;
@@ -287,8 +295,7 @@ impl<'a> Snapshot<'a> {
             let occluders = self.occluders(mesh, directions, &all);
             Ok(FacetedPart { mesh, horizons: mesh.horizons(interrupt)?, rotation, lights, occluders })
         };
-        let parts = meshes.iter().filter(|mesh| mesh.place[0] == body).map(part).collect::<Result<_>>()?;
-        Ok(FacetedBody { parts, surface })
+        self.scene.meshes.iter().filter(|mesh| mesh.place[0] == body).map(part).collect()
     }
 
     /// Returns the parts of some bodies that may hide light from a part.
@@ -302,26 +309,10 @@ impl<'a> Snapshot<'a> {
             for light in [Light::Sight, Light::Sun] {
                 let (placed, growth) = self.in_light(light, other.place[0], body, directions);
                 let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
-                let direction = &directions[light as usize];
-                let aside = (from - direction * from.dot(direction)).norm();
-                let (along, reach) = (from.dot(direction), other.radii[0] * growth);
-                if aside < mesh.radii[0] + reach && along > -(mesh.radii[0] + reach) {
-                    let position = turned.tr_mul(&from);
-                    let rotation = turned.tr_mul(&(placed.rotation * other.pose.1));
-                    let silhouette = (along + mesh.radii[0] > reach).then(|| {
-                        let direction = turned.tr_mul(direction);
-                        Silhouette::new(other, (&position, &rotation), growth, &direction)
-                    });
-                    all.push(Occluder {
-                        mesh: other,
-                        light: light as usize,
-                        position,
-                        rotation,
-                        growth,
-                        first: other.place < mesh.place,
-                        silhouette,
-                    });
-                }
+                let back = |v: &Vec3| turned.tr_mul(v);
+                let pose = (back(&from), turned.tr_mul(&(placed.rotation * other.pose.1)));
+                let direction = back(&directions[light as usize]);
+                all.extend(Occluder::new(mesh, other, pose, growth, light as usize, &direction));
             }
         }
         all
@@ -352,8 +343,22 @@ impl<'a> Snapshot<'a> {
         (placed, growth)
     }
 
+    /// Returns unit vectors from a body to the observer and to the Sun.
+    pub fn directions(&self, body: usize) -> [Vec3; 2] {
+        self.ways[self.way(body)].0
+    }
+
+    /// Returns the pose of a body, with semi-axes of zero if it is not one ellipsoid about its centre.
+    pub fn placed(&self, body: usize) -> &Placed {
+        &self.placed[body]
+    }
+
     /// Iterates over the ellipsoids that may hide light from a body.
-    fn bodies_in_front(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, Placed)> {
+    pub fn bodies_in_front(
+        &self,
+        body: usize,
+        directions: &[Vec3; 2],
+    ) -> impl Iterator<Item = (Light, Placed)> {
         let mutual = self.scene.hides();
         let directions = *directions;
         [Light::Sight, Light::Sun].into_iter().filter(move |_| mutual).flat_map(move |light| {

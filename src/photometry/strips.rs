@@ -38,8 +38,10 @@ pub struct StripMoments {
 type End = (Longitude, Option<(usize, bool)>);
 
 /// The distance from the ends of an interval of heights at which the order of the outlines' ends is looked
-/// at, as a share of the interval, and the largest number of intervals that are divided.
+/// at, as a share of the interval; the least such distance, since the error of a break would otherwise divide
+/// a narrow interval again and again; and the largest number of intervals that are divided.
 const NEXT: f64 = 1e-11;
+const LEAST: f64 = 8.0 * f64::EPSILON;
 const DIVISIONS: usize = 24;
 
 /// The tolerance of an integral over the height, in those of the integrals along parallels, whose errors are
@@ -83,7 +85,8 @@ impl Strips<'_> {
             let within = |share: f64| low + share * (high - low);
             let middle = within(0.5);
             let expected = self.order(middle, &mut covered);
-            let ends = [within(NEXT), within(1.0 - NEXT)];
+            let next = NEXT.max(LEAST / (high - low)).min(0.5);
+            let ends = [within(next), within(1.0 - next)];
             let other = ends.into_iter().find(|end| self.order(*end, &mut covered) != expected);
             match other.filter(|_| divisions > 0) {
                 Some(end) => {
@@ -157,52 +160,65 @@ impl Strips<'_> {
         self.outlines.iter().any(|outline| outline.reaches(low, high))
     }
 
-    /// The law's constant T if the strip between two heights has a closed form, since no outline reaches it.
-    fn bare(&self, low: f64, high: f64) -> Option<f64> {
-        self.kernel.constant.filter(|_| !self.is_reached(low, high))
+    /// Whether the strip between two heights has a closed form, since no outline reaches it.
+    fn is_bare(&self, low: f64, high: f64) -> bool {
+        self.kernel.constant.is_some() && !self.is_reached(low, high)
     }
 
-    /// The integral of the brightness along what no outline covers of a parallel.
-    fn parallel(
+    /// The integral of the brightness along what no outline covers of a parallel, as that of
+    /// [`ScatteringKernel::between`].
+    fn parallel<const W: usize>(
         &self,
         z: f64,
         rho: f64,
         covered: &mut Vec<[End; 2]>,
         interrupt: &mut InterruptCheck,
-    ) -> Result<f64> {
+    ) -> Result<[f64; W]> {
         interrupt.charge(PARALLEL, self.kernel.time)?;
-        if let Some(constant) = self.kernel.constant {
+        if let (Some(constant), 1) = (self.kernel.constant, W) {
             let mut intervals = Intervals::default();
             self.uncovered(z, rho, covered, |from, to| {
                 self.kernel.lune.extend(&mut intervals, from.0, to.0);
             });
-            return Ok(constant * rho * self.kernel.lune.integral(&intervals));
+            return Ok([constant * rho * self.kernel.lune.integral(&intervals); W]);
         }
-        let mut sum = Ok(0.0);
+        let mut sums = Ok([0.0; W]);
         self.uncovered(z, rho, covered, |from, to| {
-            sum = sum.clone().and_then(|sum| Ok(sum + self.kernel.between(from.0, to.0, z, rho, interrupt)?));
+            if let Ok(sums_so_far) = &mut sums {
+                match self.kernel.between::<W>(from.0, to.0, z, rho, interrupt) {
+                    Ok(part) => sums_so_far.iter_mut().zip(part).for_each(|(sum, part)| *sum += part),
+                    Err(error) => sums = Err(error),
+                }
+            }
         });
-        sum
+        sums
     }
 
-    /// The brightness over a b c.
-    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
+    /// The brightness over a b c; if W is four, then its sums with the components of u along p + q, across it
+    /// and along the pole.
+    pub fn light<const W: usize>(&self, interrupt: &mut InterruptCheck) -> Result<[f64; W]> {
         let mut covered = Vec::with_capacity(self.outlines.len());
-        let mut total = 0.0;
+        let mut total = [0.0; W];
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            if let Some(constant) = self.bare(low, high) {
-                total += constant * self.kernel.lune.whole() * widths(low, high)[0];
+            if self.is_bare(low, high) {
+                let lune = self.kernel.lune;
+                let all: [f64; W] =
+                    self.kernel.between(lune.terminator(), lune.limb(), 1.0, 1.0, interrupt)?;
+                let [across, _, product] = widths(low, high);
+                let squared = (high - low) - (high.powi(3) - low.powi(3)) / 3.0;
+                let sizes = [across, squared, squared, product];
+                (0..W).for_each(|k| total[k] += all[k] * sizes[k]);
                 continue;
             }
             let mut f = |t: f64| {
                 let (abscissa, slope) = smoothed(t);
                 let (z, rho) = height(middle + half * abscissa);
-                Ok([half * slope * self.parallel(z, rho, &mut covered, interrupt)?])
+                Ok(self.parallel::<W>(z, rho, &mut covered, interrupt)?.map(|sum| half * slope * sum))
             };
-            let tolerance = [ACROSS * self.kernel.tolerance()];
-            let [sum] = RULE.integrate([-1.0, 1.0], &tolerance, &mut f, &mut |_| {})?;
-            total += sum;
+            let tolerances = [ACROSS * self.kernel.tolerance(); W];
+            let sums = RULE.integrate([-1.0, 1.0], &tolerances, &mut f, &mut |_| {})?;
+            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
         }
         Ok(total)
     }
@@ -225,9 +241,9 @@ impl Strips<'_> {
         tolerances.iter_mut().for_each(|t| *t *= ACROSS);
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            if self.bare(low, high).is_some() {
+            if self.is_bare(low, high) {
                 let lune = self.kernel.lune;
-                let [across, along] = widths(low, high);
+                let [across, along, _] = widths(low, high);
                 // The third of the derivatives with respect to p and q is that along the pole, with z in
                 // place of rho.
                 let all =
@@ -313,11 +329,11 @@ fn smoothed(t: f64) -> (f64, f64) {
     (0.5 * t * (3.0 - t * t), 1.5 * (1.0 - t * t))
 }
 
-/// The integrals over the height of the radius of the parallel and of the height.
-fn widths(low: f64, high: f64) -> [f64; 2] {
-    let of = |(z, rho): (f64, f64)| [0.5 * (z * rho + z.atan2(rho)), 0.5 * z * z];
+/// The integrals over the height of the radius of the parallel, of the height, and of the product of both.
+fn widths(low: f64, high: f64) -> [f64; 3] {
+    let of = |(z, rho): (f64, f64)| [0.5 * (z * rho + z.atan2(rho)), 0.5 * z * z, -rho.powi(3) / 3.0];
     let (high, low) = (of(height(high)), of(height(low)));
-    [high[0] - low[0], high[1] - low[1]]
+    [0, 1, 2].map(|k| high[k] - low[k])
 }
 
 /// A height on the sphere and the radius of its parallel.

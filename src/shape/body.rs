@@ -10,6 +10,17 @@ use std::f64::consts::PI;
 
 /// A body: one part, or several parts that are rigid together. The body frame has its origin in the centre of
 /// mass and its axes along the principal axes of inertia.
+///
+/// ```
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+///
+/// let body = Body::with_density("Beta", Shape::ellipsoid([3.0, 2.0, 1.0])?, 0.5)?;
+/// assert!((body.mass() - 4.0 * std::f64::consts::PI).abs() < 1e-14);
+/// // m (b^2 + c^2) / 5 and so on.
+/// assert!((body.inertia() / body.mass() - Vec3::new(1.0, 2.0, 2.6)).norm() < 1e-15);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "BodyDescription", into = "BodyDescription")]
 pub struct Body {

@@ -59,6 +59,15 @@ use serde::{Deserialize, Serialize};
 
 /// The shape of a part. Its description consists of the semi-axes, of vertices and faces, of Stokes
 /// coefficients, or of nothing for a point.
+///
+/// ```
+/// use fullbody::shape::Shape;
+///
+/// assert!(matches!(Shape::ellipsoid([1.0, 2.0, 1.5])?, Shape::Ellipsoid(_)));
+/// let refused = Shape::ellipsoid([1.0, -2.0, 1.5]).unwrap_err();
+/// assert!(refused.to_string().contains("-2"));
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ShapeDescription", into = "ShapeDescription")]
 #[non_exhaustive]

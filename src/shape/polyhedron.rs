@@ -29,6 +29,23 @@ use std::sync::{Arc, OnceLock};
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal
 /// axes of inertia. Copies share their data.
+///
+/// ```
+/// use fullbody::interrupt::InterruptCheck;
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Polyhedron, Shape};
+///
+/// // An octahedron, whose faces are counterclockwise from outside.
+/// let corners = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| [axis, -axis]).concat();
+/// let mut faces = Vec::new();
+/// for [x, y, z] in [[0, 2, 4], [3, 0, 4], [1, 3, 4], [2, 1, 4]] {
+///     faces.extend([[x, y, z], [y, x, 5]]);
+/// }
+/// let octahedron = Polyhedron::new(&corners, &faces, &mut InterruptCheck::never())?;
+/// let body = Body::with_density("Octahedron", Shape::Polyhedron(octahedron), 3.0)?;
+/// assert!((body.mass() - 4.0).abs() < 1e-14); // its volume is 4/3
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Polyhedron {
     solid: Arc<Solid>,
@@ -301,7 +318,7 @@ impl Polyhedron {
     }
 
     /// Returns the means over the solid of the solid harmonics of x / circumradius up to a degree, in the
-    /// order of [`harmonics::index`]. They are cached.
+    /// order of `math::harmonics::index`. They are cached.
     ///
     /// # Errors
     /// [`Error::Interrupted`].

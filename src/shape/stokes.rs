@@ -30,7 +30,7 @@ pub struct StokesCoefficients {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputCoefficients {
-    /// The coefficients in the 4 pi normalisation, in the order of [`crate::math::harmonics::index`].
+    /// The coefficients in the 4 pi normalisation, in the order of `math::harmonics::index`.
     pub coefficients: Vec<f64>,
     /// The radius to which the coefficients refer.
     pub reference_radius: f64,

@@ -33,6 +33,7 @@ pub(super) struct Checkpoint {
 
 impl Checkpoint {
     /// Returns the time, and the vector in two parts.
+    #[cfg(feature = "archives")]
     pub fn vector(&self) -> (f64, &[f64], &[f64]) {
         (self.memory.time[0], &self.memory.high, &self.memory.low)
     }

@@ -18,6 +18,30 @@ const PIECE: f64 = 2.0;
 /// for a body), where there are as many terms as the interpolant's order. For two bodies under Verner 9(8)
 /// that is 2.3 kB for a step. Where the motion has a closed form, that is kept instead, and polynomials are
 /// made when they are asked for.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::integrate::Tolerance;
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+/// use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
+/// use std::ops::ControlFlow;
+///
+/// // Two points, half a revolution from their apoapsis to their periapsis.
+/// let point = |name| Body::with_mass(name, Shape::Point, 0.5);
+/// let system = System::new(vec![point("One")?, point("Two")?], 1.0, Settings::default())?;
+/// let two = |vector: Vec3| vec![-vector, vector];
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let state = State::new(0.0, two(0.75 * Vec3::x()), two(Vec3::y() / 12.0_f64.sqrt()), upright, rest)?;
+/// let integrator = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
+/// let mut simulation = Simulation::new(&system, &state, integrator)?;
+/// let mut record = Trajectory::new(2);
+/// let run = Run { dense: true, ..Run::new(&Output::Ends) };
+/// simulation.run(10.0, run, &mut record, &mut |_, _| ControlFlow::Continue(()))?;
+/// let at = record.dense.expect("it was asked for").state(std::f64::consts::PI)?;
+/// assert!((at.position()[1] + 0.25 * Vec3::x()).norm() < 1e-11);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     frame: BarycentricFrame,

@@ -8,6 +8,16 @@ use crate::integrate::{
 use serde::{Deserialize, Serialize};
 
 /// An integrator with its settings. Archives and the Python package use this description.
+///
+/// ```
+/// use fullbody::integrate::{Scheme, Tolerance};
+/// use fullbody::trajectory::Integrator;
+///
+/// let default = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
+/// let symplectic = Integrator::SymplecticSplitting { step: 0.1, scheme: Scheme::Aba864 };
+/// assert_ne!(default, symplectic);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", deny_unknown_fields)]
 #[non_exhaustive]

@@ -5,6 +5,7 @@
 //! meet.
 
 mod approach;
+#[cfg(feature = "archives")]
 mod archive;
 mod chaos;
 mod checkpoint;
@@ -23,7 +24,9 @@ mod run;
 mod simulation;
 mod switching;
 mod tangent;
+mod tangent_interior;
 
+#[cfg(feature = "archives")]
 #[doc(hidden)]
 pub use archive::{ARCHIVE_FORMAT, SimulationDescription};
 #[doc(hidden)]

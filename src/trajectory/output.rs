@@ -4,6 +4,14 @@ use crate::error::{Error, Result, require_finite};
 use std::cmp::Ordering;
 
 /// The times at which a run is recorded.
+///
+/// ```
+/// use fullbody::trajectory::Output;
+///
+/// assert_eq!(Output::Spacing(1.0).times(0.0, 2.5)?, [0.0, 1.0, 2.0, 2.5]);
+/// assert!(Output::Times(vec![3.0]).times(0.0, 2.5).is_err());
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Output {

@@ -3,6 +3,7 @@
 use super::{Dense, Occurrence};
 use crate::dynamics::{Energy, Invariants, State};
 use crate::error::{Error, Result};
+use crate::forces::WORK_AND_IMPULSE;
 use crate::math::Vec3;
 
 /// The reason why a run ended.
@@ -147,6 +148,24 @@ impl Trajectory {
     pub fn energy(&self, sample: usize) -> Energy {
         let [total, translational, rotational, potential] = [0, 1, 2, 3].map(|k| self.energy[4 * sample + k]);
         Energy { total, translational, rotational, potential }
+    }
+
+    /// Returns the total energy in a sample without the work of the external forces since the start of the
+    /// record: what the integrator should conserve.
+    pub fn conserved_energy(&self, sample: usize) -> f64 {
+        let forces = self.work_and_impulse.len() / self.len();
+        let work = self.work_and_impulse[forces * sample..][..forces].iter().step_by(WORK_AND_IMPULSE);
+        self.energy[4 * sample] - work.sum::<f64>()
+    }
+
+    /// Returns the states of all samples in the order of the run.
+    pub fn states(&self) -> impl DoubleEndedIterator<Item = State> + ExactSizeIterator + '_ {
+        (0..self.len()).map(|sample| self.state(sample))
+    }
+
+    /// Returns the state of the last sample, if there is one.
+    pub fn last(&self) -> Option<State> {
+        self.states().next_back()
     }
 
     /// Returns the total angular momentum of the bodies in a sample, inertial frame.

@@ -26,32 +26,29 @@ impl Simulation {
     ///
     /// On an error the record keeps what was recorded before it, and the simulation stays at the end of the
     /// last step that is recorded whole, which is also the last sample; where two bodies touch, that is the
-    /// last one before their contact. The hook is called at the start, about every 50 ms, also within steps
-    /// that take longer, and at the end. It stops the run by [`ControlFlow::Break`].
+    /// last one before their contact.
     ///
     /// # Errors
     /// Returns [`Error::InvalidInput`] for a record of another number of bodies and for times that are not
-    /// finite. Bodies that touch, steps that become too small, forces that fail and an interruption have
-    /// variants of their own, which carry the time.
-    pub fn integrate(
-        &mut self,
-        until: f64,
-        output: &Output,
-        record: &mut Trajectory,
-        hook: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<()> {
-        self.run(until, Run::new(output), record, &mut |_, progress| hook(progress))
+    /// finite. Bodies that touch, steps that become too small and forces that fail have variants of their own,
+    /// which carry the time.
+    pub fn integrate(&mut self, until: f64, output: &Output, record: &mut Trajectory) -> Result<()> {
+        self.run(until, Run::new(output), record, &mut |_, _| ControlFlow::Continue(()))
     }
 
-    /// Integrates as [`Self::integrate`], with events and the continuous solution.
+    /// Integrates as [`Self::integrate`], with a hook, with events and with the continuous solution.
+    ///
+    /// The hook is called at the start, about every 50 ms, also within steps that take longer, and at the end.
+    /// It stops the run by [`ControlFlow::Break`]. Between two steps it also receives the simulation, for an
+    /// archive of it.
     ///
     /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and
     /// the record before it is the same as without it. A zero at a state that was given, by the caller or by
-    /// a terminal event, is not an event, so that a run can continue from one. Between two steps the hook
-    /// also receives the simulation, for an archive of it.
+    /// a terminal event, is not an event, so that a run can continue from one.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::integrate`], and the error of an event's function.
+    /// Returns the errors of [`Self::integrate`], the error of an event's function, and
+    /// [`Error::Interrupted`].
     pub fn run(
         &mut self,
         until: f64,

@@ -31,7 +31,7 @@ use crate::interrupt::InterruptCheck;
 /// let integrator = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
 /// let mut simulation = Simulation::new(&system, &state, integrator)?;
 /// let mut run = Trajectory::new(2);
-/// simulation.integrate(PI, &Output::Spacing(PI), &mut run, &mut |_| ControlFlow::Continue(()))?;
+/// simulation.integrate(PI, &Output::Spacing(PI), &mut run)?;
 /// assert!((simulation.state().position()[1].x + 0.5).abs() < 1e-12);
 /// # Ok::<(), fullbody::error::Error>(())
 /// ```
@@ -170,7 +170,15 @@ impl Simulation {
     ///
     /// # Errors
     /// They are those of [`Self::integrate`]; after an error the simulation is at the start of the step.
-    pub fn step(&mut self, end: f64, interrupt: &mut InterruptCheck) -> Result<()> {
+    pub fn step(&mut self, end: f64) -> Result<()> {
+        self.step_with(end, &mut InterruptCheck::never())
+    }
+
+    /// Does the same as [`Self::step`], with an interrupt check.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::step`], and [`Error::Interrupted`].
+    pub fn step_with(&mut self, end: f64, interrupt: &mut InterruptCheck) -> Result<()> {
         if end.is_nan() {
             return Err(Error::invalid("end of a step", end, "a time, which may be infinite"));
         }

@@ -5,6 +5,7 @@ use super::events::StateDerivatives;
 use super::motion::Motion;
 use super::propagator::Propagator;
 use super::record::Trajectory;
+use super::tangent_interior::TangentInterior;
 use super::tangent_map::StepTangentMap;
 use crate::dynamics::{
     Collocation, DriftKind, Dynamics, NominalChange, Parameter, State, SteadyRotation, Variations,
@@ -15,14 +16,14 @@ use crate::integrate::{Segment, VERNER98};
 use crate::interrupt::InterruptCheck;
 
 /// The shortest step of tangent vectors, as a fraction of the motion's step.
-const SHORTEST: f64 = 1e-6;
+pub(super) const SHORTEST: f64 = 1e-6;
 
 /// The largest growth of the logarithm of a tangent vector in one step, for its integrals. Beside free
 /// motion, whose steps are not bounded, a tangent vector grows with time.
 const LONGEST: f64 = 1.0;
 
 /// Numbers above this are outside of the range in which a step can be solved.
-const LARGEST: f64 = 1e280;
+pub(super) const LARGEST: f64 = 1e280;
 
 /// The pieces of a motion's last step, and what evaluates the equations along them.
 pub(super) struct LastStep<'a, 'i> {
@@ -72,6 +73,8 @@ struct Tangent {
     variations: Variations,
     growth_monitor: Option<TangentGrowth>,
     collocation: Collocation,
+    /// The solution within the last step, for times before its end.
+    interior: TangentInterior,
     /// The state at which the run began, and how the nominal barycentre changes with it.
     start: State,
     nominal: NominalChange,
@@ -139,7 +142,7 @@ impl Tangents {
         advanced.inspect_err(|_| {
             for (tangent, present) in self.0.iter_mut().zip(growth_before) {
                 tangent.present = present;
-                tangent.collocation.forget();
+                tangent.forget();
             }
         })
     }
@@ -175,7 +178,7 @@ impl Tangents {
         for tangent in &mut self.0 {
             let g = equations.system().gravitational_constant();
             tangent.variations.jump(jump, rate, g, &mut tangent.present.columns);
-            tangent.collocation.forget();
+            tangent.forget();
         }
     }
 
@@ -224,6 +227,7 @@ impl Tangent {
         let tableau = propagator.tableau().unwrap_or(&VERNER98);
         Self {
             collocation: Collocation::new(&variations, tableau.order),
+            interior: TangentInterior::new(&variations, tableau.order),
             nominal: variations.nominal_at_start(start.time),
             variations,
             growth_monitor,
@@ -328,16 +332,7 @@ impl Tangent {
         while from < to {
             let next = if from + 1.5 * length < to { from + length } else { to };
             let (time, size) = (piece.time_at(from), (next - from) * piece.size());
-            for node in 0..collocation.gauss().nodes.len() {
-                let fraction = from + collocation.gauss().nodes[node] * (next - from);
-                piece.at(fraction, y);
-                interrupt.charge(variations.work(equations), time)?;
-                variations.evaluate(equations, piece.time_at(fraction), y, interrupt)?;
-                collocation.take(node, equations, variations, y);
-            }
-            piece.at(from, y);
-            piece.at(next, end);
-            collocation.between(equations, variations, [y, end]);
+            load_nodes(collocation, variations, equations, (piece, [from, next]), [y, end], interrupt)?;
             let follows = keep || from == first;
             if !collocation.solve(equations, [time, size], &advanced.columns, follows, interrupt)? {
                 if advanced.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
@@ -346,13 +341,7 @@ impl Tangent {
                 }
                 length = 0.5 * (next - from);
                 if length < SHORTEST {
-                    return Err(Error::NotConverged {
-                        what: format!("the variational equations at time {time}"),
-                        detail: format!(
-                            "they change too fast even for a step of {:e}",
-                            length * piece.size()
-                        ),
-                    });
+                    return Err(too_fast(time, length * piece.size()));
                 }
                 continue;
             }
@@ -377,8 +366,15 @@ impl Tangent {
         Ok(())
     }
 
+    /// Forgets everything about the last step.
+    fn forget(&mut self) {
+        self.collocation.forget();
+        self.interior.forget();
+    }
+
     fn settle(&mut self, time: f64) {
         self.present.time = time;
+        self.interior.forget();
         if let Some(growth_monitor) = &mut self.growth_monitor
             && growth_monitor.settle(&mut self.present.columns)
         {
@@ -393,22 +389,24 @@ impl Tangent {
             record.sensitivity.extend(sensitivity);
             return Ok(());
         }
-        let TangentState { columns, integrals, .. } = self.at(step, state.time)?;
+        let at_present = state.time == self.present.time;
+        let TangentState { columns, integrals, .. } =
+            if at_present { self.present.clone() } else { self.follow(step, state.time, false)? };
         if let Some(growth_monitor) = &self.growth_monitor {
             record.chaos.extend(growth_monitor.indicators(state.time - self.start.time, &columns, integrals));
         }
         Ok(())
     }
 
-    /// Returns the tangent vectors at a time, which is where they are or in the last step.
-    fn at(&mut self, step: &mut LastStep, time: f64) -> Result<TangentState> {
-        if time == self.present.time { Ok(self.present.clone()) } else { self.follow(step, time, false) }
-    }
-
     /// Returns the transition matrix and the sensitivities at a state, which is where the tangent vectors are
     /// or in the last step.
     fn derivatives(&mut self, step: &mut LastStep, state: &State) -> Result<(Vec<f64>, Vec<f64>)> {
-        let TangentState { columns, .. } = self.at(step, state.time)?;
+        let Self { variations, interior, present, .. } = self;
+        let columns = if state.time == present.time {
+            &present.columns
+        } else {
+            interior.at(variations, step, (present.time, &present.columns), state.time)?
+        };
         if !columns.iter().all(|number| number.is_finite()) {
             return Err(Error::NotConverged {
                 what: format!("the transition matrix at time {}", state.time),
@@ -417,7 +415,7 @@ impl Tangent {
                         .to_owned(),
             });
         }
-        Ok(self.variations.expand(&columns, [&self.start, state], &self.nominal))
+        Ok(self.variations.expand(columns, [&self.start, state], &self.nominal))
     }
 
     /// Returns the rates of change of the motion at a state in the last step.
@@ -431,5 +429,36 @@ impl Tangent {
         };
         piece.at(piece.fraction(state.time).clamp(0.0, 1.0), y);
         equations.flow(state, y, interrupt)
+    }
+}
+
+/// Loads the variational equations at the nodes of a step between two fractions of a piece of the motion. The
+/// motion's vectors at the ends are left in `y`.
+pub(super) fn load_nodes(
+    collocation: &mut Collocation,
+    variations: &mut Variations,
+    equations: &mut Dynamics,
+    (piece, [from, to]): (&Segment, [f64; 2]),
+    [y, end]: [&mut [f64]; 2],
+    interrupt: &mut InterruptCheck,
+) -> Result<()> {
+    for node in 0..collocation.gauss().nodes.len() {
+        let fraction = from + collocation.gauss().nodes[node] * (to - from);
+        piece.at(fraction, y);
+        interrupt.charge(variations.work(equations), piece.time_at(from))?;
+        variations.evaluate(equations, piece.time_at(fraction), y, interrupt)?;
+        collocation.take(node, equations, variations, y);
+    }
+    piece.at(from, y);
+    piece.at(to, end);
+    collocation.between(equations, variations, [y, end]);
+    Ok(())
+}
+
+/// Makes the error for variational equations that are not solved even over a step of the shortest size.
+pub(super) fn too_fast(time: f64, size: f64) -> Error {
+    Error::NotConverged {
+        what: format!("the variational equations at time {time}"),
+        detail: format!("they change too fast even for a step of {size:e}"),
     }
 }

@@ -225,10 +225,9 @@ fn nodes_and_series_of_equal_shapes_are_made_once() {
             state = replaced(state, |[.., spin]| spin[1].z += 0.1 * f64::from(k));
             let system = system.sharing(store.clone());
             let mut record = Trajectory::new(2);
-            let mut go = |_| ControlFlow::Continue(());
             let mut simulation =
                 Simulation::begin(&system, &state, verner98(1e-9), &mut InterruptCheck::never()).unwrap();
-            simulation.integrate(1.0, &Output::Ends, &mut record, &mut go).unwrap();
+            simulation.integrate(1.0, &Output::Ends, &mut record).unwrap();
             assert_eq!(record.time, [0.0, 1.0]);
             counts.push(store.len());
         }
@@ -252,9 +251,9 @@ fn facets_and_layers_of_a_polyhedron_are_made_once() {
     for shape in [given.clone(), given.clone(), cuboid()] {
         let bodies = vec![Body::with_mass("A", shape, 0.8).unwrap(), start.bodies()[1].clone()];
         let system = System::new(bodies, 1.0, *start.settings()).unwrap();
-        let own = system.interactions(&state, &mut InterruptCheck::never()).unwrap();
+        let own = system.interactions(&state).unwrap();
         let system = system.sharing(store.clone());
-        let shared = system.interactions(&state, &mut InterruptCheck::never()).unwrap();
+        let shared = system.interactions(&state).unwrap();
         assert_eq!((own.force.clone(), own.torque), (shared.force, shared.torque));
         counts.push(store.len());
         forces.push(own.force);

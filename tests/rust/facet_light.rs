@@ -4,7 +4,7 @@ use crate::support::refusal;
 use fullbody::dynamics::{Settings, System};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Mat3, Vec3, rotation};
-use fullbody::photometry::{Law, Photometer, Surface, View};
+use fullbody::photometry::{Law, Photometer, Surface, View, recoil};
 use fullbody::shape::{Body, Facets, InputPart, Polyhedron, Shape};
 
 /// The pose of bodies and the directions to the observer and to the Sun.
@@ -456,6 +456,53 @@ fn ellipsoids_beside_facets_have_no_derivatives() {
     let text = refusal(photometer.partials(&scene.view(), &mut InterruptCheck::never()));
     assert!(text.contains("shape of Beta is an ellipsoid beside facets"), "{text}");
     assert!(text.contains("all polyhedra"), "{text}");
+}
+
+/// Two cubes one side apart, in the light along their line from a low Sun: the facing end of the second one is lit in a
+/// strip whose height is the tangent of the elevation.
+#[test]
+fn the_recoil_of_a_partly_shaded_facet_acts_at_the_centroid_of_its_lit_strip() {
+    let corner = |k: usize| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64).add_scalar(-0.5);
+    let faces = [
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+    ];
+    let cube = solid(&(0..8).map(corner).collect::<Vec<_>>(), &faces);
+    let part = |x: f64| InputPart {
+        shape: Shape::Polyhedron(cube.clone()),
+        mass: 1.0,
+        position: [x, 0.0, 0.0],
+        attitude: [1.0, 0.0, 0.0, 0.0],
+    };
+    let cubes = Body::composite("cubes", vec![part(-1.0), part(1.0)]).unwrap();
+    for elevation in [0.1_f64, 0.4, 0.7] {
+        let s = Vec3::new(elevation.cos(), 0.0, elevation.sin());
+        let loads = recoil(&cubes, &[], &[s * 3.0], &mut InterruptCheck::never()).unwrap();
+        let strip = elevation.tan();
+        let lit = [
+            (Vec3::z(), 1.0, Vec3::new(1.0, 0.0, 0.5)),
+            (Vec3::z(), 1.0, Vec3::new(-1.0, 0.0, 0.5)),
+            (Vec3::x(), 1.0, Vec3::new(1.5, 0.0, 0.0)),
+            (Vec3::x(), strip, Vec3::new(-0.5, 0.0, 0.5 - 0.5 * strip)),
+        ];
+        let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
+        for (normal, area, centre) in lit {
+            let push = (s + normal * (2.0 / 3.0)) * (-area * normal.dot(&s));
+            force += push;
+            torque += centre.cross(&push);
+        }
+        assert!((loads[0][0] - force).norm() < 1e-12 && (loads[0][1] - torque).norm() < 1e-12);
+    }
 }
 
 /// A convex body by the areas and normals of its facets, of the directions of a fine sphere, and its pose.

@@ -146,15 +146,21 @@ fn tangent_vectors_allocate_nothing_within_a_step() {
         let mut variations = Variations::new(&dynamics, all).unwrap();
         dynamics.prepare_variations(&variations, 0.0, &y, endless).unwrap();
         let columns = variations.start();
-        let mut collocation = Collocation::new(&variations, 9);
-        let before = allocations();
-        for node in 0..collocation.gauss().nodes.len() {
-            variations.evaluate(&mut dynamics, 0.0, &y, endless).unwrap();
-            collocation.take(node, &dynamics, &variations, &y);
+        let mut within = columns.clone();
+        for mut collocation in [Collocation::new(&variations, 9), Collocation::interior(&variations, 9)] {
+            let before = allocations();
+            for node in 0..collocation.gauss().nodes.len() {
+                variations.evaluate(&mut dynamics, 0.0, &y, endless).unwrap();
+                collocation.take(node, &dynamics, &variations, &y);
+            }
+            collocation.between(&dynamics, &variations, [&y, &y]);
+            let solved = collocation.solve(&dynamics, [0.0, 0.1], &columns, false, endless).unwrap();
+            if collocation.gauss().nodes.len() > 5 {
+                assert!(collocation.is_resolved(0.1));
+                collocation.within(&dynamics, (0.5, 0.1), &y, &mut within);
+            }
+            assert_eq!(allocations() - before, 0, "{gravity}");
+            assert!(solved && collocation.reached().iter().chain(&within).all(|number| number.is_finite()));
         }
-        collocation.between(&dynamics, &variations, [&y, &y]);
-        let solved = collocation.solve(&dynamics, [0.0, 0.1], &columns, false, endless).unwrap();
-        assert_eq!(allocations() - before, 0, "{gravity}");
-        assert!(solved && collocation.reached().iter().all(|number| number.is_finite()));
     }
 }

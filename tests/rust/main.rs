@@ -1,7 +1,7 @@
 //! The Rust tests, one binary. Expected values come from elsewhere than the code.
 mod composite;
 mod contact;
-mod doors;
+mod fuzz_checks;
 mod dynamics;
 mod ensemble;
 mod facet_light;
@@ -20,6 +20,7 @@ mod particles;
 mod photometry;
 mod polyhedron;
 mod quadrature;
+mod radar;
 mod refusals;
 mod shape;
 mod support;

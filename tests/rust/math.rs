@@ -302,8 +302,15 @@ fn gauss_integrates_and_continues_polynomials() {
                 let mut factors = vec![0.0; count];
                 gauss.factors(1.7, &mut factors);
                 close(sum(&factors), 1.7_f64.powi(power), 1e-11);
+                gauss.integrals_to(0.3, &mut factors);
+                assert!((sum(&factors) - exact(0.3)).abs() < 1e-15, "{power} of {count} to 0.3");
             }
         }
+        // A polynomial of lower degree has no term of the highest one; 2 c - 1 is the Legendre polynomial of degree 1.
+        let highest =
+            |f: &dyn Fn(f64) -> f64| gauss.highest().zip(nodes).map(|(by, &c)| by * f(c)).sum::<f64>();
+        let coefficient = highest(&|c| 2.0 * c - 1.0);
+        assert!((coefficient - f64::from(count == 2)).abs() < 1e-15, "{count}: {coefficient}");
         // The condition under which a method keeps quadratic invariants.
         for i in 0..count {
             for j in 0..count {

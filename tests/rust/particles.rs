@@ -105,7 +105,7 @@ fn a_particle_moves_as_a_body_of_hardly_any_mass() {
     .unwrap();
     let mut simulation = Simulation::new(&extended, &start, verner98(1e-13)).unwrap();
     let mut record = Trajectory::new(3);
-    simulation.integrate(3.0, &Output::Ends, &mut record, &mut proceed).unwrap();
+    simulation.integrate(3.0, &Output::Ends, &mut record).unwrap();
     let end = simulation.state();
     let [x, y, z, ..] = flight.particles[0].motion;
     assert!((Vec3::new(x, y, z) - end.position()[2]).norm() < 1e-10, "{x} {y} {z} for {}", end.position()[2]);

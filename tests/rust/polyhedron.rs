@@ -306,7 +306,7 @@ fn bad_meshes_name_the_face() {
     let system = System::new(vec![body], 1.0, Settings::default()).unwrap();
     let still = vec![Vec3::zeros()];
     let state = State::new(0.0, still.clone(), still.clone(), vec![[1.0, 0.0, 0.0, 0.0]], still).unwrap();
-    let used = system.interactions(&state, &mut InterruptCheck::never());
+    let used = system.interactions(&state);
     assert!(refusal(used).contains("crossing or touching face"));
     // Two cubes that share space; one within another one that is not a hollow.
     let shifted = |d: f64, size: f64| cube.iter().map(move |v| v * size + Vec3::repeat(d));

@@ -12,7 +12,7 @@ use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::orbit::KeplerElements;
 use fullbody::photometry::{Law, Photometer, Surface, View};
 use fullbody::shape::Body;
-use fullbody::trajectory::{Integrator, Output, Simulation, Trajectory};
+use fullbody::trajectory::{Integrator, Output, Run, Simulation, Trajectory};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -67,7 +67,7 @@ impl Model {
         let times = (0..=intervals).map(|k| start + duration * k as f64 / intervals as f64).collect();
         let mut hook = time_limit();
         let output = Output::Times(times);
-        let outcome = simulation.integrate(start + duration, &output, &mut record, &mut |_| hook());
+        let outcome = simulation.run(start + duration, Run::new(&output), &mut record, &mut |_, _| hook());
         Ok(Motion { system: self.system.clone(), record, error: outcome.err().map(message_of) })
     }
 }

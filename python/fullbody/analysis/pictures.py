@@ -13,11 +13,11 @@ from ..base.kinds import choice
 from ..base.tables import number
 from ..base.units import plain
 from ..model.state import State
-from ..plots._style import escaped
+from ..plots._style import escaped, in_si
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
-#: Components of a mode smaller than this are not drawn.
-_SEEN = 1e-3
+#: Components of a mode smaller than this could not be told from zero and are not drawn.
+_SEEN = 0.02
 
 
 def branch(
@@ -43,7 +43,7 @@ def branch(
         choice(name, what, known)
     kwargs = full_option_names(kwargs)
     ax = single(ax, (6.0, 4.0))
-    across, up = (plain(getattr(branch, name)) for name in (x, y))
+    across, up = (plain(in_si(getattr(branch, name))) for name in (x, y))
     columns = up.reshape(len(branch), -1)
     kinds = np.where(branch.energetically_stable, 0, np.where(branch.linearly_stable, 1, 2))
     names = ("minimum of energy", "linearly stable", "unstable")
@@ -60,10 +60,10 @@ def branch(
             seen.add(kind)
         begin = end
     for fold in branch.folds if y != "frequency" else ():
-        place = [float(plain(getattr(fold.equilibrium, name))) for name in (x, y)]
+        place = [float(plain(in_si(getattr(fold.equilibrium, name)))) for name in (x, y)]
         ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
     for set_label, name in ((ax.set_xlabel, x), (ax.set_ylabel, y)):
-        set_label(f"{_phrase(name)} [{unit_of(getattr(branch, name))}]")
+        set_label(f"{_phrase(name)} [{unit_of(in_si(getattr(branch, name)))}]")
     if x == "separation" and branch.end == "contact":
         ax.axvline(across[-1], color="0.6", linewidth=0.8, linestyle=":")
         ax.annotate(
@@ -71,7 +71,7 @@ def branch(
             fontsize="small", color="0.4", xytext=(-2, 0), textcoords="offset points",
         )  # fmt: skip
     grid(ax)
-    legend(ax, columns=2, markerscale=1.0)
+    legend(ax, markerscale=1.0)
     return ax
 
 
@@ -80,11 +80,14 @@ def _phrase(name: str) -> str:
 
 
 def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
-    """Draw in one panel for each mode how far the separation and the bodies oscillate; return the panels' axes."""
+    """Draw in one panel for each mode how far the separation and the bodies oscillate; return the panels' axes.
+
+    The largest component of a mode is 1: an angle in radians, or the change of the distance relative to it.
+    """
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     turns = [f"{escaped(name)} about {axis}" for name in modes.system.names for axis in "xyz"]
-    labels = ["distance", "longitude", "latitude", *turns]
+    labels = ["relative distance", "longitude", "latitude", *turns]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
@@ -95,20 +98,21 @@ def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
             if abs(part) > _SEEN:
                 ax.plot(phase, np.real(part * np.exp(2j * np.pi * periods)), label=labels[k], **styles[k])
         if frequency > 0.0:
-            title = f"period {number(modes.period[place], 6)}"
+            title = f"period {number(modes.period[place], 4)}"
         else:
             title = f"no oscillation, grows at {number(modes.growth[place], 4)}"
         plane = "in" if modes.in_plane[place] else "out of"
         ax.set_title(f"{title}, {plane} the plane", fontsize="small", loc="left")
-        ax.set_ylim(-1.15, 1.15)
+        ax.set(ylim=(-1.15, 1.15), ylabel="amplitude")
         grid(ax)
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="x-small", handlelength=1.8)
+        style = {"fontsize": "small", "handlelength": 1.8, "labelspacing": 0.1, "borderaxespad": 0.2}
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, **style)
     flat[-1].set_xlabel("periods of the mode")
     return np.asarray(given, dtype=object)
 
 
 def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
-    """Draw two coordinates of all crossings against each other, with a colour for each start.
+    """Draw two coordinates of all crossings against each other, with a colour for each start, which a bar explains.
 
     Parameters
     ----------
@@ -121,9 +125,25 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     """
     kwargs, columns = full_option_names(kwargs), (section.values(x), section.values(y))
     ax = single(ax, (6.0, 4.5))
-    colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(section), 1)))
-    for across, up, colour in zip(*columns, colours, strict=True):
-        style = {"linestyle": "none", "marker": ".", "markersize": 3.0, "markeredgewidth": 0.0, "color": colour}
+    count = len(section)
+    colours = matplotlib("colors").ListedColormap(matplotlib().get_cmap("viridis")(np.linspace(0.0, 0.9, count)))
+    for k, (across, up) in enumerate(zip(*columns, strict=True)):
+        style = {"linestyle": "none", "marker": ".", "markersize": 4.0, "markeredgewidth": 0.0, "color": colours(k)}
         ax.plot(plain(across), plain(up), **{**style, **kwargs})
+    for set_label, coordinate, values in zip((ax.set_xlabel, ax.set_ylabel), (x, y), columns, strict=True):
+        set_label(_title(coordinate, values))
+    if count > 1 and "color" not in kwargs:
+        norm = matplotlib("colors").BoundaryNorm(np.arange(count + 1) - 0.5, count)
+        ticks = matplotlib("ticker").MaxNLocator(8, integer=True)
+        ax.figure.colorbar(
+            matplotlib("cm").ScalarMappable(norm, colours), ax=ax, label="index of the start", ticks=ticks
+        )
     grid(ax)
     return ax
+
+
+def _title(coordinate: Callable[[State], Any], values: Any) -> str:
+    """Return the label of an axis: the name of the function unless it has none, and the unit of its values."""
+    name = getattr(coordinate, "__name__", "<lambda>")
+    unit = next((f"[{unit_of(part)}]" for part in values if hasattr(part, "unit")), "")
+    return f"{'' if name == '<lambda>' else _phrase(name)} {unit}".strip()

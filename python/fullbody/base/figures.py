@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from typing import Any
 
@@ -19,6 +20,10 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": "#D55E00", "linestyle": (0, (8, 2))},
     {"color": "#56B4E9", "linestyle": (0, (3, 1.5, 1, 1.5, 1, 1.5))},
 )
+#: The mean width in points of a character of a small text.
+_CHARACTER = 4.4
+#: The name in a legend of the band from the smallest to the largest value of a fast oscillation.
+RANGE = "range"
 
 
 def matplotlib(module: str = "pyplot") -> Any:
@@ -44,19 +49,38 @@ def grid(ax: Any) -> None:
     ax.set_axisbelow(True)
 
 
-def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
-    """Draw a legend above the axes, where it covers no data, with lines long enough to recognise dashes."""
+def legend(ax: Any, **kwargs: Any) -> None:
+    """Draw a legend above the axes, where it covers no data, in as many columns as there is room for beside the title.
+
+    Its lines are long enough to recognise dashes.
+    """
+    entries = kwargs.pop("handles", None) or ax.get_legend_handles_labels()[0]
+    # Matplotlib warns of an empty legend.
+    if not entries:
+        return
+    entries = sorted(entries, key=lambda entry: entry.get_label() == RANGE)
+    names = [entry.get_label() for entry in entries]
+    room = width(ax) - _CHARACTER * 1.2 * _length(ax.get_title(loc="left"))
+    column = 30.0 + _CHARACTER * max(map(_length, names))
     style = {
         "loc": "lower right",
         "bbox_to_anchor": (1.0, 1.0),
-        "ncols": columns,
+        "ncols": min(len(names), max(1, int(room / column))),
         "frameon": False,
         "fontsize": "small",
     }
     spaces = {"handlelength": 2.2, "handletextpad": 0.5, "columnspacing": 0.8, "borderaxespad": 0.1}
-    # Matplotlib warns of an empty legend.
-    if "handles" in kwargs or ax.get_legend_handles_labels()[0]:
-        ax.legend(**{**style, **spaces, "markerscale": 3.0, **kwargs})
+    ax.legend(handles=entries, **{**style, **spaces, "markerscale": 3.0, **kwargs})
+
+
+def width(ax: Any) -> float:
+    """Return the width of axes in points."""
+    return float(ax.get_window_extent().width * 72.0 / ax.figure.dpi)
+
+
+def _length(text: str) -> int:
+    """Return the number of characters that are shown of a text with formulas."""
+    return len(re.sub(r"\\[a-z]+", "x", text).replace("$", "").replace("_", ""))
 
 
 def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tuple[Any, Any]:

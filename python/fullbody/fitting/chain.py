@@ -182,6 +182,8 @@ class Chain:
         """Differentiate at values (P,), for which the setup returns ``base``, or raise an error where it is not
         smooth.
         """
+        # A body may have grown since the last time.
+        self._deforming = {index: base.gravity(index) for index in self._deforming}
         while True:
             try:
                 return self._at(base, values)

@@ -47,11 +47,12 @@ def log_determinant(errors: Any) -> float:
 def design_without_jitter(errors: Any, design: Floats) -> Floats:
     """Return a design (K, C, L) divided by the errors without a jitter, from the design divided by those with it."""
     with_jitter, without = (np.linalg.cholesky(c) for c in (errors.covariance, errors.without_jitter))
-    return np.asarray(np.linalg.solve(without, with_jitter @ design))
+    blocks = design.reshape(*with_jitter.shape[:2], -1)
+    return np.asarray(np.linalg.solve(without, with_jitter @ blocks)).reshape(design.shape)
 
 
 def relative_change(covariance: Floats, other: Floats) -> Floats:
-    """Return L^-1 (C' - C) L^-T for covariances C = L L^T and C' (K, C, C)."""
+    """Return L^-1 (C' - C) L^-T for covariances C = L L^T and C' (B, S, S) of blocks of numbers."""
     factor = np.linalg.cholesky(covariance)
     left = np.linalg.solve(factor, other - covariance)
     return np.asarray(np.linalg.solve(factor, np.swapaxes(left, 1, 2)))
@@ -76,7 +77,7 @@ def derivatives(
     ----------
     count : int
         The number of parameters.
-    changes : mapping of mapping of ndarray, (K, C, C)
+    changes : mapping of mapping of ndarray, (B, S, S)
         The relative derivatives S, by the index of the parameter and that of the observations.
     basis, pulls, half_slopes : sequence of ndarray, (K C, L), (K C,) and (K C,)
         The rows of Q, the pulls, and half the derivatives of the losses by the pulls, for each of the observations.

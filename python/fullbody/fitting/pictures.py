@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..base.figures import LINES, grid, matplotlib, panels
+from ..base.figures import LINES, grid, legend, matplotlib, panels
 from ..base.kinds import whole
 from ..base.units import need
+from ..errors import InvalidInput
+from ..observing.astrometry import Astrometry
+from ..plots.sky_tracks import sky_track
 from .uncertainty import rows_of
 
 
@@ -22,6 +25,10 @@ class FitPlots:
 
     def __init__(self, fit: Any) -> None:
         self._fit = fit
+
+    def __repr__(self) -> str:
+        names = ", ".join(name for name in vars(FitPlots) if not name.startswith("_"))
+        return f"<plots of a fit: {names}>"
 
     def residuals(self, ax: Any = None, **kwargs: Any) -> Any:
         """Draw the pulls, which are residuals over their errors, one panel for each of the observations.
@@ -39,7 +46,9 @@ class FitPlots:
         """
         fit = self._fit
         flat, result = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
-        for axes, label, times, pulls in zip(flat, fit.labels, fit.times, fit.pulls, strict=True):
+        # A fit from a file has no observations to name the numbers of a row.
+        observations = getattr(fit, "observations", [None] * len(flat))
+        for axes, label, times, pulls, data in zip(flat, fit.labels, fit.times, fit.pulls, observations, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
             across = np.asarray(getattr(times, "value", times))
@@ -48,13 +57,44 @@ class FitPlots:
                 across = np.full(len(columns), across.max(initial=0.0))
             for k, column in enumerate(columns.T):
                 style = {"marker": "os^v"[k % 4], "markersize": 3.5, "linestyle": "", "color": LINES[k]["color"]}
+                if columns.shape[1] > 1:
+                    style["label"] = dict(enumerate(getattr(data, "components", ()))).get(k, f"number {k + 1} of a row")
                 axes.plot(across, column, **style | kwargs)
             axes.axhspan(-1.0, 1.0, color="0.92", zorder=0)
             axes.set_ylabel("residual / error")
-            axes.set_title(label, fontsize="small", loc="left")
+            axes.set_title(label, fontsize="medium", loc="left")
             axes.set_xlabel("time since the epoch" + (f" [{unit}]" if unit is not None else ""))
             grid(axes)
+            legend(axes, markerscale=1.0)
         return result
+
+    def sky(self, ax: Any = None, *, data: int | None = None, **kwargs: Any) -> Any:
+        """Draw the fitted track of a body on the sky, with the observed offsets; see :func:`fullbody.plots.sky_track`.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Those to draw on, which are returned.
+        data : int, optional
+            The index of the astrometry among the observations; by default the first.
+        **kwargs
+            Passed to ``Axes.plot`` for the track.
+
+        Returns
+        -------
+        Axes
+
+        Raises
+        ------
+        InvalidInput
+            For observations that are no astrometry, and for a fit from a file, which has none.
+        """
+        observations = getattr(self._fit, "observations", [])
+        known = [index for index, one in enumerate(observations) if isinstance(one, Astrometry)]
+        if not known or data not in (None, *known):
+            text = f"the index {' or '.join(map(str, known))}" if known else "a fit of an observing.Astrometry"
+            raise InvalidInput(f"the fit has no astrometry to draw for data={data}; expected {text}")
+        return sky_track(self._fit.run, observations[known[0] if data is None else data], ax, **kwargs)
 
     def corner(self, samples: Any = None, *, n: int = 5000, rng: int | np.random.Generator = 0, **kwargs: Any) -> Any:
         """Draw the distributions of all parameters and of all pairs of them.
@@ -86,4 +126,15 @@ class FitPlots:
         units = zip(fit.parameters.names, fit.parameters.units, strict=True)
         labels = [name if unit is None else f"{name} [{unit}]" for name, unit in units]
         truths = fit.numbers[: len(labels)].tolist()
-        return corner.corner(rows, **{"labels": labels, "truths": truths} | kwargs)
+        # Panels are so small that the texts have the size of those of other plots.
+        side = 1.4 * len(labels) + 0.8
+        style: dict[str, Any] = {"labels": labels, "truths": truths, "max_n_ticks": 3, "labelpad": 0.25}
+        if "fig" not in kwargs:
+            style["fig"] = matplotlib().figure(figsize=(side, side))
+        figure = corner.corner(rows, **style | kwargs)
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                # A common part of the numbers beside the axis would be overlooked.
+                if hasattr(axis.get_major_formatter(), "set_useOffset"):
+                    axis.get_major_formatter().set_useOffset(False)
+        return figure

@@ -229,7 +229,8 @@ class Problem:
 
     def _part(self, run: Record, observation: Any) -> Any:
         """Return the samples of a run at the times of observations."""
-        return run[run.indices(self._emission(observation, run.system))]
+        # Several rows may have one time.
+        return run[np.unique(run.indices(self._emission(observation, run.system)))]
 
     def jacobian(self, point: EvaluatedPoint) -> PullJacobian:
         """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""

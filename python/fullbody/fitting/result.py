@@ -313,7 +313,7 @@ class Fit(Tabled):
 
     @property
     def plot(self) -> FitPlots:
-        """The plots ``fit.plot.residuals()`` and ``fit.plot.corner()``."""
+        """The plots ``fit.plot.residuals()``, ``fit.plot.sky()`` and ``fit.plot.corner()``."""
         from .pictures import FitPlots
 
         return FitPlots(self)

@@ -11,9 +11,23 @@ body's gravity, so that the force on a body is the difference between its gravit
 from __future__ import annotations
 
 from ..model.force import Force
+from .binary_yarkovsky import BinaryYarkovsky
+from .coefficients import RadiationCoefficients, radiation_coefficients
 from .function import Function
 from .radiation import Byorp, Yorp, solar_pressure
 from .third_body import ThirdBody
 from .tide import Tide, lag_from_quality_factor
 
-__all__ = ["Byorp", "Force", "Function", "ThirdBody", "Tide", "Yorp", "lag_from_quality_factor", "solar_pressure"]
+__all__ = [
+    "BinaryYarkovsky",
+    "Byorp",
+    "Force",
+    "Function",
+    "RadiationCoefficients",
+    "ThirdBody",
+    "Tide",
+    "Yorp",
+    "lag_from_quality_factor",
+    "radiation_coefficients",
+    "solar_pressure",
+]

@@ -100,14 +100,14 @@ class Force(Declared):
     def _index(self, context: Context, role: str) -> int:
         return context.index(getattr(self, role), self._what(role))
 
-    def _radius(self, context: Context, index: int) -> float:
-        """Return the radius that the force was given, or that of the sphere with the body's volume."""
-        if (given := getattr(self, "radius", None)) is not None:
-            return context.units.number(given, "length", self._what("radius"), POSITIVE)
+    def _radius(self, context: Context, index: int, role: str = "radius") -> float:
+        """Return a radius that the force was given, or that of the sphere with the body's volume."""
+        if (given := getattr(self, role, None)) is not None:
+            return context.units.number(given, "length", self._what(role), POSITIVE)
         volume = float(context.bodies[index].volume)
         if volume == 0.0:
             point = f"{context.names[index]} is a point"
-            raise InvalidInput(f"radius of {self.name} is not given, and {point}; expected a radius")
+            raise InvalidInput(f"{role} of {self.name} is not given, and {point}; expected a radius")
         return float(cbrt(0.75 * volume / pi))
 
     def _describe(self, context: Context) -> dict[str, Any]:

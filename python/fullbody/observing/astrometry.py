@@ -20,13 +20,6 @@ from .vectors import Vectors, local_geometry, turn
 _WIDEST = np.pi / 180.0
 
 
-def _in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:
-    """Return numbers in a power of radians as a Quantity in that power of a unit, which may be dimensionless."""
-    from astropy import units as u
-
-    return (radians * u.rad**power).to(unit**power, equivalencies=u.dimensionless_angles())
-
-
 class Astrometry(Observations):
     """Offsets of one body from another in the sky.
 
@@ -119,12 +112,8 @@ class Astrometry(Observations):
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
         self._offsets = np.stack([rows.of("east"), rows.of("north")], axis=1)
-        largest = float(np.abs(self._offsets).max())
-        if plain and largest > _WIDEST:
-            caution(
-                f"the offsets of Astrometry have values up to {largest:.6g} radians, {np.degrees(largest):.3g} "
-                f"degrees; give arc seconds as Quantities, such as {largest:.6g} * u.arcsec"
-            )
+        if plain:
+            warn_if_wide(self._offsets, "the offsets of Astrometry")
         self._sigma = positive_rows(rows.of("sigma", 2), "sigma of Astrometry")
         self._correlation = rows.of("correlation")
         if not (np.abs(self._correlation) < 1.0).all():
@@ -185,7 +174,7 @@ class Astrometry(Observations):
         correlation = (along**2 - across**2) * sine * cosine / (east * north)
         columns: dict[str, Any] = {"east": rho * sine, "north": rho * cosine, "sigma": np.stack([east, north], axis=-1)}
         if unit is not None:
-            columns = {name: _in_unit(values, unit) for name, values in columns.items()}
+            columns = {name: in_unit(values, unit) for name, values in columns.items()}
         return cls(times, correlation=correlation, **columns, **options)
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -216,11 +205,10 @@ class Astrometry(Observations):
     @property
     def covariance(self) -> Any:
         """Covariance (K, 2, 2) of east and north."""
-        found = self._covariance(None)
-        return found if self.unit is None else _in_unit(found, self.unit, 2)
+        return in_unit(self._covariance(None), self.unit, 2)
 
     def _united(self, values: Floats) -> Any:
-        return values if self.unit is None else _in_unit(values, self.unit)
+        return in_unit(values, self.unit)
 
     def _widen(self, jitter: Any) -> None:
         wide = np.hypot(self._sigma, jitter_of(jitter, "rad"))
@@ -240,13 +228,9 @@ class Astrometry(Observations):
         return self._united(values)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
-        if system.context.frame is None:
-            raise InvalidInput(
-                "astrometry needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')"
-            )
+        axes = sky_axes(system, self.frame, "astrometry")
         body, about = system.context.pair(self.body, self.about, " of Astrometry")
         retarded = self._retarded(system, states, masses)
-        axes = turn(system.context.frame, self.frame)
         centres = {one: retarded.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
             to_sun = local_geometry(self.geometry, system).sun(retarded.times)
@@ -262,6 +246,33 @@ class Astrometry(Observations):
 
     def _described(self) -> list[tuple[str, str]]:
         return [("body", str(self.body)), ("about", str(self.about)), ("frame", str(self.frame))]
+
+
+def sky_axes(system: SystemLike, frame: Any, what: str) -> Floats:
+    """Return the matrix (3, 3) from a system's axes to those of the sky."""
+    if system.context.frame is None:
+        raise InvalidInput(f"{what} needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')")
+    return turn(system.context.frame, frame)
+
+
+def warn_if_wide(radians: Floats, what: str) -> None:
+    """Warn of offsets in the sky, given as plain numbers, that are too large for radians."""
+    largest = float(np.abs(radians).max())
+    if largest > _WIDEST:
+        caution(
+            f"{what} have values up to {largest:.6g} radians, {np.degrees(largest):.3g} degrees; give arc seconds as "
+            f"Quantities, such as {largest:.6g} * u.arcsec"
+        )
+
+
+def in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:
+    """Return numbers in a power of radians as a Quantity in that power of a unit; unchanged without a unit."""
+    if unit is None:
+        return radians
+    from astropy import units as u
+
+    # The unit may be dimensionless.
+    return (radians * u.rad**power).to(unit**power, equivalencies=u.dimensionless_angles())
 
 
 def offsets(about: Floats, apart: Floats) -> Floats:

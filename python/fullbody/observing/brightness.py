@@ -138,7 +138,7 @@ class Photometer:
     ) -> None:
         flag(mutual, "mutual")
         names = system.context.names
-        self.laws: list[Law] = _by_name(law, names, "law")
+        self.laws: list[Law] = by_name(law, names, "law")
         for name, one in zip(names, self.laws, strict=True):
             instance(one, f"law of {name}", Law, "a law such as LommelSeeliger()")
         # One albedo for all of a body is multiplied in here, so that the derivative with respect to zero is known.
@@ -161,6 +161,16 @@ class Photometer:
         plain *= self.albedo
         if any(law.phase_function is not None for law in self.laws):
             plain *= self._by_law(_phase_angle(*epochs.ways()))
+        return plain
+
+    def moments(self, epochs: Epochs) -> Floats:
+        """Return the brightness and its first moments (K, N, 4), sums over the surface of the light and of it times the
+        components of the vector from the body's centre.
+        """
+        plain: Floats = self._core.moments(epochs.core())
+        plain *= self.albedo[:, None]
+        if any(law.phase_function is not None for law in self.laws):
+            plain *= self._by_law(_phase_angle(*epochs.ways()))[..., None]
         return plain
 
     def _by_law(self, angle: Floats) -> Floats:
@@ -357,7 +367,7 @@ def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[Floats, list[list[flo
             f"albedo has shape {np.shape(albedo)}; expected a number, or a dict by the names of the bodies"
         )
     factors, faces = np.ones(len(names)), []
-    for index, (name, value) in enumerate(zip(names, _by_name(albedo, names, "albedo"), strict=True)):
+    for index, (name, value) in enumerate(zip(names, by_name(albedo, names, "albedo"), strict=True)):
         given = numbers(value, f"albedo of {name}")
         if given.ndim > 1 or not (given.size and given.min() >= 0.0 and given.max() < np.inf):
             expected = "a finite number, zero or above, or one for each face of a polyhedron"
@@ -374,7 +384,7 @@ def _direction(value: Any, what: str) -> Floats:
     return found
 
 
-def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
+def by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
     """Return a list of values, one for each body, from one value for all or a dict by names."""
     if not isinstance(value, dict):
         return [value] * len(names)

@@ -53,7 +53,7 @@ def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats
     """
     if not axes.any():
         return np.zeros_like(to_observer)
-    rotation = _matrices(attitude)
+    rotation = complex_matrices(attitude)
     e, s = (vector / np.sqrt(np.sum(vector * vector, axis=-1))[..., None] for vector in (to_observer, to_sun))
     p, q = (np.einsum("...ij,...i->...j", rotation, vector) / axes for vector in (e, s))
     size_p, size_q = (np.sqrt(np.sum(v * v, axis=-1)) for v in (p, q))
@@ -111,7 +111,7 @@ def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats
     return np.einsum("...ij,...j->...i", rotation, (first * x[..., None] + second * y[..., None]) * axes)
 
 
-def _matrices(attitude: Any) -> Any:
+def complex_matrices(attitude: Any) -> Any:
     """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4) as polynomials, which take complex numbers."""
     w, x, y, z = np.moveaxis(attitude, -1, 0)
     rows = [

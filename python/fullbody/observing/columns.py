@@ -10,7 +10,7 @@ import numpy as np
 from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
 from ..base.epochs import refuse_coarse
-from ..base.foreign import are_dates, array_or_quantity
+from ..base.foreign import are_dates, array_or_quantity, shown
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
 from ..base.units import UNITLESS, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
@@ -154,6 +154,28 @@ class Rows:
         except ValueError as error:
             wanted = " or ".join(str(one) for one in {(self.given,): 0, (self.given, *shape): 0})
             raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
+
+
+def labels_of(given: Any, what: str, rows: Rows, default: Any) -> tuple[Any, Any]:
+    """Return the distinct labels of rows, and the index of each kept row's label among them.
+
+    ``given`` is one label for each of the given rows. ``None``, or nothing but ``None``, stands for the ``default``
+    labels of the kept ones.
+    """
+    if given is not None and np.shape(given) != (rows.given,):
+        raise InvalidInput(f"{what} has shape {np.shape(given)}; expected ({rows.given},), one for each of times")
+    values = np.ma.getdata(given) if hasattr(given, "dtype") else np.array(given, dtype=object)
+    try:
+        missing = np.ma.getmask(given) | np.array(values != values, dtype=bool)
+    except TypeError as error:
+        raise InvalidInput(f"{what} is {shown(given)}; expected a label for each of times") from error
+    if np.any(missing):
+        raise InvalidInput(f"{what} has no label in row {int(np.argmax(missing))}; expected one for each of times")
+    absent = given is None or all(label is None for label in np.asarray(given))
+    try:
+        return np.unique(default if absent else np.asarray(given)[rows.kept], return_inverse=True)
+    except TypeError as error:
+        raise InvalidInput(f"{what} is {shown(given)}, labels of several kinds; expected one kind") from error
 
 
 def positive_rows(values: Floats, what: str) -> Floats:

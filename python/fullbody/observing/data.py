@@ -64,8 +64,9 @@ class Observations(Predictions, Tabled):
         columns : dict, optional
             Names of columns where they differ from those that :meth:`to_table` writes. The keys are ``times``; for
             :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
-            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and
-            their standard errors ``sigma_range`` and ``sigma_range_rate``.
+            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarSpectrum` and :class:`DelayDoppler`
+            ``power`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and their standard errors
+            ``sigma_range`` and ``sigma_range_rate``.
         unit : unit or dict of unit, optional
             Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
         dates : (format, scale), optional
@@ -164,10 +165,15 @@ class Observations(Predictions, Tabled):
         """
         system = run.system
         predicted, residuals, _ = self._solved(run, linear)
-        sigma = np.sqrt(np.diagonal(self._covariance(system), axis1=1, axis2=2))
+        sigma = np.sqrt(np.diagonal(self.errors(system).covariance, axis1=1, axis2=2)).reshape(residuals.shape)
         columns = [self._by_name(self._attach(values, system)) for values in (predicted, residuals, sigma)]
         parts = {name: (columns[0][name], columns[1][name], columns[2][name]) for name in columns[0]}
         return draw(time_axis(self.times), parts, axes, kwargs)
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """The names of the C numbers of a row, such as east and north."""
+        return self._names
 
     def _by_name(self, attached: Any) -> dict[str, Any]:
         """Return predictions as columns (K,) by their names."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +14,11 @@ from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
 from .brightness import Epochs, Photometer, of_unit_sphere
+from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .states import DISTANT, refuse_near, retarded
 from .times import in_system, kilometres
-from .vectors import Vectors, local_geometry
+from .vectors import SystemGeometry, Vectors, local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
@@ -37,6 +39,7 @@ def light_curve(
     albedo: float | Array | dict[str, Any] = 1.0,
     mutual: bool = True,
     sun_radius: Any = 0.0,
+    exposure: Any = 0.0,
     reduced: bool = True,
     per_body: bool = False,
 ) -> Floats:
@@ -52,6 +55,8 @@ def light_curve(
         A geometry that includes the Sun.
     law, albedo, mutual, sun_radius
         Options of :func:`brightness`.
+    exposure : float or Quantity
+        The time of integration about each of the times, over which the brightness is averaged by five values.
     reduced : bool
         Whether magnitudes are those at unit distances from the observer and from the Sun. Otherwise 5 log10 of the
         product of the two distances, in the system's unit of length, is added.
@@ -92,23 +97,42 @@ def light_curve(
     """
     system = run.system
     local = local_geometry(geometry, system)
-    arrival = np.atleast_1d(in_system(times, system, "times"))
+    photometer, rule = Photometer(system, law, albedo, mutual, sun_radius), exposure_rule(exposure, system)
+    result = []
+    for part in _parts(in_system(times, system, "times")):
+        light = np.zeros((len(part), len(system.context)))
+        for since, weight in zip(*rule, strict=True):
+            light += weight * photometer.brightness(_epochs_at(run, local, part + since, "a light curve"))
+        total = light if per_body else light.sum(axis=1)
+        result.append(magnitudes(total, local.observer(part), local.sun(part), reduced))
+    return np.concatenate(result)
+
+
+def epochs_of(run: Record, times: Any, geometry: Vectors, what: str) -> Iterator[Epochs]:
+    """Iterate over what a photometer sees at times (K,) of arrival, in parts between which Ctrl-C is noticed."""
+    system = run.system
+    local = local_geometry(geometry, system)
+    for part in _parts(in_system(times, system, "times")):
+        yield _epochs_at(run, local, part, what)
+
+
+def _parts(arrival: Floats) -> list[Floats]:
+    """Return times () or (K,) in parts between which Ctrl-C is noticed."""
+    arrival = np.atleast_1d(arrival)
     if arrival.ndim != 1:
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
-    photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    result = []
-    for part in np.array_split(arrival, max(1, -(-len(arrival) // _CHUNK))):
-        states, retarded_states = retarded(run, local, part, "time of a light curve")
-        attitude = retarded_states.attitude(states["attitude"], states["spin"])
-        to_sun = local.sun(part)
-        for what, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, vector, retarded_states.centre, attitude, part, 1.0, DISTANT + 1.0)
-        beta = retarded_states.velocity / retarded_states.light_speed
-        epochs = Epochs(part, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
-        light = photometer.brightness(epochs)
-        total = light if per_body else light.sum(axis=1)
-        result.append(magnitudes(total, retarded_states.observer, to_sun, reduced))
-    return np.concatenate(result)
+    return np.array_split(arrival, max(1, -(-len(arrival) // _CHUNK)))
+
+
+def _epochs_at(run: Record, local: SystemGeometry, moments: Floats, what: str) -> Epochs:
+    """Return what a photometer sees at times (K,) of arrival, after checking that it and the Sun are far enough."""
+    states, retarded_states = retarded(run, local, moments, f"time of {what}")
+    attitude = retarded_states.attitude(states["attitude"], states["spin"])
+    to_sun = local.sun(moments)
+    for name, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
+        refuse_near(run.system, local, name, vector, retarded_states.centre, attitude, moments, 1.0, DISTANT + 1.0)
+    beta = retarded_states.velocity / retarded_states.light_speed
+    return Epochs(moments, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
 
 
 def zero_point(

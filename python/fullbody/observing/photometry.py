@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.foreign import are_dates, shown
+from ..base.foreign import are_dates
 from ..base.kinds import choice, flag, instance
 from ..base.limits import Limits
 from ..base.units import UNITLESS, is_quantity
-from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
-from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
+from .columns import DataColumn, Rows, column, jitter_of, labels_of, positive_rows, refuse_rounded
+from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .linear import LinearUnknown
@@ -63,6 +63,9 @@ class Photometry(SunlitObservations):
         Whether the magnitudes have a free slope in the phase angle, per radian, one for all nights.
     rotation : RotationSeries, optional
         A free Fourier series in the rotation angle of a body.
+    exposure : float or Quantity
+        The time of integration about each of the times, over which the brightness is averaged by five values, with
+        bodies that go on straight and rotate uniformly.
     reduced : bool
         Whether the magnitudes are reduced to unit distances from the observer and from the Sun.
 
@@ -126,6 +129,7 @@ class Photometry(SunlitObservations):
         drift: str | None = None,
         phase_slope: str | None = None,
         rotation: RotationSeries | None = None,
+        exposure: Any = 0.0,
         reduced: bool = True,
     ) -> None:
         columns = [("magnitude", magnitude), ("sigma", sigma)]
@@ -137,7 +141,7 @@ class Photometry(SunlitObservations):
         super().__init__(rows, geometry, law, albedo, mutual, sun_radius)
         self.magnitude = rows.of("magnitude")
         self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
-        self.reduced = reduced
+        self.reduced, self.exposure = reduced, exposure
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
             UNITLESS.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
@@ -149,28 +153,10 @@ class Photometry(SunlitObservations):
             instance(rotation, "rotation", RotationSeries, "a RotationSeries")
         self.rotation = rotation
         #: Names of the nights, and the index of each row's night among them; those of the filters, if they are given.
-        self.nights, self._night = self._labels(night, "night", rows.given)
+        self.nights, self._night = labels_of(night, "night", rows, _nights(self.times))
         self.filters, self._filter = None, self._night
         if filter is not None and any(label is not None for label in np.ravel(filter)):
-            self.filters, self._filter = self._labels(filter, "filter", rows.given)
-
-    def _labels(self, row_labels: Any, what: str, count: int) -> tuple[Any, Any]:
-        """Return the distinct labels of the rows, and the index of each row's label among them."""
-        if row_labels is not None and np.shape(row_labels) != (count,):
-            raise InvalidInput(f"{what} has shape {np.shape(row_labels)}; expected ({count},), one for each of times")
-        values = np.ma.getdata(row_labels) if hasattr(row_labels, "dtype") else np.array(row_labels, dtype=object)
-        try:
-            missing = np.ma.getmask(row_labels) | np.array(values != values, dtype=bool)
-        except TypeError as error:
-            raise InvalidInput(f"{what} is {shown(row_labels)}; expected a label for each of times") from error
-        if np.any(missing):
-            raise InvalidInput(f"{what} has no label in row {int(np.argmax(missing))}; expected one for each of times")
-        absent = row_labels is None or all(label is None for label in np.asarray(row_labels))
-        labels = _nights(self.times) if absent else np.asarray(row_labels)[self.rows]
-        try:
-            return np.unique(labels, return_inverse=True)
-        except TypeError as error:
-            raise InvalidInput(f"{what} is {shown(row_labels)}, labels of several kinds; expected one kind") from error
+            self.filters, self._filter = labels_of(filter, "filter", rows, _nights(self.times))
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
@@ -282,11 +268,13 @@ class Photometry(SunlitObservations):
         self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag"))
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
-        retarded = self._retarded(system, states, masses)
-        view = self._epochs(system, states, retarded)
-        total = self._total(self._photometer(system).brightness(view))
+        photometer, light = self._photometer(system), np.zeros((len(self), len(system.context)))
+        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
+            epochs = self._epochs(system, states, self._retarded(system, states, masses, since))
+            light += weight * photometer.brightness(epochs)
         zero = 0.0 if self.zero == "free" else float(self.zero)
-        return magnitudes(total, view.to_observer, view.to_sun, self.reduced)[:, None] + zero
+        local, times = local_geometry(self.geometry, system), self._clock(system)
+        return magnitudes(self._total(light), local.observer(times), local.sun(times), self.reduced)[:, None] + zero
 
     def _partials(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
@@ -295,22 +283,32 @@ class Photometry(SunlitObservations):
 
         The photometer gives the derivatives with respect to poses, semi-axes and surfaces.
         """
-        retarded = self._retarded(system, states)
         known = system.context.deformations
         deformations = {name: known[name] for name in parameters if name in known}
-        result = self._photometer(system).derivatives(self._epochs(system, states, retarded), bool(deformations))
-        factor = -2.5 / np.log(10.0) / self._total(result.brightness)
-        position, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (result.position, result.rotation))
-        by_state, by_mass = by_states(system, states, retarded, position, rotation)
+        photometer, count = self._photometer(system), len(system.context)
+        light, by_axes = np.zeros((len(self), count)), np.zeros((len(self), count, 3))
+        by_state, by_mass = np.zeros((len(self), 12 * count)), np.zeros((len(self), count))
+        by_surfaces = np.zeros((len(self), len(deformations)))
+        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
+            retarded = self._retarded(system, states, None, since)
+            result = photometer.derivatives(self._epochs(system, states, retarded), bool(deformations))
+            position, rotation = (weight * part.sum(axis=1) for part in (result.position, result.rotation))
+            of_state, of_mass = by_states(system, states, retarded, position, rotation)
+            light += weight * result.brightness
+            by_state += of_state
+            by_mass += of_mass
+            by_axes += weight * result.semi_axes.sum(axis=1)
+            if deformations:
+                by_surfaces += weight * result.along(list(deformations.values()))
+        factor = -2.5 / np.log(10.0) / self._total(light)
+        by_state, by_mass = factor[:, None] * by_state, factor[:, None] * by_mass
         axes: dict[str, Floats] = {
-            f"semi-axis {axis} of {body}": factor[:, None] * result.semi_axes.sum(axis=1)[:, index, [k]]
+            f"semi-axis {axis} of {body}": factor[:, None] * by_axes[:, index, [k]]
             for index, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
         axes |= {f"mass of {body}": by_mass[:, [k]] for k, body in enumerate(system.context.names)}
-        if deformations:
-            by_surfaces = factor[:, None] * result.along(list(deformations.values()))
-            axes |= {name: by_surfaces[:, [d]] for d, name in enumerate(deformations)}
+        axes |= {name: factor[:, None] * by_surfaces[:, [d]] for d, name in enumerate(deformations)}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return by_state[:, None], direct
 

@@ -56,7 +56,7 @@ def draw(
             locator = matplotlib("dates").AutoDateLocator(maxticks=6)
             below.xaxis.set_major_locator(locator)
             below.xaxis.set_major_formatter(matplotlib("dates").ConciseDateFormatter(locator))
-    legend(flat[0])
+    legend(flat[0], markerscale=1.0)
     return result
 
 

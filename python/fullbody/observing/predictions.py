@@ -28,7 +28,10 @@ _SHARE = 1e-5
 
 
 class Errors(NamedTuple):
-    """The covariance (K, C, C) of the errors of K rows of C numbers, with and without a jitter."""
+    """The covariances (B, S, S) of the errors of B blocks of S numbers, with and without a jitter.
+
+    The numbers of K rows of C numbers stand in their order; where rows are independent, each is a block.
+    """
 
     covariance: Floats
     without_jitter: Floats
@@ -96,10 +99,17 @@ class Predictions:
             self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
         return self._clocks[key]
 
-    def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
-        """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
+    def _retarded(
+        self, system: SystemLike, states: dict[str, Floats], masses: Any = None, since: float = 0.0
+    ) -> RetardedStates:
+        """Return the states of the bodies when the observed light left them; other masses move the barycentre.
+
+        Light that is observed a time ``since`` later left bodies that have gone on straight and rotated uniformly.
+        """
         masses = system.context.masses if masses is None else masses
-        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), masses, states)
+        clock = self._clock(system)
+        earlier = None if since == 0.0 else np.full(len(clock), -since)
+        return RetardedStates(local_geometry(self.geometry, system), clock + since, masses, states, earlier)
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
@@ -113,7 +123,7 @@ class Predictions:
         raise NotImplementedError
 
     def _covariance(self, system: SystemLike) -> Floats:
-        """Return the covariances (K, C, C) of the rows, in the numbers of the predictions."""
+        """Return the covariances (B, S, S) of blocks of S numbers in their order, as those of the rows, (K, C, C)."""
         raise NotImplementedError
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
@@ -293,16 +303,17 @@ class Predictions:
     def pulls(self, run: Record) -> Floats:
         """Return the residuals (K, C) made independent of each other and divided by their standard errors.
 
-        They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
-        pull of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
+        They are L^-1 times the residuals, where L is the Cholesky factor of the covariance of a row, or of all rows
+        whose errors are correlated. The first pull is the first residual divided by its standard error, and the sum of
+        all squares is chi2.
         """
         return self.linear(run).solved()[1]
 
     def _whiten(self, values: Floats, system: SystemLike, transposed: bool = False) -> Floats:
-        """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
+        """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the covariances."""
         factor = np.linalg.cholesky(self._covariance(system))
         factor = np.swapaxes(factor, 1, 2) if transposed else factor
-        flat = values.reshape(*values.shape[:2], -1)
+        flat = values.reshape(*factor.shape[:2], -1)
         return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
 
     def chi2(self, run: Record) -> float:

@@ -163,8 +163,13 @@ class RadarAstrometry(Observations):
             result[name] = part if unit is None or not is_quantity(part) else part.to(unit)
         return RangeAndRate(**result)
 
+    @property
+    def components(self) -> tuple[str, ...]:
+        """The names of the numbers of a row: range, range rate or both."""
+        return tuple(name.replace("_", " ") for name in self._values)
+
     def _by_name(self, attached: RangeAndRate) -> dict[str, Any]:
-        return {name.replace("_", " "): getattr(attached, name) for name in self._values}
+        return dict(zip(self.components, (getattr(attached, name) for name in self._values), strict=True))
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         if self.about is None:

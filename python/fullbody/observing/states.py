@@ -89,6 +89,8 @@ class RetardedStates:
         each time.
     delay : ndarray, (..., K, N)
         The time at which the light left each body, minus the time at which it left the barycentre.
+    elapsed : ndarray, (..., K, N)
+        The time at which the light left each body, minus that of the given states.
     light_speed : float
         The speed of light in the system's units.
     """
@@ -113,6 +115,7 @@ class RetardedStates:
         if since is not None:
             position = position - velocity * since[:, None, None]
         self.delay = geometry.delays(self.observer, position, velocity)
+        self.elapsed = self.delay - self._since
         self.centre, self.velocity = position + velocity * self.delay[..., None], velocity
         self._twist: Any = None
         if "curvature" in states:
@@ -126,14 +129,18 @@ class RetardedStates:
 
     def attitude(self, attitude: Floats, spin: Floats) -> Floats:
         """Return attitudes (..., K, N, 4) when the light left the bodies, from those at the time of the states."""
-        delay = self.delay - self._since
-        angle = np.linalg.norm(spin, axis=-1) * delay
-        half_angle_factor = 0.5 * delay * np.sinc(0.5 * angle / np.pi)
-        w, v = np.cos(0.5 * angle)[..., None], spin * half_angle_factor[..., None]
-        scalar, vector = attitude[..., :1], attitude[..., 1:]
-        real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
-        turned = np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
+        turned = rotated(attitude, spin, self.elapsed)
         return turned if self._twist is None else turned + self._twist
+
+
+def rotated(attitude: Any, spin: Any, delay: Any) -> Any:
+    """Return attitudes (..., 4) after times (...) of rotation at constant spins (..., 3); all may be complex."""
+    angle = np.sqrt(np.sum(spin * spin, axis=-1)) * delay
+    half_angle_factor = 0.5 * delay * np.sinc(0.5 * angle / np.pi)
+    w, v = np.cos(0.5 * angle)[..., None], spin * half_angle_factor[..., None]
+    scalar, vector = attitude[..., :1], attitude[..., 1:]
+    real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
+    return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
 
 
 def retarded(run: Record, local: SystemGeometry, times: Floats, what: str) -> tuple[dict[str, Any], RetardedStates]:

@@ -75,22 +75,40 @@ def by_states(
     """Return the derivatives of K numbers with respect to states, (K, 12 N), and to masses, (K, N).
 
     ``position`` and ``rotation`` are the derivatives of these numbers with respect to retarded positions and rotation
-    vectors, (K, N, 3). Let e be the unit vector from a body to the observer, u the body's velocity and d its delay.
-    Then c d' = e.(r' + d u' + u d') for a change r' of the position, which also changes the time at which the light
-    left. A mass moves the barycentre, relative to which the directions and distances of observer and Sun are given.
+    vectors, (K, N, 3). Let e be the unit vector from a body to the observer, u the body's velocity, d its delay and s
+    the time that has elapsed since the state. Then c d' = e.(r' + s u' + u d') for a change r' of the position, which
+    also changes the time at which the light left. A mass moves the barycentre, relative to which the directions and
+    distances of observer and Sun are given.
     """
     to_observer = retarded.observer[:, None] - retarded.centre
     toward = to_observer / np.linalg.norm(to_observer, axis=-1, keepdims=True)
     later = np.sum(position * retarded.velocity + rotation * states["spin"], axis=-1)
     speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
     position = position + toward * (later / speed)[..., None]
-    delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-    moving, spin = delay * position, delay * rotation
+    elapsed, weights = retarded.elapsed[..., None], (system.context.masses / system.context.masses.sum())[:, None]
+    moving, (turned, spin) = elapsed * position, _before_rotation(elapsed * states["spin"], rotation)
     parts = [
         position - weights * position.sum(axis=1, keepdims=True),
         moving - weights * moving.sum(axis=1, keepdims=True),
-        rotation + np.cross(delay * states["spin"], rotation),
-        spin,
+        turned,
+        elapsed * spin,
     ]
     by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
     return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
+
+
+def _before_rotation(angle: Floats, rotation: Floats) -> tuple[Floats, Floats]:
+    """Return derivatives (..., 3) with respect to rotation vectors before a rotation, and to the rotation itself.
+
+    ``rotation`` are the derivatives with respect to rotation vectors after a rotation by the vectors ``angle``, all in
+    body frames. The rotation changes what is before it, and the right Jacobian of the exponential map relates a change
+    of its vector to a rotation after it.
+    """
+    size = np.linalg.norm(angle, axis=-1, keepdims=True)
+    once = np.cross(angle, rotation)
+    twice = np.cross(angle, once)
+    half = 0.5 * np.sinc(0.5 * size / np.pi) ** 2
+    small = size < 1e-2
+    cube = np.where(small, 1.0, size) ** 3
+    sixth = np.where(small, (1.0 - size**2 / 20.0) / 6.0, (size - np.sin(size)) / cube)
+    return rotation + np.sinc(size / np.pi) * once + half * twice, rotation + half * once + sixth * twice

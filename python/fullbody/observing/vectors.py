@@ -257,6 +257,10 @@ class SystemGeometry:
         """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
         return self._find(self._geometry._known_sun(), times)
 
+    def sun_velocity(self, times: Floats) -> Floats:
+        """Return rates of change (..., 3) of the vectors to the Sun."""
+        return self._find(self._geometry._known_sun(), times, 1)
+
     def emission(self, given: Any) -> Floats:
         """Return the times (...) at which the light that arrives at given times left the barycentre."""
         times: Floats = np.asarray(given, dtype=np.float64)

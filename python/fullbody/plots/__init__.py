@@ -1,4 +1,4 @@
-"""Plots of a run, for :attr:`fullbody.Run.plot`, of the results of :mod:`fullbody.fields`, and of impacts.
+"""Plots of a run, for :attr:`fullbody.Run.plot`, and of fields, impacts, sweeps and astrometry.
 
 Matplotlib is imported when a plot is drawn.
 """
@@ -14,11 +14,25 @@ from ..base.figures import matplotlib
 from ..base.kinds import instance
 from ..errors import InvalidInput
 from ._style import RunPlots, check_body, escaped, joined
-from .curves import angles, elements, energy, libration, light_curve, spins, work
+from .curves import angles, elements, energy, libration, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
+from .light import light_curve
+from .radar import delay_doppler, radar_spectrum
 from .scene import orbit, scene
+from .sky_tracks import sky_track
+from .sweeps import sweep
+from .telescope import sky
 
-__all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
+__all__ = [
+    "Plots",
+    "impacts",
+    "roche_lobes",
+    "sky_track",
+    "surface_map",
+    "surface_scene",
+    "sweep",
+    "zero_velocity",
+]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -123,19 +137,22 @@ class Plots(RunPlots):
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
-    <plots of 11 samples: angles, elements, energy, libration, light_curve, orbit, scene, spins, work; call it for a
-    summary>
+    <plots of 11 samples: angles, delay_doppler, elements, energy, libration, light_curve, orbit, radar_spectrum, scene,
+    sky, spins, work; call it for a summary>
     """
 
     __slots__ = ()
 
     angles = angles
+    delay_doppler = delay_doppler
     elements = elements
     energy = energy
     libration = libration
     light_curve = light_curve
     orbit = orbit
+    radar_spectrum = radar_spectrum
     scene = scene
+    sky = sky
     spins = spins
     work = work
     __call__ = summary

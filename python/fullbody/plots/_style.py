@@ -1,4 +1,4 @@
-"""Shared parts of the plots of runs: labels with units, bodies to draw, and their surfaces."""
+"""Shared parts of the plots: line styles that are distinct in grey print, labels with units, and numbers to draw."""
 
 from __future__ import annotations
 
@@ -13,22 +13,13 @@ import numpy.typing as npt
 from .. import _core
 from ..base import rotations
 from ..base.arguments import integer
-from ..base.figures import matplotlib
+from ..base.figures import grid
 from ..errors import InvalidInput
 from ..model.freeform import ConvexShape
 from ..record.record import Record
 from ..typing import Floats
 
 ArrayOfAxes: TypeAlias = npt.NDArray[np.object_]
-
-#: An angle that makes more turns than this in one panel is drawn as dots.
-_TURNS_AS_LINE = 25
-
-#: A change between samples that is a jump: a full turn, or the half turn of phi and psi at theta = 90 degrees.
-_JUMP = 170.0
-
-#: Spacings of the ticks of angles, in degrees: parts of a turn, and whole turns for hyperbolic anomalies.
-_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, *(360.0 * m * 10.0**k for k in range(12) for m in (1, 2, 3, 5)))
 
 #: The longest time axis in one unit before the next larger unit is used.
 _LONG = 1000.0
@@ -73,7 +64,7 @@ def joined(run: Record) -> str:
     return f"{', '.join(names)} and {last}" if names else last
 
 
-def _clock(run: Record) -> tuple[float, str]:
+def clock(run: Record) -> tuple[float, str]:
     """Return the system's units of time in one of the axis, and its name: days or years where others would be many."""
     units = run.context.units
     if not units.defined:
@@ -88,57 +79,57 @@ def _clock(run: Record) -> tuple[float, str]:
     return 1.0, unit(run, "time")
 
 
+def unit_of_rates(run: Record) -> str:
+    """Return the unit of the time axis in the singular; empty for a system without units."""
+    name = clock(run)[1]
+    return {"days": "day", "years": "year", "system units": ""}.get(name, name)
+
+
+def energy_unit(run: Record) -> tuple[float, str]:
+    """Return joules in the system's unit of energy, and their symbol; one for a system without units."""
+    units = run.context.units
+    return (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
+
+
 def times(run: Record, moments: Floats | None = None) -> Floats:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
     shown: Floats = run.arrays["time"] if moments is None else moments
-    factor = _clock(run)[0]
+    factor = clock(run)[0]
     return shown if factor == 1.0 else shown / factor
 
 
 def time_label(ax: Any, run: Record) -> None:
     """Label the time axis."""
-    ax.set_xlabel(f"time [{_clock(run)[1]}]")
+    ax.set_xlabel(f"time [{clock(run)[1]}]")
 
 
-def steady(ax: Any, scale: float = 0.0) -> None:
-    """Show curves as constant that stay within 1e-8 of their size, or of ``scale`` if that is larger."""
-    low, high = ax.dataLim.intervaly
-    size = max(abs(low), abs(high), scale)
-    # Curves of zeros get limits from matplotlib.
-    if size > 0.0 and high - low < 1e-8 * size:
-        margin = 0.02 * size if size > scale else 20.0 * size
-        # Curves drawn later may still change the limits.
-        ax.set_ylim(low - margin, high + margin, auto=True)
+def dress(ax: Any, text: str, title: str = "") -> None:
+    """Label the vertical axis, write a title if there is one, and draw the grid."""
+    ax.set_ylabel(text)
+    if title:
+        ax.set_title(title, fontsize="medium", loc="left")
+    grid(ax)
 
 
-def degrees(ax: Any) -> None:
-    """Set ticks of a y-axis of angles: parts of a turn, tens of degrees or whole turns."""
-    ticker = matplotlib("ticker")
-
-    class Locator(ticker.MaxNLocator):  # type: ignore[misc, name-defined]
-        def tick_values(self, low: float, high: float) -> Any:
-            for step in _STEPS:
-                if 2.5 * step < high - low <= 5.0 * step:
-                    return step * np.arange(np.floor(low / step), np.ceil(high / step) + 1)
-            return super().tick_values(low, high)
-
-    ax.yaxis.set_major_locator(Locator(5, steps=[1, 2, 2.5, 5, 10]))
+def in_si(value: Any) -> Any:
+    """Return energies in joules, those of a unit of mass in m2/s2, and other values as they are."""
+    for unit in ("J", "m2 / s2"):
+        if hasattr(value, "unit") and value.unit.is_equivalent(unit):
+            return value.to(unit)
+    return value
 
 
-def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any]) -> Any:
-    """Draw an angle without strokes across jumps of a full turn, and as dots if it makes very many turns."""
-    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
-    # An angle of several turns, such as a hyperbola's anomaly, has no jumps.
-    jumps = jumps[:0] if np.ptp(degrees) > 360.0 else jumps
-    if len(jumps) > _TURNS_AS_LINE:
-        dots = {"marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
-        return ax.plot(time, degrees, **{**dots, **style, "linestyle": "none"})[0]
-    return ax.plot(np.insert(time, jumps, np.nan), np.insert(degrees, jumps, np.nan), **style)[0]
-
-
-def colour_bar(ax: Any, drawn: Any, label: str) -> Any:
-    """Draw a colour bar beside axes, as high as they are."""
-    return ax.figure.colorbar(drawn, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), label=label)
+def colour_bar(ax: Any, drawn: Any, label: str, unit: str, **kwargs: Any) -> Any:
+    """Draw a colour bar beside axes, as high as they are, with a power of ten in its label instead of its numbers."""
+    bar = ax.figure.colorbar(drawn, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), **kwargs)
+    largest = np.abs(drawn.get_clim()).max()
+    power = int(np.floor(np.log10(largest))) if np.isfinite(largest) and largest > 0.0 else 0
+    if 10.0**power < 1e4 and power > -3:
+        power = 0
+    else:
+        bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value / 10.0**power:.4g}".replace("-", "\N{MINUS SIGN}"))
+    bar.set_label(f"{label} [$10^{{{power}}}$ {unit}]" if power else f"{label} [{unit}]")
+    return bar
 
 
 def world(ax: Any) -> None:

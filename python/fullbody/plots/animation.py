@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from subprocess import CalledProcessError
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..base.atomic import check_suffix, replacing
-from ..base.figures import matplotlib
-from ..base.kinds import whole
+from ..base.figures import grid, matplotlib
+from ..base.kinds import choice, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
-from ._style import RunPlots, check_samples, split_far
+from ..typing import Floats
+from ._style import RunPlots, check_samples, label, split_far
 from .between import at, warn_if_aliased
-from .scene import Sunlight, directions, draw_body, new_axes, scene, title
+from .scene import draw_body, new_axes, scene, title
+from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
@@ -37,6 +39,9 @@ _ICONS = {
     "pause": "||",
 }
 _SUFFIXES = (".mp4", ".gif", ".html")
+#: The default width and height of pictures in inches, and the least number of points of a light curve.
+_SIZES = {"scene": (6.4, 4.8), "sky": (9.6, 4.8)}
+_CURVE = 600
 
 
 def animate(
@@ -45,9 +50,10 @@ def animate(
     *,
     seconds: float = 10.0,
     fps: int = 20,
-    size: tuple[float, float] = (6.4, 4.8),
+    size: tuple[float, float] | None = None,
     dpi: float = 100.0,
     geometry: Vectors | None = None,
+    view: Literal["scene", "sky"] = "scene",
 ) -> Path:
     """Write an animation of the bodies to a file.
 
@@ -61,13 +67,16 @@ def animate(
     fps : int
         Pictures per second, at equal steps of time; between samples they are drawn as in
         :meth:`fullbody.plots.Plots.scene`.
-    size : (float, float)
-        Width and height in inches.
+    size : (float, float), optional
+        Width and height in inches; by default 6.4 and 4.8, and for the sky 9.6 and 4.8.
     dpi : float
         Dots per inch.
     geometry : fullbody.observing.Geometry, optional
         Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
         ellipsoid.
+    view : {"scene", "sky"}
+        What is shown: the bodies in 3D, or the bodies in the sky, as :meth:`fullbody.plots.Plots.sky` draws them, with
+        their light curve beside it. The sky needs a geometry with the Sun, and a run with ``dense=True``.
 
     Returns
     -------
@@ -90,7 +99,8 @@ def animate(
     check_suffix(path, _SUFFIXES)
     UNITLESS.number(seconds, "number", "seconds", POSITIVE)
     whole(fps, "fps")
-    size, dpi = _dots(size, dpi)
+    choice(view, "view", ("scene", "sky"))
+    size, dpi = _dots(_SIZES[view] if size is None else size, dpi)
     check_samples(run)
     animation = matplotlib("animation")
     if kind == ".mp4" and not animation.writers.is_available("ffmpeg"):
@@ -101,18 +111,7 @@ def animate(
     # The figure has no window, since the animation goes to a file.
     figure = matplotlib("figure").Figure(figsize=size)
     matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
-    ax = new_axes(figure)
-    scene(RunPlots(run), None, ax)
-    # The bodies are redrawn in each picture; their paths stay.
-    moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
-    for artist in moving:
-        artist.remove()
-    centres, attitudes = at(run, times)
-    suns = [None] * len(times) if geometry is None else directions(run, geometry, times)
-    near = split_far(run)[0]
-    # All pictures show as many decimals as are needed to tell their times apart.
-    step = float(np.ptp(times)) / len(times)
-    decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
+    draw = _sky(run, figure, times, geometry) if view == "sky" else _scene(run, figure, times, geometry)
     # Players of MP4 expect even numbers of pixels and this colour layout.
     writers: dict[str, tuple[str, dict[str, Any]]] = {
         ".html": ("HTMLWriter", {"embed_frames": True, "default_mode": "loop", "embed_limit": 2000.0}),
@@ -122,13 +121,8 @@ def animate(
     writer = getattr(animation, writers[kind][0])(fps=fps, **writers[kind][1])
     with _failing_by_name(path), replacing(path) as temporary:
         with writer.saving(figure, str(temporary), dpi):
-            for time, centre, attitude, sun in zip(times, centres, attitudes, suns, strict=True):
-                artists: list[Any] = []
-                light = None if sun is None else Sunlight(run, sun, centre, attitude)
-                for body in near:
-                    pose = (body, centre[body], attitude[body], run.context.names[body])
-                    artists += draw_body(ax, run, *pose, {}, mesh=(25, 13), light=light)
-                title(ax, run, f"{time:.{decimals}f}")
+            for index in range(len(times)):
+                artists = draw(index)
                 writer.grab_frame()
                 for artist in artists:
                     artist.remove()
@@ -138,6 +132,64 @@ def animate(
             page = re.sub(r'<i class="fa fa-([a-z -]+)"></i>', lambda icon: _ICONS[icon[1]], page)
             temporary.write_text(page, encoding="utf-8")
     return path
+
+
+def _scene(run: Record, figure: Any, times: Floats, geometry: Vectors | None) -> Callable[[int], list[Any]]:
+    """Draw the paths of the bodies in 3D, and return the function that draws the bodies at one of the times."""
+    ax = new_axes(figure)
+    scene(RunPlots(run), None, ax)
+    # The bodies are redrawn in each picture; their paths stay.
+    moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
+    for artist in moving:
+        artist.remove()
+    centres, attitudes = at(run, times)
+    suns = None if geometry is None else directions(run, geometry, times)
+    near = split_far(run)[0]
+    # All pictures show as many decimals as are needed to tell their times apart.
+    step = float(np.ptp(times)) / len(times)
+    decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
+
+    def draw(index: int) -> list[Any]:
+        artists: list[Any] = []
+        centre, attitude = centres[index], attitudes[index]
+        light = None if suns is None else Sunlight(run, suns[index], centre, attitude)
+        for body in near:
+            pose = (body, centre[body], attitude[body], run.context.names[body])
+            artists += draw_body(ax, run, *pose, {}, mesh=(25, 13), light=light)
+        title(ax, run, f"{times[index]:.{decimals}f}")
+        return artists
+
+    return draw
+
+
+def _sky(run: Record, figure: Any, times: Floats, geometry: Vectors | None) -> Callable[[int], list[Any]]:
+    """Draw the frame of the sky and the light curve, and return the function that draws one of the times."""
+    from ..observing.light_curve import light_curve
+    from ..observing.vectors import local_geometry
+    from .telescope import SkyFrames
+
+    if geometry is None:
+        raise InvalidInput("geometry is None, but view='sky' shows what its observer sees; expected a Geometry")
+    arrival = local_geometry(geometry, run.system).arrival(times)
+    pictures = SkyFrames(run, arrival, geometry)
+    left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.1, 1.0)})
+    figure.set_layout_engine("constrained")
+    pictures.prepare(left)
+    fine = np.linspace(arrival[0], arrival[-1], max(len(times), _CURVE))
+    curve = light_curve(run, fine, geometry)
+    right.plot(fine, np.where(np.isfinite(curve), curve, np.nan), color="black", linewidth=1.0)
+    right.invert_yaxis()
+    right.set(xlabel=label(run, "time", "time"), ylabel="magnitude")
+    grid(right)
+    now = light_curve(run, arrival, geometry)
+
+    def draw(index: int) -> list[Any]:
+        dots = (
+            right.plot(arrival[[index]], now[[index]], marker="o", color="#D55E00") if np.isfinite(now[index]) else []
+        )
+        return [*pictures.draw(left, index, True, {}), *dots]
+
+    return draw
 
 
 @contextmanager

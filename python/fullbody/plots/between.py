@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..base import rotations
 from ..base.units import need
 from ..errors import InvalidInput, caution
 from ..particles.rules import FATES
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
 _SMOOTH = 1000
 #: The largest number of times for each sample of a flight.
 _PARTS = 12
-#: The number of turns in a run that samples alone show; for more turns, the part of a turn between points, and the
-#: largest number of points.
-_SEEN, _PART, _MOST = 20.0, 1.0 / 48.0, 400_000
+#: The part of a turn between points of a curve of an angle, and the largest number of points.
+_PART, _MOST = 1.0 / 48.0, 400_000
+#: The difference in radians of a turn between samples from that of the mean spin, and the turn itself, up to which
+#: the spins tell how the body turns between the samples.
+_AGREED, _FOLLOWED = 0.5, 2.8
 
 
 def moment(run: Record, time: Any) -> float:
@@ -51,7 +54,8 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     """Return centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
 
     They are taken from the continuous solution if the run has one (``dense=True``). Otherwise centres between samples
-    are cubics that fit positions and velocities, and attitudes follow the shorter turn.
+    are cubics that fit positions and velocities, and attitudes follow rotation vectors that fit attitudes and spins, or
+    the shorter turn where a spin is for more than half a turn between samples.
     """
     record = run.arrays
     if run.dense is not None and _inside(times, run.dense.core.range):
@@ -63,13 +67,8 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     if np.array_equal(samples[index], times):
         return centres[index], attitude[index]
     with need("plot", "a picture between two samples"):
-        from scipy.spatial.transform import Rotation, Slerp
-
-    attitudes = np.empty((len(times), len(run.context), 4))
-    for body in range(len(run.context)):
-        rotations_of_body = Rotation.from_quat(attitude[:, body], scalar_first=True)
-        attitudes[:, body] = Slerp(samples, rotations_of_body)(times).as_quat(scalar_first=True)
-    return _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times), attitudes
+        curve = _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times)
+    return curve, _turned(samples, attitude, record["spin"][order], times)
 
 
 class Trails(NamedTuple):
@@ -137,6 +136,29 @@ def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, 
     return np.where(bent, cubic, straight)
 
 
+def _turned(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> Floats:
+    """Interpolate attitudes (K, N, 4) by rotation vectors from each sample that are cubics in time.
+
+    The rate of a rotation vector v is w + v x w / 2 + c v x (v x w), with the spin w in the body frame.
+    """
+    step = np.diff(samples)[:, None, None]
+    vector = rotations.between(attitude[:-1], attitude[1:])
+    begin, end = spin[:-1] * step, spin[1:] * step
+    angle = np.linalg.norm(vector, axis=2, keepdims=True)
+    half = np.maximum(0.5 * angle, 1e-4)
+    across = np.cross(vector, end)
+    c = (1.0 - half / np.tan(half)) / (2.0 * half) ** 2
+    rate = end + 0.5 * across + c * np.cross(vector, across)
+    # Without this, a body that makes most of a turn between samples would swing back and forth.
+    known = (np.linalg.norm(0.5 * (begin + rate) - vector, axis=2, keepdims=True) < _AGREED) & (angle < _FOLLOWED)
+    begin, rate = np.where(known, begin, vector), np.where(known, rate, vector)
+    interval = np.clip(np.searchsorted(samples, times, side="right") - 1, 0, len(samples) - 2)
+    t = ((times - samples[interval]) / np.diff(samples)[interval])[:, None, None]
+    begin, rate, vector = begin[interval], rate[interval], vector[interval]
+    found = t * begin + t**2 * (3.0 * vector - 2.0 * begin - rate) + t**3 * (begin + rate - 2.0 * vector)
+    return np.asarray(rotations.products(attitude[interval], rotations.of_vectors(found)))
+
+
 def _from_barycentre(run: Record, vectors: Floats) -> Floats:
     """Subtract from positions or velocities (T, N, 3) those of the barycentre of the bodies that fit in one picture."""
     return np.asarray(vectors - _mean(run, vectors)[:, None])
@@ -166,17 +188,35 @@ def _inside(times: Floats, span: tuple[float, float]) -> bool:
 def followed(run: Record) -> tuple[Floats, Floats]:
     """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
 
-    Points at nearly equal phases of each turn would look like slow curves. If no body makes many turns, the samples are
-    returned. A warning tells where samples are more than half a turn apart.
+    Points at nearly equal phases of each turn would look like slow curves. The samples are returned if they are dense
+    enough, or more than half a turn apart, which a warning tells.
     """
     samples = run.arrays["time"]
     warn_if_aliased(run, samples, "samples")
     revolutions = _revolutions(run, samples, samples)
-    if revolutions.sum(axis=1).max(initial=0.0) <= _SEEN or (run.dense is None and revolutions.max() > 0.5):
+    most = revolutions.max(initial=0.0)
+    if most <= _PART or (run.dense is None and most > 0.5):
         return samples, np.asarray(run.arrays["attitude"])
-    count = 1 + (len(samples) - 1) * int(np.ceil(revolutions.max() / _PART))
+    count = 1 + (len(samples) - 1) * int(np.ceil(most / _PART))
     times = track(run, float(samples[-1]), min(_MOST, count))
     return times, at(run, times)[1]
+
+
+def relative_path(run: Record, body: int, about: int) -> tuple[Floats, bool]:
+    """Return positions (T, 3) of a body relative to another, and whether a line may join them.
+
+    They are dense enough for a smooth line. Without a continuous solution, the samples are returned if a body goes more
+    than half way round the other between two of them, as they do not tell its path.
+    """
+    r, v = (run.arrays[name][:, body] - run.arrays[name][:, about] for name in ("position", "velocity"))
+    areas, squares = np.linalg.norm(np.cross(r, v), axis=1), np.maximum(np.sum(r * r, axis=1), np.finfo(float).tiny)
+    rate = np.minimum((areas / squares)[1:], (areas / squares)[:-1])
+    turns = float((rate * np.abs(np.diff(run.arrays["time"]))).max(initial=0.0)) / (2.0 * np.pi)
+    if run.dense is None and turns > 0.5:
+        return r, False
+    count = 1 + (len(r) - 1) * int(np.ceil(turns / _PART))
+    centres = at(run, track(run, float(run.arrays["time"][-1]), min(_MOST, max(_SMOOTH, count))))[0]
+    return centres[:, body] - centres[:, about], True
 
 
 def _revolutions(run: Record, times: Floats, samples: Floats) -> Floats:

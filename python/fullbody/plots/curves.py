@@ -1,4 +1,4 @@
-"""Curves against time: angles, elements, energy, libration, light, spins, work."""
+"""Curves against time: angles, elements, energy, libration, spins, work."""
 
 from __future__ import annotations
 
@@ -8,25 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base import figures, rotations
-from ..base.figures import full_option_names, grid, legend, line, single
+from ..base.figures import full_option_names, legend, line, single
 from ..base.kinds import choice
 from ..base.units import plain
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
-from ..observing.light_curve import light_curve as magnitudes
-from ..observing.mutual import mutual_events
-from ..observing.times import in_system
 from ..record import conserved
 from ..record.record import Record
-from ..typing import Floats
-from . import _style
-from ._style import ArrayOfAxes, RunPlots, label, label_of, time_label, times
+from . import _style, lines
+from ._style import ArrayOfAxes, RunPlots, dress, label, label_of, time_label, times
 from .between import followed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from ..observing.vectors import Vectors
 
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 #: Name, symbol and description of each element.
@@ -47,12 +41,6 @@ _DRIFTS = {
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
 #: A body whose yaw in radians exceeds this rotates relative to the line to the other body, so it does not librate.
 _ROUND = 2.0 * np.pi
-#: The arguments of a light curve; all others are those of a line.
-_OF_LIGHT = ("law", "albedo", "mutual", "sun_radius", "reduced")
-#: Colours of bars by the kind of event.
-_BARS = {"occultation": "#56b4e9", "eclipse": "#e69f00"}
-#: A line is broken where the interval between points is this multiple of the median one.
-_GAP = 8.0
 #: The ratio of the largest to the smallest work above which a linear axis would show the smallest as zero.
 _APART = 30.0
 #: The longest name of a force that is shown in full, in characters.
@@ -60,30 +48,31 @@ _NAME = 24
 
 
 def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
-    """Draw Tait-Bryan angles in degrees: a row per body, with phi and theta in one panel, psi in another.
+    """Draw Tait-Bryan angles in degrees: a row for each body, with phi, theta and psi in a panel each.
+
+    An angle that turns too often to be seen is drawn as its departure from a uniform turn at the rate nu in the legend.
 
     Parameters
     ----------
     ax : array of matplotlib Axes, optional
-        Two for each body; ``axes`` is another name of the argument.
+        Three for each body; ``axes`` is another name of the argument.
     bodies : sequence of int or str, optional
         Indices in the system, or names; by default all bodies.
     """
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
     indices = _style.chosen(run, bodies)
-    flat, result = figures.panels(ax, (len(indices), 2), (9.0, 0.4 + 2.2 * len(indices)))
+    flat, result = figures.panels(ax, (len(indices), 3), (10.0, 0.4 + 2.2 * len(indices)))
     moments, attitude = followed(run)
     time = times(run, moments)
     for row, body in enumerate(indices):
         values = np.rad2deg(rotations.tait_bryan(attitude[:, body]))
-        for ax, columns in zip(flat[2 * row : 2 * row + 2], ((0, 1), (2,)), strict=True):
-            for column in columns:
-                style = line(column, {"label": _SYMBOLS[column], **kwargs})
-                _style.draw_angle(ax, time, values[:, column], style)
-            _dress(ax, ", ".join(_SYMBOLS[c] for c in columns) + " [deg]", label_of(run, body))
-            _style.degrees(ax)
+        for ax, symbol, angle in zip(flat[3 * row : 3 * row + 3], _SYMBOLS, values.T, strict=True):
+            name = lines.draw_angle(ax, time, angle, line(0, kwargs), symbol, _style.unit_of_rates(run))
+            first = f"{label_of(run, body)}\n" if symbol == _SYMBOLS[0] else ""
+            dress(ax, f"{first}{name} [deg]")
+            lines.degrees(ax)
             legend(ax)
-    for ax in flat[-2:]:
+    for ax in flat[-3:]:
         time_label(ax, run)
     return result
 
@@ -114,18 +103,20 @@ def elements(
     rows = [row for row in _ELEMENTS if row[0] in names]
     flat, result = figures.panels(ax, (3, 2) if len(rows) == 6 else (len(rows),), (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
+    orbit = "" if len(run.context) == 2 else f", {label_of(run, body)} about {label_of(run, about)}"
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
         value, style = plain(getattr(values, name)), line(0, full_option_names(kwargs))
         if name in ("a", "e"):
-            ax.plot(times(run), value, **style)
-            _dress(ax, label(run, symbol, "length") if name == "a" else symbol, text)
+            lines.draw(ax, times(run), value, style)
+            dress(ax, label(run, symbol, "length") if name == "a" else symbol, text + orbit)
         else:
-            _style.draw_angle(ax, times(run), np.rad2deg(value), style)
-            _dress(ax, f"{symbol} [deg]", text)
-            _style.degrees(ax)
+            symbol = lines.draw_angle(ax, times(run), np.rad2deg(value), style, symbol, _style.unit_of_rates(run))
+            dress(ax, f"{symbol} [deg]", text + orbit)
+            lines.degrees(ax)
         ax.ticklabel_format(axis="y", useOffset=False)
         # The changes of an eccentricity are compared with one, not with its size.
-        _style.steady(ax, 1e-3 if name == "e" else 0.0)
+        lines.steady(ax, 1e-3 if name == "e" else 0.0)
+        legend(ax)
     for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:
         time_label(ax, run)
     return result
@@ -147,11 +138,11 @@ def energy(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         # Zero has no logarithm: the line continues from the sample before to the one after.
         shown = drift != 0.0
         name = name if shown.any() else f"{name}: no change"
-        ax.plot(times(run)[shown], np.abs(drift[shown]), **line(index, {"label": name, **kwargs}))
+        lines.draw(ax, times(run)[shown], np.abs(drift[shown]), line(index, {"label": name, **kwargs}))
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
     ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))
-    _dress(ax, "|relative drift|")
+    dress(ax, "|relative drift|")
     legend(ax)
     time_label(ax, run)
     return ax
@@ -174,12 +165,14 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
     curves = _attitude(run, body, about)
     ax = single(ax, (7.0, 3.2))
     for index, (name, angle) in enumerate(curves.items()):
-        _style.draw_angle(ax, times(run), np.rad2deg(angle), line(index, {"label": name, **kwargs}))
+        style = line(index, {"label": name, **kwargs} if len(curves) > 1 else kwargs)
+        lines.draw_angle(ax, times(run), np.rad2deg(angle), style, name, _style.unit_of_rates(run))
     what = "z-axis from the orbit's normal" if len(curves) == 1 else "in its orbit's frame"
-    _dress(ax, "angle [deg]", f"{label_of(run, body)}, {what}")
-    _style.degrees(ax)
-    if len(curves) > 1:
-        legend(ax)
+    if len(run.context) > 2:
+        what = f"{'tilt to' if len(curves) == 1 else 'in'} its orbit about {label_of(run, about)}"
+    dress(ax, "angle [deg]", f"{label_of(run, body)}, {what}")
+    lines.degrees(ax)
+    legend(ax)
     time_label(ax, run)
     return ax
 
@@ -198,83 +191,6 @@ def _attitude(run: Record, body: int, about: int) -> dict[str, Any]:
             raise
     axis = _style.matrices(run, body)[:, :, 2]
     return {"tilt": np.arctan2(np.linalg.norm(np.cross(normal, axis), axis=1), np.sum(normal * axis, axis=1))}
-
-
-def light_curve(
-    plots: RunPlots,
-    times: Any,
-    geometry: Vectors,
-    ax: Any = None,
-    *,
-    bodies: bool = False,
-    events: bool = True,
-    **kwargs: Any,
-) -> Any:
-    """Draw magnitudes, which decrease upwards, with mutual events marked as bars.
-
-    Parameters
-    ----------
-    times : astropy Time, or array_like or Quantity, (K,)
-        Times at which the light arrives.
-    geometry : fullbody.observing.Geometry
-    ax : matplotlib Axes, or array of them, optional
-        With ``bodies`` one for all bodies together, and one for each body.
-    bodies : bool
-        Whether the magnitude of each body is drawn too, each in a panel of its own.
-    events : bool
-        Whether mutual events are marked.
-    **kwargs
-        ``law``, ``albedo``, ``mutual``, ``sun_radius`` and ``reduced`` are passed to
-        :func:`fullbody.observing.light_curve`; others to ``Axes.plot``.
-    """
-    run, options = plots.run, {name: kwargs.pop(name) for name in _OF_LIGHT if name in kwargs}
-    moments = np.atleast_1d(in_system(times, run.system, "times"))
-    each = magnitudes(run, times, geometry, per_body=True, **options)
-    with np.errstate(divide="ignore"):
-        total = -2.5 * np.log10(np.sum(10.0 ** (-0.4 * each), axis=1))
-    order = np.argsort(moments)
-    curves = [("all bodies", total[order])]
-    if bodies:
-        curves += [(label_of(run, body), each[order, body]) for body in range(len(run.context))]
-    kwargs, size = full_option_names(kwargs), (7.0, 1.6 + 1.8 * len(curves))
-    flat, result = figures.panels(ax, (len(curves),), size) if bodies else ([single(ax, size)], None)
-    for axis, (name, values) in zip(flat, curves, strict=True):
-        axis.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
-        if not axis.yaxis_inverted():
-            axis.invert_yaxis()
-        if events and run.dense is not None:
-            _mark(axis, run, geometry, moments)
-        _dress(axis, f"magnitude of {name}" if bodies else "magnitude")
-    flat[-1].set_xlabel(label(run, "time", "time"))
-    legend(flat[0])
-    return result if bodies else flat[0]
-
-
-def _broken(moments: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return a curve with breaks at gaps in time, and where a body is hidden and has no magnitude."""
-    apart = np.diff(moments)
-    gaps = np.flatnonzero(apart > _GAP * np.median(apart)) + 1 if len(apart) else np.array([], dtype=int)
-    shown = np.where(np.isfinite(values), values, np.nan)
-    return np.insert(moments, gaps, np.nan), np.insert(shown, gaps, np.nan)
-
-
-def _mark(ax: Any, run: Record, geometry: Vectors, moments: Floats) -> None:
-    """Draw bars from the beginning to the end of each mutual event, darker in totality."""
-    first, last = moments.min(), moments.max()
-    named: set[str] = set()
-
-    def within(time: Any, otherwise: float) -> float:
-        return otherwise if time is None else float(np.clip(getattr(time, "value", time), first, last))
-
-    for event in mutual_events(run, geometry):
-        begin, end = within(event.begin, first), within(event.end, last)
-        if begin < end:
-            name = {} if event.kind in named else {"label": event.kind}
-            named.add(event.kind)
-            ax.axvspan(begin, end, alpha=0.22, color=_BARS[event.kind], linewidth=0.0, **name)
-        if event.total_begin is not None:
-            total = within(event.total_begin, first), within(event.total_end, last)
-            ax.axvspan(*total, alpha=0.25, color=_BARS[event.kind], linewidth=0.0)
 
 
 def spins(
@@ -300,17 +216,18 @@ def spins(
         if frame == "inertial":
             spin = np.einsum("kij,kj->ki", _style.matrices(run, body), spin)
         for component, letter in enumerate("xyz"):
-            ax.plot(times(run), spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
-        _dress(ax, label(run, "spin", "spin"), f"{label_of(run, body)}, {frame} frame")
+            style = line(component, {"label": rf"$\omega_{letter}$", **kwargs})
+            lines.draw(ax, times(run), spin[:, component], style, np.ptp(spin))
+        dress(ax, label(run, "spin", "spin"), f"{label_of(run, body)}, {frame} frame")
         ax.ticklabel_format(axis="y", useOffset=False)
-        _style.steady(ax)
+        lines.steady(ax)
         legend(ax)
     time_label(flat[-1], run)
     return result
 
 
 def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
-    """Draw the energy that each external force has added since the start of the run.
+    """Draw the energy that each external force has added since the start of the run, in joules for a system with units.
 
     If the largest work exceeds the smallest more than thirty times, the axis is linear up to the largest work of
     the smallest force and logarithmic beyond.
@@ -320,12 +237,13 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
     if not forces:
         raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
     ax, kwargs = single(ax, (7.0, 3.2)), full_option_names(kwargs)
-    done = run.arrays["work"]
+    factor, unit = _style.energy_unit(run)
+    done = factor * run.arrays["work"]
     sizes = np.abs(done).max(axis=0)
     for index, force in enumerate(forces):
         name = _style.escaped(_style.short(force, _NAME))
         name = name if sizes[index] > 0.0 else f"{name}: none"
-        ax.plot(times(run), done[:, index], **line(index, {"label": name, **kwargs}))
+        lines.draw(ax, times(run), done[:, index], line(index, {"label": name, **kwargs}))
     sizes = sizes[sizes > 0.0]
     if len(sizes) and sizes.max() > _APART * sizes.min():
         # The axis is linear over all of the smallest force's work, then logarithmic.
@@ -335,15 +253,7 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         # The number of ticks is small enough for a page of plots too.
         locator.set_params(numticks=5)
         ax.yaxis.set_major_locator(locator)
-    _dress(ax, label(run, "work", "energy"))
+    dress(ax, f"work [{unit}]")
     legend(ax)
     time_label(ax, run)
     return ax
-
-
-def _dress(ax: Any, text: str, title: str = "") -> None:
-    """Label the vertical axis, write a title if there is one, and draw the grid."""
-    ax.set_ylabel(text)
-    if title:
-        ax.set_title(title, fontsize="medium", loc="left")
-    grid(ax)

@@ -12,7 +12,7 @@ from ..base.units import plain
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import colour_bar, escaped, world
+from ._style import colour_bar, escaped, in_si, world
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
@@ -28,13 +28,13 @@ _SHOWN += ["least_surface_acceleration", "greatest_surface_acceleration"]
 _COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
 
 
-def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, str]:
-    """Return the numbers of a quantity, with angles in degrees, and its label."""
+def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, str, str]:
+    """Return the numbers of a quantity, with angles in degrees, its name and its unit."""
     choice(quantity, "quantity", [name for name in _SHOWN if hasattr(field, name)])
-    value, phrase = getattr(field, quantity), quantity.replace("_", " ")
+    value, phrase = in_si(getattr(field, quantity)), quantity.replace("_", " ")
     if quantity.endswith("slope"):
-        return np.degrees(plain(value)), f"{phrase} [deg]"
-    return plain(value), f"{phrase} [{unit_of(value)}]"
+        return np.degrees(plain(value)), phrase, "deg"
+    return plain(value), phrase, unit_of(value)
 
 
 def _length(value: Any, letter: str) -> str:
@@ -56,7 +56,7 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     **kwargs
         Passed to ``PolyCollection``: ``cmap``, ``clim`` and others.
     """
-    values, label = _values(field, quantity)
+    values, phrase, unit = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
     outlines = _outlines(plain(field.cells), np.degrees(plain(field.longitude)))
     # Cells across the edge of the map are drawn on both sides of it.
@@ -68,7 +68,7 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     style = {"array": colours, "antialiased": False, "rasterized": True, **kwargs}
     drawn = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     world(ax)
-    colour_bar(ax, drawn, label)
+    colour_bar(ax, drawn, phrase, unit)
     ax.set_title(escaped(field.name))
     return ax
 
@@ -151,11 +151,13 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     **kwargs
         Passed to ``Poly3DCollection``: ``cmap``, ``clim`` and others.
     """
-    values, label = _values(field, quantity)
+    values, phrase, unit = _values(field, quantity)
     ax = _stage(ax)
     cells = plain(field.cells)
-    drawn = ax.add_collection3d(_polygons(cells, **{"array": values, "linewidths": 0.0, **kwargs}))
-    ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.6, pad=0.1)
+    # Smoothed edges would show the seams between the faces.
+    style = {"array": values, "linewidths": 0.0, "antialiaseds": False}
+    drawn = ax.add_collection3d(_polygons(cells, **{**style, **kwargs}))
+    ax.figure.colorbar(drawn, ax=ax, label=f"{phrase} [{unit}]", shrink=0.6, pad=0.1)
     _equal(ax, cells, field.point)
     ax.set_title(escaped(field.name))
     return ax
@@ -185,7 +187,9 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         )
     struck = (flight.fate_body == index) & np.isin(flight.fate, ("impact", "rest"))
     ax = single(ax, (8.0, 4.4))
-    style: dict[str, Any] = {"s": 4.0, "linewidths": 0.0, "rasterized": True}
+    # The more dots there are, the smaller they are.
+    style: dict[str, Any] = {"s": float(np.clip(4000.0 / max(1, struck.sum()), 4.0, 25.0)), "rasterized": True}
+    style |= {"edgecolors": "0.2", "linewidths": 0.3} if style["s"] > 8.0 else {"linewidths": 0.0}
     if colour is None:
         style |= {} if own_colour else {"color": LINES[0]["color"]}
     else:
@@ -196,7 +200,7 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     longitude, latitude = (np.degrees(flight.arrays[name][struck]) for name in ("longitude", "latitude"))
     drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
-        colour_bar(ax, drawn, f"{_COLOURS[colour]} [{unit}]")
+        colour_bar(ax, drawn, _COLOURS[colour], unit)
     world(ax)
     ax.set_title(f"{escaped(flight.context.names[index])}, {int(struck.sum())} of {len(flight)} particles")
     grid(ax)
@@ -230,18 +234,29 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
         if not levels_drawn or level - levels_drawn[-1] > 1e-9 * abs(level):
             levels_drawn.append(level)
     ax = single(ax, (6.4, 5.6))
-    x, y, outlines = (plain(value) for value in pair.plane(extent))
-    low, high = (min(constants.values(), default=outlines.min()), max(constants.values(), default=outlines.max()))
+    x, y, jacobi = pair.plane(extent)
+    across, up, values = plain(x), plain(y), plain(jacobi)
+    shown = in_si(jacobi)
+    scale = float(plain(shown).flat[0] / values.flat[0])
+    low, high = (min(constants.values(), default=values.min()), max(constants.values(), default=values.max()))
     span = max(high - low, 0.05 * abs(high))
-    shades = {"levels": np.linspace(low, high + span, 16), "cmap": "Greys", "extend": "max", "alpha": 0.6}
-    filled = ax.contourf(x, y, outlines, **shades)
-    colour_bar(ax, filled, f"Jacobi constant [{unit_of(pair.jacobi([[0.0, 0.0, 0.0]]))}]")
+    ticks = matplotlib("ticker").MaxNLocator(12).tick_values(scale * low, scale * (high + span))
+    filled = ax.contourf(across, up, scale * values, levels=ticks, colors=_greys(len(ticks)), extend="both")
+    # Edges in the colours of the bands cover the seams between these.
+    filled.set_edgecolor("face")
+    colour_bar(ax, filled, "Jacobi constant", unit_of(shown))
     colours = [LINES[k % len(LINES)]["color"] for k in range(len(levels_drawn))]
-    ax.contour(x, y, outlines, **{"levels": levels_drawn, "colors": colours, "linewidths": 1.1, **kwargs})
+    curves = ax.contour(across, up, values, **{"levels": levels_drawn, "colors": colours, "linewidths": 1.1, **kwargs})
+    # At a maximum of the potential there is no curve.
+    least = 0.02 * np.ptp(across)
+    size = [float(np.ptp(path.vertices, axis=0).max()) if len(path) else 0.0 for path in curves.get_paths()]
+    visible = [(level, colour) for level, colour, part in zip(levels_drawn, colours, size, strict=True) if part > least]
     for k, body in enumerate(pair.system.context.bodies):
         _silhouette(ax, pair, k, body)
-    text = {"textcoords": "offset points", "ha": "center", "fontsize": "small", "zorder": 4}
+    text = {"textcoords": "offset points", "ha": "center", "fontsize": "small", "zorder": 5}
     text["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0}
+    # A name that lies on a curve interrupts it.
+    text["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8}
     for point in points:
         at = plain(point.position)
         face = "black" if point.stable else "white"
@@ -255,15 +270,22 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     grid(ax)
     curve, dot = matplotlib("lines").Line2D, {"linestyle": "none", "marker": "o", "markersize": 4, "color": "black"}
     handles = []
-    for level, colour in zip(levels_drawn, colours, strict=True):
+    for level, colour in visible:
         names = [name for name, constant in constants.items() if abs(constant - level) <= 1e-9 * abs(level)]
-        handles.append(curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{level:.6g}"))
+        handles.append(
+            curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{scale * level:.4g}")
+        )
     for stable, label in ((True, "stable point"), (False, "unstable point")):
         if any(point.stable == stable for point in points):
             handles.append(curve([], [], **dot, markerfacecolor="black" if stable else "white", label=label))
     style = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.11), "ncols": 4, "frameon": False, "fontsize": "small"}
     ax.legend(handles=handles, **style)
     return ax
+
+
+def _greys(count: int) -> list[str]:
+    """Return greys from white on for bands between ``count`` levels, and for the values below and above these."""
+    return [f"{shade:.3f}" for shade in np.linspace(1.0, 0.45, count + 1)]
 
 
 def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from ..record.record import Record
 from ..typing import Floats
 from . import _style
 from ._style import RunPlots
-from .between import at, moment, track
+from .between import at, moment, relative_path, track
+from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,11 +25,9 @@ if TYPE_CHECKING:
 #: The indices of the horizontal and the vertical coordinate of each plane.
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 #: The length of the drawn body axes relative to the radius of the body.
-_AXIS_LENGTH = 1.7
+_AXIS_LENGTH = 1.4
 #: The height of the strip for the legend below the axes, relative to their height.
 _LEGEND_HEIGHT = 0.11
-#: The brightness with which the night side is drawn.
-NIGHT = 0.18
 #: The colours of the bodies' surfaces.
 _COLOURS = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
@@ -56,9 +55,10 @@ def orbit(
     kwargs = figures.full_option_names(kwargs)
     near, far = _style.split_far(run, about)
     for index, body in enumerate(k for k in near if k != about):
-        path = position[:, body] - position[:, about]
-        style = figures.line(index, {"linewidth": 0.9, "label": _style.label_of(run, body), **kwargs})
-        ax.plot(path[:, horizontal], path[:, vertical], **style)
+        points, joined = relative_path(run, body, about)
+        style = figures.line(index, {"linewidth": 0.9, "label": _style.label_of(run, body)})
+        style |= {} if joined else {"linestyle": "none", "marker": ".", "markersize": 3.0}
+        ax.plot(points[:, horizontal], points[:, vertical], **{**style, **kwargs})
     for body, distance in far:
         ax.plot([], [], linestyle="none", label=_style.far_label(run, body, distance))
     if shapes:
@@ -146,7 +146,7 @@ def scene(
         ax.plot([], [], linestyle="none", label=names[body])
     whole_paths = at(run, track(run, moment(run, None)))[0]
     set_range(ax, run, np.concatenate([whole_paths, centres[None]])[:, near], near)
-    title(ax, run, f"{now:.6g}")
+    title(ax, run, f"{now:.4g}")
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
     columns = len(order) if len(order) < 6 else (len(order) + 1) // 2
@@ -158,7 +158,7 @@ def scene(
 
 def new_axes(figure: Any) -> Any:
     """Make axes in 3D that leave room for the labels outside their box and for the legend below them."""
-    return figure.add_axes((0.02, 0.86 * _LEGEND_HEIGHT, 0.9, 0.86), projection="3d")
+    return figure.add_axes((0.02, 0.83 * _LEGEND_HEIGHT, 0.9, 0.83), projection="3d")
 
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
@@ -192,9 +192,7 @@ def draw_body(
     if not surfaces:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = rotations.matrices(attitude)
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
-    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
-    style = {
+    style: dict[str, Any] = {
         "color": _COLOURS[body % len(_COLOURS)],
         "edgecolor": "0.45",
         "linewidth": 0.15,
@@ -203,25 +201,31 @@ def draw_body(
     }
     artists = []
     if light is not None:
+        mesh = (2 * mesh[0] - 1, 2 * mesh[1] - 1)
         # The legend shows the colour of the day side.
         artists += ax.plot([], [], linestyle="none", marker="s", markersize=9.0, color=style["color"], label=name)
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
+    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     for k, surface in enumerate(surfaces):
         options: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:
             corners = (surface.triangles @ surface.columns.T + surface.position) @ matrix.T + centre
-            if light is not None:
-                normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                options["facecolors"] = _colours(style, light.shade(body, k, corners.mean(axis=1), normals))
-            artists.append(ax.add_collection3d(_facets(corners, {**style, **options, **kwargs})))
-            continue
-        grid = (ball @ surface.columns.T + surface.position) @ matrix.T + centre
-        if light is not None:
+            if light is None:
+                artists.append(ax.add_collection3d(_facets(corners, {**style, **options, **kwargs})))
+                continue
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, None]
+        else:
+            grid = (ball @ surface.columns.T + surface.position) @ matrix.T + centre
+            if light is None:
+                artists.append(ax.plot_surface(*np.moveaxis(grid, -1, 0), **{**style, **options, **kwargs}))
+                continue
             # Normals of an ellipsoid are along the points of the unit sphere divided by the semi-axes.
-            outward = ball @ np.linalg.inv(surface.columns) @ matrix.T
-            middle, normals = (0.25 * (v[1:, 1:] + v[1:, :-1] + v[:-1, 1:] + v[:-1, :-1]) for v in (grid, outward))
-            shades = light.shade(body, k, middle.reshape(-1, 3), normals.reshape(-1, 3)).reshape(middle.shape[:2])
-            options |= {"facecolors": _colours(style, shades), "shade": False}
-        artists.append(ax.plot_surface(*np.moveaxis(grid, -1, 0), **{**style, **options, **kwargs}))
+            corners, normals = (_cells(values) for values in (grid, ball @ np.linalg.inv(surface.columns) @ matrix.T))
+        pieces, shades = light.pieces(body, k, corners, normals)
+        # Edges in the colours of the faces cover the seams between these.
+        colours = _colours(style["color"], shades)
+        options = {**style, "facecolors": colours, "edgecolor": colours, "linewidth": 0.3}
+        artists.append(ax.add_collection3d(_facets(pieces, {**options, **kwargs})))
     radius = _style.reach(run, body)
     for column, letter in enumerate("xyz"):
         # The axis begins at the surface, since a plot in 3D does not hide lines inside a body.
@@ -231,15 +235,19 @@ def draw_body(
     return artists
 
 
-def _colours(style: dict[str, Any], shades: Floats) -> Floats:
-    """Return colours (..., 4) of a style scaled by shades (...), in place of the style's own colour and edges."""
-    colour = np.array(figures.matplotlib("colors").to_rgb(style.pop("color")))
-    style.update(edgecolor="none", linewidth=0.0)
-    return np.concatenate([colour * shades[..., None], np.ones((*shades.shape, 1))], axis=-1)
+def _cells(grid: Floats) -> Floats:
+    """Return the four corners (M, 4, 3) of each cell of a grid (A, B, 3)."""
+    return np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _facets(corners: Floats, style: dict[str, Any]) -> Any:
-    """Make triangles (F, 3, 3) in 3D, with the options of a surface."""
+def _colours(name: str, shades: Floats) -> Floats:
+    """Return a colour scaled by shades (M,), as (M, 4)."""
+    colour = np.array(figures.matplotlib("colors").to_rgb(name))
+    return np.concatenate([colour * shades[:, None], np.ones((len(shades), 1))], axis=-1)
+
+
+def _facets(corners: Any, style: dict[str, Any]) -> Any:
+    """Make polygons in 3D of their corners (F, k, 3), with the options of a surface."""
     colour = style.pop("color", None)
     style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
     style.setdefault("facecolors", style.pop("facecolor", colour))
@@ -256,10 +264,6 @@ def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)
     ax.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]), zlim=(low[2], low[2] + span[2]))
-    # The picture fills the axes: the box's width and height as seen from matplotlib's default view, 30 degrees up.
-    x, y, z = span / np.linalg.norm(span)
-    width, height = 0.87 * x + 0.5 * y, 0.25 * x + 0.43 * y + 0.87 * z
-    ax.set_box_aspect(span, zoom=min(1.05 / width, 0.84 / height))
     digits = len(f"{np.abs([low, low + span]).max():.0f}")
     for letter, fraction in zip("xyz", span / span.max(), strict=True):
         getattr(ax, f"set_{letter}label")(_style.label(run, letter, "length"))
@@ -270,51 +274,24 @@ def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     extra_digits = max(0, digits - 2)
     ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * extra_digits)
     ax.zaxis.labelpad += 5.0 * extra_digits
+    _fill(ax, span)
 
 
-def directions(run: Record, geometry: Vectors, times: Floats, to: Literal["sun", "observer"] = "sun") -> Floats:
-    """Return unit vectors (T, 3) to the Sun or the observer, in the inertial frame, at times (T,) of a run."""
-    from ..observing.vectors import local_geometry
+def _fill(ax: Any, span: Floats) -> None:
+    """Set equal scales of axes in 3D for ranges of these sizes (3,), and enlarge the box until it fills their place."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
 
-    local = local_geometry(geometry, run.system)
-    toward = getattr(local, to)(local.arrival(times))
-    return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
-
-
-def shadow_ellipsoids(run: Record, body: int) -> list[tuple[Floats, Floats]]:
-    """Return the ellipsoids that cast a body's shadow: maps (3, 3) to unit spheres, and centres (3,), body frame."""
-    ellipsoids = []
-    for surface in _style.surfaces(run, body):
-        columns = surface.columns
-        if surface.triangles is not None:
-            # The mean of x^2 over the surface of an ellipsoid is about a^2 / 3.
-            corners = surface.triangles.reshape(-1, 3)
-            spread, axes = np.linalg.eigh(corners.T @ corners / len(corners))
-            columns = np.asarray(surface.columns @ axes * np.sqrt(3.0 * spread))
-        ellipsoids.append((np.asarray(np.linalg.inv(columns), dtype=np.float64), surface.position))
-    return ellipsoids
-
-
-class Sunlight:
-    """Sunlight on bodies at one time, from the unit vector (3,) to the Sun, centres (N, 3) and attitudes (N, 4)."""
-
-    def __init__(self, run: Record, sun: Floats, centres: Floats, attitude: Floats) -> None:
-        self._sun = sun
-        self._ellipsoids = [
-            (body, k, inverse @ R.T, centres[body] + R @ position)
-            for body, R in enumerate(rotations.matrices(attitude))
-            for k, (inverse, position) in enumerate(shadow_ellipsoids(run, body))
-        ]
-
-    def shade(self, body: int, part: int, points: Floats, normals: Floats) -> Floats:
-        """Return the brightness (M,) of points (M, 3) with normals (M, 3) of a part; 1 where the Sun is overhead."""
-        sine_of_height = normals @ self._sun / np.linalg.norm(normals, axis=1)
-        lit = sine_of_height > 0.0
-        for other, k, inverse, centre in self._ellipsoids:
-            if (other, k) == (body, part):
-                continue
-            point, direction = (points - centre) @ inverse.T, inverse @ self._sun
-            along = point @ direction
-            outside = np.sum(point**2, axis=1) - 1.0
-            lit &= ~((along < 0.0) & (along**2 > direction @ direction * outside))
-        return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(lit, sine_of_height, 0.0))
+    ax.set_box_aspect(span)
+    ax.apply_aspect()
+    corners = np.array([(x, y, z) for x in ax.get_xlim() for y in ax.get_ylim() for z in ax.get_zlim()])
+    x, y, _ = proj_transform(*corners.T, ax.get_proj())
+    box = ax.transData.transform(np.stack([x, y], axis=1))
+    low, high = box.min(axis=0), box.max(axis=0)
+    # The numbers and the labels outside the box keep their size.
+    renderer = figures.matplotlib("backends.backend_agg").RendererAgg(*ax.figure.bbox.size.round(), ax.figure.dpi)
+    outer = [axis.get_tightbbox(renderer) for axis in (ax.xaxis, ax.yaxis, ax.zaxis)]
+    below = np.maximum(low - np.min([box.min for box in outer], axis=0), 0.0)
+    above = np.maximum(np.max([box.max for box in outer], axis=0) - high, 0.0)
+    labels = np.array([below[0] + above[0], 2.0 * max(below[1], above[1])])
+    place = ax.get_position(original=True).size * ax.figure.bbox.size
+    ax.set_box_aspect(span, zoom=float((np.maximum(place - labels, 0.3 * place) / (high - low)).min()))

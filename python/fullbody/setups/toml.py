@@ -39,7 +39,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     # or times = [0, 10, 20, 30] and positions = [[1e6, 0, 0], ...]
 
     [[forces]]
-    kind = "Tide"                     # or "Yorp", "Byorp"
+    kind = "Tide"                     # or "Yorp", "Byorp", "BinaryYarkovsky"
     on = "Alpha"
     by = "Beta"
     k2 = 1e-5

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base import rotations
 from ..base.kinds import Kind, Number, direction, kinds_of
-from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
+from ..forces import BinaryYarkovsky, Byorp, Force, ThirdBody, Tide, Yorp
 from ..forces.radiation import torque_dimension
 from ..frames import attitude as attitude_of_pole
 from ..frames import rotate_pole
@@ -23,7 +23,7 @@ from .toml_table import TomlTable
 ELEMENTS = DIMENSIONS | dict.fromkeys(("f", "l", "pomega", "theta"), "angle")
 #: The keys of an attitude.
 ANGLES = ("attitude", "angles", "pole", "pole_frame", "rotation_angle")
-_KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
+_KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp, BinaryYarkovsky)}
 
 
 def elements(table: TomlTable) -> KeplerElements[Any]:

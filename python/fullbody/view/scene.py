@@ -10,7 +10,7 @@ import numpy as np
 from ..base.kinds import whole
 from ..plots._style import check_samples, surfaces, unit
 from ..plots.between import at, track, trails, warn_if_aliased
-from ..plots.scene import directions, shadow_ellipsoids
+from ..plots.sunlight import directions, shadow_ellipsoids
 from ..record.record import Record
 
 if TYPE_CHECKING:

@@ -129,9 +129,9 @@ function particles({ count, time, position, landed, parts }) {  // dots and trai
   };
 }
 
-const LAYOUT = `<div class="fullbody-stage"><canvas class="fullbody-canvas"></canvas></div>
+const LAYOUT = `<div class="fullbody-stage"><canvas class="fullbody-canvas"></canvas>
 <div class="fullbody-key"></div>
-<div class="fullbody-scale"><b></b><span></span></div>
+<div class="fullbody-scale"><b></b><span></span></div></div>
 <div class="fullbody-bar">
 <button class="fullbody-play">Play</button>
 <input class="fullbody-slider" type="range" min="0" max="1" step="any" value="0" aria-label="time">

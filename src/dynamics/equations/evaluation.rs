@@ -29,8 +29,20 @@ impl System {
     ///
     /// # Errors
     /// [`Error::InvalidInput`] if the state does not belong to the system, [`Error::BodiesOverlap`] if two
-    /// bodies overlap, [`Error::NotConverged`] if a quadrature reaches its limit, and [`Error::Interrupted`].
-    pub fn interactions(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<BodyInteraction> {
+    /// bodies overlap, and [`Error::NotConverged`] if a quadrature reaches its limit.
+    pub fn interactions(&self, state: &State) -> Result<BodyInteraction> {
+        self.interactions_with(state, &mut InterruptCheck::never())
+    }
+
+    /// Does the same as [`Self::interactions`], with an interrupt check.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::interactions`], and [`Error::Interrupted`].
+    pub fn interactions_with(
+        &self,
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<BodyInteraction> {
         let n = self.bodies.len();
         let mut result = BodyInteraction {
             force: vec![Vec3::zeros(); n],
@@ -76,7 +88,15 @@ impl System {
     /// # Errors
     /// [`Error::InvalidInput`] and [`Error::BodiesOverlap`] as [`Self::interactions`], and
     /// [`Error::ForceFailed`] if a force cannot be evaluated at the state or is not finite.
-    pub fn external_loads(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec<Load>> {
+    pub fn external_loads(&self, state: &State) -> Result<Vec<Load>> {
+        self.external_loads_with(state, &mut InterruptCheck::never())
+    }
+
+    /// Does the same as [`Self::external_loads`], with an interrupt check.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::external_loads`], and [`Error::Interrupted`].
+    pub fn external_loads_with(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec<Load>> {
         self.check(state, interrupt)?;
         let mut force_model = self.force_model().clone();
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
@@ -99,7 +119,15 @@ impl System {
     /// # Errors
     /// Returns the errors of [`Self::interactions`], and [`Error::InvalidInput`] if a part of the energy is
     /// too large for a double.
-    pub fn energy(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
+    pub fn energy(&self, state: &State) -> Result<Energy> {
+        self.energy_with(state, &mut InterruptCheck::never())
+    }
+
+    /// Does the same as [`Self::energy`], with an interrupt check.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::energy`], and [`Error::Interrupted`].
+    pub fn energy_with(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
         let mut potential = 0.0;
         self.for_each_link(state, interrupt, |link, [i, j], pose, interrupt| {
             link.add_energy(pose, self.strength(i, j), &mut potential, state.time, interrupt)
@@ -110,6 +138,9 @@ impl System {
     }
 
     /// Returns an error for energies that have left the range of doubles.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the energy.
     pub fn check_range(&self, energy: &Energy) -> Result<()> {
         in_range("energy", &[energy.translational, energy.rotational, energy.potential, energy.total])
     }
@@ -119,7 +150,15 @@ impl System {
     /// # Errors
     /// [`Error::InvalidInput`] or [`Error::BodiesOverlap`] if the state is not one of the system, and
     /// [`Error::InvalidInput`] if the momentum is too large for a double.
-    pub fn momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
+    pub fn momentum(&self, state: &State) -> Result<Vec3> {
+        self.momentum_with(state, &mut InterruptCheck::never())
+    }
+
+    /// Does the same as [`Self::momentum`], with an interrupt check.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::momentum`], and [`Error::Interrupted`].
+    pub fn momentum_with(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
         self.check(state, interrupt)?;
         let momentum = invariants::momentum(&self.bodies, state);
         in_range("momentum", momentum.as_slice())?;
@@ -130,7 +169,15 @@ impl System {
     ///
     /// # Errors
     /// Returns the errors of [`Self::momentum`].
-    pub fn angular_momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
+    pub fn angular_momentum(&self, state: &State) -> Result<Vec3> {
+        self.angular_momentum_with(state, &mut InterruptCheck::never())
+    }
+
+    /// Does the same as [`Self::angular_momentum`], with an interrupt check.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::angular_momentum`], and [`Error::Interrupted`].
+    pub fn angular_momentum_with(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
         self.check(state, interrupt)?;
         let momentum = invariants::angular_momentum(&self.bodies, state);
         in_range("angular momentum", momentum.as_slice())?;

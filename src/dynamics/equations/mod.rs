@@ -60,6 +60,9 @@ pub struct Dynamics {
 
 impl System {
     /// Makes the equations of motion in a frame.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`]: systems of very many bodies take seconds.
     pub fn dynamics(&self, frame: &BarycentricFrame, interrupt: &mut InterruptCheck) -> Result<Dynamics> {
         Dynamics::new(self, frame, interrupt)
     }

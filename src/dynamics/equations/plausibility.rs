@@ -44,7 +44,7 @@ pub struct FarFromBarycentre {
 
 impl System {
     /// Returns the body of a start that is fastest relative to its speed of escape, if the ratio exceeds
-    /// [`FAST`].
+    /// `FAST`.
     pub fn unbound(&self, state: &State) -> Option<Unbound> {
         let masses = self.masses();
         let of = |body: usize| {
@@ -68,7 +68,7 @@ impl System {
     }
 
     /// Returns the body of a start that is farthest from the barycentre relative to the distance of its
-    /// nearest neighbour, if the ratio exceeds [`FAR`] and the coordinates are too coarse for the tolerance.
+    /// nearest neighbour, if the ratio exceeds `FAR` and the coordinates are too coarse for the tolerance.
     /// Fixed steps have no tolerance.
     pub fn far_from_barycentre(&self, state: &State, tolerance: Option<f64>) -> Option<FarFromBarycentre> {
         let masses = self.masses();

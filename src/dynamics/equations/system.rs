@@ -61,7 +61,6 @@ impl Default for Settings {
 ///
 /// ```
 /// use fullbody::dynamics::{Settings, State, System};
-/// use fullbody::interrupt::InterruptCheck;
 /// use fullbody::math::Vec3;
 /// use fullbody::shape::{Body, Shape};
 ///
@@ -72,7 +71,7 @@ impl Default for Settings {
 /// let position = vec![Vec3::zeros(), Vec3::new(4.0, 0.0, 0.0)];
 /// let state = State::new(0.0, position, rest.clone(), upright, rest)?;
 /// // Balls attract each other as points do: G m m / r^2.
-/// let interaction = system.interactions(&state, &mut InterruptCheck::never())?;
+/// let interaction = system.interactions(&state)?;
 /// assert!((interaction.force[0].x - 6.0 / 16.0).abs() < 1e-15);
 /// # Ok::<(), fullbody::error::Error>(())
 /// ```

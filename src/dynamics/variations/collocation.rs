@@ -13,13 +13,26 @@ use super::sweeps::{CollocationStep, Sweeps, TOGETHER};
 use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
-use crate::math::Mat3;
 use crate::math::gauss::Gauss;
 use crate::math::lanes::few;
+use crate::math::{Mat3, Vec3};
 use std::num::NonZeroUsize;
 
 /// The approximate number of sweeps of a step, for [`InterruptCheck`].
 const SWEEPS: usize = 6;
+
+/// The share of a tangent vector's size below which the last terms of its polynomial count as rounding errors.
+/// The integral of the Legendre polynomial of degree k over a part of [0, 1] is at most 1 / (2 k + 1).
+const RESOLVED: f64 = 512.0 * f64::EPSILON;
+
+/// The largest number of nodes for which the sweeps are compiled, which are 3, 4, 5 and twice as many.
+const MOST_NODES: usize = 10;
+
+/// Returns the number of nodes with which the end of a step has at least an order, if it is one of the numbers
+/// for which the sweeps are compiled.
+fn nodes_of_order(order: u32) -> usize {
+    (order as usize / 2 + 1).clamp(3, MOST_NODES / 2)
+}
 
 /// A step of tangent vectors: their equations at its nodes, and its solution.
 #[derive(Debug, Clone)]
@@ -53,13 +66,27 @@ pub struct Collocation {
     /// The tangent vectors at the end of the step.
     reached: Vec<f64>,
     work: Vec<f64>,
+    /// Where values within the step are asked for, the vectors at its start and their rates at the nodes, one
+    /// node after the other, all with rotation vectors in inertial axes.
+    start: Vec<f64>,
+    rates: Vec<f64>,
 }
 
 impl Collocation {
-    /// Prepares steps for these variations, of at least the given order.
+    /// Prepares steps for these variations, of at least the given order at their ends.
     pub fn new(variations: &Variations, order: u32) -> Self {
-        // The sweeps are compiled for these numbers of nodes.
-        let count = (order as usize / 2 + 1).clamp(3, 5);
+        Self::with_nodes(variations, nodes_of_order(order))
+    }
+
+    /// Prepares steps for these variations, of at least the given order at any time within them.
+    pub fn interior(variations: &Variations, order: u32) -> Self {
+        let count = 2 * nodes_of_order(order);
+        let numbers = 2 * variations.half() * variations.width();
+        let (start, rates) = (vec![0.0; numbers], vec![0.0; count * numbers]);
+        Self { start, rates, ..Self::with_nodes(variations, count) }
+    }
+
+    fn with_nodes(variations: &Variations, count: usize) -> Self {
         let (half, width, bodies) = (variations.half(), variations.width(), variations.bodies);
         let stride = half.next_multiple_of(DEPTH);
         let forced = if width > variations.initial { count * half * width } else { 0 };
@@ -85,6 +112,8 @@ impl Collocation {
             previous_size: None,
             reached: vec![0.0; 2 * half * width],
             work: vec![0.0; half * (2 * count + 3) * TOGETHER],
+            start: Vec::new(),
+            rates: Vec::new(),
         }
     }
 
@@ -154,7 +183,10 @@ impl Collocation {
         match self.gauss.nodes.len() {
             3 => self.solve_with::<3>(dynamics, step, columns, previous_size, interrupt),
             4 => self.solve_with::<4>(dynamics, step, columns, previous_size, interrupt),
-            _ => self.solve_with::<5>(dynamics, step, columns, previous_size, interrupt),
+            5 => self.solve_with::<5>(dynamics, step, columns, previous_size, interrupt),
+            6 => self.solve_with::<6>(dynamics, step, columns, previous_size, interrupt),
+            8 => self.solve_with::<8>(dynamics, step, columns, previous_size, interrupt),
+            _ => self.solve_with::<10>(dynamics, step, columns, previous_size, interrupt),
         }
     }
 
@@ -204,10 +236,16 @@ impl Collocation {
             interrupt.charge(work as u64, from)?;
             let range = first..width.min(first + TOGETHER);
             let arch = few(dynamics.system().arch(), range.len());
-            let (out, work) = (&mut self.reached, &mut self.work);
-            if !arch.dispatch(Sweeps { step: &step, range, out, p_rates, work }) {
+            let (out, work, rates) = (&mut self.reached, &mut self.work, &mut self.rates);
+            if !arch.dispatch(Sweeps { step: &step, range, out, p_rates, work, rates }) {
                 return Ok(false);
             }
+        }
+        if !self.rates.is_empty() {
+            let mut start = std::mem::take(&mut self.start);
+            start.copy_from_slice(columns);
+            self.rotate(|body| self.ends[0][body], &mut start);
+            self.start = start;
         }
         Ok(true)
     }
@@ -215,6 +253,50 @@ impl Collocation {
     /// Returns the tangent vectors at the end of the step that was solved last.
     pub fn reached(&self) -> &[f64] {
         &self.reached
+    }
+
+    /// Writes the tangent vectors at a fraction of the step that was solved last, where the motion's vector is
+    /// `y`. The steps have been prepared by [`Self::interior`].
+    pub fn within(&self, dynamics: &Dynamics, (fraction, size): (f64, f64), y: &[f64], out: &mut [f64]) {
+        let mut weights = [0.0; MOST_NODES];
+        self.gauss.integrals_to(fraction, &mut weights[..self.gauss.nodes.len()]);
+        dynamics.system().arch().dispatch(|| {
+            out.copy_from_slice(&self.start);
+            for (rates, weight) in self.rates.chunks_exact(out.len()).zip(weights) {
+                out.iter_mut().zip(rates).for_each(|(out, rate)| *out += size * weight * rate);
+            }
+        });
+        self.rotate(|body| dynamics.attitude(y, body).transpose(), out);
+    }
+
+    /// Returns whether the tangent vectors within the step that was solved last, which has this size, are
+    /// polynomials up to rounding errors: whether their last terms count that little.
+    pub fn is_resolved(&self, size: f64) -> bool {
+        let Self { width, half, start, rates, inverse, .. } = self;
+        let numbers = start.len();
+        (0..*width).all(|column| {
+            let (mut scale, mut last) = (f64::MIN_POSITIVE, 0.0_f64);
+            for row in 0..2 * half {
+                let first = row * width + column;
+                let at_nodes = rates[first..].iter().step_by(numbers);
+                let highest: f64 = at_nodes.zip(self.gauss.highest()).map(|(rate, by)| rate * by).sum();
+                scale += (start[first].abs() + size.abs() * rates[first].abs()) * inverse[row];
+                last = last.max(size.abs() * highest.abs() * inverse[row]);
+            }
+            last <= 2.0 * self.gauss.nodes.len() as f64 * RESOLVED * scale
+        })
+    }
+
+    /// Multiplies the rotation vectors of columns by a matrix for each body.
+    fn rotate(&self, matrix: impl Fn(usize) -> Mat3, columns: &mut [f64]) {
+        for body in 0..self.bodies {
+            let (matrix, first) = (matrix(body), (self.rotation_row + 3 * body) * self.width);
+            for column in first..first + self.width {
+                let rows = [column, column + self.width, column + 2 * self.width];
+                let turned = matrix * Vec3::from(rows.map(|row| columns[row]));
+                (0..3).for_each(|c| columns[rows[c]] = turned[c]);
+            }
+        }
     }
 
     /// Keeps the polynomial of the step that was solved, which has this size, as the start for the next one.

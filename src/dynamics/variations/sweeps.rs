@@ -64,6 +64,9 @@ pub(super) struct Sweeps<'a, const N: usize> {
     /// The rates of p at the nodes.
     pub p_rates: &'a mut [f64],
     pub work: &'a mut [f64],
+    /// The rates of q and p at the nodes, one node after the other as rows of columns, with rotation vectors
+    /// in inertial axes; empty where only the end is needed.
+    pub rates: &'a mut [f64],
 }
 
 impl<const N: usize> WithSimd for Sweeps<'_, N> {
@@ -142,6 +145,9 @@ impl<const N: usize> Sweeps<'_, N> {
             previous_share = share;
         }
         step.end(simd, at, start, [p, p_rates], self.out);
+        if !self.rates.is_empty() {
+            step.keep(simd, at, [p, p_rates], self.rates);
+        }
         true
     }
 }
@@ -286,6 +292,27 @@ impl<const N: usize> CollocationStep<'_, N> {
             let theta = rotate(simd, &self.ends[1][body].transpose(), theta);
             for c in 0..3 {
                 store::<S>(out, (row + c) * width + at, theta[c]);
+            }
+        }
+    }
+
+    /// Writes the rates of q and p at the nodes.
+    #[inline(always)]
+    fn keep<S: Simd>(&self, simd: S, at: usize, [p, p_rates]: [&[[S::f64s; N]]; 2], out: &mut [f64]) {
+        let [half, width] = self.size;
+        for row in 0..half {
+            for i in 0..N {
+                let first = (2 * half * i + row) * width + at;
+                store::<S>(out, first, p[row][i]);
+                store::<S>(out, first + half * width, p_rates[row][i]);
+            }
+        }
+        for body in 0..self.bodies() {
+            let (row, rates) = (self.rotation_row + 3 * body, self.rotation_rates(simd, body, p));
+            for c in 0..3 {
+                for i in 0..N {
+                    store::<S>(out, (2 * half * i + row + c) * width + at, rates[c][i]);
+                }
             }
         }
     }

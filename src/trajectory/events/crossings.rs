@@ -20,6 +20,10 @@ pub struct Crossings {
 impl Dense {
     /// Returns the zeros of the functions of conditions in the pieces of a run that contain a part of the
     /// span. They are found like the events of a run that is being integrated.
+    ///
+    /// # Errors
+    /// The errors of the conditions' functions, and
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
     pub fn crossings(
         &self,
         system: &System,

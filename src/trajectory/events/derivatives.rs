@@ -28,6 +28,10 @@ pub struct ConditionDerivatives {
 
 impl Condition<'_> {
     /// Returns the derivatives of the condition's function at a state.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) where the function has none, and the errors
+    /// of a function of the user.
     pub fn derivatives(
         &mut self,
         system: &System,

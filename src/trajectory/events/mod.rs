@@ -14,6 +14,31 @@ pub(super) use detector::EventDetector;
 use crate::dynamics::State;
 
 /// An event for which a run is searched.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::integrate::Tolerance;
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+/// use fullbody::trajectory::{Condition, Event, Integrator, Output, Run, Simulation, Trajectory};
+/// use std::ops::ControlFlow;
+///
+/// // Two points, half a revolution from their apoapsis to their periapsis.
+/// let point = |name| Body::with_mass(name, Shape::Point, 0.5);
+/// let system = System::new(vec![point("One")?, point("Two")?], 1.0, Settings::default())?;
+/// let two = |vector: Vec3| vec![-vector, vector];
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let state = State::new(0.0, two(0.75 * Vec3::x()), two(Vec3::y() / 12.0_f64.sqrt()), upright, rest)?;
+/// let integrator = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
+/// let mut simulation = Simulation::new(&system, &state, integrator)?;
+/// let mut record = Trajectory::new(2);
+/// let periapsis = Condition::Periapsis { first: 0, second: 1 };
+/// let mut events = [Event::new(periapsis).terminal()];
+/// let run = Run { events: &mut events, ..Run::new(&Output::Ends) };
+/// simulation.run(10.0, run, &mut record, &mut |_, _| ControlFlow::Continue(()))?;
+/// assert!((simulation.time() - std::f64::consts::PI).abs() < 1e-11);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Event<'a> {
     /// The condition.

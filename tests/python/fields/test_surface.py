@@ -179,7 +179,7 @@ def test_zero_velocity_curves_are_named():
     pair = fields.Synodic(fullbody.System(balls, G=1.0), state)
     ax = plots.zero_velocity(pair)
     names = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert names == ["through L4, L5", "through L3", "through L2", "through L1", "stable point", "unstable point"]
+    assert names == ["through L3", "through L2", "through L1", "stable point", "unstable point"]
     # The names of the points stand outside of the bodies.
     ax.figure.canvas.draw()
     to_data = ax.transData.inverted().transform

@@ -186,7 +186,7 @@ def test_pictures_of_the_rotating_frame_have_labels_and_units():
     assert np.abs(corners[:, 1]).max() == pytest.approx(90.0)
     assert ax.child_axes[0].get_ylabel() == "slope [deg]"
     scene = plots.surface_scene(field, "geopotential")
-    assert scene.figure.axes[1].get_ylabel() == "geopotential [km² h⁻²]"
+    assert scene.figure.axes[1].get_ylabel() == "geopotential [m² s⁻²]"
     refused("quantity is 'colour'; expected 'slope', 'geopotential'", lambda: plots.surface_map(field, "colour"))
     pair = circling(0.1)
     ax = plots.zero_velocity(pair)

@@ -10,7 +10,8 @@ import matplotlib
 import numpy as np
 import pytest
 from fullbody import observing
-from fullbody.plots.scene import NIGHT, Sunlight
+from fullbody.plots.sunlight import NIGHT, Sunlight
+from support import refused
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +57,24 @@ def test_light_curve_has_a_panel_for_each_body_and_bars_for_events(run, geometry
     assert not alone.patches
     assert alone.lines[0].get_color() == "r"
     matplotlib.pyplot.close("all")
+
+
+def test_views_above_a_light_curve_are_at_its_marked_times(run, geometry):
+    times = np.linspace(1.0, 11.0, 60) * u.h
+    ax = run.plot.light_curve(times, geometry, events=False, views=5)
+    assert [view.get_title() for view in ax.child_axes] == ["2", "4", "6", "8", "10"]
+    assert [line.get_xdata()[0] for line in ax.lines[1:]] == pytest.approx([2.0, 4.0, 6.0, 8.0, 10.0])
+    # One scale for all, with the bodies of each.
+    assert len({view.get_xlim() for view in ax.child_axes}) == 1
+    assert all(view.collections for view in ax.child_axes)
+    first, *others = (len(view.texts) for view in ax.child_axes)
+    assert (first > 0, others) == (True, [0] * 4)
+    axes = run.plot.light_curve(times, geometry, bodies=True, views=[5.8, 1.5] * u.h)
+    assert [view.get_title() for view in axes[0].child_axes] == ["1.5", "5.8"]
+    assert not axes[1].child_axes
+    refused(
+        "views is -1; expected a whole number, zero or above", lambda: run.plot.light_curve(times, geometry, views=-1)
+    )
 
 
 def test_scene_and_view_take_the_sun_of_a_geometry(run, geometry, tmp_path):

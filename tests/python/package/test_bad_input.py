@@ -42,6 +42,9 @@ NONZERO = "a finite number that is not zero", (NAN, INF, -INF, 0.0)
 FRACTION = "a number from 0 to 1", (NAN, INF, -0.1, 1.1)
 TOLERANCE = "a number from 0 to below 1", (NAN, INF, -1e-13, 1.0)
 SHARE = "a number above 0 and below 1", (NAN, INF, 0.0, 1.0)
+EXPONENT = "a number from 0 to 1e+06", (NAN, INF, -0.1, 1e20)
+PEAK = "a number from 1e-06 to 1e+06", (NAN, INF, -0.1, 0.0, 1e20)
+CUTOFF = "an angle above zero, at most pi/2", (NAN, INF, -0.1, 0.0, 1.6)
 PERIOD = "a time other than zero", (NAN, 0.0)
 ORBIT = KeplerElements(1, 0, 0, 0, 0, 0)
 PATH = {"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}
@@ -83,6 +86,10 @@ def yorp(**given):
 
 def byorp(**given):
     return forces.Byorp("B", "A", **({} if "coefficient" in given else {"force": 1.0}) | given, name="Y")
+
+
+def heat(**given):
+    return forces.BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3} | given, name="Y")
 
 
 def part(**given):
@@ -127,6 +134,12 @@ FIELDS = {
         **of(" of Y", byorp, "pressure", u.Pa, POSITIVE),
         **of(" of Y", byorp, "radius", u.m, POSITIVE),
     },
+    "forces.BinaryYarkovsky": {
+        **of(" of Y", heat, "pressure", u.Pa, POSITIVE),
+        **of(" of Y", heat, "lag", u.rad, FINITE),
+        **of(" of Y", heat, "albedo emissivity", None, FRACTION),
+        **of(" of Y", heat, "radius primary_radius", u.m, POSITIVE),
+    },
     "forces.ThirdBody": {
         **of(" of third body", third_body, "mass", u.kg, POSITIVE),
         **of(" of third body", third_body, "mu GM", u.m**3 / u.s**2, POSITIVE),
@@ -157,6 +170,17 @@ FIELDS = {
         **of(" of Hapke", observing.Hapke, "single_scattering_albedo opposition_amplitude", None, FINITE),
         **of(" of Hapke", observing.Hapke, "opposition_width asymmetry", None, FINITE),
         **of(" of Hapke", observing.Hapke, "roughness", u.rad, FINITE),
+    },
+    "observing.Cosine": of(" of Cosine", observing.Cosine, "C R", None, EXPONENT),
+    "observing.Gaussian": {
+        **of(" of Gaussian", observing.Gaussian, "C", None, PEAK),
+        **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "R", None, EXPONENT),
+        **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "cutoff", u.rad, CUTOFF),
+    },
+    "observing.Hagfors": {
+        **of(" of Hagfors", observing.Hagfors, "C", None, PEAK),
+        **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "R", None, EXPONENT),
+        **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "cutoff", u.rad, CUTOFF),
     },
 }
 #: Classes that check their numbers one by one.

@@ -1,4 +1,4 @@
-"""Extreme numbers give an error of the package or finite numbers. Input of any kind is that of test_doors.py."""
+"""Extreme numbers give an error of the package or finite numbers. Input of any kind is that of test_fuzz_targets.py."""
 
 import fullbody
 import numpy as np

@@ -68,6 +68,7 @@ def made(units=False):
         forces.Tide("Alpha", "Beta", k2=0.1, lag=0.2 * hour),
         forces.Yorp("Alpha", along=1.0 * kg * km**2 / hour**2),
         forces.Byorp("Beta", "Alpha", 1.0 * kg * km / hour**2),
+        forces.BinaryYarkovsky("Beta", "Alpha", pressure=2.0 * kg / (km * hour**2), lag=0.3),
         forces.Function(np.linalg.norm),
     )
     shapes = (fullbody.Sphere(1.5 * km), fullbody.Ellipsoid(3 * km, 2 * km, 1 * km), fullbody.PointMass())
@@ -138,6 +139,7 @@ def made(units=False):
         wedge.harmonics(4),
         fullbody.Body(wedge.harmonics(4), mass=2.0 * kg),
         fullbody.Body(wedge, density=2.0 * kg / km**3, name="wedge"),
+        forces.radiation_coefficients(fullbody.Body(wedge, mass=2.0 * kg), longitudes=10, latitudes=5),
         pear := fullbody.HarmonicShape([0.1, 0.0, 0.05, 0.0], reference_radius=2.1 * km, faces=80),
         fullbody.Body(pear, mass=2.0 * kg),
         egg := fullbody.ConvexShape([0.1, 0.0, 0.05, 0.0], reference_radius=2.1 * km, faces=80),

@@ -72,7 +72,7 @@ def test_bad_requests_for_films_are_named(short_run, tmp_path):
     with pytest.raises(FileNotFoundError, match="no folder"):
         short_run.animate(tmp_path / "nowhere" / "film.gif")
     inches = r"size is .*; expected \(width, height\) in inches"
-    for size in (3, "big", (3.0,), (1, 2, 3), (0.0, 2.0), (np.nan, 2.0), (2.0, np.inf), ("a", "b"), None):
+    for size in (3, "big", (3.0,), (1, 2, 3), (0.0, 2.0), (np.nan, 2.0), (2.0, np.inf), ("a", "b")):
         refused(inches, short_run.animate, tmp_path / "film.gif", size=size)
     for dpi in (np.nan, np.inf, 0.0, -100, "fine", None, (100, 100)):
         refused("dpi is .*; expected a finite number above zero", short_run.animate, tmp_path / "film.gif", dpi=dpi)

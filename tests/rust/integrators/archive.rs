@@ -4,7 +4,6 @@ use super::systems::*;
 use fullbody::dynamics::{AttitudeChart, Settings, System};
 use fullbody::error::Error;
 use fullbody::integrate::{Scheme, Tolerance};
-use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
 use fullbody::quadrature::Order;
@@ -24,7 +23,7 @@ fn resumed_equals_unbroken() {
                     continue;
                 };
                 // Stops in the middle of nowhere, between two steps and not at a time asked for.
-                (0..7).for_each(|_| unbroken.step(4.0, &mut InterruptCheck::never()).unwrap());
+                (0..7).for_each(|_| unbroken.step(4.0).unwrap());
                 let mut resumed = read(&unbroken.to_bytes().unwrap()).unwrap();
                 assert_eq!(resumed.state(), unbroken.state());
                 let label = format!("{integrator:?} {method} {chart:?}");
@@ -46,7 +45,7 @@ fn resumed_mid_run() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     let mut unbroken = Simulation::new(&system, &state, verner98(1e-11)).unwrap();
     let mut saved = unbroken.clone();
-    (0..9).for_each(|_| saved.step(5.0, &mut InterruptCheck::never()).unwrap());
+    (0..9).for_each(|_| saved.step(5.0).unwrap());
     let mut resumed = read(&saved.to_bytes().unwrap()).unwrap();
     integrate(&mut unbroken, 5.0, &Output::Spacing(0.1), false);
     integrate(&mut resumed, 5.0, &Output::Spacing(0.1), false);

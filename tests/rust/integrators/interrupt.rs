@@ -75,12 +75,12 @@ fn lattice(count: usize, shape: Shape) -> (System, State) {
 #[test]
 fn many_bodies() {
     let (system, state) = lattice(60, Shape::sphere(1.0).unwrap());
-    assert_eq!(interrupted(impatient(|interrupt| system.interactions(&state, interrupt))), 2.5);
-    interrupted(impatient(|interrupt| system.energy(&state, interrupt)));
+    assert_eq!(interrupted(impatient(|interrupt| system.interactions_with(&state, interrupt))), 2.5);
+    interrupted(impatient(|interrupt| system.energy_with(&state, interrupt)));
     interrupted(impatient(|interrupt| Simulation::begin(&system, &state, verner98(1e-9), interrupt)));
     let (system, state) = lattice(220, Shape::sphere(1.0).unwrap());
-    interrupted(impatient(|interrupt| system.momentum(&state, interrupt)));
-    interrupted(impatient(|interrupt| system.angular_momentum(&state, interrupt)));
+    interrupted(impatient(|interrupt| system.momentum_with(&state, interrupt)));
+    interrupted(impatient(|interrupt| system.angular_momentum_with(&state, interrupt)));
 
     // 24,090 pairs, and a step chooses their rules before. A pair of spheres takes a quarter of a
     // microsecond, and twice that where memory is slow: a part of an evaluation has no more than 5,000 of
@@ -88,7 +88,7 @@ fn many_bodies() {
     for integrator in [verner98(1e-9), Integrator::LieGroupVariational { step: 0.1 }] {
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         assert!(simulation.dynamics().parts() >= 24_090 / 5_000);
-        assert_eq!(interrupted(impatient(|interrupt| simulation.step(9.0, interrupt))), 2.5);
+        assert_eq!(interrupted(impatient(|interrupt| simulation.step_with(9.0, interrupt))), 2.5);
         assert_eq!(simulation.state(), state);
     }
 }
@@ -98,7 +98,7 @@ fn many_bodies() {
 fn many_bodies_of_an_archive() {
     let (system, state) = lattice(60, Shape::ellipsoid([1.0, 0.9, 0.8]).unwrap());
     let mut simulation = Simulation::new(&system, &state, verner98(1e-9)).unwrap();
-    simulation.step(9.0, &mut InterruptCheck::never()).unwrap();
+    simulation.step(9.0).unwrap();
     let bytes = simulation.to_bytes().unwrap();
     interrupted(impatient(|interrupt| Simulation::from_bytes(&bytes, interrupt)));
     assert_eq!(read(&bytes).unwrap().state(), simulation.state());
@@ -120,7 +120,7 @@ fn comparing_rules() {
     let counted = |outcome: Result<()>| assert_eq!(interrupted(outcome), 2.5);
     let settings = Settings { gravity: Method::Surface, ..Settings::default() };
     let system = System::new(system.bodies().to_vec(), 1.0, settings).unwrap();
-    counted(impatient(|interrupt| system.interactions(&state, interrupt).map(drop)));
+    counted(impatient(|interrupt| system.interactions_with(&state, interrupt).map(drop)));
     counted(impatient(|interrupt| Simulation::begin(&system, &state, verner98(1e-9), interrupt).map(drop)));
 }
 
@@ -191,14 +191,14 @@ fn large_polyhedra_near_by() {
     // Looks at the clock in proportion to the work: choosing the rule takes two evaluations, the result one,
     // with its energy.
     let mut interrupt = InterruptCheck::never();
-    system.interactions(&state, &mut interrupt).unwrap();
+    system.interactions_with(&state, &mut interrupt).unwrap();
     assert!(few(4 * work, interrupt.polls()), "{}", interrupt.polls());
-    assert_eq!(interrupted(impatient(|interrupt| system.interactions(&state, interrupt))), 2.5);
-    assert_eq!(interrupted(impatient(|interrupt| system.energy(&state, interrupt))), 2.5);
+    assert_eq!(interrupted(impatient(|interrupt| system.interactions_with(&state, interrupt))), 2.5);
+    assert_eq!(interrupted(impatient(|interrupt| system.energy_with(&state, interrupt))), 2.5);
     interrupted(impatient(|interrupt| Simulation::begin(&system, &state, verner98(1e-3), interrupt)));
     let velocities = vec![Vec3::zeros(); 2];
     assert_eq!(interrupted(impatient(|p| dynamics.energy(2.5, &vector, &velocities, p))), 2.5);
-    assert_eq!(interrupted(impatient(|interrupt| simulation.step(9.0, interrupt))), 2.5);
+    assert_eq!(interrupted(impatient(|interrupt| simulation.step_with(9.0, interrupt))), 2.5);
     assert_eq!(simulation.state(), state);
 }
 
@@ -276,12 +276,12 @@ fn moments_of_a_large_polyhedron() {
     for (gravity, distance) in [(Method::Focal, 3.0), (Method::Multipole(16), 3.0)] {
         let make = || two_cubes(3, gravity, distance);
         let (system, state) = make();
-        assert_eq!(interrupted(impatient(|interrupt| system.interactions(&state, interrupt))), 2.5);
-        assert_eq!(interrupted(impatient(|interrupt| make().0.energy(&state, interrupt))), 2.5);
+        assert_eq!(interrupted(impatient(|interrupt| system.interactions_with(&state, interrupt))), 2.5);
+        assert_eq!(interrupted(impatient(|interrupt| make().0.energy_with(&state, interrupt))), 2.5);
         interrupted(impatient(|interrupt| Simulation::begin(&make().0, &state, verner98(1e-3), interrupt)));
         // Once they are there nobody is asked.
-        system.interactions(&state, &mut InterruptCheck::never()).unwrap();
-        impatient(|interrupt| system.interactions(&state, interrupt)).unwrap();
+        system.interactions(&state).unwrap();
+        impatient(|interrupt| system.interactions_with(&state, interrupt)).unwrap();
     }
 }
 
@@ -308,7 +308,7 @@ fn watching_for_contact() {
         let integrator = Integrator::LieGroupVariational { step: 1e-3 };
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         let mut interrupt = InterruptCheck::never();
-        simulation.step(9.0, &mut interrupt).unwrap();
+        simulation.step_with(9.0, &mut interrupt).unwrap();
         interrupt.polls()
     };
     let (spheres, points) = (looks(Shape::sphere(1.0).unwrap()), looks(Shape::Point));
@@ -330,7 +330,7 @@ fn parts_make_a_whole() {
     assert!(dynamics.parts() > 1);
     let (_, vector, _) = fullbody::dynamics::BarycentricFrame::new(system.layout(), &system.masses(), &state);
     (0..dynamics.parts()).for_each(|part| dynamics.load(part, 0.0, &vector).unwrap());
-    let expected = system.interactions(&state, &mut InterruptCheck::never()).unwrap();
+    let expected = system.interactions(&state).unwrap();
     let largest = expected.force.iter().map(|force| force.norm()).fold(0.0, f64::max);
     for (acceleration, force) in dynamics.loads().0.iter().zip(&expected.force) {
         assert!((acceleration - force).norm() < 1e-13 * largest);
@@ -441,7 +441,7 @@ fn steps_too_long_for_a_rotor() {
     ] {
         let step = |step: f64| {
             let mut simulation = Simulation::new(&system, &state, make(step)).unwrap();
-            let outcome = simulation.step(9.0, &mut InterruptCheck::never());
+            let outcome = simulation.step(9.0);
             outcome.map(|()| simulation.time())
         };
         let message = step(0.5).unwrap_err().to_string();

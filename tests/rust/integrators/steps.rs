@@ -8,7 +8,7 @@ use fullbody::integrate::Scheme;
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::trajectory::{Integrator, Output, Simulation, StopReason, Trajectory};
+use fullbody::trajectory::{Integrator, Output, Run, Simulation, StopReason, Trajectory};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
@@ -23,8 +23,7 @@ fn singularity() {
     for integrator in all(1e-12, 0.1).into_iter().take(5) {
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         let mut record = Trajectory::new(2);
-        let hook = &mut |_| ControlFlow::Continue(());
-        let error = simulation.integrate(10.0, &Output::Steps, &mut record, hook).unwrap_err();
+        let error = simulation.integrate(10.0, &Output::Steps, &mut record).unwrap_err();
         let Error::StepSizeTooSmall { time, step, .. } = &error else { panic!("{error}") };
         println!("{error}; off by {:.1e}", time - collision);
         assert!((time - collision).abs() < 1e-10 && step.abs() < 1e-14);
@@ -41,13 +40,12 @@ fn ends_a_rounding_away() {
         for time in [0.3, 1.0, 100.0] {
             for ulps in [-4_i64, -1, 1, 2, 4] {
                 let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
-                let hook = &mut |_| ControlFlow::Continue(());
-                simulation.integrate(time, &Output::Steps, &mut Trajectory::new(2), hook).unwrap();
+                simulation.integrate(time, &Output::Steps, &mut Trajectory::new(2)).unwrap();
                 let end = f64::from_bits(time.to_bits().wrapping_add_signed(ulps));
-                simulation.integrate(end, &Output::Steps, &mut Trajectory::new(2), hook).unwrap();
+                simulation.integrate(end, &Output::Steps, &mut Trajectory::new(2)).unwrap();
                 assert_eq!(simulation.time(), end);
                 // It goes on from there as if nothing had been.
-                simulation.integrate(time + 1.0, &Output::Steps, &mut Trajectory::new(2), hook).unwrap();
+                simulation.integrate(time + 1.0, &Output::Steps, &mut Trajectory::new(2)).unwrap();
                 assert_eq!(simulation.time(), time + 1.0);
             }
         }
@@ -69,9 +67,9 @@ fn no_allocation() {
     for (system, state) in [multipole, angles, (fixed(&focal), state), (fixed(&binary), start), triple()] {
         for integrator in all(1e-10, 0.02) {
             let Ok(mut simulation) = Simulation::new(&system, &state, integrator) else { continue };
-            (0..5).for_each(|_| simulation.step(100.0, &mut InterruptCheck::never()).unwrap());
+            (0..5).for_each(|_| simulation.step(100.0).unwrap());
             let before = allocations();
-            (0..20).for_each(|_| simulation.step(100.0, &mut InterruptCheck::never()).unwrap());
+            (0..20).for_each(|_| simulation.step(100.0).unwrap());
             assert_eq!(allocations() - before, 0, "{integrator:?}");
         }
     }
@@ -110,8 +108,8 @@ fn more_steps_than_can_be_counted() {
         let integrator = Integrator::LieGroupVariational { step };
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         let mut record = Trajectory::new(2);
-        let outcome =
-            simulation.integrate(until, &Output::Times(vec![]), &mut record, &mut |_| ControlFlow::Break(()));
+        let (none, stop) = (Output::Times(vec![]), &mut |_: Option<&_>, _| ControlFlow::Break(()));
+        let outcome = simulation.run(until, Run::new(&none), &mut record, stop);
         assert_eq!(simulation.state(), state);
         outcome.unwrap_err()
     };

@@ -1,0 +1,199 @@
+"""Radar echoes of the bodies of a system: what a radar transmits, and the cross sections in bins of its receiver.
+
+With U the sum of the unit vectors from a body to the receiver and to the transmitter, the echo of a point at x from the
+body's centre of mass is later than that of the centre by -x.U / c, and higher in frequency by (F / c) [(omega x x).U +
+x.dU/dt], with the frequency F that is transmitted. The last term is the apparent rotation due to the motion on the sky.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..base.kinds import flag, instance
+from ..base.limits import FINITE, Limits
+from ..base.rotations import matrices
+from ..errors import InvalidInput
+from ..model.context import SystemLike
+from ..typing import Floats
+from . import response
+from .brightness import Epochs, by_name
+from .radar_laws import Cosine, RadarLaw
+from .states import DISTANT, RetardedStates, refuse_near
+from .times import LIGHT_SPEED, kilometres, seconds
+from .vectors import SystemGeometry, Vectors, local_geometry
+
+#: The lowest frequency of a transmitter in Hz, below which echoes of small bodies are no reflections by a surface.
+_LOWEST = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class RadarOptions:
+    """What a radar transmits and how its echoes are computed, as the arguments of the public functions say.
+
+    Attributes
+    ----------
+    transmit_frequency : float or Quantity
+    law : RadarLaw or dict
+    mutual : bool
+    transmitter : Geometry or None
+    frequency_response, delay_response : str
+    """
+
+    transmit_frequency: Any
+    law: Any = Cosine()  # noqa: RUF009
+    mutual: bool = True
+    transmitter: Vectors | None = None
+    frequency_response: str = "bin"
+    delay_response: str = "bin"
+
+    def __post_init__(self) -> None:
+        flag(self.mutual, "mutual")
+        response.check(self.frequency_response, self.delay_response)
+        if self.transmitter is not None:
+            instance(self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for one antenna")
+        for law in self.law.values() if isinstance(self.law, dict) else [self.law]:
+            instance(law, "law", RadarLaw, "a radar scattering law such as observing.Cosine(), or a dict of them")
+
+
+def edges_of(given: Any, dimension: str, what: str, system: SystemLike) -> Floats:
+    """Return the edges of bins in a system's units, after checking that there are two or more, which increase."""
+    edges = system.context.units.numbers(given, dimension, what, ("E",), FINITE)
+    if len(edges) < 2:
+        raise InvalidInput(f"{what} has {len(edges)} values; expected the edges of bins, two or more")
+    if not (rising := np.diff(edges) > 0.0).all():
+        k = int(np.argmin(rising))
+        raise InvalidInput(f"{what} has {edges[k + 1]} after {edges[k]}; expected edges of bins that increase")
+    return edges
+
+
+@dataclass(frozen=True, eq=False)
+class Echo:
+    """The echoes of N bodies at K times, as the core takes them.
+
+    Attributes
+    ----------
+    epochs : Epochs
+    at_centre : ndarray, (K, N, 2)
+        Frequency and delay of the echo of each centre of mass, from the echo of the system's barycentre.
+    gradients : ndarray, (K, N, 2, 3)
+        How both change with the place on the surface, inertial.
+    """
+
+    epochs: Epochs
+    at_centre: Floats
+    gradients: Floats
+
+
+class EchoModel:
+    """A radar that looks at a system: computes cross sections of bodies in the system's units.
+
+    Parameters
+    ----------
+    system : System
+    geometry : Vectors
+        The geometry of the receiver.
+    options : RadarOptions
+    """
+
+    def __init__(self, system: SystemLike, geometry: Vectors, options: RadarOptions) -> None:
+        self.system, self.options, names = system, options, system.context.names
+        second, km = (size(system, "a radar echo") for size in (seconds, kilometres))
+        limits = Limits(least=_LOWEST * second, text=f"a frequency of {_LOWEST / 1e6:g} MHz or more")
+        self.transmit_frequency = system.context.units.number(
+            options.transmit_frequency, "rate", "transmit_frequency", limits
+        )
+        self.light_speed = LIGHT_SPEED / km * second
+        antennas = [geometry] if options.transmitter is None else [geometry, options.transmitter]
+        self._antennas: list[SystemGeometry] = [local_geometry(antenna, system) for antenna in antennas]
+        if len({local.distant for local in self._antennas}) > 1:
+            raise InvalidInput(
+                "one of the geometries of receiver and transmitter has directions only, plain numbers without light "
+                "time; expected distances of both, or directions of both"
+            )
+        laws = by_name(options.law, names, "law")
+        described = [law._describe() for law in laws]
+        self._core = _core.Radar(list(system.context.bodies), described, options.mutual)
+
+    def echo(self, retarded: RetardedStates, states: dict[str, Floats]) -> Echo:
+        """Return the echoes of bodies in their retarded states."""
+        attitude = retarded.attitude(states["attitude"], states["spin"])
+        spin = np.einsum("knij,knj->kni", matrices(attitude), states["spin"])
+        times, centre = retarded.times, retarded.centre
+        ways, vectors = [], []
+        for what, local in zip(("receiver", "transmitter"), self._antennas, strict=False):
+            vector = local.observer(times)
+            refuse_near(self.system, local, what, vector, centre, attitude, times, 1.0, DISTANT + 1.0)
+            ways.append(_ways(local, times, vector, centre, retarded.velocity))
+            vectors.append(vector)
+        longer, rate, toward, turning = (sum(parts) for parts in zip(*(2 * ways)[:2], strict=True))
+        factor = self.transmit_frequency / self.light_speed
+        at_centre = np.stack([-factor * rate, longer / self.light_speed], axis=-1)
+        by_frequency = factor * (np.cross(toward, spin) + turning)
+        gradients = np.stack([by_frequency, -toward / self.light_speed], axis=2)
+        distant = all(local.distant for local in self._antennas)
+        epochs = Epochs(times, centre, attitude, vectors[0], vectors[-1], None, distant)
+        return Echo(epochs, at_centre, gradients)
+
+    def power(self, echo: Echo, frequencies: Floats, delays: Floats | None = None) -> Floats:
+        """Return the cross section (K, N, D, F) of each body in bins; D is one without delays."""
+        used = [(frequencies, self.options.frequency_response)]
+        used += [] if delays is None else [(delays, self.options.delay_response)]
+        parts, mixing = [], []
+        for k, (edges, shape) in enumerate(used):
+            parts.append(edges if shape == "bin" else response.cells(edges, self._span(echo, k)))
+            mixing.append(None if shape == "bin" else response.weights(shape, edges, parts[-1]))
+        power = self._core.echo(
+            echo.epochs.core(),
+            echo.at_centre.reshape(-1, 2),
+            echo.gradients.reshape(-1, 3),
+            parts[0].tolist(),
+            [] if delays is None else parts[1].tolist(),
+        )
+        if mixing[0] is not None:
+            power = power @ mixing[0].T
+        if len(mixing) == 2 and mixing[1] is not None:
+            power = np.einsum("ed,kndf->knef", mixing[1], power)
+        return np.asarray(power)
+
+    def _span(self, echo: Echo, k: int) -> tuple[float, float]:
+        """Return the lowest and the highest frequency, 0, or delay, 1, of all echoes."""
+        half = self.half_widths(echo)[..., k]
+        at_centre = echo.at_centre[..., k]
+        return float((at_centre - half).min()), float((at_centre + half).max())
+
+    def half_widths(self, echo: Echo) -> Floats:
+        """Return half the widths (K, N, 2) in frequency and in delay that the echo of each body has at most."""
+        radii = np.array([body.circumradius for body in self.system.context.bodies])
+        return np.asarray(radii[:, None] * np.linalg.norm(echo.gradients, axis=-1))
+
+
+def _ways(
+    local: SystemGeometry, times: Floats, vector: Floats, centre: Floats, velocity: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return for bodies (K, N) the length of the way to an antenna minus that from the barycentre, the rate of change
+    of this difference, the unit vectors to the antenna, and their rates of change.
+    """
+    from_barycentre, moving = vector[:, None], local.observer_velocity(times)[:, None]
+    far = np.linalg.norm(from_barycentre, axis=-1)
+    axis = from_barycentre / far[..., None]
+    rate = _dot(axis, moving)
+    if local.distant:
+        turning = (moving - axis * rate[..., None]) / far[..., None]
+        toward, turning = (np.broadcast_to(part, centre.shape) for part in (axis, turning))
+        return -_dot(centre, toward), -_dot(velocity, toward) - _dot(centre, turning), toward, turning
+    way, moving = from_barycentre - centre, moving - velocity
+    length = np.linalg.norm(way, axis=-1)
+    toward = way / length[..., None]
+    receding = _dot(toward, moving)
+    turning = (moving - toward * receding[..., None]) / length[..., None]
+    # The difference of two nearly equal lengths is that of their squares over their sum.
+    longer = _dot(centre, centre - 2.0 * from_barycentre) / (length + far)
+    return longer, receding / (1.0 - _dot(toward, velocity) / local.light_speed) - rate, toward, turning
+
+
+def _dot(first: Floats, second: Floats) -> Floats:
+    return np.asarray(np.einsum("...x,...x->...", first, second))

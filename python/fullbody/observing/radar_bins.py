@@ -1,0 +1,289 @@
+"""Observed powers in bins of a radar's receiver, and their predictions: the base of spectra and of images."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..base.differences import difference
+from ..base.figures import unit_of
+from ..base.kinds import instance, whole
+from ..base.limits import FINITE, Limits
+from ..base.rotations import of_vectors, products
+from ..base.unit_names import unit_named
+from ..base.units import UNITLESS, gathered, is_quantity, plain, strip_to
+from ..errors import InvalidInput
+from ..model.context import SystemLike
+from ..record.record import Record
+from ..typing import Floats
+from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
+from .data import Observations
+from .echoes import Echo, EchoModel, RadarOptions, edges_of
+from .exposure import exposure_rule
+from .linear import LinearUnknown
+from .predictions import DesignArgument, Errors
+from .vectors import Vectors
+
+#: The step of derivatives by differences, relative to the radius of a body, the width of its echo, or one radian. The
+#: echo is precise to 1e-12, and changes over some hundredths of these, the widths of bins.
+_SHARE = 2e-5
+#: The limits of the number of looks.
+_LOOKS = Limits(above=0.0)
+
+
+class RadarEchoes(Observations):
+    """Base class of radar spectra and delay-Doppler images: K rows of bins, with one error for each bin.
+
+    Attributes
+    ----------
+    power : ndarray or Quantity, (K, F - 1) or (K, D - 1, F - 1)
+    sigma : ndarray or Quantity, of the same shape
+        Standard errors, with the noise of the echo itself if the number of looks is known.
+    frequencies : array_like or Quantity
+        The edges of the bins of frequency as they were given; ``delays`` are those of delay.
+    polarization : str or None
+    """
+
+    _columns = (DataColumn("power"), DataColumn("sigma"))
+    _error_names = ("_sigma",)
+    #: The axes of the bins, in the order of those of the powers.
+    _axes: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(
+        self,
+        times: Any,
+        power: Any,
+        sigma: Any,
+        edges: dict[str, Any],
+        geometry: Vectors,
+        options: RadarOptions,
+        settings: dict[str, Any],
+    ) -> None:
+        owner = type(self).__name__
+        given = gathered(power, f"power of {owner}")
+        self._unit: Any = given.unit if is_quantity(given) else None
+        area = self._unit is not None and self._unit.is_equivalent(unit_named("km2"))
+        values, spread = (
+            self._numbers(value, f"{name} of {owner}") for name, value in (("power", power), ("sigma", sigma))
+        )
+        self._edges = edges
+        bins = tuple(np.size(getattr(one, "value", one)) - 1 for one in edges.values())
+        if values.shape[1:] != bins:
+            wanted = "(K, " + ", ".join(map(str, bins)) + ")"
+            raise InvalidInput(f"power of {owner} has shape {values.shape}; expected {wanted}, a number for each bin")
+        if spread.ndim not in (0, 1, values.ndim):
+            raise InvalidInput(f"sigma of {owner} has shape {spread.shape}; expected (), (K,) or {values.shape}")
+        flat = {"power": values.reshape(len(values), -1)}
+        flat["sigma"] = spread.reshape(len(spread), -1) if spread.ndim > 1 else spread
+        rows = Rows(times, flat, (), owner)
+        super().__init__(rows, geometry)
+        size = flat["power"].shape[1]
+        self._power, sigmas = rows.of("power", size), positive_rows(rows.of("sigma", size), f"sigma of {owner}")
+        refuse_rounded(power, self._power.ravel(), sigmas.ravel(), f"power of {owner}")
+        self.looks = settings["looks"]
+        if self.looks is not None:
+            looks = UNITLESS.number(self.looks, "number", f"looks of {owner}", _LOOKS)
+            sigmas = sigmas + np.clip(self._power, 0.0, None) / np.sqrt(looks)
+        self._sigma, self._bins, self._is_area = sigmas, bins, area
+        self.polarization = settings["polarization"]
+        if self.polarization is not None:
+            instance(self.polarization, f"polarization of {owner}", str, "a label such as 'OC' or 'SC', or None")
+        self.options, self.exposure = options, settings["exposure"]
+        self.frequency_offset, self.delay_correction = settings["frequency_offset"], settings["delay_correction"]
+        gain = settings["gain"]
+        if not (isinstance(gain, str) and gain == "free"):
+            UNITLESS.number(gain, "number", f"gain of {owner}", Limits(text="'free' or a finite number"))
+        self.gain = gain
+
+    def _numbers(self, value: Any, what: str) -> Floats:
+        """Return numbers in the unit of the powers, with NaN for missing values."""
+        found, unit = column(value, what, self._unit)
+        if (unit is None) != (self._unit is None):
+            raise InvalidInput("only one of power and sigma has a unit; expected both or neither")
+        return found
+
+    @property
+    def frequencies(self) -> Any:
+        """The edges of the bins of frequency, as they were given."""
+        return self._edges["frequencies"]
+
+    @property
+    def power(self) -> Any:
+        """The observed powers, (K, F - 1) or (K, D - 1, F - 1)."""
+        return self._shaped(self._power)
+
+    @property
+    def sigma(self) -> Any:
+        """The standard errors, of the same shape as the powers."""
+        return self._shaped(self._sigma)
+
+    def _shaped(self, values: Floats) -> Any:
+        shaped = values.reshape(len(values), *self._bins)
+        return shaped if self._unit is None else shaped * self._unit
+
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        meta = {"polarization": self.polarization, "gain": self.gain, "looks": self.looks}
+        return {"power": self.power, "sigma": self.sigma}, meta
+
+    def _widen(self, jitter: Any) -> None:
+        self._sigma = np.hypot(self._sigma, jitter_of(jitter, self._unit))
+
+    def _scale(self, system: SystemLike) -> float:
+        """Return the number of the data's units in the unit of the predictions, the system's unit of area."""
+        if not self._is_area:
+            return 1.0
+        return float(strip_to(1.0 * self._unit, system.context.units.unit("area"), "power"))
+
+    def _observed(self, system: SystemLike) -> Floats:
+        return self._power * self._scale(system)
+
+    def _whiten(self, values: Floats, system: SystemLike, transposed: bool = False) -> Floats:
+        sigma = self._sigma * self._scale(system)
+        return np.asarray(values / sigma.reshape(*sigma.shape, *[1] * (values.ndim - 2)))
+
+    def errors(self, system: SystemLike) -> Errors:
+        """Return the variances (K B, 1, 1) of all bins, which are independent, with and without a jitter."""
+        original = self if self._original is None else self._original
+        scale = self._scale(system)
+        both = ((one._sigma * scale).reshape(-1, 1, 1) ** 2 for one in (self, original))  # type: ignore[attr-defined]
+        return Errors(*both)
+
+    def _row(self, run: Record, row: int, linear: Mapping[str, Any] | None) -> tuple[Any, Any]:
+        """Return the prediction and the residuals of one row, in the unit and the shape of the data."""
+        row = whole(row, "row", least=0, most=len(self) - 1)
+        predicted, residuals, _ = self._solved(run, linear)
+        return self._attach(predicted, run.system)[row], self._attach(residuals, run.system)[row]
+
+    def _edge_numbers(self, name: str, text: str) -> tuple[Floats, str]:
+        """Return the edges of bins as they were given, and the label of their axis."""
+        given = gathered(self._edges[name], name)
+        return plain(given), f"{text} [{unit_of(given)}]"
+
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
+        return self._shaped(values / self._scale(system))
+
+    def _depends_on_figures(self) -> bool:
+        return True
+
+    def _linear_unknowns(self, system: SystemLike) -> tuple[LinearUnknown, ...]:
+        return (LinearUnknown("gain"),) if self.gain == "free" else ()
+
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
+        if self.gain == "free":
+            return np.zeros_like(self._power)
+        return float(self.gain) * self._cross_sections(system, states, masses)
+
+    def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
+        if self.gain != "free":
+            return super()._design(system, states)
+        return self._cross_sections(system, states)[..., None]
+
+    def _cross_sections(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
+        """Return the cross sections (K, B) of all bodies in the bins, averaged over the exposure."""
+        model = EchoModel(system, self.geometry, self.options)
+        edges = self._edges_in(system)
+        power: Floats | float = 0.0
+        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
+            retarded = self._retarded(system, states, masses, since)
+            echo = self._corrected(model, model.echo(retarded, states), retarded.times)
+            power = power + weight * model.power(echo, *edges).sum(axis=1)
+        return np.asarray(power).reshape(len(self), -1)
+
+    def _edges_in(self, system: SystemLike) -> list[Floats]:
+        dimensions = {"frequencies": "rate", "delays": "time"}
+        owner = type(self).__name__
+        return [
+            edges_of(self._edges[name], dimensions[name], f"{name} of {owner}", system) for name in reversed(self._axes)
+        ]
+
+    def _corrected(self, model: EchoModel, echo: Echo, times: Floats) -> Echo:
+        """Return echoes shifted by the offset of the frequency and by the polynomial of the delay."""
+        units, owner = model.system.context.units, type(self).__name__
+        shift = np.zeros((len(times), 2))
+        shift[:, 0] = units.number(self.frequency_offset, "rate", f"frequency_offset of {owner}")
+        since = times - self._clock(model.system).mean()
+        for power, coefficient in enumerate(self.delay_correction):
+            what = f"delay_correction[{power}] of {owner}"
+            if is_quantity(coefficient := gathered(coefficient, what)):
+                number = float(strip_to(coefficient, units.unit("time") ** (1 - power), what))
+            else:
+                number = UNITLESS.number(coefficient, "number", what, FINITE)
+            shift[:, 1] += number * since**power
+            if power:
+                shift[:, 0] -= model.transmit_frequency * number * power * since ** (power - 1)
+        return Echo(echo.epochs, echo.at_centre + shift[:, None], echo.gradients)
+
+    def _by_masses(self, system: SystemLike, states: dict[str, Floats], body: int) -> Floats:
+        """Return the derivatives (K, B) of the cross sections with respect to a mass, which moves the barycentre."""
+        size, masses = system.context.masses.sum() * _SHARE, system.context.masses
+        unit = np.eye(len(masses))[body]
+        middle = self._cross_sections(system, states)
+        return difference(lambda by: self._cross_sections(system, states, masses + by * unit) - middle, size)
+
+    def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
+        kind, _, body = parameter.partition(" of ")
+        if kind == "mass" and body in system.context.names:
+            factor = 0.0 if self.gain == "free" else float(self.gain)
+            return factor * self._by_masses(system, states, system.context.names.index(body))
+        return super()._partial(system, states, parameter)
+
+    def _partials(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
+    ) -> tuple[Floats, dict[str, Floats]]:
+        """Return derivatives (K, B, 12 N) of the predictions with respect to the states, and (K, B) by parameters.
+
+        They are differences: the echo below an edge is a smooth function of the states, precise to 1e-12.
+        """
+        direct = {name: self._partial(system, states, name) for name in parameters}
+        if self.gain == "free":
+            return np.zeros((*self._power.shape, 12 * len(system.context))), direct
+        return float(self.gain) * self._by_states(system, states), direct
+
+    def _design_arguments(
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str]
+    ) -> list[DesignArgument]:
+        if self.gain != "free":
+            return []
+        held = self._with_gain(1.0)
+        direct = {name: held._partial(system, states, name) for name in parameters}
+        return [DesignArgument(np.ones((*self._power.shape, 1)), self._by_states(system, states), direct)]
+
+    def _with_gain(self, gain: float) -> RadarEchoes:
+        """Return the same data with a fixed gain."""
+        held = copy.copy(self)
+        held.gain = gain
+        return held
+
+    def _by_states(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
+        """Return the derivatives (K, B, 12 N) of the cross sections with respect to the states."""
+        count = len(system.context)
+        model = EchoModel(system, self.geometry, self.options)
+        echo = model.echo(self._retarded(system, states), states)
+        widths = model.half_widths(echo)[..., 0].max(axis=0) + np.diff(self._edges_in(system)[0]).max()
+        # A velocity changes the frequency by 2 F / c, and a spin by this times the radius.
+        speeds = widths * model.light_speed / (2.0 * model.transmit_frequency)
+        middle = self._cross_sections(system, states)
+        result = np.zeros((*self._power.shape, 12 * count))
+        for body in range(count):
+            radius = max(system.context.bodies[body].circumradius, np.finfo(float).tiny)
+            sizes = {"position": radius, "velocity": speeds[body], "attitude": 1.0, "spin": speeds[body] / radius}
+            for kind, (name, size) in enumerate(sizes.items()):
+                for axis in range(3):
+
+                    def change(by: float, body: int = body, name: str = name, axis: int = axis) -> Floats:
+                        moved = states[name].copy()
+                        if name == "attitude":
+                            moved[:, body] = products(moved[:, body], of_vectors(by * np.eye(3)[axis]))
+                        else:
+                            moved[:, body, axis] += by
+                        return self._cross_sections(system, {**states, name: moved}) - middle
+
+                    result[..., 12 * body + 3 * kind + axis] = difference(change, _SHARE * size)
+        return result
+
+    def _described(self) -> list[tuple[str, str]]:
+        bins = " x ".join(map(str, self._bins))
+        return [("bins", bins), ("gain", str(self.gain)), ("law", repr(self.options.law))]

@@ -1,0 +1,260 @@
+"""Radar spectra and delay-Doppler images of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.kinds import flag
+from ..base.units import need
+from ..base.values import ArrayFields
+from ..errors import InvalidInput, interruptible
+from ..record.record import Record
+from ..typing import Floats
+from .echoes import EchoModel, RadarOptions, edges_of
+from .exposure import exposure_rule
+from .radar_laws import Cosine
+from .states import retarded
+from .times import in_system
+from .vectors import Vectors, local_geometry
+
+if TYPE_CHECKING:
+    import xarray
+
+    from .radar_laws import RadarLaw
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RadarEcho(ArrayFields):
+    """Cross sections of the bodies of a run in bins of frequency, or of delay and frequency.
+
+    Attributes
+    ----------
+    times : ndarray or Quantity, (K,)
+        Times when the echo arrives, in the system's unit of time since its epoch.
+    frequencies : ndarray or Quantity, (F,)
+        Edges of the bins of frequency.
+    delays : ndarray or Quantity, (D,), or None
+        Edges of the bins of delay; ``None`` for spectra.
+    power : ndarray or Quantity, (K, F - 1) or (K, D - 1, F - 1), or with an axis (N,) of the bodies after the first
+        Cross section in each bin.
+    bodies : tuple of str
+        Names of the bodies of that axis; empty if the power is that of all bodies together.
+    """
+
+    times: Any
+    frequencies: Any
+    delays: Any
+    power: Any
+    bodies: tuple[str, ...] = ()
+
+    def to_xarray(self) -> xarray.DataArray:
+        """Convert the cross sections to an ``xarray.DataArray``.
+
+        Its dimensions are ``time``, ``body`` with bodies, ``delay`` with delays and ``frequency``. The coordinates of
+        the latter two are the middles of the bins; ``delay_edges`` and ``frequency_edges`` are among the attributes.
+        """
+        with need("data", "an echo as a data array"):
+            import xarray as xr
+
+        names = {"time": self.times, "frequency": self.frequencies} | (
+            {} if self.delays is None else {"delay": self.delays}
+        )
+        coordinates: dict[str, Any] = {"body": ("body", list(self.bodies))} if self.bodies else {}
+        attributes: dict[str, Any] = {"long_name": "radar cross section", **_unit_of(self.power)}
+        for name, given in names.items():
+            plain = np.asarray(getattr(given, "value", given))
+            if name != "time":
+                attributes[f"{name}_edges"] = plain
+                plain = 0.5 * (plain[1:] + plain[:-1])
+            coordinates[name] = (name, plain, {"long_name": name, **_unit_of(given)})
+        dims = ["time", *(["body"] if self.bodies else []), *([] if self.delays is None else ["delay"]), "frequency"]
+        power = np.asarray(getattr(self.power, "value", self.power))
+        return xr.DataArray(power, coordinates, dims, name="power", attrs=attributes)
+
+
+def _unit_of(values: Any) -> dict[str, str]:
+    unit = getattr(values, "unit", None)
+    return {} if unit is None else {"units": str(unit)}
+
+
+@interruptible("radar spectra")
+def radar_spectrum(
+    run: Record,
+    times: Any,
+    geometry: Vectors,
+    frequencies: Any,
+    *,
+    transmit_frequency: Any,
+    law: RadarLaw | dict[str, RadarLaw] = Cosine(),  # noqa: B008
+    mutual: bool = True,
+    transmitter: Vectors | None = None,
+    exposure: Any = 0.0,
+    frequency_response: str = "bin",
+    per_body: bool = False,
+) -> RadarEcho:
+    """Compute the Doppler spectra of the radar echo of a run: the cross section in each bin of frequency.
+
+    Parameters
+    ----------
+    run : Run
+        A run with ``dense=True``, of a system with units.
+    times : astropy Time, or array_like or Quantity, (K,)
+        Times when the echo arrives.
+    geometry : Geometry
+        The geometry of the receiver; the Sun is not needed.
+    frequencies : array_like or Quantity, (F,)
+        Edges of the bins, which increase: the frequency from that of the echo of the system's barycentre, positive if
+        the surface approaches. Plain numbers are in one over the system's unit of time.
+    transmit_frequency : float or Quantity
+        The frequency that is transmitted, 1 MHz or more.
+    law : RadarLaw or dict
+        The scattering law, such as :class:`Cosine`; or one for each body by its name.
+    mutual : bool
+        Whether the echo of a body is missing where another one hides it from an antenna. A body of several parts, or
+        one that is not convex, hides parts of itself in any case.
+    transmitter : Geometry, optional
+        For a bistatic radar the vectors to the transmitter at the times when the echo arrives; otherwise the receiver
+        transmits too.
+    exposure : float or Quantity
+        The time of integration about each of the times, over which a spectrum is averaged. It should be so short that
+        no feature moves by many bins.
+    frequency_response : str
+        ``"bin"`` for the echo within the edges of a bin, or ``"sinc2"`` for the response of a discrete Fourier
+        transform, sinc^2 of the distance from the middle of a bin in units of its width.
+    per_body : bool
+        Whether to return the echo of each body instead of that of all of them together.
+
+    Returns
+    -------
+    RadarEcho
+        Its ``.power`` is (K, F - 1), or (K, N, F - 1) with ``per_body``. Where nothing is seen it is zero.
+
+    Raises
+    ------
+    Interrupted
+        On Ctrl-C.
+    InvalidInput
+        For edges that do not increase, a transmitter below 1 MHz, a receiver or a transmitter inside the system or
+        nearer to a body than about 300 times its radius, a system without units, and times outside the span of the
+        geometry or of the run.
+
+    Notes
+    -----
+    Ellipsoids have no mesh: the error is 1e-12 of their echo. Polyhedra and composites are computed from their facets,
+    with what these hide of each other cut out exactly; ellipsoids beside them, where one hides the other, and in
+    composites have 5,120 facets. Each body is seen at its own time, along the direction of its centre; the use of one
+    direction for the whole surface has an error of its radius over the distance. A body without rotation relative to
+    the radar has its whole echo in one bin. See :doc:`/theory/radar`.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody, numpy as np
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.kw4(units=True)
+    >>> run = system.integrate(state, "20 h", dense=True)
+    >>> view = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
+    >>> options = {"transmit_frequency": 2380 * u.MHz, "law": observing.Cosine(C=1.0, R=0.1)}
+    >>> echo = observing.radar_spectrum(run, [3.0, 10.0] * u.h, view, np.linspace(-40, 40, 81) * u.Hz, **options)
+    >>> echo.power.shape, echo.power.sum(axis=1).to("km2").round(2)
+    ((2, 80), <Quantity [0.18, 0.18] km2>)
+    """
+    options = RadarOptions(transmit_frequency, law, mutual, transmitter, frequency_response)
+    return _echo(run, times, geometry, options, exposure, per_body, frequencies)
+
+
+@interruptible("delay-Doppler images")
+def delay_doppler(
+    run: Record,
+    times: Any,
+    geometry: Vectors,
+    delays: Any,
+    frequencies: Any,
+    *,
+    transmit_frequency: Any,
+    law: RadarLaw | dict[str, RadarLaw] = Cosine(),  # noqa: B008
+    mutual: bool = True,
+    transmitter: Vectors | None = None,
+    exposure: Any = 0.0,
+    frequency_response: str = "bin",
+    delay_response: str = "bin",
+    per_body: bool = False,
+) -> RadarEcho:
+    """Compute delay-Doppler images of a run: the cross section in each bin of delay and frequency.
+
+    Parameters
+    ----------
+    run, times, geometry
+        As for :func:`radar_spectrum`.
+    delays : array_like or Quantity, (D,)
+        Edges of the bins of delay, which increase: the delay from the echo of the system's barycentre, positive if the
+        surface is farther. Plain numbers are in the system's unit of time.
+    frequencies, transmit_frequency, law, mutual, transmitter, exposure, frequency_response
+        As for :func:`radar_spectrum`.
+    delay_response : str
+        ``"bin"`` for the echo within the edges of a bin, or ``"triangle2"`` for the response of a decoder to a code of
+        binary phases, 3/2 (1 - x)^2 at the distance x from the middle of a bin in units of its width, with the
+        integral one.
+    per_body : bool
+        Whether to return the echo of each body instead of that of all of them together.
+
+    Returns
+    -------
+    RadarEcho
+        Its ``.power`` is (K, D - 1, F - 1), or (K, N, D - 1, F - 1) with ``per_body``.
+
+    Raises
+    ------
+    Interrupted, InvalidInput
+        As for :func:`radar_spectrum`.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody, numpy as np
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.kw4(units=True)
+    >>> run = system.integrate(state, "20 h", dense=True)
+    >>> view = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
+    >>> bins = np.linspace(-25, 25, 101) * u.us, np.linspace(-40, 40, 81) * u.Hz
+    >>> echo = observing.delay_doppler(run, [3.0] * u.h, view, *bins, transmit_frequency=2380 * u.MHz, per_body=True)
+    >>> echo.bodies, echo.power.shape
+    (('Alpha', 'Beta'), (1, 2, 100, 80))
+    """
+    options = RadarOptions(transmit_frequency, law, mutual, transmitter, frequency_response, delay_response)
+    return _echo(run, times, geometry, options, exposure, per_body, frequencies, delays)
+
+
+def _echo(
+    run: Record,
+    times: Any,
+    geometry: Vectors,
+    options: RadarOptions,
+    exposure: Any,
+    per_body: bool,
+    frequencies: Any,
+    delays: Any = None,
+) -> RadarEcho:
+    """Return spectra, or images if there are delays, averaged over the exposure."""
+    system, context = run.system, run.context
+    flag(per_body, "per_body")
+    model, local = EchoModel(system, geometry, options), local_geometry(geometry, system)
+    arrival = np.atleast_1d(in_system(times, system, "times"))
+    if arrival.ndim != 1:
+        raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
+    edges = edges_of(frequencies, "rate", "frequencies", system)
+    of_delay = None if delays is None else edges_of(delays, "time", "delays", system)
+    power: Floats | float = 0.0
+    for since, weight in zip(*exposure_rule(exposure, system), strict=True):
+        states, retarded_states = retarded(run, local, arrival + since, "time of a radar echo")
+        found = model.power(model.echo(retarded_states, states), edges, of_delay)
+        power = power + weight * (found if per_body else found.sum(axis=1, keepdims=True))
+    shape = (slice(None), slice(None) if per_body else 0, slice(None) if of_delay is not None else 0)
+    return RadarEcho(
+        context.units.attach(arrival, "time"),
+        context.units.attach(edges, "rate"),
+        None if of_delay is None else context.units.attach(of_delay, "time"),
+        context.units.attach(np.asarray(power)[shape], "area"),
+        tuple(context.names) if per_body else (),
+    )

@@ -1,0 +1,118 @@
+"""Pictures of radar echoes: Doppler spectra and delay-Doppler images."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.figures import full_option_names, grid, legend, line, single
+from ..base.units import gathered, is_quantity
+from ..observing.radar_echoes import delay_doppler as image_of
+from ..observing.radar_echoes import radar_spectrum as spectrum_of
+from ..record.record import Record
+from ..typing import Floats
+from ._style import RunPlots, colour_bar, label, label_of, unit
+
+if TYPE_CHECKING:
+    from ..observing.vectors import Vectors
+
+#: The options of echoes; further arguments are those of matplotlib.
+_OF_ECHOES = ("law", "mutual", "transmitter", "exposure", "frequency_response", "delay_response")
+
+
+def radar_spectrum(
+    plots: RunPlots,
+    time: Any,
+    geometry: Vectors,
+    frequencies: Any,
+    ax: Any = None,
+    *,
+    transmit_frequency: Any,
+    bodies: bool = False,
+    **kwargs: Any,
+) -> Any:
+    """Draw the Doppler spectrum of a radar echo as steps, with the cross section in each bin.
+
+    Parameters
+    ----------
+    time : astropy Time, float or Quantity
+        The time when the echo arrives.
+    geometry, frequencies, transmit_frequency
+        Arguments of :func:`fullbody.observing.radar_spectrum`.
+    ax : matplotlib Axes, optional
+    bodies : bool
+        Whether the echo of each body is drawn, too.
+    **kwargs
+        ``law``, ``mutual``, ``transmitter``, ``exposure`` and ``frequency_response`` are passed to
+        :func:`fullbody.observing.radar_spectrum`; others to ``Axes.stairs``.
+    """
+    run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
+    options |= {"transmit_frequency": transmit_frequency, "per_body": True}
+    found = spectrum_of(run, _moment(time), geometry, frequencies, **options)
+    power = np.asarray(getattr(found.power, "value", found.power))[0]
+    edges, text = _axis(run, frequencies, found.frequencies, "Doppler frequency", "rate")
+    ax, kwargs = single(ax, (6.4, 3.4)), full_option_names(kwargs, "patches.StepPatch")
+    curves = [("all bodies", power.sum(axis=0), {"color": "k", "linewidth": 1.2, **kwargs})]
+    if bodies:
+        curves += [(label_of(run, k), power[k], line(k, dict(kwargs))) for k in range(len(power))]
+    for name, values, style in curves:
+        ax.stairs(values, edges, **({"label": name} if bodies else {}) | style)
+    ax.set(xlabel=text, ylabel=label(run, "cross section", "area"), xlim=(edges[0], edges[-1]))
+    ax.set_ylim(bottom=0.0)
+    grid(ax)
+    legend(ax)
+    return ax
+
+
+def delay_doppler(
+    plots: RunPlots,
+    time: Any,
+    geometry: Vectors,
+    delays: Any,
+    frequencies: Any,
+    ax: Any = None,
+    *,
+    transmit_frequency: Any,
+    **kwargs: Any,
+) -> Any:
+    """Draw a delay-Doppler image of all bodies: delay increases downwards, frequency to the right.
+
+    The brightness is the square root of the cross section, which shows faint parts.
+
+    Parameters
+    ----------
+    time : astropy Time, float or Quantity
+        The time when the echo arrives.
+    geometry, delays, frequencies, transmit_frequency
+        Arguments of :func:`fullbody.observing.delay_doppler`.
+    ax : matplotlib Axes, optional
+    **kwargs
+        ``law``, ``mutual``, ``transmitter``, ``exposure``, ``frequency_response`` and ``delay_response`` are passed to
+        :func:`fullbody.observing.delay_doppler`; others to ``Axes.pcolormesh``.
+    """
+    run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
+    found = image_of(
+        run, _moment(time), geometry, delays, frequencies, transmit_frequency=transmit_frequency, **options
+    )
+    power = np.asarray(getattr(found.power, "value", found.power))[0]
+    x, across = _axis(run, frequencies, found.frequencies, "Doppler frequency", "rate")
+    y, down = _axis(run, delays, found.delays, "delay", "time")
+    ax = single(ax, (5.6, 4.2))
+    drawn = ax.pcolormesh(x, y, np.sqrt(power), **{"cmap": "gray", "vmin": 0.0, **kwargs})
+    ax.set(xlabel=across, ylabel=down, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
+    colour_bar(ax, drawn, "root of the cross section", unit(run, "length") or "system units")
+    return ax
+
+
+def _moment(time: Any) -> Any:
+    """Return one time as an array of one time."""
+    return time.reshape(1) if hasattr(time, "reshape") else gathered([time], "time", "time")
+
+
+def _axis(run: Record, given: Any, found: Any, text: str, dimension: str) -> tuple[Floats, str]:
+    """Return the edges of bins in the unit in which they were given, and the label of their axis."""
+    given = gathered(given, text, dimension)
+    if is_quantity(given):
+        return np.asarray(given.value), f"{text} [{given.unit.to_string('unicode')}]"
+    return np.asarray(getattr(found, "value", found)), label(run, text, dimension)

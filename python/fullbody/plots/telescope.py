@@ -1,0 +1,239 @@
+"""Pictures of the bodies in the sky, as a telescope sees them that resolves them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..base import figures
+from ..base.rotations import matrices
+from ..observing.astrometry import offsets, sky_axes
+from ..observing.brightness import Epochs
+from ..observing.light_centres import in_mas, refuse_directions
+from ..observing.light_curve import epochs_of
+from ..observing.outlines import sky_of
+from ..observing.silhouettes import Solid, hides, limb, solids
+from ..record.record import Record
+from ..typing import Floats
+from . import _style
+from ._style import RunPlots
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..observing.vectors import Vectors
+
+#: The grey of the night side, the exponent with which screens show brightness, and the brightness mu0 / (mu + mu0) that
+#: is shown as white.
+_NIGHT, _GAMMA, _WHITE = 0.13, 1.0 / 2.2, 0.8
+#: The numbers of meridians and of parallels of the mesh of an ellipsoid, and how often its triangles are divided into
+#: four where a terminator or a shadow crosses them.
+_MERIDIANS, _PARALLELS, _DIVISIONS = 72, 36, 4
+#: The margin about the bodies, relative to their extent, and the share of the width that a scale takes at most.
+_MARGIN, _SCALE = 0.12, 0.3
+#: The directions to the east and to the north of rays, at equal position angles, on which a limb is drawn.
+_RAYS = np.stack([np.sin(np.linspace(0.0, 2.0 * np.pi, 361)), np.cos(np.linspace(0.0, 2.0 * np.pi, 361))], axis=1)[:-1]
+
+
+class _Shade(NamedTuple):
+    """Triangles (F, 3, 3) of surfaces that the observer sees, and their greys (F,) from 0 to 1."""
+
+    corners: Floats
+    grey: Floats
+
+
+def sky(
+    plots: RunPlots,
+    time: Any,
+    geometry: Vectors,
+    ax: Any = None,
+    *,
+    frame: Any = "equatorial",
+    names: bool = True,
+    **kwargs: Any,
+) -> Axes:
+    """Draw the bodies in the sky at a time, in light and shadow, with north up, east to the left, and a scale.
+
+    Surfaces have the brightness of Lommel-Seeliger's law; the night side is dark grey. Polyhedra cast their shadows on
+    other bodies, but not on themselves.
+
+    Parameters
+    ----------
+    time : astropy Time, float or Quantity
+        The time at which the light arrives at the observer.
+    geometry : fullbody.observing.Geometry
+        A geometry that includes the Sun.
+    ax : matplotlib Axes, optional
+    frame : str or astropy frame
+        The axes of the sky, as for :func:`fullbody.observing.outline`.
+    names : bool
+        Whether to write the names of the bodies.
+    **kwargs
+        Passed to ``matplotlib.collections.PolyCollection``.
+    """
+    run = plots.sampled()
+    ax = figures.single(ax, (5.6, 5.2))
+    seen = SkyFrames(run, time, geometry, frame)
+    seen.prepare(ax)
+    seen.draw(ax, 0, names, kwargs)
+    return ax
+
+
+class SkyFrames:
+    """Pictures of the bodies of a run in the sky at one or more times, all to one scale.
+
+    Parameters
+    ----------
+    run : Run
+    times : astropy Time, or array_like or Quantity, () or (K,)
+        Times at which the light arrives.
+    geometry : Geometry
+    frame : str or astropy frame
+    """
+
+    def __init__(self, run: Record, times: Any, geometry: Vectors, frame: Any = "equatorial") -> None:
+        self._run, self._axes = run, sky_axes(run.system, frame, "a picture of the sky")
+        self._frames: list[tuple[Epochs, int]] = []
+        for epochs in epochs_of(run, times, geometry, "a picture of the sky"):
+            refuse_directions(epochs, "a picture of the sky")
+            self._frames += [(epochs, k) for k in range(len(epochs.times))]
+        self._reach = np.array([_style.reach(run, body) for body in range(len(run.context))])
+
+    def _offsets(self, epochs: Epochs, k: int, points: Floats) -> Floats:
+        """Return places in the sky (..., 2) of points (..., 3), in mas or radians."""
+        line = np.broadcast_to(-epochs.to_observer[k] @ self._axes.T, points.shape)
+        found = in_mas(offsets(line, points @ self._axes.T), self._run.system)
+        return np.asarray(getattr(found, "value", found))
+
+    def _angle(self, epochs: Epochs, k: int) -> float:
+        """Return how large the unit of length appears at the barycentre, in mas or radians."""
+        found = in_mas(np.array(1.0 / np.linalg.norm(epochs.to_observer[k])), self._run.system)
+        return float(getattr(found, "value", found))
+
+    def prepare(self, ax: Any) -> None:
+        """Set the limits, so that all pictures fit in, and draw the directions and a scale."""
+        low, high = np.full(2, np.inf), np.full(2, -np.inf)
+        for epochs, k in self._frames:
+            places, sizes = self._offsets(epochs, k, epochs.position[k]), self._reach * self._angle(epochs, k)
+            low = np.minimum(low, (places - sizes[:, None]).min(axis=0))
+            high = np.maximum(high, (places + sizes[:, None]).max(axis=0))
+        span = float(np.max(high - low)) or 1.0
+        low, high = low - _MARGIN * span, high + _MARGIN * span
+        # Room for the arrows and the scale below the bodies.
+        low[1] -= _MARGIN * span
+        unit = "mas" if self._run.context.units.defined else "rad"
+        ax.set(xlim=(high[0], low[0]), ylim=(low[1], high[1]), xlabel=f"east [{unit}]", ylabel=f"north [{unit}]")
+        ax.set_aspect("equal", adjustable="box")
+        ax.set_facecolor("black")
+        style = {"color": "white", "fontsize": "small", "ha": "center", "va": "center"}
+        corner = np.array([high[0] - 0.18 * span, low[1] + 0.05 * span])
+        for name, way in (("N", (0.0, 0.1)), ("E", (0.1, 0.0))):
+            tip = corner + np.array(way) * span
+            arrow = {"arrowstyle": "->", "color": "white", "shrinkA": 0.0, "shrinkB": 0.0}
+            ax.annotate("", tip, corner, arrowprops=arrow)
+            ax.text(*(corner + 1.3 * (tip - corner)), name, **style)
+        angle = self._angle(*self._frames[0])
+        length = _round(_SCALE * (high[0] - low[0]) / angle)
+        end = low[0] + 0.06 * span
+        ax.plot([end, end + length * angle], [corner[1]] * 2, color="white", linewidth=1.5)
+        label = f"{length:.6g} {_style.unit(self._run, 'length')}".rstrip()
+        ax.text(end + 0.5 * length * angle, corner[1] + 0.045 * span, label, **style)
+
+    def draw(self, ax: Any, index: int, names: bool, kwargs: dict[str, Any]) -> list[Any]:
+        """Draw one of the pictures, with its time and phase angle as the title, and return the artists."""
+        epochs, k = self._frames[index]
+        bodies = [
+            solids(self._run.system, body, centre, matrix)
+            for body, (centre, matrix) in enumerate(zip(epochs.position[k], matrices(epochs.attitude[k]), strict=True))
+        ]
+        toward, sunward = (way[k] / np.linalg.norm(way[k], axis=1, keepdims=True) for way in epochs.ways())
+        away = np.linalg.norm(epochs.to_observer[k] - epochs.position[k], axis=1)
+        artists: list[Any] = []
+        collection = figures.matplotlib("collections").PolyCollection
+        kwargs = figures.full_option_names(kwargs, "collections.PolyCollection")
+        for body in np.argsort(-away):
+            others = [(other, epochs.position[k][o]) for o, other in enumerate(bodies) if o != body]
+            for part in bodies[body]:
+                shade = _shade(part, toward[body], sunward[body], others)
+                places = self._offsets(epochs, k, shade.corners)
+                colours = np.repeat(shade.grey[:, None], 3, axis=1)
+                # Faces without smooth edges have no seams between them; the limb is a line of its own.
+                style = {"facecolors": colours, "linewidths": 0.0, "antialiaseds": False, **kwargs}
+                artists.append(ax.add_collection(collection(places, **style)))
+            place = self._offsets(epochs, k, epochs.position[k][body])
+            sight = toward[body], sky_of(toward[body], self._axes)
+            edge = self._offsets(epochs, k, limb(bodies[body], epochs.position[k][body], *sight, _RAYS).points)
+            if bodies[body]:
+                artists += ax.plot(*edge[[*range(len(edge)), 0]].T, color="0.35", linewidth=0.8, zorder=1.0)
+            else:
+                artists += ax.plot(*place[:, None], marker=".", color="white")
+            if names:
+                above = edge[0] + np.array([0.0, 0.01 * np.ptp(ax.get_ylim())])
+                style = {"color": "0.9", "fontsize": "small", "ha": "center", "va": "bottom", "zorder": 4.0}
+                style["path_effects"] = [
+                    figures.matplotlib("patheffects").withStroke(linewidth=1.5, foreground="black")
+                ]
+                artists.append(ax.text(*above, _style.label_of(self._run, int(body)), **style))
+        phase = np.degrees(np.arccos(np.clip(np.sum(toward * sunward, axis=1), -1.0, 1.0)).mean())
+        now = f"{epochs.times[k]:.6g} {_style.unit(self._run, 'time')}".rstrip()
+        ax.set_title(f"time {now}, phase angle {phase:.1f}°", fontsize="medium")
+        return artists
+
+
+def _round(value: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above a value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1.0 + 1e-12)) * power)
+
+
+def _shade(part: Solid, toward: Floats, sunward: Floats, others: Iterable[tuple[list[Solid], Floats]]) -> _Shade:
+    """Return the visible triangles of a part with their greys, in the shadows of other bodies."""
+    curved = part.corners is None
+    triangles = _mesh(part) if curved else part.corners[part.faces]
+    inverse = np.linalg.inv(part.columns @ part.columns.T)
+
+    def normals(points: Floats, faces: Floats) -> Floats:
+        """Return unit normals of points (F, ..., 3) of triangles, those of an ellipsoid at the points themselves."""
+        flat = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+        found = (points - part.centre) @ inverse if curved else np.broadcast_to(flat[:, None], points.shape)
+        return np.asarray(found / np.linalg.norm(found, axis=-1, keepdims=True))
+
+    def shadowed(points: Floats) -> Any:
+        flat = points.reshape(-1, 3)
+        suns = np.broadcast_to(sunward, flat.shape)
+        dark = np.zeros(len(flat), dtype=bool)
+        for parts, centre in others:
+            dark |= hides(parts, centre, flat, suns)
+        return dark.reshape(points.shape[:-1])
+
+    for division in range(_DIVISIONS + 1):
+        facing = normals(triangles, triangles) @ toward
+        triangles = triangles[(facing > 0.0).any(axis=1)]
+        lit = (normals(triangles, triangles) @ sunward > 0.0) & ~shadowed(triangles)
+        mixed = lit.any(axis=1) & ~lit.all(axis=1)
+        if division < _DIVISIONS:
+            a, b, c = np.moveaxis(triangles[mixed], 1, 0)
+            p, q, r = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+            parts = [np.stack(corners, axis=1) for corners in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))]
+            triangles = np.concatenate([triangles[~mixed], *parts])
+    middle = triangles.mean(axis=1, keepdims=True)
+    normal = normals(middle, triangles)[:, 0]
+    mu, mu0 = np.maximum(normal @ toward, 1e-6), normal @ sunward
+    lit = (mu0 > 0.0) & ~shadowed(middle)[:, 0]
+    bright = np.where(lit, mu0 / (mu + np.where(lit, mu0, 1.0)), 0.0) / _WHITE
+    order = np.argsort(middle[:, 0] @ toward)
+    return _Shade(triangles[order], np.clip(bright**_GAMMA, _NIGHT, 1.0)[order])
+
+
+def _mesh(part: Solid) -> Floats:
+    """Return triangles (F, 3, 3) of the surface of an ellipsoid."""
+    u, v = np.meshgrid(
+        np.linspace(0.0, 2.0 * np.pi, _MERIDIANS + 1), np.linspace(0.0, np.pi, _PARALLELS + 1), indexing="ij"
+    )
+    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    grid = ball @ part.columns.T + part.centre
+    a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
+    halves = [np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, b, c), (a, c, d))]
+    return np.concatenate(halves)

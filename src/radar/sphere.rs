@@ -1,0 +1,258 @@
+//! Regions of the unit sphere between planes and outside of cylinders, ring by ring.
+//!
+//! A point of the sphere has the height z along the pole and the longitude l: (rho cos l, rho sin l, z) with
+//! rho^2 = 1 - z^2. A plane leaves of each ring an arc about its azimuth, whose half width is an arccosine. A
+//! quadric crosses a ring where a quartic in tan(l/2) is zero. As a function of the height, an integral over the
+//! arcs is smooth between heights at which the ends of arcs appear, vanish or meet.
+
+use crate::integrate::polynomial_roots;
+use crate::math::{Mat3, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// The half of the sphere, or less or more of it, where normal.s + offset > 0, with a normal of unit length.
+#[derive(Debug, Clone, Copy)]
+pub struct Plane {
+    normal: Vec3,
+    offset: f64,
+    /// The length of the normal's part across the pole, and its azimuth.
+    across: f64,
+    azimuth: f64,
+}
+
+/// The part of the sphere where s.M s + linear.s + constant > 0.
+#[derive(Debug, Clone, Copy)]
+pub struct Quadric {
+    pub matrix: Mat3,
+    pub linear: Vec3,
+    pub constant: f64,
+}
+
+/// The part of the sphere that lies within all of some planes and quadrics.
+#[derive(Debug, Clone, Default)]
+pub struct Region {
+    pub planes: Vec<Plane>,
+    pub quadrics: Vec<Quadric>,
+    /// Longitudes at which a ring may enter or leave the region, with the index of the plane or quadric.
+    ends: Vec<(f64, u64)>,
+}
+
+/// Points that are outside of a plane by less than this count as within it.
+const MARGIN: f64 = 1e-12;
+/// The largest number of changes of the arcs between two rings that are searched for.
+const CHANGES: usize = 6;
+/// How often the interval between two rings is halved to find where the arcs change.
+const HALVINGS: u32 = 48;
+/// The number of rings on which changes of the arcs by quadrics are searched for.
+const RINGS: usize = 128;
+
+impl Plane {
+    /// Takes a normal of any length above zero, and the offset in the same unit.
+    pub fn new(normal: &Vec3, offset: f64) -> Self {
+        let scale = normal.norm().recip();
+        let normal = normal * scale;
+        let across = (normal.x * normal.x + normal.y * normal.y).sqrt();
+        Self { normal, offset: offset * scale, across, azimuth: normal.y.atan2(normal.x) }
+    }
+
+    /// Returns the plane that leaves what this one cuts off.
+    pub fn flipped(&self) -> Self {
+        Self::new(&-self.normal, -self.offset)
+    }
+
+    fn value(&self, s: &Vec3) -> f64 {
+        self.normal.dot(s) + self.offset
+    }
+
+    /// Returns whether the whole sphere is on the inner side, 1, or on the outer side, -1; 0 if it is cut.
+    pub fn side(&self) -> i32 {
+        i32::from(self.offset >= 1.0) - i32::from(self.offset <= -1.0)
+    }
+
+    /// Calls `take` with the lowest and the highest point of the circle in which the plane cuts the sphere.
+    fn extremes(&self, take: &mut impl FnMut(Vec3)) {
+        let square = 1.0 - self.offset * self.offset;
+        if square > 0.0 {
+            let upward = Vec3::new(
+                -self.normal.x * self.normal.z,
+                -self.normal.y * self.normal.z,
+                self.across.powi(2),
+            );
+            let upward = upward.try_normalize(1e-150).unwrap_or(Vec3::x()) * square.sqrt();
+            [upward, -upward].into_iter().for_each(|way| take(way - self.normal * self.offset));
+        }
+    }
+
+    /// Calls `take` with the points of the sphere that are on two planes.
+    fn meets(&self, other: &Self, take: &mut impl FnMut(Vec3)) {
+        let along = self.normal.cross(&other.normal);
+        let square = along.norm_squared();
+        let nearest =
+            (other.normal.cross(&along) * -self.offset + along.cross(&self.normal) * -other.offset) / square;
+        let left = (1.0 - nearest.norm_squared()) / square;
+        if square > 1e-28 && left > 0.0 {
+            let way = along * left.sqrt();
+            [way, -way].into_iter().for_each(|way| take(nearest + way));
+        }
+    }
+}
+
+impl Quadric {
+    fn value(&self, s: &Vec3) -> f64 {
+        s.dot(&(self.matrix * s)) + self.linear.dot(s) + self.constant
+    }
+
+    /// Calls `take` with the longitudes at which a ring crosses the quadric.
+    fn crossings(&self, z: f64, rho: f64, mut take: impl FnMut(f64)) {
+        let m = &self.matrix;
+        let (cc, ss, cs) = (rho * rho * m[(0, 0)], rho * rho * m[(1, 1)], rho * rho * m[(0, 1)]);
+        let [c, s] = [0, 1].map(|k| rho * (2.0 * z * m[(k, 2)] + self.linear[k]));
+        let constant = z * (z * m[(2, 2)] + self.linear.z) + self.constant;
+        // With t = tan(l/2) each half of the ring has t from -1 to 1; its other half has the opposite cosine and sine.
+        for (turn, sign) in [(0.0, 1.0), (PI, -1.0)] {
+            let (c, s) = (sign * c, sign * s);
+            let quartic = [
+                cc + c + constant,
+                4.0 * cs + 2.0 * s,
+                4.0 * ss + 2.0 * (constant - cc),
+                2.0 * s - 4.0 * cs,
+                cc - c + constant,
+            ];
+            polynomial_roots(&quartic, &mut |t| take(wrapped(turn + 2.0 * t.atan())));
+        }
+    }
+}
+
+/// Returns an angle between -pi and pi.
+fn wrapped(angle: f64) -> f64 {
+    if angle > PI {
+        angle - TAU
+    } else if angle < -PI {
+        angle + TAU
+    } else {
+        angle
+    }
+}
+
+impl Region {
+    /// Returns the part of the region within further planes.
+    pub fn within(&self, planes: &[Plane]) -> Self {
+        let mut part = self.clone();
+        part.planes.extend_from_slice(planes);
+        part
+    }
+
+    fn contains(&self, s: &Vec3, margin: f64) -> bool {
+        self.planes.iter().all(|plane| plane.value(s) > -margin)
+            && self.quadrics.iter().all(|quadric| quadric.value(s) > 0.0)
+    }
+
+    /// Calls `take` with both ends of each arc of a ring within the region, the second above the first. Returns a
+    /// number that tells between which planes and quadrics the arcs lie.
+    pub fn arcs(&mut self, z: f64, mut take: impl FnMut(f64, f64)) -> u64 {
+        let rho = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+        self.ends.clear();
+        for (index, plane) in (1..).zip(&self.planes) {
+            let (level, across) = (plane.normal.z * z + plane.offset, rho * plane.across);
+            if level <= -across {
+                return 0;
+            }
+            if level < across {
+                let half = (-level / across).acos();
+                self.ends.extend([-half, half].map(|half| (wrapped(plane.azimuth + half), index)));
+            }
+        }
+        for (index, quadric) in (self.planes.len() as u64 + 1..).zip(&self.quadrics) {
+            quadric.crossings(z, rho, |l| self.ends.push((l, index)));
+        }
+        let point = |l: f64| {
+            let (sin, cos) = l.sin_cos();
+            Vec3::new(rho * cos, rho * sin, z)
+        };
+        let mut ends = std::mem::take(&mut self.ends);
+        ends.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
+        let mut signature = 0;
+        if ends.is_empty() && self.contains(&point(0.0), 0.0) {
+            signature = 1;
+            take(-PI, PI);
+        }
+        for k in 0..ends.len() {
+            let ((from, before), (mut to, after)) = (ends[k], ends[(k + 1) % ends.len()]);
+            if k + 1 == ends.len() {
+                to += TAU;
+            }
+            if to > from && self.contains(&point(0.5 * (from + to)), 0.0) {
+                take(from, to);
+                signature = [before, after]
+                    .iter()
+                    .fold(signature, |sum: u64, end| sum.wrapping_mul(31).wrapping_add(*end));
+            }
+        }
+        self.ends = ends;
+        signature
+    }
+
+    /// Returns the heights, in rising order, of the points where the planes meet each other and where they and the
+    /// sphere are lowest and highest; none if the planes leave nothing. Within the planes the sphere reaches from the
+    /// first to the last one.
+    pub fn corners(&self) -> Vec<f64> {
+        let mut heights = Vec::new();
+        let mut add = |s: Vec3| {
+            if self.planes.iter().all(|plane| plane.value(&s) > -MARGIN) {
+                heights.push(s.z.clamp(-1.0, 1.0));
+            }
+        };
+        [1.0, -1.0].into_iter().for_each(|z| add(Vec3::z() * z));
+        for (k, plane) in self.planes.iter().enumerate() {
+            plane.extremes(&mut add);
+            self.planes[..k].iter().for_each(|other| plane.meets(other, &mut add));
+        }
+        heights.sort_unstable_by(f64::total_cmp);
+        heights.dedup_by(|one, other| *one - *other < MARGIN);
+        heights
+    }
+
+    /// Returns the heights between which integrals over the arcs of rings are smooth: the corners, and those where
+    /// quadrics change the arcs.
+    pub fn heights(&mut self) -> Vec<f64> {
+        let mut heights = self.corners();
+        if !self.quadrics.is_empty() {
+            for k in 1..heights.len() {
+                let (from, length) = (heights[k - 1], heights[k] - heights[k - 1]);
+                // Rings are nearer to each other at both ends, where outlines may meet the limb.
+                let ring = |index: usize| {
+                    let share = 0.5 - 0.5 * (PI * index as f64 / RINGS as f64).cos();
+                    from + length * share.clamp(MARGIN, 1.0 - MARGIN)
+                };
+                let mut low = ring(0);
+                let mut before = self.arcs(low, |_, _| ());
+                for high in (1..=RINGS).map(ring) {
+                    let after = self.arcs(high, |_, _| ());
+                    for _ in 0..CHANGES {
+                        if after == before {
+                            break;
+                        }
+                        low = self.change(low, high, before);
+                        heights.push(low);
+                        before = self.arcs(low, |_, _| ());
+                    }
+                    (low, before) = (high, after);
+                }
+            }
+            heights.sort_unstable_by(f64::total_cmp);
+        }
+        heights
+    }
+
+    /// Returns the first height, up to rounding, at which the arcs are no longer those of the lower one of two heights.
+    fn change(&mut self, mut low: f64, mut high: f64, before: u64) -> f64 {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.arcs(middle, |_, _| ()) == before {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        high
+    }
+}
