@@ -2,6 +2,7 @@
 //! torque along its spin. Runs of decades take one step.
 
 use super::Simulation;
+use super::dense::write_rotation;
 use super::recorder::Run;
 use crate::dynamics::{AttitudeChart, Layout, Parameter, State, SteadyRotation};
 use crate::forces::{Force, ForceParameter, WORK_AND_IMPULSE};
@@ -44,12 +45,6 @@ impl Simulation {
         }
         y
     }
-}
-
-/// Writes attitude and spin of a body alone into a vector with quaternions.
-pub(super) fn write_rotation(layout: Layout, state: &State, y: &mut [f64]) {
-    y[layout.attitude(0)..][..4].copy_from_slice(&state.attitude[0]);
-    y[layout.spin(0)..][..3].copy_from_slice(state.spin[0].as_slice());
 }
 
 /// Returns the torques along the spin of forces that have no other effect, or `None` for other forces.
