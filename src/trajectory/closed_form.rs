@@ -4,7 +4,7 @@
 use super::Simulation;
 use super::dense::write_rotation;
 use super::recorder::Run;
-use crate::dynamics::{AttitudeChart, Layout, Parameter, State, SteadyRotation};
+use crate::dynamics::{AttitudeChart, Parameter, State, SteadyRotation};
 use crate::forces::{Force, ForceParameter, WORK_AND_IMPULSE};
 
 impl Simulation {

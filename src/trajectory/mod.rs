@@ -15,6 +15,7 @@ mod encounter;
 mod events;
 mod integrator;
 mod tangent_map;
+mod tangent_step;
 mod motion;
 mod propagator;
 mod output;
