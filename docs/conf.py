@@ -35,7 +35,9 @@ release = metadata.version("fullbody")
 
 # Where `make study` wrote the results of the studies that have a page; their pages read them there.
 OUT = ROOT / "out"
-STUDIES = {"report": OUT / "ho2021"} | {name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")}
+STUDIES = dict.fromkeys(("report", "full_report"), OUT / "ho2021") | {
+    name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")
+}
 EXPLORER = OUT / "explorer"
 RUST = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "doc"
 os.environ.update({f"FULLBODY_{page.upper()}": str(folder) for page, folder in STUDIES.items()})
@@ -53,7 +55,7 @@ def without_results(app: Any, page: str, source: list[str]) -> None:
     if folder is None or (folder / "numbers.json").is_file():
         return
     notice = f":::{{note}}\nThis page was built without results. `make study S={folder.name}` writes them.\n:::\n"
-    head = source[0].partition("\n## ")[0]
+    head = source[0].partition("\n<iframe" if page == "full_report" else "\n## ")[0]
     source[0] = f"{re.sub(r'<p>.*?</p>', '', head, flags=re.DOTALL)}\n{notice}"
 
 
@@ -70,9 +72,7 @@ def stage() -> None:
     for name, path in wanted.items():
         copy(path, notebooks / name)
     if (STUDIES["report"] / "report.html").is_file():
-        page = (STUDIES["report"] / "report.html").read_text(encoding="utf-8")
-        back = '<p><a href="report.html">fullbody: the paper, reproduced</a></p>'
-        (extra / "full-report.html").write_text(page.replace("<body>", f"<body>\n{back}"), encoding="utf-8")
+        copy(STUDIES["report"] / "report.html", extra / "full-report.html")
     # The page that `make explorer` has built.
     if EXPLORER.is_dir():
         shutil.copytree(EXPLORER, extra / "explorer", dirs_exist_ok=True)
@@ -150,6 +150,7 @@ WIDE = (
     "install",
     "comparison",
     "report",
+    "full_report",
     "binaries",
     "kalliope",
     "hertha",
@@ -235,6 +236,14 @@ def add_return(app: object, what: str, name: str, obj: Any, options: object, lin
         lines[place:place] = ["Returns", "-------", str(kind), ""]
 
 
+def drop_unread(app: Any) -> list[Any]:
+    """Leave modules without source, such as the extension, out of the index of sources, which would link to nothing."""
+    modules = app.env._viewcode_modules
+    for name in [name for name, entry in modules.items() if not entry]:
+        del modules[name]
+    return []
+
+
 def drop_template(app: Any, error: Exception | None) -> None:
     """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
     (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
@@ -248,4 +257,5 @@ def setup(app: Any) -> None:
     app.connect("source-read", without_results)
     app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
+    app.connect("html-collect-pages", drop_unread, priority=100)
     app.connect("build-finished", drop_template, priority=900)

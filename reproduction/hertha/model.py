@@ -56,7 +56,7 @@ def shape(coefficients: Any, faces: int = 1002) -> fullbody.ConvexShape:
 
 def parameters(period: Any, longitude: Any, latitude: Any, degree: int = DEGREE) -> dict[str, Any]:
     """Return the parameters of a fit that starts from a sphere at a period and a pole."""
-    sigma = fullbody.fitting.smoothness(degree, SMOOTHNESS, power=1.0)[1:]
+    sigma = fullbody.fitting.smoothness(degree, SMOOTHNESS)[1:]
     return {
         "longitude": longitude,
         "latitude": latitude,

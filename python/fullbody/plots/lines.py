@@ -16,6 +16,8 @@ _NARROW = 4.0
 _OSCILLATIONS = 4
 #: The width of an envelope, relative to the range of the curve, from which on it is seen.
 _VISIBLE = 0.02
+#: The range of values, relative to their size, that is taken for the rounding of a constant.
+_ROUNDING = 1e-8
 #: The number of points of an envelope for each such interval.
 _POINTS = 8
 #: A change between samples, in degrees, that is a jump: a full turn, or the half turn of phi and psi at theta = 90.
@@ -34,7 +36,8 @@ def draw(ax: Any, time: Floats, values: Floats, style: dict[str, Any], scale: fl
     or beside ``scale``, are drawn as a line all the same.
     """
     size = _interval(ax, values)
-    if size:
+    # The rounding of a constant is no oscillation.
+    if size and np.ptp(values) > _ROUNDING * np.abs(values).max():
         from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
         index = np.unique(np.append(np.arange(0, len(values), max(1, size // _POINTS)), len(values) - 1))

@@ -40,8 +40,9 @@ def test_an_envelope_is_the_range_and_the_mean_of_a_fast_oscillation():
         (TIME**2 + 1e-3 * np.sin(2 * np.pi * 10.0 * TIME), 5.0),
         (np.sin(2 * np.pi * 0.8 * TIME), 10.0),
         (np.full(len(TIME), 3.0), 5.0),
+        (3.0 + 1e-14 * np.sin(2 * np.pi * 10.0 * TIME), 5.0),
     ],
-    ids=["slow", "small", "wide axes", "constant"],
+    ids=["slow", "small", "wide axes", "constant", "rounding"],
 )
 def test_what_a_line_can_show_is_a_line(values, width):
     ax = axes(width)

@@ -44,6 +44,11 @@ def geometry():
 
 
 @pytest.fixture(scope="module")
+def seen(forced, geometry):
+    return forced, geometry
+
+
+@pytest.fixture(scope="module")
 def rotating():
     """The rotating frame of two spheres on a circle."""
     balls = [fullbody.Body(fullbody.Sphere(0.2), mass=m, name=n) for n, m in (("A", 0.9), ("B", 0.1))]
@@ -141,6 +146,26 @@ def in_sunlight(run, ax):
     run.plot.scene(ax=ax, geometry=observing.Geometry([-1.0, 20.0], **vectors))
 
 
+def spectrum(seen, ax):
+    """The Doppler spectrum of Didymos and Dimorphos at 8,560 MHz."""
+    run, geometry = seen
+    options = {"transmit_frequency": 8.56 * u.GHz, "bodies": True}
+    run.plot.radar_spectrum(8.0 * u.h, geometry, np.linspace(-20.0, 20.0, 161) * u.Hz, ax, **options)
+
+
+def image(seen, ax):
+    """The delay-Doppler image of Didymos and Dimorphos at 8,560 MHz."""
+    run, geometry = seen
+    delays, frequencies = np.linspace(-10.0, 10.0, 101) * u.us, np.linspace(-20.0, 20.0, 101) * u.Hz
+    run.plot.delay_doppler(8.0 * u.h, geometry, delays, frequencies, ax, transmit_frequency=8.56 * u.GHz)
+
+
+def residuals_of_data(request):
+    """Astrometry with its predictions and residuals, in a figure of its own size."""
+    fit = request.getfixturevalue("tracked")
+    return fit.observations[0].plot(fit.run)[0, 0].figure
+
+
 PICTURES = {
     "orbit": of_runs("orbit"),
     "elements": of_runs("elements", 3, 2),
@@ -162,6 +187,10 @@ PICTURES = {
     "impacts": of("kw4_run", impacts),
     "sweep": of("swept", lambda found, ax: plots.sweep(found, "eccentricity", ax)),
     "sweep_of_one": of("swept", lambda found, ax: plots.sweep(found.isel(spin=-1), "eccentricity", ax)),
+    "sky": of("seen", lambda seen, ax: seen[0].plot.sky(5.0 * u.h, seen[1], ax)),
+    "radar_spectrum": of("seen", spectrum),
+    "delay_doppler": of("seen", image),
+    "data": residuals_of_data,
     "sky_track": of("tracked", lambda fit, ax: fit.plot.sky(ax)),
     "residuals": of("tracked", lambda fit, ax: fit.plot.residuals([ax])),
     "branch": of("locked", lambda equilibrium, ax: analysis.branch(equilibrium, "separation", until=1.9).plot(ax)),
@@ -193,6 +222,15 @@ def test_light_curve(forced, geometry):
     ax = figure()
     forced.plot.light_curve(np.linspace(1.0, 12.0, 200) * u.h, geometry, ax, views=4)
     assert faults(ax.figure) == ([], [])
+    return without_text(ax.figure)
+
+
+@compared()
+def test_sky(forced, geometry):
+    ax = figure()
+    forced.plot.sky(8.0 * u.h, geometry, ax)
+    assert faults(ax.figure) == ([], [])
+    assert not small(ax.figure)
     return without_text(ax.figure)
 
 
