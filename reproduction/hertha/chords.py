@@ -15,7 +15,6 @@ from typing import Any
 
 import astropy.units as u
 import fullbody
-import numpy as np
 from fullbody import observing
 
 CHORDS = Path(__file__).parents[2] / "tests" / "data" / "observations" / "hertha" / "occultations.occ"
@@ -51,19 +50,14 @@ def occultation() -> observing.StellarOccultation:
 
 
 def rotating(shape: Any, angle: float) -> tuple[fullbody.System, fullbody.State]:
-    """Return Hertha with a shape, turned about its pole by an angle in radians at the epoch."""
+    """Return Hertha with a shape, turned about its pole by an angle in radians at the epoch.
+
+    The pole is the z-axis of an ellipsoid, and that of the frame in which the vertices of a polyhedron are given.
+    """
     # The mass has no effect on a body alone.
-    system = fullbody.System(
-        [fullbody.Body(shape, mass=1e18 * u.kg, name="Hertha")], units=("km", "s", "kg"), epoch=EPOCH, frame="ecliptic"
-    )
-    attitude = fullbody.frames.attitude(*POLE, angle)
-    state = fullbody.State(
-        position=[[0, 0, 0]],
-        velocity=[[0, 0, 0]],
-        attitude=[attitude],
-        spin=[[0, 0, 2.0 * np.pi / PERIOD.to_value("s")]],
-    )
-    return system, state
+    body = fullbody.Body(shape, mass=1e18 * u.kg, name="Hertha")
+    system = fullbody.System([body], units=("km", "s", "kg"), epoch=EPOCH, frame="ecliptic")
+    return system, fullbody.State.rotating(body, *POLE, PERIOD, angle)
 
 
 def ellipsoid(diameter: float, ratios: tuple[float, float]) -> fullbody.Ellipsoid:

@@ -28,7 +28,7 @@ _LIGHT, _MIDDLE, _CONTACT = 4, 10, 6
 #: The largest change of the middle of a chord in an iteration, in units of the time of a passage.
 _FAR = 1e3
 #: The changes of the middle and of a contact in these units at which the iterations end.
-_NEAR, _CLOSE = 1e-6, 1e-14
+_NEAR, _CLOSE = 1e-6, 1e-8
 #: The step along the imaginary axis of the derivative with respect to time.
 _STEP = 1e-100
 

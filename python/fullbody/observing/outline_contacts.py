@@ -14,7 +14,7 @@ from .limbs import EllipsoidLimb, Limb, Span, dense_nodes, spans_below_zero, uni
 #: The number of intervals of a passage, and its length relative to the time in which the body's reach passes.
 _PASSAGE, _LONG = 64, 1.05
 #: The iterations in which a contact is located, and the share of a passage within which the last one has to end.
-_POLISHED, _CLOSE = 4, 1e-12
+_POLISHED, _CLOSE = 4, 1e-7
 #: The iterations of the time at which a body's centre is nearest to a line of sight.
 _NEAREST = 6
 

@@ -70,6 +70,9 @@ class PredictedChords(ObservedChords):
         #: Values of the linear unknowns at which predictions are made instead of those with the least chi2.
         self._at: Floats | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_known": None}
+
     @staticmethod
     def _fixed_offset(offset: Any) -> Floats:
         """Return a given offset (2,) in radians."""

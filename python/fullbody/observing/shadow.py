@@ -119,7 +119,7 @@ class ShadowPath:
         grid(ax)
         ax.set_xlabel("longitude, east [deg]")
         ax.set_ylabel("latitude [deg]")
-        legend(ax, columns=4, markerscale=1.0)
+        legend(ax, markerscale=1.0)
         return ax
 
     def _draw(self, ax: Any, name: str, **kwargs: Any) -> None:

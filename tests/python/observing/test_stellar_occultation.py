@@ -1,5 +1,7 @@
 """Chords of stellar occultations as data: predictions, offset, derivatives, misses, clocks, files, what is refused."""
 
+import pickle
+
 import astropy.units as u
 import fullbody
 import numpy as np
@@ -257,6 +259,12 @@ def test_dates_and_numbers_give_the_same_residuals():
     data = observing.StellarOccultation(disappearance=masked, reappearance=epoch + end, **options)
     assert len(data) == 7
     assert isinstance(data.predict(run), Time)
+
+
+def test_data_that_were_compared_with_a_run_can_be_pickled():
+    data, run = simulated(fullbody.Sphere(50.0), displaced=(3.0, 2.0))
+    wanted = data.residuals(run)
+    assert np.array_equal(pickle.loads(pickle.dumps(data)).residuals(run), wanted)
 
 
 def test_a_jitter_widens_the_errors():
