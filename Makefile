@@ -8,7 +8,7 @@ PYTHON ?= python3
 MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 # The studies of `make study`, each with its module in reproduction/ and its results in out/.
 STUDIES := ho2021:ho2021 kw4:ho2021.kw4_year millennia:ho2021.millennia fission:ho2022 dimorphos:agrusa2021 \
-	binaries:binaries kalliope:kalliope kw4_radar:kw4_radar hera:hera2026 hera-full:hera2026
+	binaries:binaries kalliope:kalliope hertha:hertha kw4_radar:kw4_radar hera:hera2026 hera-full:hera2026
 MODULE_OF_STUDY = $(patsubst $(S):%,%,$(filter $(S):%,$(STUDIES)))
 BENCHES := table instructions work_precision brouwer splitting import_time forces gravity photometry polyhedra derivatives \
 	fitting flight head_on ensemble killed harmonic peers

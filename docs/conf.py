@@ -36,7 +36,7 @@ release = metadata.version("fullbody")
 # Where `make study` wrote the results of the studies that have a page; their pages read them there.
 OUT = ROOT / "out"
 STUDIES = dict.fromkeys(("report", "full_report"), OUT / "ho2021") | {
-    name: OUT / name for name in ("binaries", "kalliope", "kw4_radar")
+    name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")
 }
 EXPLORER = OUT / "explorer"
 RUST = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "doc"
@@ -153,6 +153,7 @@ WIDE = (
     "full_report",
     "binaries",
     "kalliope",
+    "hertha",
     "kw4_radar",
     "hera",
     "explorer",

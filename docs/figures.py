@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+import fullbody
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Arc, Circle, Ellipse, FancyArrowPatch, Polygon
 
-__all__ = ["byorp", "cost_of_distance", "focal_ellipse", "freely_falling", "lune", "roll_pitch_yaw"]
+__all__ = [
+    "byorp",
+    "cost_of_distance",
+    "focal_ellipse",
+    "freely_falling",
+    "lune",
+    "radiation_by_obliquity",
+    "roll_pitch_yaw",
+]
 
 _BODY, _LIGHT = "#d8c9a3", "#f5d76e"
 
@@ -179,6 +188,32 @@ def byorp() -> Any:
     axes.text(0.95, -0.75, "orbit")
     axes.set(aspect="equal", xlim=(-1.95, 1.9), ylim=(-1.5, 1.5))
     axes.axis("off")
+    return figure
+
+
+def radiation_by_obliquity() -> Any:
+    """Draw the coefficients of YORP and BYORP of the radar shape of 1999 KW4's secondary against the obliquity."""
+    system, _ = fullbody.systems.kw4(shape="radar")
+    alpha, beta = system.bodies
+    angle = np.linspace(0.0, np.pi, 91)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
+    lines = {
+        "without Alpha": {"towards": (1, 0, 0)},
+        "in the shadow of Alpha": {"other": alpha, "position": (2.548, 0, 0)},
+    }
+    for color, (label, given) in zip(("C0", "C3"), lines.items(), strict=True):
+        found = fullbody.forces.radiation_coefficients(beta, **given)
+        force = found.synchronous_force(angle)[:, 1] * found.outwards / found.radius**2
+        right.plot(np.degrees(angle), force, color, label=label)
+        if label == "without Alpha":
+            for torque, name, style in zip(found.spin_torques(angle), ("along", "across"), ("C0", "C1"), strict=True):
+                left.plot(np.degrees(angle), 1e3 * torque / found.radius**3, style, label=f"{name} the spin")
+    left.set(ylabel="YORP coefficient (10$^{-3}$)")
+    right.set(ylabel="BYORP coefficient")
+    for axes in (left, right):
+        axes.axhline(0.0, color="0.6", lw=0.8)
+        axes.set(xlabel="obliquity (deg)", xlim=(0, 180), xticks=range(0, 181, 45))
+        axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return figure
 
 

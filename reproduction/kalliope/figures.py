@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import fullbody
 import numpy as np
 import numpy.typing as npt
 from fullbody.fitting import Fit
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
-from .model import Light
+from .model import AXES, Light
 
-__all__ = ["CAPTIONS", "curves", "losses"]
+__all__ = ["CAPTIONS", "curves", "losses", "shape"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -19,6 +22,10 @@ CAPTIONS = {
     "the light.",
     "losses": "The loss of light in the mutual events: observed magnitudes, and those of the fit, minus those of the "
     "model without events, with the same zero points and series.",
+    "shape_curves": "The four light curves with the fit of a free form of Kalliope, without a series (upper panels), "
+    "and the residuals in standard errors (lower panels). Grey: the times of mutual events that change the light.",
+    "shape": "The free form of Kalliope along its principal axes, with the faces shaded by their inclination to the "
+    "viewer, the outline of the ellipsoid of the other fits (dashed), and Linus to scale.",
 }
 
 
@@ -56,7 +63,9 @@ def curves(light: Light, fit: Fit) -> Figure:
 def _loss(light: Light, fit: Fit) -> tuple[Floats, Floats]:
     """Return the observed and the predicted loss of light in magnitudes, against the model without events."""
     data = fit.observations[0]
-    without_events = light.data(mutual=False, albedo=fit.values["albedo"]).predict(fit.run, fit.linear[0])
+    order = 0 if data.rotation is None else data.rotation.order
+    model = light.data(order=order, mutual=False, albedo=fit.values["albedo"])
+    without_events = model.predict(fit.run, fit.linear[0])
     return np.asarray(data.magnitude - without_events), np.asarray(data.magnitude - fit.residuals[0] - without_events)
 
 
@@ -72,4 +81,33 @@ def losses(light: Light, fit: Fit) -> Figure:
         axes.set_xlabel("hours (TDB) after the Julian day")
     figure.axes[0].invert_yaxis()
     figure.axes[0].set_ylabel("loss of light [mag]")
+    return figure
+
+
+def shape(body: fullbody.Body, radius: float) -> Figure:
+    """Draw a polyhedron along its three principal axes, beside a sphere of a radius in km."""
+    frame = body.working_frame
+    assert frame is not None
+    rotation = fullbody.base.rotations.matrices(frame.attitude)
+    vertices = np.asarray(body.shape.vertices) @ rotation.T + np.asarray(frame.position)
+    corners = vertices[np.asarray(body.shape.faces)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    circle = np.array([np.cos(angle), np.sin(angle)])
+    figure = Figure(figsize=(11.0, 3.8), layout="constrained")
+    for axes, along in zip(figure.subplots(1, 3, sharey=True), (2, 1, 0), strict=True):
+        right, up = [(0, 1), (0, 2), (1, 2)][2 - along]
+        # Seen along y, x points to the left.
+        side = -1.0 if along == 1 else 1.0
+        seen = normals[:, along] > 0.0
+        order = np.argsort(corners[seen][:, :, along].mean(axis=1))
+        grey = (0.25 + 0.7 * normals[seen, along])[order]
+        flat = corners[seen][order][:, :, [right, up]] * [side, 1.0]
+        colours = np.repeat(grey[:, None], 3, axis=1)
+        axes.add_collection(PolyCollection(flat, facecolors=colours, edgecolors=colours, linewidths=0.3))
+        axes.plot(AXES[right] * circle[0], AXES[up] * circle[1], "--", color="C3", lw=1.0)
+        axes.add_patch(Circle((130.0, -70.0), radius, facecolor="0.75", edgecolor="0.3"))
+        axes.set(xlabel=f"{'-' if side < 0 else ''}{'xyz'[right]} [km]", ylabel=f"{'xyz'[up]} [km]", aspect="equal")
+        axes.set(xlim=(-125.0, 155.0), ylim=(-100.0, 100.0))
     return figure

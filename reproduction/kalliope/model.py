@@ -13,7 +13,7 @@ from astropy.time import Time
 from fullbody import observing
 from scipy.spatial.transform import Rotation
 
-__all__ = ["AXES", "EPOCH", "INTEGRATOR", "PERIOD", "ROTATION", "START", "A", "Light", "setup"]
+__all__ = ["AXES", "EPOCH", "INTEGRATOR", "PERIOD", "ROTATION", "START", "A", "Light", "binary", "setup"]
 
 PATH = Path(__file__).parents[2] / "tests" / "data" / "observations" / "kalliope" / "light_curves.csv"
 EPOCH = Time(2459547.7, format="jd", scale="tdb")
@@ -56,23 +56,36 @@ def setup(
     tuple of System and State
         In km, days and kg, and in the ecliptic.
     """
-    share = radius**3 / (radius**3 + np.prod(AXES))
-    total = 4.0 * np.pi**2 * A**3 / PERIOD**2 / G
+    angles = (longitude, pole_longitude, pole_latitude, phase)
+    return binary(fullbody.Ellipsoid(*AXES), fullbody.Sphere(radius), angles, gravity)
+
+
+def binary(
+    kalliope: Any, linus: Any, angles: tuple[float, float, float, float], gravity: str, period: float = PERIOD
+) -> tuple[fullbody.System, fullbody.State]:
+    """Return the system of two shapes in km and the state at the epoch, as :func:`setup` describes them.
+
+    The angles are the longitude, the two of the pole, and the phase.
+    """
+    longitude, pole_longitude, pole_latitude, phase = angles
+    volumes = np.array([fullbody.Body(shape, density=1.0).mass for shape in (kalliope, linus)])
+    share = volumes[1] / volumes.sum()
+    total = 4.0 * np.pi**2 * A**3 / period**2 / G
     bodies = [
-        fullbody.Body(fullbody.Ellipsoid(*AXES), mass=(1.0 - share) * total, name="Kalliope"),
-        fullbody.Body(fullbody.Sphere(radius), mass=share * total, name="Linus"),
+        fullbody.Body(kalliope, mass=(1.0 - share) * total, name="Kalliope"),
+        fullbody.Body(linus, mass=share * total, name="Linus"),
     ]
     units = ("km", "day", "kg")
     system = fullbody.System(bodies, G=G, units=units, frame="ecliptic", epoch=EPOCH, gravity=gravity)
-    orbit, kalliope = (
+    orbit, rotation = (
         Rotation.from_euler("zyz", [angle, 90.0 - pole_latitude, pole_longitude], degrees=True)
         for angle in (longitude, phase)
     )
-    shares, rate = np.array([[-share], [1.0 - share]]), 2.0 * np.pi / PERIOD
+    shares, rate = np.array([[-share], [1.0 - share]]), 2.0 * np.pi / period
     state = fullbody.State.from_scipy(
         position=orbit.apply(shares * [A, 0.0, 0.0]),
         velocity=orbit.apply(shares * [0.0, A * rate, 0.0]),
-        rotation=Rotation.concatenate([kalliope, orbit]),
+        rotation=Rotation.concatenate([rotation, orbit]),
         spin=[[0.0, 0.0, 2.0 * np.pi / ROTATION], [0.0, 0.0, rate]],
     )
     return system, state

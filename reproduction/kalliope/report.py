@@ -8,17 +8,19 @@ from typing import Any
 
 import fullbody
 import numpy as np
+from astropy.table import QTable
 
-from ..binaries.judging import LIMIT, Verdict, counts
+from ..binaries.judging import LIMIT, Verdict, counts, stated
 from ..publishing import publish, table
 from . import figures
+from .interior import QUANTITIES
 from .model import Light
-from .study import LONGITUDES, PHASES, Results, scale, shown, study, timing, verdicts
+from .study import DRAFT, LONGITUDES, PHASES, SHAPE, Results, scale, shown, study, timing, verdicts
 
 __all__ = ["COLUMNS", "write"]
 
 #: The nonlinear parameters in the order of the tables.
-COLUMNS = ("radius", "longitude", "pole_longitude", "pole_latitude", "phase", "albedo")
+COLUMNS = ("radius", "longitude", "pole_longitude", "pole_latitude", "phase", "albedo", "period", "size")
 #: The columns of the table of events that are times.
 TIMES = ("begin", "umbra_begin", "total_begin", "deepest", "total_end", "umbra_end", "end")
 
@@ -26,10 +28,16 @@ TIMES = ("begin", "umbra_begin", "total_begin", "deepest", "total_end", "umbra_e
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Fit everything and write the report; a draft takes every fifth magnitude, one start and few steps."""
     light = Light(5 if draft else 1)
-    results = study(light, starts=False, draws=3, proposals=15) if draft else study(light)
+    results = study(light, starts=False, draws=3, proposals=15, form=DRAFT) if draft else study(light)
     rows = verdicts(results)
     best = results.fits["with Linus' albedo"]
-    drawn = {"curves": figures.curves(light, best), "losses": figures.losses(light, best)}
+    shape = results.fits[SHAPE]
+    drawn = {
+        "curves": figures.curves(light, best),
+        "losses": figures.losses(light, best),
+        "shape_curves": figures.curves(light, shape),
+        "shape": figures.shape(shape.system.bodies[0], shape.values["radius"]),
+    }
     exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)
     numbers = {
@@ -40,10 +48,14 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "fits": {name: _numbers(fit) for name, fit in results.fits.items()},
         "minima": [_minimum(minimum) for minimum in exact.minima],
         "seconds": {"fit": results.seconds, "iterations": results.iterations, **parts},
-        "events": _events(results),
+        "events": _events(results.table),
+        "shape_events": _events(results.shape_table),
+        "figure": asdict(results.figure),
+        "cores": [asdict(core) for core in results.cores],
         "figures": figures.CAPTIONS,
     }
     results.table.write(folder / "events.ecsv", overwrite=True)
+    results.shape_table.write(folder / "shape_events.ecsv", overwrite=True)
     return publish(folder, _text(numbers, rows, results), drawn, numbers)
 
 
@@ -64,11 +76,11 @@ def _minimum(minimum: Any) -> dict[str, Any]:
     return {**minimum.values, "chi2": minimum.chi2, "starts": minimum.starts, "message": minimum.message}
 
 
-def _events(results: Results) -> dict[str, Any]:
-    """Return the table of events as text: the head and the rows."""
-    times = [name for name in TIMES if name in results.table.colnames]
+def _events(events: QTable) -> dict[str, Any]:
+    """Return a table of events as text: the head and the rows."""
+    times = [name for name in TIMES if name in events.colnames]
     rows = []
-    for row in results.table:
+    for row in events:
         contacts = ["-" if np.any(getattr(row[name], "mask", False)) else str(row[name].iso)[:19] for name in times]
         for name in ("begin", "end"):
             error = float(row[f"{name}_error"].value)
@@ -107,6 +119,29 @@ def minima_table(minima: list[dict[str, Any]]) -> str:
     return table(["chi2", *(name.replace("_", " ") for name in names), "starts", ""], rows)
 
 
+def figure_table(figure: dict[str, Any]) -> str:
+    """Return the table of the figure of the free form in Markdown."""
+    names = {"C20": "C20, radius of equal volume", "diameter": "diameter of equal volume", "density": "density"}
+    rows = [
+        [
+            f"{names.get(name, f'half the extent along {name}')}{f' [{unit}]' if unit else ''}",
+            stated(figure["values"][name], figure["errors"][name]),
+            f"{figure['by_prior'][name]:.2g}",
+        ]
+        for name, unit in QUANTITIES.items()
+    ]
+    return table(["quantity", "fitted", "error by the prior alone"], rows)
+
+
+def cores_table(cores: list[dict[str, Any]]) -> str:
+    """Return the table of interiors in Markdown."""
+    rows = [
+        [core["name"], f"{core['radius']:.0f}", f"{core['mantle']:.2f}", f"{core['c20']:.3f}", f"{core['chi2']:.2f}"]
+        for core in cores
+    ]
+    return table(["interior", "radius of the core [km]", "density of the mantle [g/cm3]", "C20", "chi2"], rows)
+
+
 def seconds_table(seconds: dict[str, Any]) -> str:
     """Return the table of the processor time in Markdown."""
     parts = [(name, value) for name, value in seconds.items() if name not in ("fit", "iterations")]
@@ -129,7 +164,7 @@ def _text(numbers: dict[str, Any], rows: list[Verdict], results: Results) -> str
     ]
     pictures = "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in numbers["figures"].items())
     best = results.fits["with Linus' albedo"]
-    event_table = numbers["events"]
+    event_table, shape_events, shape = numbers["events"], numbers["shape_events"], results.fits[SHAPE]
     return f"""# The mutual events of Kalliope and Linus
 
 {numbers["program"]}{", a draft with a part of the magnitudes" if numbers["draft"] else ""}. Four light curves of \
@@ -153,6 +188,24 @@ Minima in exact gravity, from {len(LONGITUDES) * len(PHASES)} starts on a grid o
 
 Times are UTC by the clock of the observer; eclipses have the contacts of the penumbra and of the umbra. The depth is \
 the largest loss of the light of both bodies.
+
+## A free form
+
+Kalliope is a series of harmonics of degree {results.form.degree} of the logarithm of its radius, with a prior on its \
+coefficients that makes it smooth, and Linus a sphere; both are polyhedra that move in their exact gravity. There is \
+no series in the rotation angle. The pole, the period of the orbit and the size are free too, and the separation is \
+the published one. The posterior is the normal distribution of the fit: no samples are drawn from the exact one.
+
+{figure_table(numbers["figure"])}
+
+Errors are those of draws from the fit, times the root of chi2 over the degrees of freedom, {scale(shape):.2f}. \
+Half an extent is no semi-axis of an ellipsoid. The last column has the errors of draws from the prior alone.
+
+{cores_table(numbers["cores"])}
+
+The light of the interiors is that of the same shape; the orbit, the rotation and the radius of Linus are fitted again.
+
+{table(shape_events["head"], shape_events["rows"])}
 
 {pictures}
 

@@ -252,14 +252,16 @@ impl ThermalForce {
         let most = TILT * self.primary_radius / distance;
         let upright = geometry.spin.dot(normal).abs() / geometry.spin.norm();
         let apart = (geometry.frequency / geometry.motion).abs();
-        let wrong = if !(eccentricity <= ECCENTRICITY) {
+        // A number that is NaN, in a motion without angular momentum, is out of the range; that of a spin of zero is not.
+        let (round, flat, turning) = (eccentricity <= ECCENTRICITY, tilt <= most, apart >= ASYNCHRONOUS);
+        let wrong = if !round {
             format!("the orbit has the eccentricity {eccentricity:.3}; expected at most {ECCENTRICITY}")
-        } else if !(tilt <= most) {
+        } else if !flat {
             format!(
                 "the orbit is inclined to the orbit round the Sun by an angle of the sine {tilt:.3}; expected at most \
                  {most:.3}, well within the range of an eclipse in each revolution"
             )
-        } else if !(apart >= ASYNCHRONOUS) {
+        } else if !turning {
             format!(
                 "the spin differs from the mean motion by {apart:.3} of it; expected at least {ASYNCHRONOUS}, a \
                  secondary that is not synchronous"

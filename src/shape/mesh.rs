@@ -10,6 +10,9 @@ use std::f64::consts::PI;
 /// The least height of a face relative to its longest edge; flatter faces have no reliable direction.
 const FLATTEST: f64 = 1e-12;
 
+/// Units of work of a solid angle.
+const SOLID_ANGLE: u64 = 10;
+
 /// The range of extents in which the volume and the quantities that follow from it neither under- nor
 /// overflow.
 const EXTENTS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
@@ -57,7 +60,7 @@ pub fn check_solid(
     edges: &[Edge],
     interrupt: &mut InterruptCheck,
 ) -> Result<()> {
-    if is_star(vertices, faces) {
+    if is_star(vertices, faces, interrupt)? {
         return Ok(());
     }
     let blocks: Vec<BoundingBox> =
@@ -75,16 +78,17 @@ pub fn check_solid(
 
 /// Returns whether all of a closed surface is seen from behind from the origin, once in each direction: its
 /// projection on a sphere then covers this once, so that no two faces meet but at common edges.
-fn is_star(vertices: &[Vec3], faces: &[[u32; 3]]) -> bool {
+fn is_star(vertices: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck) -> Result<bool> {
     let mut total = 0.0;
     for face in faces {
+        interrupt.charge(SOLID_ANGLE, 0.0)?;
         let corners @ [a, b, c] = face.map(|v| vertices[v as usize]);
         if !(a.dot(&b.cross(&c)) > FLATTEST * a.norm() * b.norm() * c.norm()) {
-            return false;
+            return Ok(false);
         }
         total += solid_angle(corners);
     }
-    (total - 4.0 * PI).abs() < 1e-6
+    Ok((total - 4.0 * PI).abs() < 1e-6)
 }
 
 fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {

@@ -1,10 +1,11 @@
 //! Light of polyhedra with shadows on themselves and on each other, by rays, closed forms and differences.
 
 use crate::support::refusal;
+use fullbody::dynamics::{Settings, System};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Mat3, Vec3, rotation};
 use fullbody::photometry::{Law, Photometer, Surface, View, recoil};
-use fullbody::shape::{Body, InputPart, Polyhedron, Shape};
+use fullbody::shape::{Body, Facets, InputPart, Polyhedron, Shape};
 
 /// The pose of bodies and the directions to the observer and to the Sun.
 #[derive(Clone)]
@@ -502,4 +503,82 @@ fn the_recoil_of_a_partly_shaded_facet_acts_at_the_centroid_of_its_lit_strip() {
         }
         assert!((loads[0][0] - force).norm() < 1e-12 && (loads[0][1] - torque).norm() < 1e-12);
     }
+}
+
+/// A convex body by the areas and normals of its facets, of the directions of a fine sphere, and its pose.
+fn facets() -> (Vec<Body>, Scene) {
+    let sphere = lumpy(4, 0.0, 0.0);
+    let corners = |face: &[u32; 3]| {
+        let vertices: Vec<Vec3> = sphere.vertices().collect();
+        face.map(|v| vertices[v as usize])
+    };
+    let across = sphere.faces().iter().map(|face| {
+        let [a, b, c] = corners(face);
+        (b - a).cross(&(c - a)) * 0.5
+    });
+    let across: Vec<Vec3> = across.map(|area| area * (1.0 + 0.5 * area.x / area.norm())).collect();
+    let normals: Vec<Vec3> = across.iter().map(Vec3::normalize).collect();
+    let areas: Vec<f64> = across.iter().map(Vec3::norm).collect();
+    let body = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
+    let directions = [Vec3::new(0.8, -0.5, 0.3), Vec3::new(0.2, 0.9, 0.4)];
+    (
+        vec![body],
+        Scene {
+            position: vec![Vec3::zeros()],
+            attitude: vec![turned([1.0, 0.0, 0.0, 0.0], axis(1))],
+            directions,
+        },
+    )
+}
+
+#[test]
+fn a_convex_polyhedron_is_as_bright_as_its_facets_alone() {
+    let solid = lumpy(4, 0.0, 0.0);
+    let vertices: Vec<Vec3> = solid.vertices().collect();
+    let across = solid.faces().iter().map(|face| {
+        let [a, b, c] = face.map(|v| vertices[v as usize]);
+        (b - a).cross(&(c - a)) * 0.5
+    });
+    let (normals, areas): (Vec<_>, Vec<_>) = across.map(|v| (v.normalize(), v.norm())).unzip();
+    let known = Body::of_facets("facets", Facets::new(&normals, &areas).unwrap(), 1.0).unwrap();
+    let (_, scene) = facets();
+    for law in [Law::LOMMEL_SEELIGER, Law::LAMBERT] {
+        let [of_facets, of_solid] =
+            [known.clone(), body(&solid)].map(|body| scene.brightness(&[body], law)[0]);
+        assert!((of_facets - of_solid).abs() < 1e-13 * of_solid, "{of_facets} {of_solid}");
+    }
+}
+
+#[test]
+fn the_light_of_facets_is_linear_in_their_areas_and_its_derivatives_are_those_of_differences() {
+    let (bodies, scene) = facets();
+    for law in [Law::LOMMEL_SEELIGER, Law::Sum([1.0, 0.2])] {
+        let mut interrupt = InterruptCheck::never();
+        let (value, partials) =
+            photometer(&bodies, law).partials(&scene.view(), &mut interrupt).unwrap().remove(0);
+        let areas = bodies[0].facets().unwrap().areas();
+        let sum: f64 = partials.by_area[0].iter().zip(areas).map(|(by, area)| by * area).sum();
+        assert!((sum - value).abs() < 1e-14 * value);
+        for k in 0..3 {
+            let rotated = |by: f64| {
+                let attitude = vec![turned(scene.attitude[0], axis(k) * by)];
+                Scene { attitude, ..scene.clone() }.brightness(&bodies, law)
+            };
+            assert_slope(rotated, &[partials.by_body[0].rotation[k]], "rotation");
+        }
+    }
+}
+
+#[test]
+fn a_body_that_is_known_by_its_facets_is_alone_and_spins_like_a_sphere() {
+    let (bodies, _) = facets();
+    let inertia = bodies[0].inertia();
+    assert!(inertia.x == inertia.y && inertia.y == inertia.z && inertia.x > 0.0);
+    let mut pair = bodies.clone();
+    pair.push(Body::with_mass("ball", Shape::sphere(1.0).unwrap(), 1.0).unwrap());
+    let system = System::new(pair, 1.0, Settings::default());
+    assert!(refusal(system).contains("ConvexShape.polyhedron()"));
+    assert!(refusal(bodies[0].require_surface()).contains("given by areas and normals of facets"));
+    let text = serde_json::to_string(&bodies[0]).unwrap();
+    assert_eq!(serde_json::from_str::<Body>(&text).unwrap(), bodies[0]);
 }

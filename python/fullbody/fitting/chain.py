@@ -86,7 +86,7 @@ class SetupResult:
     def deformed(self, other: SetupResult) -> list[int]:
         """Return the indices of the bodies whose surface has changed in another way than by a factor."""
         both = zip(self.system.bodies, other.system.bodies, self.surfaces, other.surfaces, strict=False)
-        return [k for k, (*bodies, old, new) in enumerate(both) if old and new and _is_deformed(*bodies, old, new)]
+        return [k for k, (body, one, old, new) in enumerate(both) if old and new and _is_deformed(body, one, old, new)]
 
     def equivalent(self, bodies: Mapping[int, Gravity]) -> SetupResult:
         """Return the result with other shapes, which move in the same way, of bodies by their index.
@@ -182,6 +182,8 @@ class Chain:
         """Differentiate at values (P,), for which the setup returns ``base``, or raise an error where it is not
         smooth.
         """
+        # A body may have grown since the last time.
+        self._deforming = {index: base.gravity(index) for index in self._deforming}
         while True:
             try:
                 return self._at(base, values)
@@ -222,10 +224,10 @@ class Chain:
             start = start - np.outer(base.system.context.core.jacobian(base.core, [])[3], times)
         _, by_parameters, *by_surfaces = np.split(columns, ends[:-1])
         rows = zip(equivalent.parameters, by_parameters, strict=True)
-        deformations = {}
+        deformations: dict[str, Deformation] = {}
         for k, name in enumerate(self._parameters.names):
-            moving = zip(surfaces.items(), by_surfaces, strict=True)
-            parts = {index: surface.unflattened(by[:, k]) for (index, surface), by in moving if by[:, k].any()}
+            both = zip(surfaces.items(), by_surfaces, strict=True)
+            parts = {index: surface.unflattened(by[:, k]) for (index, surface), by in both if by[:, k].any()}
             if parts:
                 deformations[name] = parts
         by_name = {name: row for name, row in rows if row.any()}

@@ -243,10 +243,13 @@ class Parameters:
         return getattr(self.units[k], "physical_type", None) == "angle"
 
     def size(self, k: int, value: float) -> float:
-        """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles."""
+        """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles, and
+        not much less than the error of a prior.
+        """
         if self.is_angle(k):
             return self.full_turn(k) / (2.0 * np.pi)
-        return max(abs(value), abs(self.start[k])) or self.width(k)
+        known = 0.1 * self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0
+        return float(max(abs(value), abs(self.start[k]), known)) or self.width(k)
 
     def width(self, k: int) -> float:
         """Return a length for a parameter that is zero: the error of its prior, the width of its bounds, or one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from ..typing import Floats
 from .free import Parameters
 from .losses import Outliers, loss_of
 from .objective import Objective
+from .poles import have_one_pole, mirror_start
 from .problem import Observed, Problem, Refused
 from .result import Fit, Minimum
 
@@ -76,7 +78,9 @@ def fit(
     Returns
     -------
     Fit
-        The best minimum; ``Fit.minima`` lists all. Ctrl-C returns the best values so far, with the
+        The best minimum; ``Fit.minima`` lists all. A fit of :class:`~fullbody.observing.Photometry` of a body alone
+        is repeated from the mirror of its pole, at the ecliptic longitude plus 180 degrees, if none of the fits ended
+        near that: light curves hardly tell the two apart. Ctrl-C returns the best values so far, with the
         ``Fit.message`` that says so.
 
     Raises
@@ -151,6 +155,14 @@ def _fitted(
                 solvers.append(solver)
             if solver.interrupted:
                 break
+        mirror = _mirror(problem, solvers)
+        if mirror is not None:
+            begins.append(mirror)
+            solver = Solver(objective, report, limit)
+            with contextlib.suppress(Refused):
+                solver.solve(mirror)
+            if solver.best is not None:
+                solvers.append(solver)
     if not solvers:
         if problem.differentiated or not problem.refused:
             raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
@@ -163,6 +175,21 @@ def _fitted(
     elif best.unconstrained is not None:
         caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
     return best
+
+
+def _mirror(problem: Problem, solvers: list[Any]) -> Floats | None:
+    """Return the values (P,) from which a fit of a body alone looks for the minimum at the mirror pole.
+
+    There are none where a fit has ended near that pole already, or was interrupted.
+    """
+    points = [solver.best.point for solver in solvers if solver.best is not None]
+    if not points or any(solver.interrupted for solver in solvers):
+        return None
+    best = min(solvers, key=lambda solver: solver.best.cost).best.point
+    start = mirror_start(problem, best.made, best.observations, best.values)
+    if start is None or any(have_one_pole(problem.make(start), point.made) for point in points):
+        return None
+    return start
 
 
 def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:

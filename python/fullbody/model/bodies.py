@@ -141,7 +141,7 @@ class Body(ScalarFields, Tabled):
         Raises
         ------
         InvalidInput
-            If the body is a point or a flat composite.
+            If the body is a point, a :class:`ConvexShape` or a flat composite.
 
         Examples
         --------
@@ -152,6 +152,8 @@ class Body(ScalarFields, Tabled):
         """
         units = self._own_units()
         axes = self._core(units, 0).semi_axes
+        if isinstance(self._shape, ConvexShape):
+            raise InvalidInput(f"{self._called} is a ConvexShape, without known moments; expected its polyhedron()")
         if not all(axes):
             raise InvalidInput(f"{self._called} has no fitted ellipsoid; expected one with extent in three directions")
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))

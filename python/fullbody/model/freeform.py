@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -11,7 +10,7 @@ from .. import _core
 from ..base.attributes import Attribute
 from ..base.kinds import Number, whole
 from ..base.limits import POSITIVE
-from ..base.units import UNITLESS, Units, is_quantity, plain
+from ..base.units import UNITLESS, Units, is_quantity, plain, strip_to
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -77,20 +76,18 @@ class HarmonicShape(Polyhedron):
     reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
 
     @classmethod
-    def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any) -> HarmonicShape:
-        """Return the shape of vertices in a file, which are kept as they are, and of its coefficients."""
+    def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any, reference_radius: Any = None) -> HarmonicShape:
+        """Return the shape of vertices in a file or a pickle, which are kept to the last bit."""
         made = object.__new__(cls)
         Polyhedron.__init__(made, vertices, faces)
-        made._coefficients = _series(coefficients, None, "HarmonicShape")
-        parts = _parts(len(faces), 20, 0)
-        factors = _exponential(made._coefficients, parts, _RATIO[0], "radii of HarmonicShape")
+        made._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
         mesh = geodesic_mesh(parts)
-        radii = np.linalg.norm(plain(vertices), axis=1)
-        made._reference_radius = float(radii[0] / factors[0])
-        expected = made._reference_radius * factors[:, None] * mesh.points
+        expected = _exponential(made._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
+        size = float(np.linalg.norm(plain(vertices)[0]) / np.linalg.norm(expected[0]))
         same = np.shape(vertices) == expected.shape and np.array_equal(faces, mesh.faces)
-        if not same or np.abs(plain(vertices) - expected).max() > 1e-9 * radii.max():
+        if not same or not np.allclose(plain(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
             raise InvalidInput("coefficients of HarmonicShape do not give its vertices; expected those of one shape")
+        made._reference_radius = size if reference_radius is None else reference_radius
         return made
 
     def _with(self, units: Units) -> Self:
@@ -107,8 +104,7 @@ class HarmonicShape(Polyhedron):
         return f"HarmonicShape(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
 
     def __reduce__(self) -> Any:
-        options = {"reference_radius": self._reference_radius, "faces": len(self.faces)}
-        return partial(HarmonicShape, self._coefficients, **options), ()
+        return HarmonicShape._rebuild, (self.vertices, self.faces, self._coefficients, self._reference_radius)
 
 
 class ConvexShape(ScalarFields):
@@ -159,14 +155,14 @@ class ConvexShape(ScalarFields):
         self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius of ConvexShape")
         self._mesh = geodesic_mesh(parts)
         factors = _exponential(self._coefficients, parts, _RATIO[1], "areas of ConvexShape per solid angle")
-        self._areas: Floats = factors * self._mesh.solid_angles
-        self._areas.flags.writeable = False
+        #: The areas in the square of the unit of the reference radius.
+        self._areas: Floats = factors * self._mesh.solid_angles * float(plain(self._reference_radius)) ** 2
 
     coefficients = Attribute[Floats]("_coefficients", "The coefficients ((L + 1)^2,) of the series.")
     degree = Attribute[int](lambda shape: _degree(shape._coefficients), "The degree L of the series.")
     reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
     normals = Attribute[Floats]("_mesh.points", "The outward unit normals (F, 3) of the facets.")
-    areas = Attribute[Any](lambda shape: shape._areas * shape._reference_radius**2, "The areas (F,) of the facets.")
+    areas = Attribute[Any](lambda shape: shape._areas * shape._unit**2, "The areas (F,) of the facets.")
     semi_axes = Attribute[None](lambda shape: None, "``None``, since the shape has no vertices.")
 
     @property
@@ -198,23 +194,30 @@ class ConvexShape(ScalarFields):
         1.0
         """
         vertices, faces = polytope(self.normals, self._areas)
-        return Polyhedron(vertices * self._reference_radius, faces)
+        return Polyhedron(vertices * self._unit, faces)
+
+    @property
+    def _unit(self) -> Any:
+        """The unit of length, one without units."""
+        return self._reference_radius.unit if is_quantity(self._reference_radius) else 1.0
 
     @classmethod
-    def _rebuild(cls, normals: Any, areas: Any, coefficients: Any) -> ConvexShape:
-        """Return the shape of areas in a file, which are kept as they are, and of its coefficients."""
+    def _rebuild(cls, normals: Any, areas: Any, coefficients: Any, reference_radius: Any = None) -> ConvexShape:
+        """Return the shape of areas in a file or a pickle, which are kept to the last bit."""
         made = cls(coefficients, faces=len(normals))
-        given = np.asarray(areas, dtype=np.float64)
+        given = np.array(areas, dtype=np.float64)
         same = given.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)
-        made._reference_radius = float(np.sqrt(given[0] / made._areas[0])) if same else 1.0
-        if not same or not np.allclose(made.areas, given, rtol=1e-9, atol=0.0):
+        ratio = float(given[0] / made._areas[0]) if same else 1.0
+        if not same or not np.allclose(ratio * made._areas, given, rtol=1e-9, atol=0.0):
             raise InvalidInput("coefficients of ConvexShape do not give its areas; expected those of one shape")
+        made._areas = given
+        made._reference_radius = float(np.sqrt(ratio)) if reference_radius is None else reference_radius
         return made
 
     def _core(self, units: Units, name: str, mass: float) -> _core.Body:
         """Return the core's body in a system's units."""
-        radius = units.number(self._reference_radius, "length", f"reference_radius of {name}")
-        return _core.Body.of_facets(name, self.normals, self._areas * radius**2, mass)
+        unit = units.number(1.0 * self._unit, "length", f"reference_radius of {name}")
+        return _core.Body.of_facets(name, self.normals, self._areas * unit**2, mass)
 
     def _with(self, units: Units) -> ConvexShape:
         if is_quantity(self._reference_radius):
@@ -232,14 +235,13 @@ class ConvexShape(ScalarFields):
         return f"ConvexShape(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
 
     def _parts(self) -> tuple[Any, ...]:
-        return (self._coefficients, self._reference_radius, len(self.normals))
+        return (self._coefficients, self._reference_radius, self._areas)
 
     def __hash__(self) -> int:
         return hash((ConvexShape, self._coefficients.tobytes(), len(self.normals)))
 
     def __reduce__(self) -> Any:
-        options = {"reference_radius": self._reference_radius, "faces": len(self.normals)}
-        return partial(ConvexShape, self._coefficients, **options), ()
+        return ConvexShape._rebuild, (self.normals, self._areas, self._coefficients, self._reference_radius)
 
 
 def with_areas(shape: ConvexShape, areas: Any) -> ConvexShape:
@@ -247,8 +249,7 @@ def with_areas(shape: ConvexShape, areas: Any) -> ConvexShape:
     made = object.__new__(ConvexShape)
     made._coefficients, made._mesh = shape._coefficients, shape._mesh
     made._reference_radius = shape._reference_radius
-    ratio = areas / shape._reference_radius**2
-    made._areas = np.asarray(ratio.to_value("") if is_quantity(ratio) else ratio)
+    made._areas = strip_to(areas, shape._unit**2, "areas") if is_quantity(areas) else np.asarray(areas)
     return made
 
 

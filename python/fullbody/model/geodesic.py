@@ -41,7 +41,8 @@ def geodesic_mesh(parts: int) -> GeodesicMesh:
     triples = [
         t for t in itertools.combinations(range(12), 3) if all(near[i, j] for i, j in itertools.combinations(t, 2))
     ]
-    points, faces = [], []
+    points: list[Floats] = []
+    faces: list[list[int]] = []
     places: dict[Any, int] = {}
 
     def place(point: Floats) -> int:
@@ -74,7 +75,7 @@ def _shares(points: Floats, faces: npt.NDArray[np.int64]) -> Floats:
     a, b, c = np.moveaxis(points[faces], 1, 0)
     cosines = sum(np.sum(u * v, axis=1) for u, v in ((a, b), (b, c), (c, a)))
     angles = 2.0 * np.arctan2(np.linalg.det(points[faces]), 1.0 + cosines)
-    return np.bincount(faces.ravel(), np.repeat(angles / 3.0, 3), minlength=len(points))
+    return np.asarray(np.bincount(faces.ravel(), np.repeat(angles / 3.0, 3), len(points)), dtype=np.float64)
 
 
 @lru_cache(maxsize=8)

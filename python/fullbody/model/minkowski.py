@@ -122,7 +122,8 @@ def _intersection(normals: Floats, heights: Floats) -> _Polytope:
     across = np.linalg.norm(np.cross(normals[one], normals[two]), axis=1)
     angle = np.arctan2(across, np.sum(normals[one] * normals[two], axis=1))
     sine, cosine = np.sin(angle), np.cos(angle)
-    areas = np.bincount(one, 0.5 * edge * (heights[two] - heights[one] * cosine) / sine, len(normals))
+    areas: Floats = np.zeros(len(normals))
+    areas += np.bincount(one, 0.5 * edge * (heights[two] - heights[one] * cosine) / sine, len(normals))
     areas += np.bincount(two, 0.5 * edge * (heights[one] - heights[two] * cosine) / sine, len(normals))
     return _Polytope(vertices, facets, areas, one, two, edge, angle)
 
@@ -155,8 +156,8 @@ def _triangles(normals: Floats, here: _Polytope) -> tuple[Floats, npt.NDArray[np
     # The corners of a facet are taken counterclockwise as seen from outside.
     facet, vertex = corners.T
     counts = np.bincount(facet, minlength=len(normals))
-    middle = np.stack([np.bincount(facet, vertices[vertex, k], len(normals)) for k in range(3)], axis=1)
-    middle /= np.maximum(counts, 1)[:, None]
+    sums = np.stack([np.bincount(facet, vertices[vertex, k], len(normals)) for k in range(3)], axis=1)
+    middle = sums / np.maximum(counts, 1)[:, None]
     along = np.eye(3)[np.abs(normals).argmin(axis=1)]
     across = np.cross(normals, along)
     from_middle = vertices[vertex] - middle[facet]

@@ -143,12 +143,13 @@ def inferred_units(known: dict[str, tuple[Any, str]]) -> Units:
 
 
 def core_shape(
-    shape: Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients, units: Units, name: str
+    shape: Solid, units: Units, name: str
 ) -> tuple[float, float, float] | _core.Polyhedron | _core.StokesCoefficients | None:
     """Return the core's form of a shape in a system's units; a tuple of semi-axes, or ``None`` for a point."""
     if isinstance(shape, Polyhedron | StokesCoefficients):
         return shape._core(units, name)
-    if shape._lengths is None:
+    # A body whose facets alone are known has no core's shape.
+    if isinstance(shape, ConvexShape) or shape._lengths is None:
         return None
     labelled = zip(shape._lengths, "abc", strict=True)
     a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)

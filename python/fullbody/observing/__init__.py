@@ -36,6 +36,7 @@ from .radar_data import DelayDoppler, RadarSpectrum
 from .radar_echoes import RadarEcho, delay_doppler, radar_spectrum
 from .radar_laws import Cosine, Gaussian, Hagfors, RadarLaw
 from .series import RotationSeries
+from .shadow import ShadowPath, shadow_paths
 from .stellar_occultation import StellarOccultation
 
 __all__ = [
@@ -73,6 +74,7 @@ __all__ = [
     "RadarSpectrum",
     "RangeAndRate",
     "RotationSeries",
+    "ShadowPath",
     "SkyOutlines",
     "StellarOccultation",
     "brightness",
@@ -88,6 +90,7 @@ __all__ = [
     "read_alcdef",
     "read_damit",
     "read_damit_model",
+    "shadow_paths",
     "write_alcdef",
     "zero_point",
 ]

@@ -94,16 +94,15 @@ class Chords(list[Chord]):
 
         Examples
         --------
-        >>> import astropy.units as u, fullbody, numpy as np
+        >>> import astropy.units as u, fullbody
         >>> from fullbody import observing
         >>> system, state = fullbody.systems.didymos(units=True)
         >>> run = system.integrate(state, "10 min", dense=True)
-        >>> x, v = np.array([0.0, 3000.0]) - 1000.0, 10.0
-        >>> view = {"to_observer": np.stack([0 * x + 1e7, x, 0 * x], axis=1) * u.km, "frame": "ecliptic"}
-        >>> geometry = observing.Geometry([0.0, 300.0] * u.s, **view)
+        >>> path = {"to_observer": [[1e7, -2.0, 0.0], [1e7, 4.0, 0.0]] * u.km, "frame": "ecliptic"}
+        >>> geometry = observing.Geometry([0.0, 300.0] * u.s, **path)
         >>> chords = observing.occultation_chords(run, [-1.0, 0.0, 0.0], [[0.0, 0.0, 0.0]] * u.km, geometry)
         >>> chords.to_table()["station", "body"].pformat()[-1].split()
-        ['0', 'Didymos']
+        ['0', 'Dimorphos']
         """
         with need("observing", "a table"):
             from astropy.table import QTable

@@ -18,10 +18,6 @@ from .stations import Stations
 from .times import in_system
 from .vectors import Vectors
 
-#: The number of samples of a speed, and the factor by which it may be higher between them.
-_SAMPLES, _FASTER = 512, 1.5
-#: The share of a body's reach that the line of sight moves at least in a step of the search for it.
-_STEP = 0.25
 #: The numbers of intervals into which an encounter and the passage of a body are divided, and the most of the former.
 _ENCOUNTER, _PASSAGE, _MOST = 64, 64, 16384
 #: The curvature of the path within an interval of an encounter, and the margin about a body, relative to its reach.
@@ -79,9 +75,10 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
     >>> run = system.integrate(state, "10 min", dense=True)
     >>> path = {"to_observer": [[1e7, -2.0, 0.0], [1e7, 4.0, 0.0]] * u.km, "frame": "ecliptic"}
     >>> geometry = observing.Geometry([0.0, 300.0] * u.s, **path)
-    >>> chords = observing.occultation_chords(run, [-1.0, 0.0, 0.0], [[0.0, 0.0, 0.0], [0.0, 0.0, 9.0]] * u.km,
-    geometry) >>> [(chord.station, chord.body) for chord in chords], len(chords.misses)
-    ([(0, 'Didymos')], 3)
+    >>> stations = [[0.0, 0.0, 0.0], [0.0, 0.0, 9.0]] * u.km
+    >>> chords = observing.occultation_chords(run, [-1.0, 0.0, 0.0], stations, geometry)
+    >>> [(chord.station, chord.body) for chord in chords], len(chords.misses)
+    ([(0, 'Didymos'), (0, 'Dimorphos')], 2)
     """
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     source = Star(star, geometry)
@@ -124,36 +121,13 @@ class _Search:
         #: For each station the nodes (T,) of the encounters, and the distances there of the lines of sight.
         self._encounters = [self._encounter(*part) for part in self._meetings()]
 
-    def _speed(self) -> float:
-        """Return an upper bound of the speed of the line of sight of the observer past the body."""
-        first, last = self._span
-        times = np.linspace(first, last, _SAMPLES)
-        step = min(1e-3 * (last - first), 0.5 * (times[1] - times[0]))
-        before, after = (self._lines.at(self._body, np.clip(times + s, first, last)).w for s in (-step, step))
-        width = np.clip(times + step, first, last) - np.clip(times - step, first, last)
-        return float(_FASTER * (np.linalg.norm(after - before, axis=1) / width).max())
-
     def _meetings(self) -> list[Span]:
         """Return the spans in which the line of sight of some station may come near the body."""
-        first, last = self._span
         every, ends = np.arange(self._count), np.zeros(self._count)
         assert self._lines.stations is not None
         far = [np.linalg.norm(self._lines.stations.at(self._lines.system, every, ends + t), axis=1) for t in self._span]
         radius = 1.02 * float(np.max(far, initial=0.0)) + _MARGIN * self.reach
-        speed = self._speed()
-        if speed == 0.0:
-            return [self._span]
-        spans: list[Span] = []
-        time = first
-        while time < last:
-            gap = float(self._lines.distances(self._body, np.array([time]))[0]) - radius
-            # An observer who looks away from the body may turn towards it within a share of the span.
-            gap = min(gap, speed * (last - first) / _SAMPLES) if np.isinf(gap) else gap
-            step = max(gap, _STEP * radius) / speed
-            if gap <= _STEP * radius:
-                spans.append((max(first, time - step), min(last, time + step)))
-            time += step
-        return union(spans)
+        return self._lines.meetings(self._body, self._span, radius)
 
     def _encounter(self, start: float, stop: float) -> tuple[Floats, Floats, Floats]:
         """Return nodes (T,) so dense that paths between them are straight, and places (S, T, 3) of lines of sight.

@@ -139,6 +139,11 @@ class Passage:
 
     def sight(self, body: Body, index: Indices, times: Floats, step: complex = 0.0) -> tuple[Any, Any]:
         """Return places and directions (..., M, 3) of rays in the body's frame, at times (M,) plus a step, of rows."""
+        w, u, attitude = self.lines(body, index, times, step)
+        return into_body(attitude, w), into_body(attitude, u)
+
+    def lines(self, body: Body, index: Indices, times: Floats, step: complex = 0.0) -> tuple[Any, Any, Any]:
+        """Return places and directions (..., M, 3) of rays from the body's centre, and the body's attitudes."""
         path, seen = self._path(index, times), body.of(index)
         place = path.place + path.velocity * step
         since = (times - self.rows.times[index] + step)[..., None]
@@ -149,8 +154,7 @@ class Passage:
             late = since - (far - seen.distance) / body.light_speed
         way = place - seen.centre - seen.velocity * late - seen.shift
         depth = np.sum(way * path.star, axis=-1, keepdims=True)
-        attitude = rotated(seen.attitude, seen.spin, late[..., 0])
-        return into_body(attitude, way - depth * path.star), into_body(attitude, path.star)
+        return way - depth * path.star, path.star, rotated(seen.attitude, seen.spin, late[..., 0])
 
     def rates(self, body: Body, index: Indices, times: Floats, limb: Limb) -> Floats:
         """Return the derivatives (M,) of the measure of a limb with respect to time."""
@@ -171,6 +175,11 @@ class Passage:
 
 class Contacts(Protocol):
     """What finds the contacts of K rows with a body."""
+
+    limbs: Sequence[Limb]
+
+    def lines(self, body: Body, index: Indices, times: Floats, step: complex = 0.0) -> tuple[Any, Any, Any]:
+        """Return places and directions of rays from the body's centre, and the body's attitudes."""
 
     def solve(self, body: Body) -> Floats:
         """Find the contacts, and return predictions (K,) relative to the times of the rows."""

@@ -64,8 +64,9 @@ class Observations(Predictions, Tabled):
         columns : dict, optional
             Names of columns where they differ from those that :meth:`to_table` writes. The keys are ``times``; for
             :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
-            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and
-            their standard errors ``sigma_range`` and ``sigma_range_rate``.
+            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarSpectrum` and :class:`DelayDoppler`
+            ``power`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and their standard errors
+            ``sigma_range`` and ``sigma_range_rate``.
         unit : unit or dict of unit, optional
             Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
         dates : (format, scale), optional

@@ -54,15 +54,13 @@ class RadarOptions:
         flag(self.mutual, "mutual")
         response.check(self.frequency_response, self.delay_response)
         if self.transmitter is not None:
-            instance(
-                self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for that of the receiver"
-            )
+            instance(self.transmitter, "transmitter", Vectors, "an observing.Geometry, or None for one antenna")
         for law in self.law.values() if isinstance(self.law, dict) else [self.law]:
             instance(law, "law", RadarLaw, "a radar scattering law such as observing.Cosine(), or a dict of them")
 
 
 def edges_of(given: Any, dimension: str, what: str, system: SystemLike) -> Floats:
-    """Return the edges of bins in a system's units, after checking that there are two or more and that they increase."""
+    """Return the edges of bins in a system's units, after checking that there are two or more, which increase."""
     edges = system.context.units.numbers(given, dimension, what, ("E",), FINITE)
     if len(edges) < 2:
         raise InvalidInput(f"{what} has {len(edges)} values; expected the edges of bins, two or more")
@@ -109,10 +107,13 @@ class EchoModel:
             options.transmit_frequency, "rate", "transmit_frequency", limits
         )
         self.light_speed = LIGHT_SPEED / km * second
-        locals_ = [local_geometry(geometry, system)]
-        if options.transmitter is not None:
-            locals_.append(local_geometry(options.transmitter, system))
-        self._antennas: list[SystemGeometry] = locals_
+        antennas = [geometry] if options.transmitter is None else [geometry, options.transmitter]
+        self._antennas: list[SystemGeometry] = [local_geometry(antenna, system) for antenna in antennas]
+        if len({local.distant for local in self._antennas}) > 1:
+            raise InvalidInput(
+                "one of the geometries of receiver and transmitter has directions only, plain numbers without light "
+                "time; expected distances of both, or directions of both"
+            )
         laws = by_name(options.law, names, "law")
         described = [law._describe() for law in laws]
         self._core = _core.Radar(list(system.context.bodies), described, options.mutual)
@@ -173,8 +174,8 @@ class EchoModel:
 def _ways(
     local: SystemGeometry, times: Floats, vector: Floats, centre: Floats, velocity: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return for bodies (K, N) the length of the way to an antenna minus that from the barycentre, the rate of change of
-    this difference, the unit vectors to the antenna, and their rates of change.
+    """Return for bodies (K, N) the length of the way to an antenna minus that from the barycentre, the rate of change
+    of this difference, the unit vectors to the antenna, and their rates of change.
     """
     from_barycentre, moving = vector[:, None], local.observer_velocity(times)[:, None]
     far = np.linalg.norm(from_barycentre, axis=-1)

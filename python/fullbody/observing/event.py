@@ -14,7 +14,7 @@ from ..typing import Floats
 from .contacts import Body, Contacts
 
 #: The relative changes at which the search for the unknowns ends.
-_TOLERANCES = {"xtol": 1e-11, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
+_TOLERANCES = {"xtol": 1e-9, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
 #: The step of derivatives along the imaginary axis.
 _STEP = 1e-100
 

@@ -31,6 +31,9 @@ _RELATIVE = 4.0 * float(np.finfo(float).eps)
 #: The places of the next component of a vector, and of the one before, in cyclic order.
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
+#: The number of points of the outline of an ellipsoid.
+_RIM = 361
+
 Span = tuple[float, float]
 
 
@@ -42,6 +45,12 @@ class Limb(Protocol):
 
     def measure(self, w: Any, u: Any) -> Any:
         """Return the measure (M,) of rays: negative where they pass through the part."""
+
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the part reaches along unit vectors (M, 3) in the body's frame."""
+
+    def rim(self, u: Floats) -> Floats:
+        """Return points (R, 3) on the outline along a direction (3,), with rows of NaN between separate lines."""
 
     def length(self, measure: Any) -> Any:
         """Return about how far rays with a measure pass outside the limb, as a length."""
@@ -63,6 +72,17 @@ class EllipsoidLimb:
         q = u @ self._rotation / self.semi_axes
         across = cross(p, q)
         return np.sum(across * across, axis=-1) / np.sum(q * q, axis=-1) - 1.0
+
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the ellipsoid reaches along unit vectors (M, 3) in the body's frame."""
+        return normals @ self._position + np.linalg.norm(normals @ self._rotation * self.semi_axes, axis=-1)
+
+    def rim(self, u: Floats) -> Floats:
+        """Return points (R, 3) on the outline along a direction (3,): s = A^-1 x is a circle across A^-1 u."""
+        first, second = (axis[0] for axis in _across((u @ self._rotation / self.semi_axes)[None]))
+        angles = np.linspace(0.0, 2.0 * np.pi, _RIM)
+        circle = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second / np.linalg.norm(second))
+        return self._position + circle * self.semi_axes @ self._rotation.T
 
     def length(self, measure: Any) -> Any:
         """Return the distance from the limb of a sphere of the same volume."""
@@ -133,6 +153,16 @@ class MeshLimb:
         square = np.sum(near * near, axis=-1)
         at_end = ((share == 0.0) | (share == 1.0)) & (square.real > 0.0)
         return np.where(at_end, np.sqrt(np.where(at_end, square, 1.0)), along)
+
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the vertices reach along unit vectors (M, 3) in the body's frame."""
+        return (normals @ self._vertices.T).max(axis=-1)
+
+    def rim(self, u: Floats) -> Floats:
+        """Return the ends of the edges of the outline along a direction (3,), with a row of NaN after each edge."""
+        turned = (self._normals @ u > 0.0)[self._sides]
+        ends = self._vertices[self._edges[turned[:, 0] != turned[:, 1]]]
+        return np.concatenate([ends, np.full((len(ends), 1, 3), np.nan)], axis=1).reshape(-1, 3)
 
     def length(self, measure: Any) -> Any:
         """Return the measure, which is a distance."""

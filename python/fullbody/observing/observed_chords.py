@@ -206,6 +206,10 @@ class ObservedChords(Observations):
             found[missing] = np.ma.masked
         return found
 
+    def times_in(self, system: SystemLike) -> Floats:
+        """Return the times (K,) of the rows on the clock of a system."""
+        return self._clock(system)
+
     def in_system(self, numbers: Any, system: SystemLike) -> Any:
         """Return times as they are kept, or a duration as a Quantity, on the clock and in the unit of a system."""
         if is_quantity(numbers):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base import rotations
 from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, is_quantity
 from ..errors import InvalidInput
@@ -34,6 +35,21 @@ _NUDGE = 0.1
 _STEP = 1e-100
 #: The step of the polynomials that are the paths of stations: in s, or without units a share of the geometry's span.
 _STEP_OF_PATH, _SHARE = 10.0, 1e-3
+
+
+class Sky(NamedTuple):
+    """The plane of the sky that moves with the barycentre, in a system's unit of length, to the east and to the north.
+
+    Attributes
+    ----------
+    points : ndarray, (K, 2)
+        The line of sight of each row at its time.
+    outlines : dict of list of ndarray, (R, 2)
+        Lines of the outline of each body, which has NaN between separate lines.
+    """
+
+    points: Floats
+    outlines: dict[str, list[Floats]]
 
 
 class PredictedChords(ObservedChords):
@@ -160,6 +176,25 @@ class PredictedChords(ObservedChords):
     def _scale(system: SystemLike) -> float:
         """Return the number of radians in the unit of the offset."""
         return float(unit_named("mas").to("rad")) if system.context.units.defined else 1.0
+
+    def sky(self, run: Record) -> Sky:
+        """Return where the observed contacts and the outlines of the bodies are in the plane of the sky."""
+        system, states, solution = run.system, self._states(run), self.solution(run)
+        retarded = self._retarded(system, states)
+        axes = np.stack(self.stations.plane(system, retarded.times), axis=1)
+        points, outlines = np.zeros((len(self), 2)), {}
+        for body, (of, contacts) in solution.contacts.items():
+            own = np.flatnonzero(solution.chosen[of] == body)
+            if not own.size:
+                continue
+            seen = body_of(retarded, states, body, solution.shift).of(of)
+            w, u, attitude = contacts.lines(seen, own, retarded.times[of[own]])
+            points[of[own]] = np.einsum("kax,kx->ka", axes[of[own]], seen.centre[own] + w)
+            k = len(own) // 2
+            matrix = rotations.matrices(attitude[k])
+            lines = [limb.rim(u[k] @ matrix) @ matrix.T + seen.centre[own[k]] for limb in contacts.limbs]
+            outlines[system.context.names[body]] = [line @ axes[of[own[k]]].T for line in lines]
+        return Sky(points, outlines)
 
     def _refuse(self, system: SystemLike, states: dict[str, Any], retarded: RetardedStates) -> None:
         """Raise an error for an observer within the system, and for a star on the observer's side of it."""

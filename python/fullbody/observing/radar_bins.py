@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..base.differences import difference
-from ..base.kinds import instance
+from ..base.figures import unit_of
+from ..base.kinds import instance, whole
 from ..base.limits import FINITE, Limits
 from ..base.rotations import of_vectors, products
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, plain, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -181,6 +182,17 @@ class RadarEchoes(Observations):
         both = ((one._sigma * scale).reshape(-1, 1, 1) ** 2 for one in (self, original))  # type: ignore[attr-defined]
         return Errors(*both)
 
+    def _row(self, run: Record, row: int, linear: Mapping[str, Any] | None) -> tuple[Any, Any]:
+        """Return the prediction and the residuals of one row, in the unit and the shape of the data."""
+        row = whole(row, "row", least=0, most=len(self) - 1)
+        predicted, residuals, _ = self._solved(run, linear)
+        return self._attach(predicted, run.system)[row], self._attach(residuals, run.system)[row]
+
+    def _edge_numbers(self, name: str, text: str) -> tuple[Floats, str]:
+        """Return the edges of bins as they were given, and the label of their axis."""
+        given = gathered(self._edges[name], name)
+        return plain(given), f"{text} [{unit_of(given)}]"
+
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         return self._shaped(values / self._scale(system))
 
@@ -227,12 +239,12 @@ class RadarEchoes(Observations):
         for power, coefficient in enumerate(self.delay_correction):
             what = f"delay_correction[{power}] of {owner}"
             if is_quantity(coefficient := gathered(coefficient, what)):
-                plain = float(strip_to(coefficient, units.unit("time") ** (1 - power), what))
+                number = float(strip_to(coefficient, units.unit("time") ** (1 - power), what))
             else:
-                plain = UNITLESS.number(coefficient, "number", what, FINITE)
-            shift[:, 1] += plain * since**power
+                number = UNITLESS.number(coefficient, "number", what, FINITE)
+            shift[:, 1] += number * since**power
             if power:
-                shift[:, 0] -= model.transmit_frequency * plain * power * since ** (power - 1)
+                shift[:, 0] -= model.transmit_frequency * number * power * since ** (power - 1)
         return Echo(echo.epochs, echo.at_centre + shift[:, None], echo.gradients)
 
     def _by_masses(self, system: SystemLike, states: dict[str, Floats], body: int) -> Floats:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..base.figures import panels, unit_of
+from ..base.units import plain
+from ..record.record import Record
 from .echoes import RadarOptions
+from .pictures import draw
 from .radar_bins import RadarEchoes
 from .radar_laws import Cosine
 from .vectors import Vectors
@@ -39,8 +43,8 @@ class RadarSpectrum(RadarEchoes):
     frequency_offset : float or Quantity
         The frequency that is added to the prediction. A fit frees it with a function that makes the data of it.
     looks : float, optional
-        The number of independent spectra whose mean a row is. With it the error of a bin is that of the noise, ``sigma``,
-        plus the observed echo over the square root of the looks, since an echo is noise as well.
+        The number of independent spectra whose mean a row is. With it the error of a bin is that of the noise,
+        ``sigma``, plus the observed echo over the square root of the looks, since an echo is noise as well.
     polarization : str, optional
         A label, such as "OC" for the opposite sense of circular polarization and "SC" for the same sense.
 
@@ -75,6 +79,7 @@ class RadarSpectrum(RadarEchoes):
     """
 
     _axes = ("frequencies",)
+    _names = ("power",)
 
     def __init__(
         self,
@@ -99,6 +104,32 @@ class RadarSpectrum(RadarEchoes):
         settings = {"exposure": exposure, "gain": gain, "looks": looks, "polarization": polarization}
         settings |= {"frequency_offset": frequency_offset, "delay_correction": ()}
         super().__init__(times, power, sigma, {"frequencies": frequencies}, geometry, options, settings)
+
+    def plot(
+        self, run: Record, axes: Any = None, *, row: int = 0, linear: Mapping[str, Any] | None = None, **kwargs: Any
+    ) -> Any:
+        """Draw a spectrum with its errors over the prediction of a run, and below it the residuals.
+
+        Parameters
+        ----------
+        run : Run
+            A run as for :meth:`predict`.
+        axes : array of matplotlib Axes, (2, 1), optional
+        row : int
+            The index of the spectrum.
+        linear : dict, optional
+            The gain, as for :meth:`predict`.
+        **kwargs
+            Passed to ``Axes.errorbar``.
+
+        Returns
+        -------
+        ndarray of Axes, (2, 1)
+        """
+        predicted, residuals = self._row(run, row, linear)
+        edges, text = self._edge_numbers("frequencies", "Doppler frequency")
+        across = 0.5 * (edges[1:] + edges[:-1]), text
+        return draw(across, {"power": (predicted, residuals, self.sigma[row])}, axes, kwargs)
 
 
 class DelayDoppler(RadarEchoes):
@@ -175,6 +206,47 @@ class DelayDoppler(RadarEchoes):
         settings |= {"frequency_offset": frequency_offset, "delay_correction": tuple(delay_correction)}
         edges = {"delays": delays, "frequencies": frequencies}
         super().__init__(times, power, sigma, edges, geometry, options, settings)
+
+    def plot(
+        self, run: Record, axes: Any = None, *, row: int = 0, linear: Mapping[str, Any] | None = None, **kwargs: Any
+    ) -> Any:
+        """Draw an image, the prediction of a run, and the residuals divided by their errors.
+
+        Delay increases downwards, and frequency to the right.
+
+        Parameters
+        ----------
+        run : Run
+            A run as for :meth:`predict`.
+        axes : array of matplotlib Axes, (1, 3), optional
+        row : int
+            The index of the image.
+        linear : dict, optional
+            The gain, as for :meth:`predict`.
+        **kwargs
+            Passed to ``Axes.pcolormesh`` for all three.
+
+        Returns
+        -------
+        ndarray of Axes, (1, 3)
+        """
+        predicted, residuals = self._row(run, row, linear)
+        (x, across), (y, down) = (
+            self._edge_numbers(*names) for names in (("frequencies", "Doppler frequency"), ("delays", "delay"))
+        )
+        flat, result = panels(axes, (1, 3), (12.0, 3.6))
+        model, left, errors = (plain(values) for values in (predicted, residuals, self.sigma[row]))
+        top = max(model.max(), (model + left).max())
+        unit = f" [{unit_of(residuals)}]" if hasattr(residuals, "unit") else ""
+        parts = [("observed", model + left, -top, top), ("predicted", model, -top, top)]
+        parts.append(("residual / error", left / errors, -4.0, 4.0))
+        for ax, (name, values, low, high) in zip(flat, parts, strict=True):
+            limits = {"cmap": "RdBu_r", "vmin": low, "vmax": high}
+            drawn = ax.pcolormesh(x, y, values, **{**limits, **kwargs})
+            ax.set(xlabel=across, ylabel=down, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
+            label = name if name.startswith("residual") else f"{name} power{unit}"
+            ax.figure.colorbar(drawn, ax=ax, label=label)
+        return result
 
     @property
     def delays(self) -> Any:

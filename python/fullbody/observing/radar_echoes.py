@@ -54,7 +54,7 @@ class RadarEcho(ArrayFields):
         """Convert the cross sections to an ``xarray.DataArray``.
 
         Its dimensions are ``time``, ``body`` with bodies, ``delay`` with delays and ``frequency``. The coordinates of
-        the latter two are the middles of the bins, and ``delay_edges`` and ``frequency_edges`` are among the attributes.
+        the latter two are the middles of the bins; ``delay_edges`` and ``frequency_edges`` are among the attributes.
         """
         with need("data", "an echo as a data array"):
             import xarray as xr

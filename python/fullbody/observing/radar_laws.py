@@ -41,7 +41,8 @@ class Cosine(RadarLaw):
     Parameters
     ----------
     C : float
-        The exponent, zero or above: 0.5 for a uniformly bright disc, 1 for Lambert's law, larger for a smoother surface.
+        The exponent, zero or above: 0.5 for a uniformly bright disc, 1 for Lambert's law, larger for a smoother
+        surface.
     R : float
         The reflectivity, zero or above. A sphere has the radar albedo R (C + 1) / (C + 1/2), the ratio of its cross
         section to its projected area.

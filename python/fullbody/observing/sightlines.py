@@ -11,11 +11,16 @@ from ..errors import InvalidInput
 from ..record.record import Record
 from ..typing import Floats
 from .contacts import into_body
+from .limbs import Span, union
 from .star import Star
 from .states import refuse_near
 from .stations import Stations
 from .vectors import Vectors, local_geometry
 
+#: The number of samples of a speed, and the factor by which it may be higher between them.
+_SAMPLES, _FASTER = 512, 1.5
+#: The share of a radius that the line of sight may move at least in a step of the search for it.
+_SHARE = 0.25
 #: The number of iterations of the light time, each of which gains the digits of c over the bodies' speed.
 _ITERATIONS = 4
 
@@ -61,7 +66,7 @@ class SightLines:
     def __init__(self, run: Record, geometry: Vectors, star: Star, stations: Stations | None) -> None:
         self.run, self.system, self.star, self.stations = run, run.system, star, stations
         self.solution = run.continuous().core
-        self.local = local_geometry(geometry, run.system)
+        self.local, self.delayed = local_geometry(geometry, run.system), geometry.light_time
         self._weights = run.context.masses / run.context.masses.sum()
 
     def span(self, given: Any) -> tuple[float, float]:
@@ -133,6 +138,27 @@ class SightLines:
             emitted = times - np.linalg.norm(way, axis=-1) / self.local.light_speed
         depth = np.sum(way * u, axis=-1)
         return Sight(way - depth[:, None] * u, u, states["attitude"][:, body], depth < 0.0)
+
+    def meetings(self, body: int, span: Span, radius: float) -> list[Span]:
+        """Return spans that contain all times at which the observer's line of sight is within a radius of a body."""
+        first, last = span
+        times = np.linspace(first, last, _SAMPLES)
+        step = min(1e-3 * (last - first), 0.5 * (times[1] - times[0]))
+        before, after = np.clip(times - step, first, last), np.clip(times + step, first, last)
+        moved = np.linalg.norm(self.at(body, after).w - self.at(body, before).w, axis=1)
+        if (speed := float(_FASTER * (moved / (after - before)).max())) == 0.0:
+            return [span]
+        spans: list[Span] = []
+        time = first
+        while time < last:
+            gap = float(self.distances(body, np.array([time]))[0]) - radius
+            # An observer who looks away from the body may turn towards it within a share of the span.
+            gap = speed * (last - first) / _SAMPLES if np.isinf(gap) else gap
+            step = max(gap, _SHARE * radius) / speed
+            if gap <= _SHARE * radius:
+                spans.append((max(first, time - step), min(last, time + step)))
+            time += step
+        return union(spans)
 
     def distances(self, body: int, times: Floats, stations: Any = None) -> Floats:
         """Return the distances (M,) of the lines of sight from a body's centre; infinite if the body is behind."""

@@ -7,20 +7,15 @@ from typing import Any
 import numpy as np
 
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, need, strip_to
-from ..errors import InvalidInput, caution
+from ..base.units import UNITLESS, gathered, is_quantity, strip_to
+from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
+from .earth import Earth
 from .star import Star, sky_axes
-from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
+from .times import kilometres
 from .vectors import Vectors, turn
 
-#: The step in s of a table of the Earth's rotation, whose spline has an error of 1e-12.
-_STEP = 60.0
-#: The longest table of the Earth's rotation in s; times that are farther apart have no table.
-_LONGEST = 2.0 * 86400.0
-#: The numbers of steps by which a table extends beyond the times, and of those of them that are not used.
-_MARGIN, _EDGE = 10.0, 5.0
 #: The longest distance in km from the centre of the Earth of a place on it.
 _LARGEST = 7000.0
 
@@ -45,13 +40,13 @@ class Stations:
 
     def __init__(self, given: Any, geometry: Vectors, star: Star) -> None:
         self._star, self._frame = star, geometry.frame
-        self._delayed = geometry.light_time
-        self._earth: Any = None
-        #: The date of time zero, the first and the last time of a table of the Earth's rotation, and its spline.
-        self._table: tuple[str, float, float, Any] | None = None
+        #: The Earth and the geocentric places (S, 3) in km along its axes, if the stations are on it.
+        self._earth: Earth | None = None
+        self._geocentric: Any = None
         locations = list(given) if isinstance(given, list | tuple) else [given]
         if locations and all(hasattr(one, "geodetic") for one in locations):
             self._read_locations(locations)
+            self._earth = Earth(geometry.light_time)
             return
         places = gathered(given, "stations", "length")
         plain = strip_to(places, unit_named("km"), "stations") if is_quantity(places) else places
@@ -66,8 +61,8 @@ class Stations:
     def _read_locations(self, locations: list[Any]) -> None:
         """Read geocentric places (S, 3) in km."""
         parts = [np.stack([np.ravel(one.to_value("km")) for one in place.geocentric], axis=-1) for place in locations]
-        self._earth = np.concatenate(parts)
-        reach = np.linalg.norm(self._earth, axis=1)
+        self._geocentric = np.concatenate(parts)
+        reach = np.linalg.norm(self._geocentric, axis=1)
         if not ((reach > 0.0) & (reach < _LARGEST)).all():
             worst = int(np.argmax(~((reach > 0.0) & (reach < _LARGEST))))
             raise InvalidInput(
@@ -75,7 +70,7 @@ class Stations:
             )
 
     def __len__(self) -> int:
-        return len(self._places) if self._earth is None else len(self._earth)
+        return len(self._places) if self._earth is None else len(self._geocentric)
 
     @property
     def locations(self) -> Any:
@@ -84,7 +79,7 @@ class Stations:
             raise InvalidInput("the stations are vectors from an observer; expected EarthLocations")
         from astropy.coordinates import EarthLocation
 
-        return EarthLocation.from_geocentric(*self._earth.T, unit="km")
+        return EarthLocation.from_geocentric(*self._geocentric.T, unit="km")
 
     @property
     def vectors(self) -> Any:
@@ -108,7 +103,8 @@ class Stations:
         times.
         """
         if self._earth is not None:
-            return self._on_earth(system, np.asarray(stations), times)
+            places = self._geocentric[stations] / kilometres(system, "a station on the Earth")
+            return np.einsum("kij,kj->ki", self._earth.axes(system, times), places)
         length = kilometres(system, "stations with a unit") if self._is_united else 1.0
         places = self._places[stations] / length
         if places.ndim == 3:
@@ -143,71 +139,6 @@ class Stations:
             )
         return turn(frame, system.context.frame)
 
-    def _on_earth(self, system: SystemLike, stations: Any, times: Floats) -> Floats:
-        """Return vectors (M, 3) from the centre of the Earth, in the system's units and axes."""
-        what = "a station on the Earth"
-        epoch, second, km = system_epoch(system, what), seconds(system, what), kilometres(system, what)
-        since = np.asarray(times, dtype=np.float64) * second
-        found = np.einsum("kij,kj->ki", self._rotation(epoch, since), self._earth[stations])
-        return found @ self._axes(system, "equatorial").T / km
-
-    def _rotation(self, epoch: Any, since: Floats) -> Floats:
-        """Return matrices (M, 3, 3) from the frame of the Earth to the axes of the ICRF at times in s after a date."""
-        low, high = float(since.min(initial=np.inf)), float(since.max(initial=-np.inf))
-        if high - low > _LONGEST or not len(since):
-            return _earth_rotations(epoch, since)
-        if self._table is None or self._table[0] != str(epoch) or low < self._table[1] or high > self._table[2]:
-            from scipy.interpolate import CubicSpline
-
-            low, high = low - _MARGIN * _STEP, high + _MARGIN * _STEP
-            nodes = np.linspace(low, high, int((high - low) / _STEP) + 2)
-            spline = CubicSpline(nodes, _earth_rotations(epoch, nodes), axis=0)
-            # A spline has larger errors near its ends.
-            self._table = str(epoch), low + _EDGE * _STEP, high - _EDGE * _STEP, spline
-        return np.asarray(self._table[3](since))
-
     def retarded(self, system: SystemLike, times: Floats, vectors: Floats, rate: Floats, u: Floats) -> Floats:
-        """Return vectors (M, 3) to stations on the Earth that account for the light time within the Earth.
-
-        The vector of a geometry begins where the barycentre was when the light left it that reaches the observer. The
-        light that reaches a station nearer to the star left it earlier, by the depth over the speed of light, when the
-        barycentre had not yet moved on. Its velocity is that of the Earth minus the ``rate`` (M, 3) of the vector.
-        """
-        if self._earth is None or not self._delayed:
-            return vectors
-        what = "a station on the Earth"
-        epoch, second, km = system_epoch(system, what), seconds(system, what), kilometres(system, what)
-        velocity = _earth_velocities(epoch, times * second) @ self._axes(system, "equatorial").T * (second / km) - rate
-        delay = np.sum(vectors * u, axis=-1) / (LIGHT_SPEED * second / km)
-        return np.asarray(vectors - velocity * delay[:, None])
-
-
-def _earth_rotations(epoch: Any, since: Floats) -> Floats:
-    """Return the matrices (M, 3, 3) from the frame of the Earth to the axes of the ICRF, by tables that are at hand."""
-    with need("observing", "a station on the Earth"):
-        from astropy import units as u
-        from astropy.coordinates import EarthLocation
-        from astropy.utils import iers
-
-    unit = EarthLocation.from_geocentric(*(np.eye(3) * 1e3), unit="km")
-    times = (epoch + since * u.s)[:, None]
-    with iers.conf.set_temp("auto_download", False), iers.conf.set_temp("auto_max_age", None):
-        table = iers.earth_orientation_table.get()
-        last = float(table["MJD"].to_value("day").max())
-        if float(times.mjd.max(initial=0.0)) > last:
-            caution(
-                f"the date {times.max().iso} is after the end of the table of the Earth's rotation at MJD {last:.0f}; "
-                "stations are off by up to 0.46 km for each second by which the Earth's clock differs then"
-            )
-        with iers.conf.set_temp("iers_degraded_accuracy", "ignore"):
-            places = unit.get_gcrs_posvel(times)[0]
-    return np.moveaxis(places.xyz.to_value("km"), 0, 1) / 1e3
-
-
-def _earth_velocities(epoch: Any, since: Floats) -> Floats:
-    """Return velocities (M, 3) of the Earth's centre in km/s, from the barycentre of the solar system."""
-    from astropy import units as u
-    from astropy.coordinates import get_body_barycentric_posvel
-
-    velocity = get_body_barycentric_posvel("earth", epoch + since * u.s, ephemeris="builtin")[1]
-    return np.asarray(velocity.xyz.to_value("km/s").T, dtype=np.float64)
+        """Return vectors (M, 3) to the stations that account for the light time within the Earth, if they are on it."""
+        return vectors if self._earth is None else self._earth.retarded(system, times, vectors, rate, u)

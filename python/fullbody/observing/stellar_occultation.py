@@ -12,6 +12,7 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..record.record import Record
+from .chord_picture import draw_chords
 from .chord_tables import from_table, to_table
 from .koala import read_koala
 from .occult import read_occult, write_occult
@@ -317,3 +318,26 @@ class StellarOccultation(PredictedChords):
             A run as for :meth:`predict`.
         """
         return tuple(run.context.names[body] for body in self.solution(run).chosen)
+
+    def plot(self, run: Record, axes: Any = None, *, linear: Mapping[str, Any] | None = None, **kwargs: Any) -> Any:
+        """Draw the chords in the plane of the sky beside the outlines of the bodies, with the offset that fits best.
+
+        East is to the left. Contacts have bars of their standard errors along the chord; misses are dots.
+
+        Parameters
+        ----------
+        run : Run
+            A run as for :meth:`predict`.
+        axes : matplotlib Axes, optional
+        linear : None
+            The offset is always that with the least chi2.
+        **kwargs
+            Passed to ``Axes.plot`` for the chords.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
+        if linear is not None:
+            raise InvalidInput("linear is given; expected None, since the picture shows the offset with the least chi2")
+        return draw_chords(self, run, axes, kwargs)

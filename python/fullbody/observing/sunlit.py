@@ -86,12 +86,29 @@ def by_states(
     speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
     position = position + toward * (later / speed)[..., None]
     elapsed, weights = retarded.elapsed[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-    moving, spin = elapsed * position, elapsed * rotation
+    moving, (turned, spin) = elapsed * position, _before_rotation(elapsed * states["spin"], rotation)
     parts = [
         position - weights * position.sum(axis=1, keepdims=True),
         moving - weights * moving.sum(axis=1, keepdims=True),
-        rotation + np.cross(elapsed * states["spin"], rotation),
-        spin,
+        turned,
+        elapsed * spin,
     ]
     by_barycentre = np.einsum("kx,knx->kn", position.sum(axis=1), retarded.centre) / system.context.masses.sum()
     return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
+
+
+def _before_rotation(angle: Floats, rotation: Floats) -> tuple[Floats, Floats]:
+    """Return derivatives (..., 3) with respect to rotation vectors before a rotation, and to the rotation itself.
+
+    ``rotation`` are the derivatives with respect to rotation vectors after a rotation by the vectors ``angle``, all in
+    body frames. The rotation changes what is before it, and the right Jacobian of the exponential map relates a change
+    of its vector to a rotation after it.
+    """
+    size = np.linalg.norm(angle, axis=-1, keepdims=True)
+    once = np.cross(angle, rotation)
+    twice = np.cross(angle, once)
+    half = 0.5 * np.sinc(0.5 * size / np.pi) ** 2
+    small = size < 1e-2
+    cube = np.where(small, 1.0, size) ** 3
+    sixth = np.where(small, (1.0 - size**2 / 20.0) / 6.0, (size - np.sin(size)) / cube)
+    return rotation + np.sinc(size / np.pi) * once + half * twice, rotation + half * once + sixth * twice

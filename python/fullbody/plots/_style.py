@@ -15,6 +15,7 @@ from ..base import rotations
 from ..base.arguments import integer
 from ..base.figures import grid
 from ..errors import InvalidInput
+from ..model.freeform import ConvexShape
 from ..record.record import Record
 from ..typing import Floats
 
@@ -225,6 +226,12 @@ class Surface:
 
 def surfaces(run: Record, body: int) -> list[Surface]:
     """Return the surfaces of a body, without its voids; none for a point and for Stokes coefficients."""
+    whole = run.system.bodies[body].shape
+    if isinstance(whole, ConvexShape):
+        solid = whole.polyhedron()
+        vertices = run.context.units.strip(solid.vertices, "length", "vertices")
+        size = float(np.linalg.norm(vertices, axis=1).max())
+        return [Surface(np.eye(3) * size, np.zeros(3), (vertices / size)[solid.faces])]
 
     def surface(shape: Any, position: Any, rotation: Any) -> Surface:
         if not isinstance(shape, _core.Polyhedron):

@@ -17,9 +17,9 @@ use crate::math::rotation::{normalised, product};
 use crate::math::{Vec3, rotation};
 
 /// The largest spin across the axis, relative to that along it, and the largest change of the rate of spin in
-/// a radian, relative to it, for which the closed form has all digits.
+/// a radian, relative to it, for which the closed form is used. It is exact without a spin across the axis.
 const TILT: f64 = 1e-12;
-const CHANGE: f64 = 1e-10;
+const CHANGE: f64 = 1e-6;
 
 /// The numbers of a tangent vector of a body.
 const SIZE: usize = 12;

@@ -77,8 +77,9 @@ def test_bands_and_bodies_without_an_echo_have_zeros():
 
 def test_an_echo_over_an_exposure_is_the_mean_of_many():
     # A body turns by a fifth of a radian in 40 s, and its band widens by some bins.
-    run = run_of(Sphere(0.5), Ellipsoid(0.4, 0.1, 0.1), position=[[0, 0, 0], [0, 2, 0]], velocity=[[0, 0, 0], [2e-5, 0, 0]],
-                 spin=[[0, 1e-5, 1e-4], [0, 0, 5e-3]], masses=[1.0, 1e-9], until=100.0)  # fmt: skip
+    motion = {"position": [[0, 0, 0], [0, 2, 0]], "velocity": [[0, 0, 0], [2e-5, 0, 0]], "masses": [1.0, 1e-9]}
+    spin = [[0, 1e-5, 1e-4], [0, 0, 5e-3]]
+    run = run_of(Sphere(0.5), Ellipsoid(0.4, 0.1, 0.1), spin=spin, until=100.0, **motion)
     view = observing.Geometry(
         np.array([-100.0, 0, 100]) * u.s, to_observer=[[1e6, -5e3, 0], [1e6, 0, 0], [1e6, 5e3, 0]] * u.km
     )
@@ -145,6 +146,11 @@ def test_units_and_names_come_with_the_echo():
     assert worst(each, spectrum(run, EDGES, per_body=True) * np.array([[1.0], [2.0], [0.0]])) < 1e-14
 
 
+def near(distance):
+    """A radar at a distance in km."""
+    return observing.Geometry([0.0], to_observer=[distance, 0, 0] * u.km, light_time=False)
+
+
 REFUSED = [
     (r"frequencies has 1\.0 after 2\.0", {"frequencies": [0.0, 2.0, 1.0]}),
     (r"frequencies has 1\.0 after 1\.0", {"frequencies": [0.0, 1.0, 1.0]}),
@@ -157,12 +163,13 @@ REFUSED = [
     ("law has none for 'B'", {"law": {"A": observing.Cosine()}}),
     ("frequency_response is 'boxcar'", {"frequency_response": "boxcar"}),
     ("transmitter is 3", {"transmitter": 3}),
+    ("expected distances of both, or directions of both", {"transmitter": near(1e6)}),
     ("transmitter as seen from A", {"transmitter": at_rest([-1.0, 0.0, 0.0])}),
     ("exposure is -1", {"exposure": -1.0}),
     ("per_body is 1", {"per_body": 1}),
     ("mutual is 1", {"mutual": 1}),
-    ("receiver of the geometry is inside A", {"geometry": observing.Geometry([0.0], to_observer=[0.1, 0, 0] * u.km, light_time=False)}),
-    ("receiver of the geometry is too near", {"geometry": observing.Geometry([0.0], to_observer=[9.0, 0, 0] * u.km, light_time=False)}),
+    ("receiver of the geometry is inside A", {"geometry": near(0.1)}),
+    ("receiver of the geometry is too near", {"geometry": near(9.0)}),
 ]  # fmt: skip
 
 

@@ -455,8 +455,8 @@ def test_files_of_koala_have_places_to_the_west_and_north_in_a_plane_that_moves_
     assert data.errors_of_chords.to_value("s")[0].tolist() == [0.02, 0.03]
     assert data.sign.tolist().count(0.0) == 1
     assert data.times[0].isot == "2008-12-11T00:00:00.000"
-    # The Earth moves by -10 km/s along the ecliptic's pole, at the star to the west by 10 sin and to the south by 10 cos
-    # of the obliquity. The first station moves with it, so that it stays where it is from the Earth.
+    # The Earth moves by -10 km/s along the ecliptic's pole, at the star to the west by 10 sin and to the south by 10
+    # cos of the obliquity. The first station moves with it, so that it stays where it is from the Earth.
     places = data.stations.vectors.to_value("km")
     assert places[0, 1] == pytest.approx(places[0, 0], abs=1e-2)
     assert places[1] - places[0] == pytest.approx(np.array([[-1.0, 2.0], [-1.0, 2.0]]), abs=1e-2)

@@ -42,6 +42,9 @@ NONZERO = "a finite number that is not zero", (NAN, INF, -INF, 0.0)
 FRACTION = "a number from 0 to 1", (NAN, INF, -0.1, 1.1)
 TOLERANCE = "a number from 0 to below 1", (NAN, INF, -1e-13, 1.0)
 SHARE = "a number above 0 and below 1", (NAN, INF, 0.0, 1.0)
+EXPONENT = "a number from 0 to 1e+06", (NAN, INF, -0.1, 1e20)
+PEAK = "a number from 1e-06 to 1e+06", (NAN, INF, -0.1, 0.0, 1e20)
+CUTOFF = "an angle above zero, at most pi/2", (NAN, INF, -0.1, 0.0, 1.6)
 PERIOD = "a time other than zero", (NAN, 0.0)
 ORBIT = KeplerElements(1, 0, 0, 0, 0, 0)
 PATH = {"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}
@@ -167,6 +170,17 @@ FIELDS = {
         **of(" of Hapke", observing.Hapke, "single_scattering_albedo opposition_amplitude", None, FINITE),
         **of(" of Hapke", observing.Hapke, "opposition_width asymmetry", None, FINITE),
         **of(" of Hapke", observing.Hapke, "roughness", u.rad, FINITE),
+    },
+    "observing.Cosine": of(" of Cosine", observing.Cosine, "C R", None, EXPONENT),
+    "observing.Gaussian": {
+        **of(" of Gaussian", observing.Gaussian, "C", None, PEAK),
+        **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "R", None, EXPONENT),
+        **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "cutoff", u.rad, CUTOFF),
+    },
+    "observing.Hagfors": {
+        **of(" of Hagfors", observing.Hagfors, "C", None, PEAK),
+        **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "R", None, EXPONENT),
+        **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "cutoff", u.rad, CUTOFF),
     },
 }
 #: Classes that check their numbers one by one.

@@ -140,6 +140,10 @@ def made(units=False):
         fullbody.Body(wedge.harmonics(4), mass=2.0 * kg),
         fullbody.Body(wedge, density=2.0 * kg / km**3, name="wedge"),
         forces.radiation_coefficients(fullbody.Body(wedge, mass=2.0 * kg), longitudes=10, latitudes=5),
+        pear := fullbody.HarmonicShape([0.1, 0.0, 0.05, 0.0], reference_radius=2.1 * km, faces=80),
+        fullbody.Body(pear, mass=2.0 * kg),
+        egg := fullbody.ConvexShape([0.1, 0.0, 0.05, 0.0], reference_radius=2.1 * km, faces=80),
+        fullbody.Body(egg, mass=2.0 * kg),
     )
 
 

@@ -172,6 +172,7 @@ def test_every_argument_of_the_kinds_is_read(tmp_path):
         "Tide": {"on": '"Alpha"', "by": '"Beta"', "k2": "0.1", "lag": "1"},
         "Yorp": {"on": '"Alpha"', "along": "1"},
         "Byorp": {"on": '"Beta"', "about": '"Alpha"'},
+        "BinaryYarkovsky": {"on": '"Beta"', "about": '"Alpha"', "pressure": "1"},
     }
     refused(f"expected one of {', '.join(map(repr, needed))}$", read, tmp_path, f'{PAIR}[[forces]]\nkind = "tide"\n')
     for kind, given in needed.items():

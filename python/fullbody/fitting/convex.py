@@ -1,0 +1,205 @@
+"""Convex inversion with a linear series: the light of a convex body as a function of its period and pole.
+
+The light of a convex body is the integral of the scattering law over the directions n of its surface normals, weighted
+by the area G(n) that the body has per solid angle of normals (Kaasalainen, Lamberg, Lumme & Bowell 1992, Astron.
+Astrophys. 259, 318). With G a series of spherical harmonics about the pole the light is linear in its coefficients. A
+rotation by phi about the pole multiplies the terms of order m by cos(m phi) and sin(m phi), so that the integrals over
+the sphere do not depend on the period: they are computed once for each pole.
+
+With a pole that is tilted by a small vector p the longitudes psi of the bisectors between the directions to the
+observer and to the Sun change, which is taken into account exactly; what is left of the integrals, B exp(i m psi), is
+linear in p to a good approximation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..typing import Floats
+
+#: The least light relative to that of a sphere; the relative change of the minimised sum and the damping at which
+#: iterations end, and their largest number.
+_FAINTEST, _CONVERGED, _HARDEST, _ITERATIONS = 0.02, 1e-3, 1e3, 15
+#: The tilt, in radians, over which integrals are differenced.
+_TILT = 0.1
+#: Magnitudes for a change by one of the natural logarithm of the light.
+_MAGNITUDES = 2.5 / np.log(10.0)
+
+
+class ConvexMinimum(NamedTuple):
+    """The least chi2 (B,) near B frequencies, and the frequencies (B,) and tilts (B, 2) of the pole at which it is."""
+
+    chi2: Floats
+    frequency: Floats
+    tilt: Floats
+
+
+class ConvexSeries:
+    """The light of a convex body at K times, for poles near a given one.
+
+    Parameters
+    ----------
+    integrals : callable
+        A function of a tilt (2,) that returns the integrals (K, C) of the scattering law times each harmonic of cos and
+        sin, as real and imaginary part, in a frame with the tilted pole as z-axis.
+    harmonics : Harmonics
+    bisector : ndarray, (K, 3)
+        Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
+    times : ndarray, (K,)
+        Times at which the light left the body.
+    pulls : ndarray, (K,)
+        Residuals in magnitudes of a sphere, divided by the errors.
+    sigma : ndarray, (K,)
+        The errors in magnitudes.
+    basis : ndarray, (K, L)
+        Orthonormal columns that span the linear unknowns of the data, divided by the errors.
+    smoothness : float
+        The prior standard deviation of a coefficient of degree one; that of degree l is smaller by the factor l.
+    reach : (float, float)
+        The largest tilt of the pole, and the largest change of the rotation angle over the span of the times.
+    """
+
+    def __init__(
+        self,
+        integrals: Callable[[Floats], Any],
+        harmonics: Harmonics,
+        bisector: Floats,
+        times: Floats,
+        pulls: Floats,
+        sigma: Floats,
+        basis: Floats,
+        smoothness: float,
+        reach: tuple[float, float],
+    ) -> None:
+        self._bisector, self._times, self._pulls, self._basis = bisector, times, pulls, basis
+        self._scale, self._reach = _MAGNITUDES / sigma, reach
+        self._orders, self._has_sine = harmonics.orders, harmonics.orders > 0
+
+        def untwisted(tilt: Floats) -> Any:
+            values = integrals(tilt)
+            psi = self._longitudes(tilt[None])[0][0]
+            return values / values[:, :1].real * np.exp(-1j * np.outer(psi, self._orders))
+
+        steps = _TILT * np.eye(2)
+        self._middle = untwisted(np.zeros(2))
+        self._slopes = [(untwisted(step) - untwisted(-step)) / (2.0 * _TILT) for step in steps]
+        unknown = np.concatenate([harmonics.degrees[1:], harmonics.degrees[self._has_sine]])
+        #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
+        self._weight = np.append((unknown / smoothness) ** 2, np.array([reach[0], reach[0], reach[1]]) ** -2.0)
+        #: The times from the middle, in units of the span.
+        self._span = float(np.ptp(times))
+        self._since = (times - 0.5 * (times.min() + times.max())) / self._span
+
+    def least(self, frequency: Floats) -> ConvexMinimum:
+        """Return the minima near frequencies (B,) in radians per unit of time, by the method of Levenberg and Marquardt."""
+        batch, size = len(frequency), len(self._weight)
+        x, least, chi2 = np.zeros((batch, size)), np.full(batch, np.inf), np.full(batch, np.inf)
+        matrix, gradient = np.empty((batch, size, size)), np.empty((batch, size))
+        damping, trial, active = np.full(batch, 5e-3), x.copy(), np.arange(batch)
+        for _ in range(_ITERATIONS):
+            found = self._evaluated(frequency[active], trial[active])
+            better = found.total < least[active]
+            gain = least[active] - found.total
+            kept = active[better]
+            x[kept], least[kept], chi2[kept] = trial[kept], found.total[better], found.chi2[better]
+            matrix[kept], gradient[kept] = found.matrix[better], found.gradient[better]
+            damping[active] *= np.where(better, 0.2, 8.0)
+            done = better & (gain <= _CONVERGED * found.total) | (damping[active] > _HARDEST)
+            active = active[~done]
+            if not len(active):
+                break
+            diagonal = np.einsum("bii->bi", matrix[active]) * damping[active, None]
+            damped = matrix[active] + diagonal[:, None] * np.eye(size)
+            step = -np.linalg.solve(damped, gradient[active, :, None])[..., 0]
+            trial[active] = x[active] + step
+            tilt = np.linalg.norm(trial[active, -3:-1], axis=1, keepdims=True)
+            trial[active, -3:-1] *= self._reach[0] / np.maximum(tilt, self._reach[0])
+            trial[active, -1] = np.clip(trial[active, -1], -self._reach[1], self._reach[1])
+        return ConvexMinimum(chi2, frequency + x[:, -1] / self._span, x[:, -3:-1])
+
+    def _evaluated(self, frequency: Floats, x: Floats) -> _Evaluated:
+        """Return the minimised sum with its derivatives at coefficients, tilts and angles (B, n)."""
+        tilt = x[:, -3:-1]
+        psi, by_tilt = self._longitudes(tilt)
+        angle = psi - np.outer(frequency, self._times) - np.outer(x[:, -1], self._since)
+        turned = np.exp(1j * angle[..., None] * np.arange(self._orders.max() + 1))
+        turned = turned[..., self._orders]
+        slopes = [slope * turned for slope in self._slopes]
+        terms = self._middle * turned + tilt[:, 0, None, None] * slopes[0] + tilt[:, 1, None, None] * slopes[1]
+        design, light = self._design(terms), 1.0 + self._light(terms, x)
+        by_angle = self._light(1j * self._orders * terms, x)
+        columns = [self._light(slope, x) + by_angle * by_tilt[..., k] for k, slope in enumerate(slopes)]
+        columns.append(-by_angle * self._since)
+        usable = (light > _FAINTEST).all(axis=1)
+        light = np.maximum(light, _FAINTEST)
+        rows = np.concatenate([design, np.stack(columns, axis=-1)], axis=-1) * (self._scale / light)[..., None]
+        pulls = self._pulls + self._scale * np.log(light)
+        across, along = self._basis.T @ rows, pulls @ self._basis
+        chi2 = np.where(usable, np.sum(pulls**2, axis=1) - np.sum(along**2, axis=1), np.inf)
+        matrix = rows.swapaxes(1, 2) @ rows - across.swapaxes(1, 2) @ across + np.diag(self._weight)
+        gradient = (pulls[:, None] @ rows)[:, 0] - (along[:, None] @ across)[:, 0] + self._weight * x
+        return _Evaluated(chi2, chi2 + np.sum(self._weight * x**2, axis=1), gradient, matrix)
+
+    def _design(self, terms: Any) -> Floats:
+        """Return the relative light (B, K, n) of each unknown coefficient: cosines, then sines."""
+        return np.concatenate([terms[..., 1:].real, terms[..., self._has_sine].imag], axis=-1)
+
+    def _light(self, terms: Any, x: Floats) -> Floats:
+        """Return the relative light (B, K) of all coefficients."""
+        count = terms.shape[-1] - 1
+        series = np.zeros((len(x), count + 1), dtype=complex)
+        series[:, 1:] = x[:, :count]
+        series[:, self._has_sine] -= 1j * x[:, count:-3]
+        return (terms @ series[..., None])[..., 0].real
+
+    def _longitudes(self, tilt: Floats) -> tuple[Floats, Floats]:
+        """Return the longitudes (B, K) of the bisectors about tilted poles (B, 2), and their derivatives (B, K, 2).
+
+        The frame is rotated by the smallest rotation to the tilted pole (p_x, p_y, p_z): with q = (p_x h_x + p_y h_y) /
+        (1 + p_z), the bisector h has the components h_x - p_x (h_z + q) and h_y - p_y (h_z + q).
+        """
+        p, (hx, hy, hz) = tilt[:, None], self._bisector.T
+        pz = np.sqrt(1.0 - np.sum(p**2, axis=-1))
+        along = p[..., 0] * hx + p[..., 1] * hy
+        q = along / (1.0 + pz)
+        x, y = hx - p[..., 0] * (hz + q), hy - p[..., 1] * (hz + q)
+        by_tilt = []
+        for k, h in enumerate((hx, hy)):
+            dq = h / (1.0 + pz) + q * p[..., k] / (pz * (1.0 + pz))
+            dx, dy = -p[..., 0] * dq - (hz + q) * (k == 0), -p[..., 1] * dq - (hz + q) * (k == 1)
+            by_tilt.append((x * dy - y * dx) / (x * x + y * y))
+        return np.arctan2(y, x), np.stack(by_tilt, axis=-1)
+
+
+class _Evaluated(NamedTuple):
+    """Chi2 and the minimised sum (B,), with half its gradient (B, n) and the matrix (B, n, n) of Gauss and Newton."""
+
+    chi2: Floats
+    total: Floats
+    gradient: Floats
+    matrix: Floats
+
+
+class Harmonics(NamedTuple):
+    """Spherical harmonics (F, C) of unit vectors, with their degrees and orders (C,).
+
+    Real and imaginary parts, of cosines and sines, have the mean square one over the sphere.
+    """
+
+    values: Any
+    degrees: Any
+    orders: Any
+
+    @classmethod
+    def at(cls, directions: Floats, degree: int) -> Harmonics:
+        """Return all harmonics up to a degree at unit vectors (F, 3)."""
+        from scipy.special import sph_harm_y
+
+        pairs = [(n, m) for n in range(degree + 1) for m in range(n + 1)]
+        degrees, orders = (np.array(part) for part in zip(*pairs, strict=True))
+        theta, phi = np.arccos(directions[:, 2]), np.arctan2(directions[:, 1], directions[:, 0])
+        scale = np.sqrt(4.0 * np.pi * np.where(orders > 0, 2.0, 1.0))
+        return cls(scale * sph_harm_y(degrees, orders, theta[:, None], phi[:, None]), degrees, orders)

@@ -1,0 +1,123 @@
+"""Poles from which fits of rotating bodies start: grids on the sphere, and the mirror pole of light curves."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.differences import REFUSALS
+from ..base.kinds import whole
+from ..base.rotations import matrices, towards
+from ..base.units import need
+from ..frames import rotation
+from ..observing import Photometry
+from ..typing import Floats
+from .chain import SetupResult
+from .problem import Problem
+
+#: The largest distance between two unit vectors of one direction, and the distance below which two fits have one pole.
+_SAME, _NEAR = 1e-6, 0.3
+
+
+class Poles(NamedTuple):
+    """Directions on the sphere.
+
+    Attributes
+    ----------
+    longitude, latitude : Quantity, (n,)
+    """
+
+    longitude: Any
+    latitude: Any
+
+
+def pole_grid(n: int) -> Poles:
+    """Return n directions that are evenly spread over the sphere: a Fibonacci lattice (Gonzalez 2010, Math. Geosci. 42,
+    49).
+
+    Parameters
+    ----------
+    n : int
+
+    Returns
+    -------
+    Poles
+
+    Examples
+    --------
+    A fit that starts from each of them:
+
+    >>> import fullbody
+    >>> poles = fullbody.fitting.pole_grid(12)
+    >>> starts = [{"period": 8.4, "longitude": lon, "latitude": lat} for lon, lat in zip(*poles)]
+    >>> len(starts), poles.latitude[0].round(1)
+    (12, <Quantity 66.4 deg>)
+    """
+    with need("units", "a grid of poles"):
+        import astropy.units as u
+
+    longitude, latitude = lattice(whole(n, "n"))
+    return Poles(np.degrees(longitude) * u.deg, np.degrees(latitude) * u.deg)
+
+
+def lattice(count: int) -> tuple[Floats, Floats]:
+    """Return longitudes and latitudes (n,) in radians of a Fibonacci lattice."""
+    k = np.arange(count) + 0.5
+    return np.mod(np.pi * (1.0 + np.sqrt(5.0)) * k, 2.0 * np.pi), np.arcsin(1.0 - 2.0 * k / count)
+
+
+def mirror_start(problem: Problem, made: SetupResult, observations: list[Any], values: Floats) -> Floats | None:
+    """Return values (P,) with the mirror pole, at the longitude plus 180 degrees, or None if a fit has none.
+
+    The light curves of a body near the plane of the ecliptic hardly tell the two apart (Kaasalainen & Lamberg 2006,
+    Inverse Problems 22, 749). The parameter of the longitude is that by whose half turn the spin turns so.
+    """
+    if len(made.system) != 1 or not any(isinstance(item, Photometry) for item in observations):
+        return None
+    mirrored = _direction(made) * [-1.0, -1.0, 1.0]
+    for k in range(len(values)):
+        half = 0.5 * problem.parameters.full_turn(k)
+        for moved in (values[k] - np.copysign(half, values[k] - half), values[k] + np.copysign(half, values[k] - half)):
+            if np.isfinite(half) and problem.parameters.lower[k] <= moved <= problem.parameters.upper[k]:
+                start = values.copy()
+                start[k] = moved
+                try:
+                    found = _direction(problem.make(start))
+                except REFUSALS:
+                    continue
+                if np.linalg.norm(found - mirrored) < _SAME < np.linalg.norm(found - _direction(made)):
+                    return start
+    return None
+
+
+def have_one_pole(first: SetupResult, other: SetupResult) -> bool:
+    """Return whether two bodies alone spin about nearly the same pole."""
+    return bool(np.linalg.norm(_direction(first) - _direction(other)) < _NEAR)
+
+
+def _direction(made: SetupResult) -> Floats:
+    """Return the unit vector (3,) of the spin of a body alone in the ecliptic, or in a frame that is not known."""
+    spin = matrices(made.core.attitude[0]) @ made.core.spin[0]
+    frame = made.system.context.frame
+    spin = spin if frame is None else rotation(frame, "ecliptic") @ spin
+    return spin / max(float(np.linalg.norm(spin)), np.finfo(float).tiny)
+
+
+def axes_along(longitude: float, latitude: float) -> Floats:
+    """Return the axes (3, 3), as rows, of a frame whose z-axis is a pole in radians."""
+    pole = towards(longitude, latitude)
+    first = towards(longitude, latitude - 0.5 * np.pi)
+    return np.stack([first, np.cross(pole, first), pole])
+
+
+def tilted(axes: Floats, tilt: Floats) -> Floats:
+    """Return axes (3, 3) after the smallest rotation that tilts the last one by the components (..., 2) of a unit vector
+    along the other two.
+    """
+    p = np.asarray(tilt)[..., None]
+    pz = np.sqrt(1.0 - np.sum(p**2, axis=-2))
+    first, second, pole = axes
+    new = p[..., 0, :] * first + p[..., 1, :] * second + pz * pole
+    across = (new + pole) / (1.0 + pz)
+    return np.stack([first - p[..., 0, :] * across, second - p[..., 1, :] * across, new], axis=-2)

@@ -1,0 +1,339 @@
+"""Paths of the shadows of bodies in starlight over the Earth, for those who plan to watch an occultation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base.figures import LINES, grid, legend, single
+from ..base.kinds import instance, whole
+from ..base.unit_names import unit_named
+from ..base.units import gathered, is_quantity, need, strip_to
+from ..errors import InvalidInput, interruptible
+from ..record.record import Record
+from ..typing import Floats
+from .chord import time_column
+from .contacts import into_body
+from .earth import Earth
+from .limbs import limbs_of
+from .sightlines import SightLines, span_of
+from .star import Star, sky_axes
+from .times import in_system, kilometres, seconds
+from .vectors import Vectors, turn
+
+#: The semi-axes of the Earth's ellipsoid (WGS84) in km.
+_EARTH = np.array([6378.137, 6378.137, 6356.752314245])
+#: The number of samples in which the time is found at which a shadow is on the Earth.
+_SAMPLES = 721
+#: The iterations of the light time within the Earth, each of which gains the digits of c over the speed.
+_ITERATIONS = 3
+#: The lines of a path, with the factors of the half width and of the error.
+_PATHS = {
+    "centre": (0.0, 0.0),
+    "north": (1.0, 0.0),
+    "south": (-1.0, 0.0),
+    "error_north": (1.0, 1.0),
+    "error_south": (-1.0, -1.0),
+}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShadowPath:
+    """The path of a body's shadow over the Earth during one occultation, at K times.
+
+    Attributes
+    ----------
+    body : str
+    times : list of Quantity
+        Times on the system's clock.
+    longitude, latitude : dict of masked array, (K,)
+        Geodetic places in degrees, masked where a line misses the Earth. The keys are ``"centre"``, the limits
+        ``"north"`` and ``"south"``, and with errors ``"error_north"`` and ``"error_south"``, the limits moved outwards.
+    duration : ndarray, (K,)
+        The longest duration of the occultation on the central line, in s.
+    star_altitude, sun_altitude : masked array, (K,)
+        Altitudes in degrees on the central line.
+    """
+
+    body: str
+    times: list[Any]
+    longitude: dict[str, Any]
+    latitude: dict[str, Any]
+    duration: Floats
+    star_altitude: Any
+    sun_altitude: Any
+    system: Any
+
+    def to_table(self) -> Any:
+        """Return an astropy ``QTable`` with a row for each time, for a planner.
+
+        It has the columns ``time`` (UTC), ``longitude`` and ``latitude`` of the central line, those of the limits with
+        the suffixes ``_north`` and ``_south`` (and ``_error_north``, ``_error_south``), ``duration``,
+        ``star_altitude`` and ``sun_altitude``. What is not on the Earth is masked.
+        """
+        with need("observing", "a table"):
+            from astropy.table import MaskedColumn, QTable
+
+        table = QTable({"time": time_column(self.times, self.system)})
+        for name in self.longitude:
+            suffix = "" if name == "centre" else f"_{name}"
+            for what, lines in (("longitude", self.longitude), ("latitude", self.latitude)):
+                table[f"{what}{suffix}"] = MaskedColumn(lines[name], unit="deg")
+        table["duration"] = self.duration * unit_named("s")
+        for what in ("star_altitude", "sun_altitude"):
+            table[what] = MaskedColumn(getattr(self, what), unit="deg")
+        return table
+
+    def plot(self, ax: Any = None, *, stations: Any = None, **kwargs: Any) -> Any:
+        """Draw the path in longitude and latitude: its limits, its central line and the band of its errors.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+        stations : EarthLocation, optional
+            Stations to mark.
+        **kwargs
+            Passed to ``Axes.plot`` for the central line.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
+        ax = single(ax, (7.0, 4.5))
+        colour = LINES[0]["color"]
+        for inner in ("north", "south") if "error_north" in self.longitude else ():
+            self._draw(ax, f"error_{inner}", color=colour, linestyle=":", linewidth=1.0)
+            self._fill(ax, inner, color=colour, alpha=0.2, label="errors" if inner == "north" else None)
+        for name, label in (("north", "limits"), ("south", None)):
+            self._draw(ax, name, color=colour, linewidth=1.2, label=label)
+        self._draw(ax, "centre", **{"color": "0.2", "linestyle": "--", "linewidth": 1.2, "label": self.body} | kwargs)
+        if stations is not None:
+            place = stations.to_geodetic("WGS84")
+            ax.plot(place.lon.deg, place.lat.deg, "^", color=LINES[4]["color"], markersize=4.0, label="stations")
+        grid(ax)
+        ax.set_xlabel("longitude, east [deg]")
+        ax.set_ylabel("latitude [deg]")
+        legend(ax, columns=4, markerscale=1.0)
+        return ax
+
+    def _draw(self, ax: Any, name: str, **kwargs: Any) -> None:
+        """Draw a line, which is cut where it leaves the Earth or crosses the meridian of 180 degrees."""
+        longitude, latitude = self.longitude[name], self.latitude[name]
+        jumps = np.flatnonzero(np.abs(np.diff(longitude.filled(0.0))) > 180.0) + 1
+        ax.plot(
+            np.insert(longitude.filled(np.nan), jumps, np.nan),
+            np.insert(latitude.filled(np.nan), jumps, np.nan),
+            **kwargs,
+        )
+
+    def _fill(self, ax: Any, name: str, **kwargs: Any) -> None:
+        """Fill the band between a limit and that with its error, unless it crosses the meridian of 180 degrees."""
+        pairs = [(self.longitude[line], self.latitude[line]) for line in (name, f"error_{name}")]
+        both = ~(pairs[0][0].mask | pairs[1][0].mask)
+        sides = [(np.asarray(x)[both], np.asarray(y)[both]) for x, y in pairs]
+        if all(np.abs(np.diff(x)).max(initial=0.0) < 180.0 for x, _ in sides):
+            ax.fill(
+                *(np.concatenate([one, other[::-1]]) for one, other in zip(*sides, strict=True)),
+                linewidth=0.0,
+                **kwargs,
+            )
+
+    def __repr__(self) -> str:
+        return f"ShadowPath({self.body}, {len(self.times)} times from {self.times[0]} to {self.times[-1]})"
+
+
+@interruptible("a search for shadows")
+def shadow_paths(
+    run: Record, star: Any, geometry: Vectors, span: Any = None, *, errors: Any = None, n: int = 121
+) -> list[ShadowPath]:
+    """Find the paths of the shadows of the bodies of a run over the Earth in the light of a star.
+
+    Parameters
+    ----------
+    run : Run
+        A run with ``dense=True`` of a system with units, an epoch and a frame.
+    star : SkyCoord, (ra, dec) or array_like (3,)
+        As for :func:`occultation_chords`.
+    geometry : Geometry
+        A geometry from the centre of the Earth.
+    span : pair of times, optional
+        As for :func:`occultation_chords`.
+    errors : Quantity, () or (2, 2), optional
+        The standard error of the offset of ephemeris and star, an angle, or the covariance of its components to the
+        east and to the north, an angle squared, as a fit has it.
+    n : int
+        The number of times of a path.
+
+    Returns
+    -------
+    list of ShadowPath
+        In the order of bodies and times; empty if no shadow meets the Earth.
+
+    Raises
+    ------
+    InvalidInput
+        As for :func:`occultation_chords`, and for errors that are no angles.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> system = system.with_options(epoch="2024-03-01 TDB", frame="ecliptic")
+    >>> run = system.integrate(state, "1 h", dense=True)
+    >>> path = {"to_observer": [[1e7, -2e4, 500.0], [1e7, 3e4, 600.0]] * u.km, "frame": "ecliptic"}
+    >>> geometry = observing.Geometry([0.0, 3000.0] * u.s, **path)
+    >>> shadow = observing.shadow_paths(run, [-1.0, 0.0, 0.0], geometry, n=5)[0]
+    >>> shadow.body, shadow.to_table().colnames[:3]
+    ('Didymos', ['time', 'longitude', 'latitude'])
+    """
+    instance(geometry, "geometry", Vectors, "an observing.Geometry")
+    whole(n, "n", 2)
+    source = Star(star, geometry)
+    lines = SightLines(run, geometry, source, None)
+    span = lines.span(span_of(span, run.system, in_system))
+    lines.refuse_inside(np.linspace(span[0], span[1], 64))
+    covariance = _covariance(errors)
+    km = kilometres(run.system, "the path of a shadow on the Earth")
+    found = []
+    for body in range(len(run.context)):
+        limbs = limbs_of(run.system, body)
+        reach = max((limb.reach for limb in limbs), default=0.0)
+        for meeting in lines.meetings(body, span, _EARTH[0] / km + reach) if limbs else []:
+            shadow = _Shadow(lines, body, limbs, covariance)
+            times = np.linspace(*meeting, _SAMPLES)
+            on_earth = np.flatnonzero(shadow.is_on_earth(times))
+            if on_earth.size:
+                first, last = max(on_earth[0] - 1, 0), min(on_earth[-1] + 1, _SAMPLES - 1)
+                found.append(shadow.path(np.linspace(times[first], times[last], n)))
+    return found
+
+
+def _covariance(errors: Any) -> Floats | None:
+    """Return the covariance (2, 2) of the offset in squared radians."""
+    if errors is None:
+        return None
+    errors = gathered(errors, "errors", "angle")
+    expected = "expected an angle as a Quantity, or a covariance (2, 2) in an angle squared"
+    if not is_quantity(errors) or np.shape(errors) not in ((), (2, 2)):
+        raise InvalidInput(f"errors is {errors!r}; {expected}")
+    power = 1 if np.shape(errors) == () else 2
+    plain = strip_to(errors, unit_named("rad") ** power, "errors")
+    matrix = plain**2 * np.eye(2) if power == 1 else plain
+    if not (np.linalg.eigvalsh(matrix) >= 0.0).all() or not np.isfinite(matrix).all():
+        raise InvalidInput(f"errors is {errors!r}, which is no covariance; {expected}")
+    return matrix
+
+
+class _Shadow:
+    """The shadow of a body, of which lines parallel to its path are followed."""
+
+    def __init__(self, lines: SightLines, body: int, limbs: list[Any], covariance: Floats | None) -> None:
+        self._lines, self._body, self._limbs, self._covariance = lines, body, limbs, covariance
+        self._system = lines.system
+        self._km = kilometres(lines.system, "the path of a shadow on the Earth")
+        self._earth = Earth(lines.delayed)
+
+    def _plane(self, times: Floats) -> tuple[Any, Floats, Floats, Floats]:
+        """Return lines of sight, unit vectors (M, 3) across the path to the north, and both half widths (M,)."""
+        sight = self._lines.at(self._body, times)
+        step = 1e-3 * (times[-1] - times[0])
+        way = self._lines.at(self._body, times + step).w - self._lines.at(self._body, times - step).w
+        across = np.cross(sight.u, way / np.linalg.norm(way, axis=1, keepdims=True))
+        north = self._pole()
+        across = np.where((across @ north)[:, None] < 0.0, -across, across)
+        normals = into_body(sight.attitude, across)
+        widths = [np.max([limb.extent(sign * normals) for limb in self._limbs], axis=0) for sign in (1.0, -1.0)]
+        return sight, across, widths[0], widths[1]
+
+    def _pole(self) -> Floats:
+        return np.asarray(turn("equatorial", self._system.context.frame)[:, 2])
+
+    def is_on_earth(self, times: Floats) -> Any:
+        """Return at which times (M,) the shadow touches the Earth."""
+        sight, across, north, south = self._plane(times)
+        places = [-sight.w, -sight.w + north[:, None] * across, -sight.w - south[:, None] * across]
+        return np.any([~self._foot(times, sight.u, place)[0].mask for place in places], axis=0)
+
+    def path(self, times: Floats) -> ShadowPath:
+        """Return the path at times."""
+        sight, across, *widths = self._plane(times)
+        error = self._error(times, sight.u, across)
+        longitude: dict[str, Any] = {}
+        latitude: dict[str, Any] = {}
+        up = np.zeros((len(times), 3))
+        for name, (side, outwards) in _PATHS.items():
+            if outwards and error is None:
+                continue
+            width = widths[0] if side >= 0.0 else widths[1]
+            away = side * width + (0.0 if error is None else outwards * error)
+            longitude[name], latitude[name], normal = self._foot(times, sight.u, -sight.w + away[:, None] * across)
+            if name == "centre":
+                up = normal
+        mask = longitude["centre"].mask
+        star, sun = (
+            np.ma.array(np.degrees(np.arcsin(np.clip(np.sum(up * toward, axis=1), -1.0, 1.0))), mask=mask)
+            for toward in (sight.u, self._earth.sunward(self._system, times))
+        )
+        units, name = self._system.context.units, self._system.context.names[self._body]
+        whens = [units.attach(float(time), "time") for time in times]
+        duration = self._duration(times, sight)
+        return ShadowPath(name, whens, longitude, latitude, duration, star, sun, self._system)
+
+    def _error(self, times: Floats, u: Floats, across: Floats) -> Floats | None:
+        """Return the standard error (M,) of the path across it."""
+        if self._covariance is None:
+            return None
+        axes = np.stack(sky_axes(u, self._pole()), axis=1)
+        parts = np.einsum("kax,kx->ka", axes, across)
+        far = np.linalg.norm(self._lines.local.observer(times), axis=1)
+        return np.asarray(far * np.sqrt(np.maximum(np.einsum("ka,ab,kb->k", parts, self._covariance, parts), 0.0)))
+
+    def _duration(self, times: Floats, sight: Any) -> Floats:
+        """Return the time (M,) in s in which the shadow passes over a place on its central line."""
+        step = 1e-3 * (times[-1] - times[0])
+        moved = self._lines.at(self._body, times + step).w - self._lines.at(self._body, times - step).w
+        velocity = moved / (2.0 * step)
+        after, before = (self._earth.axes(self._system, times + sign * step) for sign in (1.0, -1.0))
+        # A place on the Earth moves with it.
+        feet = self._geocentric(times, sight.u, -sight.w)[0]
+        turning = np.einsum("kij,kj->ki", after - before, feet) / (2.0 * step) / self._km
+        relative = velocity + np.where(np.isfinite(turning), turning, 0.0)
+        relative -= np.sum(relative * sight.u, axis=1)[:, None] * sight.u
+        speed = np.linalg.norm(relative, axis=1)
+        along = into_body(sight.attitude, relative / speed[:, None])
+        length = np.max([limb.extent(along) for limb in self._limbs], axis=0)
+        length = length + np.max([limb.extent(-along) for limb in self._limbs], axis=0)
+        return np.asarray(length / speed * seconds(self._system, "the path of a shadow"))
+
+    def _geocentric(self, times: Floats, u: Floats, place: Floats) -> tuple[Floats, Any]:
+        """Return places (M, 3) in km, in the frame of the Earth, where lines along u meet it, and which do."""
+        axes = self._earth.axes(self._system, times)
+        rate = self._lines.local.observer_velocity(times)
+        depth = np.zeros(len(times))
+        hit = np.ones(len(times), dtype=bool)
+        point = place
+        for _ in range(_ITERATIONS):
+            offset = place + depth[:, None] * u
+            point = 2.0 * offset - self._earth.retarded(self._system, times, offset, rate, u)
+            point = point - np.sum(point * u, axis=1)[:, None] * u
+            p, q = (np.einsum("kji,kj->ki", axes, v) * size / _EARTH for v, size in ((point, self._km), (u, 1.0)))
+            a, b, c = np.sum(q * q, axis=1), np.sum(p * q, axis=1), np.sum(p * p, axis=1) - 1.0
+            hit = b * b - a * c >= 0.0
+            depth = (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a / self._km
+        return np.einsum("kji,kj->ki", axes, point + depth[:, None] * u) * self._km, hit
+
+    def _foot(self, times: Floats, u: Floats, place: Floats) -> tuple[Any, Any, Floats]:
+        """Return masked longitudes and latitudes (M,) in degrees of lines along u, and normals (M, 3) to the ground."""
+        from astropy.coordinates import EarthLocation
+
+        ground, hit = self._geocentric(times, u, place)
+        location = EarthLocation.from_geocentric(*np.where(hit[:, None], ground, _EARTH).T, unit="km").to_geodetic(
+            "WGS84"
+        )
+        axes = self._earth.axes(self._system, times)
+        normal = ground / _EARTH**2
+        normal = np.einsum("kij,kj->ki", axes, normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        return np.ma.array(location.lon.deg, mask=~hit), np.ma.array(location.lat.deg, mask=~hit), normal

@@ -1,0 +1,175 @@
+"""The report: the scans, the fits and their mirror poles, the shape, the verdicts, and where the time goes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import fullbody
+from fullbody.fitting import Fit, PeriodScan
+
+from ..binaries.judging import Verdict, counts
+from ..publishing import publish, table
+from . import figures
+from .model import ERRORS
+from .study import USUAL, pole_of, scale, study, timing, verdicts
+
+__all__ = ["fits_table", "minima_table", "seconds_table", "verdicts_table", "write"]
+
+
+def write(folder: Path, draft: bool, progress: bool) -> Path:
+    """Scan and fit everything and write the report; a draft takes a third of the magnitudes and a coarse shape."""
+    results = study(draft, progress)
+    rows = verdicts(results)
+    numbers = {
+        "program": f"fullbody {fullbody.__version__}",
+        "draft": draft,
+        "counts": counts(rows),
+        "verdicts": [asdict(verdict) for verdict in rows],
+        "magnitudes": {"nights": len(results.curves.nights), "surveys": len(results.curves.surveys)},
+        "scans": {"one apparition": _scan(results.coarse), "all nights": _scan(results.scan)},
+        "fits": {name: _fit(fit) for name, fit in results.fits.items()},
+        "shape": asdict(results.figure),
+        "seconds": results.seconds,
+        "iteration": timing(results),
+        "figures": figures.CAPTIONS,
+    }
+    return publish(folder, _text(numbers, rows), figures.drawn(results), numbers)
+
+
+def _scan(scan: PeriodScan) -> dict[str, Any]:
+    lowest = [
+        {
+            "period": minimum.period.to_value("h"),
+            "chi2": minimum.chi2,
+            "longitude": minimum.longitude.to_value("deg"),
+            "latitude": minimum.latitude.to_value("deg"),
+        }
+        for minimum in scan.minima[:5]
+    ]
+    ends = [float(period) for period in scan.periods[[0, -1]].to_value("h")]
+    return {"periods": len(scan.periods), "ends": ends, "dof": scan.dof, "minima": lowest}
+
+
+def _fit(fit: Fit) -> dict[str, Any]:
+    minima = []
+    for minimum in fit.minima:
+        longitude, latitude = pole_of(minimum.values)
+        period = minimum.values["period"].to_value("h")
+        minima.append({"chi2": minimum.chi2, "longitude": longitude, "latitude": latitude, "period": period})
+    errors = {
+        "longitude": fit.sigma["longitude"].to_value("deg"),
+        "latitude": fit.sigma["latitude"].to_value("deg"),
+        "period": fit.sigma["period"].to_value("h"),
+    }
+    nights = fit.residuals[0]
+    return {
+        "chi2": fit.chi2,
+        "dof": fit.dof,
+        "scale": scale(fit),
+        "rms": float((nights**2).mean() ** 0.5),
+        "parameters": len(fit.parameters),
+        "coefficients": fit.values["coefficients"].tolist(),
+        "sigma": errors,
+        "minima": minima,
+        "iterations": fit.iterations,
+        "message": fit.message,
+    }
+
+
+def minima_table(scan: dict[str, Any]) -> str:
+    """Return the table of the lowest minima of a scan in Markdown, from its numbers."""
+    names = ("period", "chi2", "longitude", "latitude")
+    rows = [
+        [f"{minimum[name]:.8g}" if name == "period" else f"{minimum[name]:.1f}" for name in names]
+        for minimum in scan["minima"]
+    ]
+    return table(["period, h", "chi2", "longitude", "latitude"], rows)
+
+
+def fits_table(fits: dict[str, Any]) -> str:
+    """Return the table of the fits in Markdown: the best minimum of each, and that at the mirror pole."""
+    rows = []
+    for name, fit in fits.items():
+        for k, minimum in enumerate(fit["minima"]):
+            factor = fit["scale"]
+            error = {key: f" +- {factor * value:.2g}" if k == 0 else "" for key, value in fit["sigma"].items()}
+            rows.append(
+                [
+                    name if k == 0 else "its mirror pole",
+                    f"{minimum['chi2']:.1f} of {fit['dof']}",
+                    f"{minimum['longitude']:.2f}{error['longitude']}",
+                    f"{minimum['latitude']:.2f}{error['latitude']}",
+                    f"{minimum['period']:.8f}{error['period']}",
+                    f"{fit['rms']:.4f}" if k == 0 else "",
+                    fit["message"] if k == 0 else "",
+                ]
+            )
+    return table(["fit", "chi2", "longitude", "latitude", "period, h", "rms of nights, mag", ""], rows)
+
+
+def seconds_table(numbers: dict[str, Any]) -> str:
+    """Return the table of the processor time in Markdown."""
+    rows = [[name, f"{value:.1f}"] for name, value in numbers["seconds"].items()]
+    rows += [[f"one iteration: {name}", f"{value:.4f}"] for name, value in numbers["iteration"].items()]
+    return table(["part", "seconds"], rows)
+
+
+def verdicts_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of the verdicts in Markdown."""
+    columns = ("system", "quantity", "published", "fitted", "difference", "verdict", "why")
+    cells = [
+        [
+            "" if row[name] is None else f"{row[name]:+.2f}" if name == "difference" else str(row[name])
+            for name in columns
+        ]
+        for row in rows
+    ]
+    return table(["source", *columns[1:]], cells)
+
+
+def _text(numbers: dict[str, Any], rows: list[Verdict]) -> str:
+    pictures = "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in numbers["figures"].items())
+    figure, fits = numbers["shape"], numbers["fits"]
+    one, every = numbers["scans"]["one apparition"], numbers["scans"]["all nights"]
+    magnitudes = numbers["magnitudes"]
+    return f"""# The rotation and the shape of Hertha
+
+{numbers["program"]}{", a draft with a part of the magnitudes" if numbers["draft"] else ""}. {magnitudes["nights"]} \
+magnitudes of nights and {magnitudes["surveys"]} of surveys. The period comes from a scan, and pole and shape from fits \
+that start from a sphere at the minima of the scan; no published number is used. Standard errors of \
+{ERRORS["nights"]} mag (nights) and {ERRORS["surveys"]} mag (surveys) are assumed, and the errors below are those of the fit times \
+the root of chi2 over the degrees of freedom. Angles are in degrees, poles in the ecliptic.
+
+## Scans
+
+One apparition, {one["periods"]} periods from {one["ends"][0]:.6g} to {one["ends"][1]:.6g} h, {one["dof"]} degrees of freedom:
+
+{minima_table(one)}
+
+All nights, {every["periods"]} periods from {every["ends"][0]:.7g} to {every["ends"][1]:.7g} h, {every["dof"]} degrees of freedom:
+
+{minima_table(every)}
+
+## Fits
+
+{fits_table(fits)}
+
+The shape has the ratios of axes a/b = {figure["ratios"][0]:.3f} and b/c = {figure["ratios"][1]:.3f}, those of the homogeneous ellipsoid \
+with the same moments of inertia. Its axis of largest inertia is {figure["tilt"]:.1f} degrees from the spin, and a dark facet of \
+{100 * figure["dark"]:.2f} % of the surface would close it.
+
+{pictures}
+
+## Verdicts
+
+A number *holds* if it is within two joint standard errors, and a pole if it is within {USUAL:g} degrees, the error that is usual \
+for inversions.
+
+{verdicts_table([asdict(row) for row in rows])}
+
+## Time
+
+{seconds_table(numbers)}
+"""

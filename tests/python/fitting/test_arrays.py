@@ -1,0 +1,140 @@
+"""Parameters of fits that are arrays: names, values, errors, priors, draws, files and samples."""
+
+import astropy.units as u
+import fullbody
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from fullbody import observing
+from fullbody.fitting import Free
+from support import refused
+
+TRUE = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
+SIGMA = 0.1
+
+
+def setup(place, speed=0.0):
+    """Two points at rest, whose places are an array (2, 3)."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=1e-30, name=name) for name in "AB"]
+    system = fullbody.System(bodies, G=1.0)
+    return system, fullbody.State(place, [[speed, 0.0, 0.0], [0.0] * 3])
+
+
+def places(run):
+    return run.position[0].ravel()
+
+
+DATA = observing.Measured("places", places, TRUE.ravel(), SIGMA, [0.0, 1.0])
+PRIOR = np.array([[0.1, 0.2, np.inf], [0.05, 0.1, np.inf]])
+MEAN = np.array([[0.8, -1.9, 0.0], [0.3, 0.8, 0.0]])
+PARAMETERS = {"place": Free(TRUE + 0.2, prior=(MEAN, PRIOR), max=[[np.inf, np.inf, np.inf], [9.0, 9.0, 9.0]])}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return fullbody.fit(setup, PARAMETERS, DATA)
+
+
+def test_each_number_of_an_array_is_a_parameter_with_its_own_prior(found):
+    assert found.names[:4] == ("place[0, 0]", "place[0, 1]", "place[0, 2]", "place[1, 0]")
+    # Each number has a normal measurement and a normal prior: the posterior has the sum of their weights.
+    weights = SIGMA**-2 + PRIOR**-2.0
+    expected = (TRUE * SIGMA**-2 + MEAN * PRIOR**-2.0) / weights
+    np.testing.assert_allclose(found.values["place"], expected, atol=1e-9)
+    np.testing.assert_allclose(found.sigma["place"], weights**-0.5, rtol=1e-8)
+    np.testing.assert_allclose(found.covariance, np.diag(1 / weights.ravel()), atol=1e-9)
+    assert found.dof == 6 + 4 - 6
+    assert not found.differenced
+
+
+def test_a_number_of_an_array_may_end_at_its_bound():
+    held = fullbody.fit(setup, {"place": Free(TRUE - 0.2, max=TRUE + np.array([[0, 0, 0], [-0.1, 1, 1]]))}, DATA)
+    assert "place[1, 0]" in held.at_bounds
+    assert abs(held.values["place"][1, 0] - 0.2) < 1e-9
+
+
+def test_arrays_and_numbers_may_stand_side_by_side_with_units():
+    def united(place, shift):
+        system, state = setup((place + shift).to_value("km"))
+        return fullbody.System(system.bodies, units=("km", "hour", "kg")), state
+
+    data = observing.Measured("places", places, TRUE.ravel() * u.km, 1 * u.m, [0.0, 1.0])
+    shift = Free(0.1 * u.km, prior=(0.05 * u.km, 2 * u.m))
+    both = fullbody.fit(united, {"place": Free(TRUE * 1e3 * u.m), "shift": shift}, data)
+    assert both.values["place"].unit == u.m
+    np.testing.assert_allclose(both.values["place"].to_value("km"), TRUE - 0.05, atol=1e-9)
+    assert abs(both.values["shift"].to_value("m") - 50) < 1e-6
+    # Each number has the error of the data and that of the shift.
+    np.testing.assert_allclose(both.sigma["place"].to_value("m"), np.full((2, 3), 5**0.5), rtol=1e-6)
+
+
+def test_draws_are_arrays_that_sweeps_take(found):
+    draws = found.draw(2000, 1)
+    assert draws.columns["place"].shape == (2000, 2, 3)
+    spread = draws.columns["place"].std(axis=0)
+    np.testing.assert_allclose(spread, found.sigma["place"], rtol=0.1)
+    few = found.draw(3, 1)
+    table = fullbody.sweep(setup, few, 1.0, measure=lambda run: {"x": run.position[0, 1, 0]})
+    np.testing.assert_allclose(table.x.values, few.columns["place"][:, 1, 0])
+    assert table.place.dims == ("row", "place_0", "place_1")
+
+
+def test_a_store_of_a_sweep_knows_rows_of_arrays_again(found, tmp_path):
+    few, options = found.draw(3, 1), {"measure": lambda run: {"x": run.position[0, 1, 0]}, "store": tmp_path / "s"}
+    first = fullbody.sweep(setup, few, 1.0, key="places", **options)
+    second = fullbody.sweep(setup, few, 1.0, key="places", **options)
+    assert first.identical(second)
+
+
+def test_files_keep_arrays(found, tmp_path):
+    found.save(tmp_path / "fit.nc")
+    again = fullbody.load(tmp_path / "fit.nc")
+    assert again == found
+    np.testing.assert_array_equal(again.values["place"], found.values["place"])
+    np.testing.assert_array_equal(again.minima[0].values["place"], found.minima[0].values["place"])
+    np.testing.assert_array_equal(again.parameters.sigma, found.parameters.sigma)
+    np.testing.assert_array_equal(again.parameters.upper, found.parameters.upper)
+
+
+def test_the_posterior_takes_arrays_and_its_gradient_is_flat(found):
+    value, gradient = found.log_posterior({"place": found.values["place"] + 0.01}, gradient=True)
+    pulls = 0.01 * (SIGMA**-2 + PRIOR**-2.0).ravel()
+    np.testing.assert_allclose(gradient, -pulls, atol=1e-6)
+    assert value == found.log_posterior((found.values["place"] + 0.01).ravel())
+    refused(r"value of place has shape \(6,\); expected \(2, 3\)", found.log_posterior, {"place": np.zeros(6)})
+    refused(r"values has 'place\[0, 0\]'", found.log_posterior, {"place[0, 0]": 1.0})
+
+
+def test_samples_have_the_dimensions_of_the_array(found):
+    samples = found.sample(steps=15, walkers=12, rng=3)
+    assert samples.place.dims == ("chain", "draw", "place_dim_0", "place_dim_1")
+    np.testing.assert_allclose(samples.place.std(("chain", "draw")), found.sigma["place"], rtol=0.6)
+    mean = found.derived(lambda run: run.position[0].mean(), [0.0], samples=samples, n=20, rng=1)
+    assert abs(mean.sigma / np.sqrt(np.sum(found.sigma["place"] ** 2)) * 6 - 1) < 0.6
+    figure = found.plot.corner(samples)
+    assert len(figure.axes) == 36
+    plt.close(figure)
+
+
+def test_starts_may_be_arrays():
+    several = fullbody.fit(
+        setup, {"place": Free(TRUE, min=-5.0, max=5.0)}, DATA, starts=[{"place": TRUE + 1}, {"place": TRUE - 1}]
+    )
+    np.testing.assert_allclose(several.values["place"], TRUE, atol=1e-9)
+    assert several.minima[0].starts == 2
+    spread = fullbody.fit(setup, {"place": Free(TRUE, min=-5.0, max=5.0)}, DATA, starts=3, rng=1)
+    assert spread.minima[0].starts == 3
+
+
+def test_observations_may_take_arrays():
+    def data(offset):
+        return observing.Measured(
+            "places", lambda run: run.position[0].ravel() + np.tile(offset, 2), np.ravel(TRUE) + 0.5, SIGMA, [0.0, 1.0]
+        )
+
+    def still():
+        return setup(TRUE)
+
+    shifted = fullbody.fit(still, {"offset": Free([0.0, 0.1, 0.2])}, data)
+    np.testing.assert_allclose(shifted.values["offset"], 0.5, atol=1e-9)
+    np.testing.assert_allclose(shifted.sigma["offset"], SIGMA / np.sqrt(2), rtol=1e-6)
