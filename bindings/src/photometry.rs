@@ -12,6 +12,8 @@ use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+/// The brightness, and its derivatives by bodies, by directions, by vertices and by areas.
+type PartialArrays<'py> = (Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>);
 
 /// A scattering law: the factors of Lommel-Seeliger's and of Lambert's, or the parameters of Hapke's.
 #[derive(FromPyObject)]
@@ -152,7 +154,7 @@ impl PyPhotometer {
         py: Python<'py>,
         epochs: Epochs<'py>,
         by_vertex: bool,
-    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Vec<Array<'py>>, Vec<Array<'py>>)> {
+    ) -> Result<PartialArrays<'py>> {
         let count = self.inner.bodies().len();
         let epoch_data = epochs.take(count)?;
         let views = epoch_data.views(count);

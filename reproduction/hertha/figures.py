@@ -21,8 +21,8 @@ CAPTIONS = {
     "fitted at each: the nights of one apparition (above), and all nights near its lowest minimum (below).",
     "curves": "The sixteen longest of the light curves of nights, with the fit: magnitudes without their zero points "
     "against hours from the first of each.",
-    "shape": "The convex shape from two sides of its equator, 90 degrees apart, and from its pole, lit from the direction "
-    "of view. Relative light does not tell the size.",
+    "shape": "The convex shape from two sides of its equator, 90 degrees apart, and from its pole, lit from the "
+    "direction of view. Relative light does not tell the size.",
 }
 #: The number of light curves that are drawn.
 SHOWN = 16
@@ -81,13 +81,14 @@ def _shape(fit: Fit) -> Figure:
 def _draw(axes: object, vertices: Floats, faces: npt.NDArray[np.int64], view: Floats) -> None:
     """Draw the faces that are seen along a direction, as bright as their cosines of incidence."""
     toward = fullbody.frames.pole_vector(*view)
-    up = fullbody.frames.pole_vector(view[0], view[1] + 0.5 * np.pi)
+    sine, cosine = np.sin(view), np.cos(view)
+    up = np.array([-sine[1] * cosine[0], -sine[1] * sine[0], cosine[1]])
     right = np.cross(up, toward)
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    cosine = normals @ toward / np.linalg.norm(normals, axis=1)
-    seen = cosine > 0.0
+    incidence = normals @ toward / np.linalg.norm(normals, axis=1)
+    seen = incidence > 0.0
     flat = np.stack([corners @ right, corners @ up], axis=-1)[seen]
-    grey = np.repeat(0.2 + 0.75 * cosine[seen, None], 3, axis=1)
+    grey = np.repeat(0.2 + 0.75 * incidence[seen, None], 3, axis=1)
     axes.add_collection(PolyCollection(flat, facecolors=grey, edgecolors=grey, linewidths=0.3))  # type: ignore[attr-defined]
     axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), aspect="equal", xlabel="radii of equal volume")  # type: ignore[attr-defined]

@@ -51,12 +51,12 @@ def setup(
 
 def shape(coefficients: Any, faces: int = 1002) -> fullbody.ConvexShape:
     """Return the convex shape of coefficients from degree one on."""
-    return fullbody.ConvexShape([0.0, *coefficients], reference_radius="38 km", faces=faces)
+    return fullbody.ConvexShape(np.append(0.0, coefficients), reference_radius="38 km", faces=faces)
 
 
 def parameters(period: Any, longitude: Any, latitude: Any, degree: int = DEGREE) -> dict[str, Any]:
     """Return the parameters of a fit that starts from a sphere at a period and a pole."""
-    sigma = fullbody.fitting.smoothness(degree, SMOOTHNESS, power=1.0)[1:]
+    sigma = fullbody.fitting.smoothness(degree, SMOOTHNESS)[1:]
     return {
         "longitude": longitude,
         "latitude": latitude,

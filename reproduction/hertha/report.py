@@ -15,7 +15,7 @@ from . import figures
 from .model import ERRORS
 from .study import USUAL, pole_of, scale, study, timing, verdicts
 
-__all__ = ["fits_table", "minima_table", "seconds_table", "verdicts_table", "write"]
+__all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_text", "verdicts_table", "write"]
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
@@ -109,6 +109,22 @@ def fits_table(fits: dict[str, Any]) -> str:
     return table(["fit", "chi2", "longitude", "latitude", "period, h", "rms of nights, mag", ""], rows)
 
 
+def scan_title(name: str, scan: dict[str, Any]) -> str:
+    """Return what a scan was, as a line before its table."""
+    first, last = scan["ends"]
+    return f"{name}, {scan['periods']} periods from {first:.7g} to {last:.7g} h, {scan['dof']} degrees of freedom:"
+
+
+def shape_text(figure: dict[str, Any]) -> str:
+    """Return what the shape is in a sentence or two."""
+    return (
+        "The shape has the ratios of axes a/b = {:.3f} and b/c = {:.3f}, ".format(*figure["ratios"]) + "those of "
+        "the homogeneous ellipsoid with the same moments of inertia. Its axis of largest inertia is "
+        f"{figure['tilt']:.1f} degrees from the spin, although no prior asks for that, and a dark facet of "
+        f"{100 * figure['dark']:.2f} % of the surface would close it."
+    )
+
+
 def seconds_table(numbers: dict[str, Any]) -> str:
     """Return the table of the processor time in Markdown."""
     rows = [[name, f"{value:.1f}"] for name, value in numbers["seconds"].items()]
@@ -131,24 +147,24 @@ def verdicts_table(rows: list[dict[str, Any]]) -> str:
 
 def _text(numbers: dict[str, Any], rows: list[Verdict]) -> str:
     pictures = "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in numbers["figures"].items())
-    figure, fits = numbers["shape"], numbers["fits"]
+    fits = numbers["fits"]
     one, every = numbers["scans"]["one apparition"], numbers["scans"]["all nights"]
     magnitudes = numbers["magnitudes"]
     return f"""# The rotation and the shape of Hertha
 
 {numbers["program"]}{", a draft with a part of the magnitudes" if numbers["draft"] else ""}. {magnitudes["nights"]} \
-magnitudes of nights and {magnitudes["surveys"]} of surveys. The period comes from a scan, and pole and shape from fits \
-that start from a sphere at the minima of the scan; no published number is used. Standard errors of \
-{ERRORS["nights"]} mag (nights) and {ERRORS["surveys"]} mag (surveys) are assumed, and the errors below are those of the fit times \
-the root of chi2 over the degrees of freedom. Angles are in degrees, poles in the ecliptic.
+magnitudes of nights and {magnitudes["surveys"]} of surveys. The period comes from a scan, and pole and shape from \
+fits that start from a sphere at the minima of the scan; no published number is used. Standard errors of \
+{ERRORS["nights"]} mag (nights) and {ERRORS["surveys"]} mag (surveys) are assumed, and the errors below are those of \
+the fit times the root of chi2 over the degrees of freedom. Angles are in degrees, poles in the ecliptic.
 
 ## Scans
 
-One apparition, {one["periods"]} periods from {one["ends"][0]:.6g} to {one["ends"][1]:.6g} h, {one["dof"]} degrees of freedom:
+{scan_title("One apparition", one)}
 
 {minima_table(one)}
 
-All nights, {every["periods"]} periods from {every["ends"][0]:.7g} to {every["ends"][1]:.7g} h, {every["dof"]} degrees of freedom:
+{scan_title("All nights", every)}
 
 {minima_table(every)}
 
@@ -156,16 +172,14 @@ All nights, {every["periods"]} periods from {every["ends"][0]:.7g} to {every["en
 
 {fits_table(fits)}
 
-The shape has the ratios of axes a/b = {figure["ratios"][0]:.3f} and b/c = {figure["ratios"][1]:.3f}, those of the homogeneous ellipsoid \
-with the same moments of inertia. Its axis of largest inertia is {figure["tilt"]:.1f} degrees from the spin, and a dark facet of \
-{100 * figure["dark"]:.2f} % of the surface would close it.
+{shape_text(numbers["shape"])}
 
 {pictures}
 
 ## Verdicts
 
-A number *holds* if it is within two joint standard errors, and a pole if it is within {USUAL:g} degrees, the error that is usual \
-for inversions.
+A number *holds* if it is within two joint standard errors, and a pole if it is within {USUAL:g} degrees, the error \
+that is usual for inversions.
 
 {verdicts_table([asdict(row) for row in rows])}
 

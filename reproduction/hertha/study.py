@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,24 +15,25 @@ from fullbody.fitting import Fit, PeriodScan
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
 
-from ..binaries.judging import Verdict, stated
+from ..binaries.judging import Verdict, Word, compared
 from .model import DEGREE, Curves, parameters, setup, shape
 
 __all__ = ["Figure", "Results", "figure_of", "pole_apart", "study", "timing", "verdicts"]
 
 #: The range of periods of the first scan, of one apparition, in hours; a draft begins nearer.
-RANGE, NEAR = (2.2, 24.0), (8.0, 8.8)
+RANGE, NEAR = np.array([2.2, 24.0]), np.array([8.0, 8.8])
 #: Torppa et al. (2003), Icarus 164, 346, as Wikipedia's article on 135 Hertha gives them: the period in hours, the two
-#: poles that they could not tell apart, longitude and latitude in degrees, and the ratios of axes; and the solution in
-#: the database DAMIT, as the file of the light curves came with it.
-TORPPA = {"period": 8.40061, "poles": ((274.0, 53.0), (96.0, 58.0)), "a/b": 1.1, "b/c": 1.5}
-DAMIT = {"period": 8.40060, "pole": (272.0, 52.0)}
-#: Dotto et al. (1992), Astron. Astrophys. Suppl. Ser. 95, 195, as the same article gives them.
-DOTTO = {"period": (8.398, 0.001), "a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
+#: poles that they could not tell apart, longitude and latitude in degrees, and the ratios of axes.
+TORPPA, TORPPA_POLES, TORPPA_RATIOS = 8.40061, ((274.0, 53.0), (96.0, 58.0)), {"a/b": 1.1, "b/c": 1.5}
+#: The period and the pole in the database DAMIT, as they came with the file of the light curves.
+DAMIT, DAMIT_POLE = 8.40060, (272.0, 52.0)
+#: Dotto et al. (1992), Astron. Astrophys. Suppl. Ser. 95, 195, as the same article gives them: the period and the
+#: ratios of axes with their errors.
+DOTTO, DOTTO_RATIOS = (8.398, 0.001), {"a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
 #: The angle in degrees within which two poles agree: the error that is usual for inversions of light curves.
 USUAL = 5.0
 #: Names of the fits.
-BEST, SECOND, COARSE, FINE = "best minimum", "second minimum", "degree 4", "degree 8"
+BEST, SECOND, COARSE = "best minimum", "second minimum", "best minimum, degree 4"
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class Results:
     coarse, scan : PeriodScan
         The scans of one apparition over all periods, and of all nights near the best of these.
     fits : dict of Fit
-        The fits from the lowest and the second minimum of the scan, and from the best with other degrees. The lowest
+        The fits from the lowest and the second minimum of the scan, and from the lowest with another degree. The lowest
         minimum of each fit and that at the mirror pole are in its ``minima``.
     figure : Figure
         The shape of the best fit.
@@ -98,25 +100,26 @@ def study(draft: bool = False, progress: Any = False) -> Results:
         seconds[name] = time.process_time() - started
         return found
 
-    options = {"poles": 6, "progress": progress and "periods"}
+    shown = progress and "periods"
     alone = curves.apparition()
     span = float(np.ptp(alone.times.jd)) * 24.0
-    first = (NEAR if draft else RANGE) * u.h
-    coarse = timed("scan of one apparition", lambda: fullbody.fitting.period_scan(alone, first, **options))
+
+    def scanned(data: Any, ends: Any, poles: int) -> PeriodScan:
+        return fullbody.fitting.period_scan(data, ends * u.h, poles=poles, progress=shown)
+
+    coarse = timed("scan of one apparition", lambda: scanned(alone, NEAR if draft else RANGE, 4))
     middle = coarse.minima[0].period.to_value("h")
     width = (0.02 if draft else 0.5) * middle**2 / span
-    near = [middle - width, middle + width] * u.h
-    scan = timed("scan of all nights", lambda: fullbody.fitting.period_scan(curves.nights, near, **options))
+    near = np.array([middle - width, middle + width])
+    scan = timed("scan of all nights", lambda: scanned(curves.nights, near, 2 if draft else 6))
+    degree, limit = (3, 12) if draft else (DEGREE, None)
+    wanted = [(BEST, 0, degree)] if draft else [(BEST, 0, degree), (SECOND, 1, degree), (COARSE, 0, 4)]
     fits = {}
-    degree = 3 if draft else DEGREE
-    for name, minimum, order in (
-        (BEST, 0, degree),
-        (SECOND, 1, degree),
-        *(() if draft else ((COARSE, 0, 4), (FINE, 0, 8))),
-    ):
+    for name, minimum, order in wanted:
         found = scan.minima[minimum]
         start = parameters(found.period, found.longitude, found.latitude, order)
-        fits[name] = timed(f"fit, {name}", lambda start=start: fullbody.fit(setup, start, curves.observations))
+        made = functools.partial(fullbody.fit, setup, start, curves.observations, proposals=limit)
+        fits[name] = timed(f"fit, {name}", made)
     return Results(curves, coarse, scan, fits, figure_of(fits[BEST]), seconds)
 
 
@@ -157,61 +160,44 @@ def verdicts(results: Results) -> list[Verdict]:
     fit, rows = results.best, []
     period = fit.values["period"].to_value("h"), scale(fit) * fit.sigma["period"].to_value("h")
     # A published period without an error has that of its last digit.
-    for name, published, error in (
-        ("Torppa et al. 2003", TORPPA["period"], 5e-6),
-        ("DAMIT", DAMIT["period"], 5e-6),
-        ("Dotto et al. 1992", *DOTTO["period"]),
-    ):
-        apart = (period[0] - published) / np.hypot(error, period[1])
-        holds = abs(apart) <= 2.0
-        why = "" if holds else "a single apparition counts synodic rotations and leaves aliases"
-        row = (f"{published:.7g} +- {error:g}", stated(*period), float(apart), "holds" if holds else "differs", why)
-        rows.append(Verdict(name, "sidereal period [h]", *row))
-    poles = {"best": pole_of(fit.minima[0].values)} | {
-        "mirror": pole_of(minimum.values) for minimum in reversed(fit.minima[1:])
-    }
+    published_periods = {"Torppa et al. 2003": (TORPPA, 5e-6), "DAMIT": (DAMIT, 5e-6), "Dotto et al. 1992": DOTTO}
+    for name, known in published_periods.items():
+        why = "theirs is a period of one apparition, synodic within its error"
+        rows.append(compared(name, "sidereal period [h]", known, period, why))
+    poles = {name: pole_of(minimum.values) for name, minimum in zip(("best", "mirror"), fit.minima, strict=False)}
     for name, which, published in (
-        ("Torppa et al. 2003", "best", TORPPA["poles"][0]),
-        ("Torppa et al. 2003", "mirror", TORPPA["poles"][1]),
-        ("DAMIT", "best", DAMIT["pole"]),
+        ("Torppa et al. 2003", "best", TORPPA_POLES[0]),
+        ("Torppa et al. 2003", "mirror", TORPPA_POLES[1]),
+        ("DAMIT", "best", DAMIT_POLE),
     ):
-        if which not in poles:
-            continue
-        apart = pole_apart(poles[which], published)
-        text = [f"{longitude:.1f}, {latitude:.1f}" for longitude, latitude in (published, poles[which])]
-        word = "holds" if apart <= USUAL else "differs"
-        rows.append(Verdict(name, f"pole, {which} [deg]", *text, None, word, f"{apart:.1f} degrees apart"))
-    ours = dict(zip(("a/b", "b/c"), results.figure.ratios, strict=True))
-    for name, value in ours.items():
-        published, error = DOTTO[name]
-        near = f"{value:.2f}"
-        word = "holds" if abs(value - TORPPA[name]) <= 0.1 else "differs"
-        why = "the ellipsoid here has the moments of inertia of the shape; that of the publication is another"
-        rows.append(
-            Verdict("Torppa et al. 2003", name, f"{TORPPA[name]}", near, None, word, "" if word == "holds" else why)
-        )
-        word = "holds" if abs(value - published) <= 2.0 * error else "differs"
-        why = (
-            "" if word == "holds" else "theirs is an ellipsoid through the amplitudes of one method and few apparitions"
-        )
-        rows.append(Verdict("Dotto et al. 1992", name, f"{published} +- {error}", near, None, word, why))
+        if which in poles:
+            apart = pole_apart(poles[which], published)
+            ours, theirs = (f"{longitude:.1f}, {latitude:.1f}" for longitude, latitude in (poles[which], published))
+            why = f"{apart:.1f} degrees apart"
+            rows.append(Verdict(name, f"pole, {which} [deg]", theirs, ours, None, judged(apart <= USUAL), why))
+    for quantity, value in zip(("a/b", "b/c"), results.figure.ratios, strict=True):
+        near, (published_ratio, error) = TORPPA_RATIOS[quantity], DOTTO_RATIOS[quantity]
+        for name, text, within in (
+            ("Torppa et al. 2003", f"{near}", abs(value - near) <= 0.1),
+            ("Dotto et al. 1992", f"{published_ratio} +- {error}", abs(value - published_ratio) <= 2.0 * error),
+        ):
+            why = "" if within else "the ellipsoid here is that with the moments of inertia of the shape"
+            rows.append(Verdict(name, quantity, text, f"{value:.2f}", None, judged(within), why))
     if len(fit.minima) > 1:
         rise = (fit.minima[1].chi2 - fit.minima[0].chi2) / scale(fit) ** 2
-        told = rise > 9.0
-        rows.append(
-            Verdict(
-                "Torppa et al. 2003",
-                "rise of chi2 to the mirror pole, by chi2 over dof",
-                "the two poles cannot be told apart",
-                f"{rise:.1f}",
-                None,
-                "differs" if told else "holds",
-                "the errors of the model are not independent, so that this is less than its number of sigma"
-                if told
-                else "",
-            )
+        statement = "rise of chi2 to the mirror pole, by chi2 over dof", "the two poles cannot be told apart"
+        why = (
+            ""
+            if rise <= 9.0
+            else "residuals are not independent, so that the rise counts for less than its root in sigma"
         )
+        rows.append(Verdict("Torppa et al. 2003", *statement, f"{rise:.1f}", None, judged(rise <= 9.0), why))
     return rows
+
+
+def judged(holds: bool) -> Word:
+    """Return the word of a verdict."""
+    return "holds" if holds else "differs"
 
 
 def timing(results: Results) -> dict[str, float]:

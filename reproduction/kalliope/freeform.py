@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +54,14 @@ class FreeForm:
         """The standard errors (C,) of the coefficients in the prior, whose mean is zero."""
         return np.array([ROUGHNESS * (2.0 / degree) ** 2 for degree, _ in self.terms])
 
+    @property
+    def growth(self) -> float:
+        """The factor by which the vertices of Linus are farther from its centre than the surface of the sphere.
+
+        Both then have the same area, and thus the same mean cross-section (Cauchy).
+        """
+        return _growth(self.faces_of_linus)
+
     def shape(self, size: float, coefficients: Any) -> fullbody.HarmonicShape:
         """Return Kalliope's shape.
 
@@ -100,6 +109,14 @@ class FreeForm:
         Kalliope's principal axes take the place of those of the ellipsoid, so that it rotates about the pole. The
         ``period`` in days is that of two points on the circle on which Linus starts.
         """
-        linus = fullbody.HarmonicShape([0.0], reference_radius=radius, faces=self.faces_of_linus)
+        linus = fullbody.HarmonicShape([0.0], reference_radius=radius * self.growth, faces=self.faces_of_linus)
         angles = (longitude, pole_longitude, pole_latitude, phase)
         return binary(self.shape(size, coefficients), linus, angles, "harmonic", period)
+
+
+@functools.cache
+def _growth(faces: int) -> float:
+    """Return the radius of the vertices of a polyhedron with the area of a unit sphere."""
+    ball = fullbody.HarmonicShape([0.0], faces=faces)
+    a, b, c = np.moveaxis(np.asarray(ball.vertices)[np.asarray(ball.faces)], 1, 0)
+    return float(np.sqrt(8.0 * np.pi / np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()))

@@ -2,10 +2,12 @@
 
 import json
 
+import fullbody
 import numpy as np
 import pytest
 
-from reproduction.kalliope import report, study
+from reproduction.kalliope import interior, report, study
+from reproduction.kalliope.freeform import FreeForm
 from reproduction.kalliope.model import AXES, EPOCH, PERIOD, START, A, Light, setup
 
 
@@ -53,7 +55,11 @@ def test_a_draft_finds_linus_and_its_events(tmp_path):
     assert len(events) >= 2
     assert {row[1] for row in events} == {"Kalliope", "Linus"}
     assert all(row[3].startswith("2021-11-") for row in events)
-    for name in ("curves", "losses"):
+    assert set(numbers["figure"]["values"]) == set(interior.QUANTITIES)
+    assert [core["name"] for core in numbers["cores"]] == ["homogeneous", "a sphere of iron in silicates"]
+    # A core of the same mass leaves less of it far from the centre.
+    assert abs(numbers["cores"][1]["c20"]) < abs(numbers["cores"][0]["c20"])
+    for name in ("curves", "losses", "shape_curves", "shape"):
         assert (tmp_path / f"{name}.png").stat().st_size > 2e4
     text = path.read_text()
     assert "| figure | C20 of Kalliope" in text
@@ -61,3 +67,36 @@ def test_a_draft_finds_linus_and_its_events(tmp_path):
     from astropy.table import QTable
 
     assert QTable.read(tmp_path / "events.ecsv")["begin"].scale == "utc"
+
+
+def test_a_free_form_takes_the_place_of_the_ellipsoid():
+    form = FreeForm()
+    size, coefficients = form.nearest(AXES)
+    values = {**START, "period": PERIOD, "size": size, "coefficients": coefficients}
+    system, state = form.setup(**values)
+    other, start = setup(**START)
+    np.testing.assert_allclose(state.position, start.position, rtol=2e-3, atol=0.2)
+    np.testing.assert_allclose(state.rotation_matrix, start.rotation_matrix, atol=2e-3)
+    # A series of degree 6 has the volume and the moments of an ellipsoid whose axes differ by 1.7 to two per cent.
+    ratio = (system["Kalliope"].density / other["Kalliope"].density).to_value("")
+    assert ratio == pytest.approx(1.0, abs=0.03)
+    np.testing.assert_allclose(*(np.asarray(one["Kalliope"].inertia) for one in (system, other)), rtol=0.03)
+
+
+def test_a_core_of_iron_takes_its_share_from_the_oblateness():
+    # A homogeneous ellipsoid has C20 = (2 c^2 - a^2 - b^2) / 10 R^2, and a sphere in its middle adds none.
+    form = FreeForm(2, 5120)
+    zero = form.shape(np.log(120.0 / 75.0), np.zeros(2))
+    shape = fullbody.Polyhedron(np.asarray(zero.vertices) / 120.0 * np.array(AXES), zero.faces)
+    radius = np.cbrt(np.prod(AXES))
+    exact = (2 * AXES[2] ** 2 - AXES[0] ** 2 - AXES[1] ** 2) / 10 / radius**2
+    body = fullbody.Body(shape, density=1.0)
+    assert interior.oblateness(body, radius) == pytest.approx(exact, rel=5e-3)
+    mass = 4.3e12 * body.mass
+    core = 40.0
+    whole = fullbody.Body(interior.cored(shape, mass, core))
+    assert float(whole.mass) == pytest.approx(mass, rel=1e-12)
+    iron = 7.87e12 * 4 / 3 * np.pi * core**3
+    outside = (mass - iron) / (body.mass - 4 / 3 * np.pi * core**3)
+    share = outside * body.mass / mass
+    assert interior.oblateness(whole, radius) == pytest.approx(share * interior.oblateness(body, radius), rel=1e-9)

@@ -95,6 +95,10 @@ impl FacetedPart<'_> {
         let (normal, [a, b, c]) = (&facet.normal, facet.corners);
         let [x, y] = [from, to].map(|corner| (b - a) * corner.at[0] + (c - a) * corner.at[1]);
         let outward = (y - x).cross(normal) * *per_area;
+        if outward == Vec3::zeros() {
+            // A side without a length has no line, and no effect.
+            return;
+        }
         let [u, v] = [0, 1].map(|i| 0.5 * (from.at[i] + to.at[i]));
         let shares = [1.0 - u - v, u, v];
         let Some(line) = from.line.checked_sub(3) else {

@@ -3,8 +3,8 @@
 //! A Gauss rule is chosen once for an ellipsoid: the smallest that agrees with the next one on arcs of some rings, from
 //! limb to limb and, where the law is not smooth at the limb, a little shorter. A law with a peak that is too sharp for the
 //! largest rule is integrated adaptively. With an exponent of the cosine that is no whole number the integrand goes to
-//! zero at the limb with a power that is none either; the substitution of Korobov type x(y), with x' in proportion to
-//! (1 - y^2)^3, quadruples the distance's power.
+//! zero at the limb with a power that is none either; the substitution x(y) of Korobov's kind, with x' in proportion to
+//! (1 - y^2)^3, quadruples that power.
 
 use super::law::Law;
 use super::sphere::Region;
@@ -75,8 +75,7 @@ impl<'a> Surface<'a> {
         let rules = &RULES[usize::from(law.is_rough_at_limb())];
         // The cosine of incidence is one where the normal A^-1 s is along A^-1 (square^-1 bisector).
         let peak = square.try_inverse().map_or(0.0, |inverse| (inverse * bisector).normalize().z);
-        let (mut arcs, mut heights) = (Vec::new(), Vec::new());
-        region.corners(&mut heights);
+        let (mut arcs, heights) = (Vec::new(), region.corners());
         let (low, high) = (heights.first().map_or(0.0, |z| *z), heights.last().map_or(0.0, |z| *z));
         let rings = HEIGHTS.map(|share| 0.5 * (low + high + share * (high - low)));
         let shares: &[f64] = if law.has_whole_power() { &[0.0] } else { &SHORTER };
@@ -112,7 +111,7 @@ impl<'a> Surface<'a> {
             Ok([ring.value(self.law, sin, cos) * slope])
         };
         let scale = self.volume * half;
-        // A short arc has little to be precise about.
+        // The error of a short arc may be as large as that of a longer one.
         let tolerance = self.tolerance / scale.max(1e-3 * self.volume);
         let [sum] = RULE.integrate([-1.0, 1.0], &[tolerance], &mut f, &mut |_| {})?;
         Ok(scale * sum)

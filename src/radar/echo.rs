@@ -4,11 +4,17 @@ use super::ellipsoid::{Ellipsoid, Hiding, Linear};
 use super::facets::Facets;
 use super::law::Law;
 use crate::error::{Error, Result, require_finite};
-use crate::interrupt::InterruptCheck;
+use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
 use crate::photometry::{Law as Reflection, Light, Scene, Snapshot, Surface, View};
 use crate::shape::Body;
+use rayon::prelude::*;
+
+/// The number of spectra that a thread computes between two interrupt checks.
+const GROUP: usize = 8;
+/// The largest number of edges of bins of frequency or of delay.
+const EDGES: usize = 100_000;
 
 /// How the frequency and the delay of the echo of a body change over its surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,12 +79,9 @@ impl<'a> Bins<'a> {
     /// [`Error::InvalidInput`] for edges that do not increase, and for fewer than two.
     pub fn new(frequencies: &'a [f64], delays: &'a [f64]) -> Result<Self> {
         for (what, edges, count) in [("frequencies", frequencies, 2), ("delays", delays, 0)] {
-            if edges.len() < count || edges.len() == 1 {
-                return Err(Error::invalid(
-                    format!("number of {what}"),
-                    edges.len(),
-                    "two edges of bins or more",
-                ));
+            if edges.len() < count || edges.len() == 1 || edges.len() > EDGES {
+                let expected = format!("edges of bins, two or more and at most {EDGES}");
+                return Err(Error::invalid(format!("number of {what}"), edges.len(), expected));
             }
             require_finite(what, edges)?;
             if let Some(k) = (1..edges.len()).find(|&k| edges[k] <= edges[k - 1]) {
@@ -132,16 +135,48 @@ impl Radar {
         bins: &Bins<'_>,
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<f64>> {
-        let (bodies, count) = (&self.scene.bodies, bins.count());
-        let mut all = vec![0.0; views.len() * bodies.len() * count];
+        let count = self.scene.bodies.len() * bins.count();
+        let size = count * views.len();
+        let mut all = Vec::new();
+        all.try_reserve_exact(size)
+            .map_err(|_| Error::invalid("number of bins", size, "fewer, for which there is memory"))?;
+        all.resize(size, 0.0);
+        let threads = rayon::current_num_threads();
+        if threads == 1 || views.len() == 1 || !bins.delays.is_empty() || !self.scene.meshes.is_empty() {
+            self.add_views(views, bins, &mut all, interrupt)?;
+            return Ok(all);
+        }
+        // Spectra of ellipsoids take less than a millisecond each. Images are divided among threads by themselves.
+        for (views, power) in
+            views.chunks(GROUP * threads).zip(all.chunks_mut((count * GROUP * threads).max(1)))
+        {
+            interrupt.charge(UNITS, views[0].view.time)?;
+            let parts = views.par_chunks(GROUP).zip(power.par_chunks_mut((count * GROUP).max(1)));
+            parts.try_for_each(|(views, power)| {
+                self.add_views(views, bins, power, &mut InterruptCheck::never())
+            })?;
+        }
+        Ok(all)
+    }
+
+    /// Adds the echoes of all bodies in some views to `power`.
+    fn add_views(
+        &self,
+        views: &[EchoView<'_>],
+        bins: &Bins<'_>,
+        power: &mut [f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let bodies = &self.scene.bodies;
         let mut snapshot = Snapshot::new(&self.scene);
-        for (view, power) in views.iter().zip(all.chunks_exact_mut((bodies.len() * count).max(1))) {
+        let mut rows = power.chunks_exact_mut(bins.count());
+        for view in views {
             snapshot.set_view(&view.view, interrupt)?;
             if view.echoes.len() != bodies.len() {
                 let expected = format!("{}", bodies.len());
                 return Err(Error::invalid("number of echoes", view.echoes.len(), expected));
             }
-            for ((body, echo), power) in view.echoes.iter().enumerate().zip(power.chunks_exact_mut(count)) {
+            for ((body, echo), power) in view.echoes.iter().enumerate().zip(&mut rows) {
                 let name = &bodies[body].name;
                 require_finite(&format!("frequency and delay of {name}"), &echo.at_centre)?;
                 for gradient in &echo.gradients {
@@ -157,7 +192,7 @@ impl Radar {
                 )?;
             }
         }
-        Ok(all)
+        Ok(())
     }
 
     /// Adds the echo of a body to `power`.

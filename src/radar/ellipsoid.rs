@@ -15,12 +15,15 @@ use super::arc::Surface;
 use super::law::Law;
 use super::sphere::{Plane, Quadric, Region};
 use crate::error::Result;
-use crate::interrupt::InterruptCheck;
+use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::{Mat3, Vec3, perpendicular};
 use crate::photometry::RULE;
+use rayon::prelude::*;
 
 /// The error of an echo, relative to its size.
 const TOLERANCE: f64 = 1e-12;
+/// The number of delays for each thread between two interrupt checks.
+const GROUP: usize = 8;
 /// Units of work of one ring.
 const WORK: u64 = 20;
 
@@ -118,31 +121,30 @@ impl Ellipsoid<'_> {
             }
         };
         let edges: Vec<f64> = frequencies.iter().map(heights).map(|z| z.clamp(-1.0, 1.0)).collect();
-        let mut zones = Zones { surface, edges, tolerance, heights: Vec::new(), time: self.time };
-        let bins = frequencies.len() - 1;
-        let [mut before, mut after] = [vec![0.0; bins + 1], vec![0.0; bins + 1]];
+        let zones = Zones { surface, edges, tolerance, time: self.time };
         if delays.is_empty() {
-            zones.below(&mut region, &mut after, interrupt)?;
-            zones.add_bins(&region, &before, &after, power);
+            let sums = zones.below(&mut region, interrupt)?;
+            zones.add_bins(&region, &vec![0.0; sums.len()], &sums, power);
             return Ok(());
         }
         let gradient = stretched.tr_mul(&self.delay.gradient);
-        let limit = |delay: &f64| Plane::new(&-gradient, delay - self.delay.at_centre);
-        let planes = region.planes.len();
-        let mut previous: Option<Plane> = None;
-        for (k, plane) in delays.iter().map(limit).enumerate() {
-            region.planes.truncate(planes);
-            region.planes.push(plane);
-            after.fill(0.0);
-            if plane.side() >= 0 {
-                zones.below(&mut region, &mut after, interrupt)?;
+        let limits: Vec<Plane> =
+            delays.iter().map(|delay| Plane::new(&-gradient, delay - self.delay.at_centre)).collect();
+        // The echo up to each delay is a task of its own. All tasks of a group together take a few milliseconds.
+        let mut all = Vec::with_capacity(limits.len());
+        for group in limits.chunks(GROUP * rayon::current_num_threads()) {
+            interrupt.charge(UNITS, self.time)?;
+            let below = |limit: &Plane| match limit.side() {
+                -1 => Ok(vec![0.0; frequencies.len()]),
+                _ => zones.below(&mut region.within(&[*limit]), &mut InterruptCheck::never()),
+            };
+            for sums in group.par_iter().map(below).collect::<Vec<_>>() {
+                all.push(sums?);
             }
-            if let Some(previous) = previous {
-                region.planes.push(previous.flipped());
-                zones.add_bins(&region, &before, &after, &mut power[(k - 1) * bins..k * bins]);
-            }
-            std::mem::swap(&mut before, &mut after);
-            previous = Some(plane);
+        }
+        let rows = power.chunks_exact_mut(frequencies.len() - 1);
+        for ((limits, sums), power) in limits.windows(2).zip(all.windows(2)).zip(rows) {
+            zones.add_bins(&region.within(&[limits[0].flipped(), limits[1]]), &sums[0], &sums[1], power);
         }
         Ok(())
     }
@@ -154,18 +156,16 @@ struct Zones<'a> {
     edges: Vec<f64>,
     /// The error of an echo.
     tolerance: f64,
-    heights: Vec<f64>,
     time: f64,
 }
 
 impl Zones<'_> {
-    /// Adds to `sums` the echo of a region below each edge.
-    fn below(&mut self, region: &mut Region, sums: &mut [f64], interrupt: &mut InterruptCheck) -> Result<()> {
+    /// Returns the echo of a region below each edge.
+    fn below(&self, region: &mut Region, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         let (surface, time) = (&self.surface, self.time);
         let times = if surface.law.has_whole_power() { 1 } else { 2 };
-        region.heights(&mut self.heights);
-        let mut places = vec![0.0; self.edges.len()];
-        for pair in self.heights.windows(2) {
+        let (mut sums, mut places) = (vec![0.0; self.edges.len()], vec![0.0; self.edges.len()]);
+        for pair in region.heights().windows(2) {
             let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
             if half < 1e-15 {
                 continue;
@@ -183,16 +183,16 @@ impl Zones<'_> {
                 });
                 Ok(sum? * half * slope)
             };
-            RULE.cumulate([-1.0, 1.0], self.tolerance, &mut f, &places, sums)?;
+            RULE.cumulate([-1.0, 1.0], self.tolerance, &mut f, &places, &mut sums)?;
         }
-        Ok(())
+        Ok(sums)
     }
 
     /// Adds to `power` the echo in each bin, given the echoes below its edges up to a delay and up to a later one. The
     /// bins beyond the region between the two delays have none.
-    fn add_bins(&mut self, region: &Region, before: &[f64], after: &[f64], power: &mut [f64]) {
-        region.corners(&mut self.heights);
-        let (Some(&lowest), Some(&highest)) = (self.heights.first(), self.heights.last()) else { return };
+    fn add_bins(&self, region: &Region, before: &[f64], after: &[f64], power: &mut [f64]) {
+        let heights = region.corners();
+        let (Some(&lowest), Some(&highest)) = (heights.first(), heights.last()) else { return };
         for (k, power) in power.iter_mut().enumerate() {
             if self.edges[k] < highest && self.edges[k + 1] > lowest {
                 *power += ((after[k + 1] - after[k]) - (before[k + 1] - before[k])).max(0.0);

@@ -78,6 +78,8 @@ impl Facets<'_> {
                     frequency: value(frequency, *at),
                     delay: value(delay, *at),
                 }));
+                // A facet may cover many bins.
+                interrupt.charge((frequencies.len() + delays.len()) as u64 / 8, self.time)?;
                 if delays.is_empty() {
                     add_polygon(&polygon, strength, frequencies, power);
                 } else {

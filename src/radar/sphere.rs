@@ -28,7 +28,7 @@ pub struct Quadric {
 }
 
 /// The part of the sphere that lies within all of some planes and quadrics.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Region {
     pub planes: Vec<Plane>,
     pub quadrics: Vec<Quadric>,
@@ -134,6 +134,13 @@ fn wrapped(angle: f64) -> f64 {
 }
 
 impl Region {
+    /// Returns the part of the region within further planes.
+    pub fn within(&self, planes: &[Plane]) -> Self {
+        let mut part = self.clone();
+        part.planes.extend_from_slice(planes);
+        part
+    }
+
     fn contains(&self, s: &Vec3, margin: f64) -> bool {
         self.planes.iter().all(|plane| plane.value(s) > -margin)
             && self.quadrics.iter().all(|quadric| quadric.value(s) > 0.0)
@@ -175,18 +182,20 @@ impl Region {
             }
             if to > from && self.contains(&point(0.5 * (from + to)), 0.0) {
                 take(from, to);
-                signature = (signature * 64 + before) * 64 + after;
+                signature = [before, after]
+                    .iter()
+                    .fold(signature, |sum: u64, end| sum.wrapping_mul(31).wrapping_add(*end));
             }
         }
         self.ends = ends;
         signature
     }
 
-    /// Writes the heights, in rising order, of the points where the planes meet each other and where they and the
+    /// Returns the heights, in rising order, of the points where the planes meet each other and where they and the
     /// sphere are lowest and highest; none if the planes leave nothing. Within the planes the sphere reaches from the
     /// first to the last one.
-    pub fn corners(&self, heights: &mut Vec<f64>) {
-        heights.clear();
+    pub fn corners(&self) -> Vec<f64> {
+        let mut heights = Vec::new();
         let mut add = |s: Vec3| {
             if self.planes.iter().all(|plane| plane.value(&s) > -MARGIN) {
                 heights.push(s.z.clamp(-1.0, 1.0));
@@ -199,12 +208,13 @@ impl Region {
         }
         heights.sort_unstable_by(f64::total_cmp);
         heights.dedup_by(|one, other| *one - *other < MARGIN);
+        heights
     }
 
-    /// Writes the heights between which integrals over the arcs of rings are smooth: the corners, and those where
+    /// Returns the heights between which integrals over the arcs of rings are smooth: the corners, and those where
     /// quadrics change the arcs.
-    pub fn heights(&mut self, heights: &mut Vec<f64>) {
-        self.corners(heights);
+    pub fn heights(&mut self) -> Vec<f64> {
+        let mut heights = self.corners();
         if !self.quadrics.is_empty() {
             for k in 1..heights.len() {
                 let (from, length) = (heights[k - 1], heights[k] - heights[k - 1]);
@@ -230,9 +240,10 @@ impl Region {
             }
             heights.sort_unstable_by(f64::total_cmp);
         }
+        heights
     }
 
-    /// Returns the first height, to rounding, at which the arcs are no longer those of the lower one of two heights.
+    /// Returns the first height, up to rounding, at which the arcs are no longer those of the lower one of two heights.
     fn change(&mut self, mut low: f64, mut high: f64, before: u64) -> f64 {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);

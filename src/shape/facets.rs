@@ -33,7 +33,7 @@ impl Facets {
             let expected = format!("{}, one for each normal", normals.len());
             return Err(Error::invalid("number of areas", areas.len(), expected));
         }
-        if let Some(index) = normals.iter().position(|n| !((n.norm() - 1.0).abs() <= 1e-9)) {
+        if let Some(index) = normals.iter().position(|n| !(1.0 - 1e-9..=1.0 + 1e-9).contains(&n.norm())) {
             return Err(Error::invalid(format!("length of normal {index}"), normals[index].norm(), "one"));
         }
         if let Some(index) = areas.iter().position(|area| !(*area >= 0.0 && area.is_finite())) {

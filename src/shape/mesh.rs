@@ -83,7 +83,8 @@ fn is_star(vertices: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck
     for face in faces {
         interrupt.charge(SOLID_ANGLE, 0.0)?;
         let corners @ [a, b, c] = face.map(|v| vertices[v as usize]);
-        if !(a.dot(&b.cross(&c)) > FLATTEST * a.norm() * b.norm() * c.norm()) {
+        // Vertices are finite here.
+        if a.dot(&b.cross(&c)) <= FLATTEST * a.norm() * b.norm() * c.norm() {
             return Ok(false);
         }
         total += solid_angle(corners);

@@ -20,6 +20,7 @@ mod particles;
 mod photometry;
 mod polyhedron;
 mod quadrature;
+mod radar;
 mod refusals;
 mod shape;
 mod support;

@@ -299,6 +299,30 @@ fn spheres_at_zero_phase_lose_the_overlap_of_two_circles() {
 }
 
 #[test]
+fn first_moments_at_zero_phase_lose_those_of_the_disc_that_is_hidden() {
+    let [large, small] = [2.0, 0.7];
+    for aside in [[0.0, 0.0], [0.8, -0.5]] {
+        let pair = spheres([large, small], aside, Vec3::x());
+        let photometer = pair.photometer(Law::LOMMEL_SEELIGER, true);
+        let views = [pair.view()];
+        let found = photometer.moments_in(&views, &mut InterruptCheck::never()).unwrap();
+        // The light of an element is half of its projected area.
+        let (brightness, moment) = found[0];
+        assert!((brightness - 0.5 * PI * (large * large - small * small)).abs() < 1e-9);
+        for (component, distance) in [moment.y, moment.z].into_iter().zip(aside) {
+            assert!((component + 0.5 * PI * small * small * distance).abs() < 1e-9, "{component}");
+        }
+        if aside == [0.0, 0.0] {
+            let left = PI / 3.0 * (large * large - small * small).powf(1.5);
+            assert!((moment.x - left).abs() < 1e-9, "{}", moment.x);
+        }
+        let (brightness, moment) = found[1];
+        assert!((brightness - 0.5 * PI * small * small).abs() < 1e-12);
+        assert!((moment - Vec3::x() * (PI / 3.0 * small.powi(3))).norm() < 1e-12);
+    }
+}
+
+#[test]
 fn lambert_spheres_at_zero_phase_lose_what_a_sum_over_circles_has() {
     let radii = [1.0, 0.6];
     for d in [0.1, 0.4, 0.55, 0.9, 1.3, 1.55] {

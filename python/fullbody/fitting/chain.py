@@ -33,13 +33,13 @@ from ..motion.system import System
 from ..typing import Floats
 from .free import Parameters
 
-#: The relative rounding error of numbers, and the size of coefficients to which that of all of them is relative.
-_ROUNDING, _LEAST = 1e-13, 1e-2
+#: The relative rounding error of numbers.
+_ROUNDING = 1e-13
 #: The part of a body's gravity, in units of that of a point, that its coefficients leave out, and the largest ratio of
 #: the radius of a deformed body to the distance of another one.
 _TRUNCATION, _NEAR = 1e-7, 0.8
 #: The radius to which the coefficients of a body refer, over that of the sphere around it.
-_ROOM = 1.01
+_ROOM = 1.2
 
 
 class Gravity(NamedTuple):
@@ -192,6 +192,7 @@ class Chain:
 
     def _at(self, base: SetupResult, values: Floats) -> SetupDerivatives:
         tangent = len(base.core.position) * 12
+        self._deforming = {index: base.gravity(index) for index in self._deforming}
         equivalent = base.equivalent(self._gravities())
         surfaces = {index: surface for index in self._gravities() if (surface := base.surfaces[index]) is not None}
         ends = np.cumsum([tangent + 1, len(equivalent.parameters), *(len(one.flat()) for one in surfaces.values())])
@@ -199,14 +200,18 @@ class Chain:
         undifferentiable: dict[str, str] = {}
         for k, name in enumerate(self._parameters.names):
             other: list[str] = []
+            moving: set[int] = set()
             try:
-                column = self._column(base, equivalent, surfaces, values, k, other)
+                column = self._column(base, equivalent, surfaces, values, k, other, moving)
             except InvalidInput as error:
                 raise InvalidInput(
                     f"setup cannot be differentiated with respect to {name} at {values[k]:.9g}: {error}"
                 ) from error
             if other:
                 undifferentiable[name] = other[0]
+            elif column is None and moving:
+                body = base.system.context.names[min(moving)]
+                undifferentiable[name] = f"the principal axes of {body}, which turn at once where two moments are equal"
             elif column is None:
                 raise InvalidInput(
                     f"the results of setup do not change evenly with {name} near {values[k]:.9g}; expected a function "
@@ -218,8 +223,8 @@ class Chain:
         if times.any():
             if "ThirdBody" in base.system.context.forces.values():
                 # The barycentre of an earlier start would have another velocity than the nominal one.
-                moving = (name for name, time in zip(self._parameters.names, times, strict=True) if time)
-                undifferentiable |= dict.fromkeys(moving, "the time of the start beside a third body")
+                later = (name for name, time in zip(self._parameters.names, times, strict=True) if time)
+                undifferentiable |= dict.fromkeys(later, "the time of the start beside a third body")
             # A start that is later by dt corresponds to one whose state is behind by f dt, with f the rates of change.
             start = start - np.outer(base.system.context.core.jacobian(base.core, [])[3], times)
         _, by_parameters, *by_surfaces = np.split(columns, ends[:-1])
@@ -241,14 +246,16 @@ class Chain:
         values: Floats,
         k: int,
         other: list[str],
+        moving: set[int],
     ) -> Floats | None:
         """Return derivatives of start, time, parameters of the equivalent system and surfaces; ``other`` receives all
-        other changes.
+        other changes, and ``moving`` the bodies that are deformed.
         """
         parameters = np.abs(list(equivalent.parameters.values()))
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
-        # A coefficient that is zero by symmetry has the rounding errors of the others.
-        sizes = [base.sizes(), np.maximum(parameters, _LEAST if surfaces else 0.0)]
+        # Coefficients of gravity, which are below one, have the rounding errors of the sums of which they are left.
+        least = [0.0 if name in base.parameters else 1.0 for name in equivalent.parameters]
+        sizes = [base.sizes(), np.maximum(parameters, least)]
         groups = [start, np.arange(len(parameters)) + 5]
         for surface in surfaces.values():
             sizes += [np.full(part.size, float(np.abs(part).max(initial=0.0))) for part in surface]
@@ -258,7 +265,8 @@ class Chain:
         def shifted(by: float) -> Floats:
             made = self._make(self._parameters.shifted(values, k, by))
             self._watch(base, made)
-            near = [index for index in base.deformed(made) if index not in surfaces]
+            moving.update(base.deformed(made))
+            near = [index for index in moving if index not in surfaces]
             if near:
                 names = base.system.context.names
                 other.append(f"the shape of {names[near[0]]}, of which the sphere around it reaches another body")

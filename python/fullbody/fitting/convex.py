@@ -94,7 +94,7 @@ class ConvexSeries:
         self._since = (times - 0.5 * (times.min() + times.max())) / self._span
 
     def least(self, frequency: Floats) -> ConvexMinimum:
-        """Return the minima near frequencies (B,) in radians per unit of time, by the method of Levenberg and Marquardt."""
+        """Return the minima near frequencies (B,), in radians per unit of time, by Levenberg and Marquardt's method."""
         batch, size = len(frequency), len(self._weight)
         x, least, chi2 = np.zeros((batch, size)), np.full(batch, np.inf), np.full(batch, np.inf)
         matrix, gradient = np.empty((batch, size, size)), np.empty((batch, size))

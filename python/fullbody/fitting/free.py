@@ -69,6 +69,8 @@ class Parameters:
         The names of the arguments of a setup that consist of these numbers.
     shapes : dict of tuple
         The shape of each of the arguments, () for a number.
+    argument_of : tuple of str
+        The argument to which each of the numbers belongs.
     """
 
     def __init__(self, given: Any) -> None:
@@ -115,11 +117,11 @@ class Parameters:
     def _index(self) -> None:
         """Set what follows from the arguments and their shapes."""
         self.names = tuple(label for name in self.arguments for label in self._labels(name))
-        self.units = tuple(self._units[name] for name in self.arguments for _ in range(self._size(name)))
-        #: The argument to which each of the numbers belongs.
-        self.argument_of = tuple(name for name in self.arguments for _ in range(self._size(name)))
+        self.units = tuple(self._units[name] for name in self.arguments for _ in range(self.size_of(name)))
+        self.argument_of = tuple(name for name in self.arguments for _ in range(self.size_of(name)))
 
-    def _size(self, name: str) -> int:
+    def size_of(self, name: str) -> int:
+        """Return how many numbers an argument has."""
         return int(np.prod(self.shapes[name]))
 
     def _labels(self, name: str) -> Iterator[str]:
@@ -145,7 +147,7 @@ class Parameters:
         """Return numbers (n,) for all of an argument, or the same number for each where none is given."""
         shape = self.shapes[name]
         if value is None:
-            return np.full(self._size(name), missing)
+            return np.full(self.size_of(name), missing)
         numbers = self._numbers(name, value, what, infinite=True)
         try:
             return np.array(np.broadcast_to(numbers, shape)).ravel()
@@ -155,7 +157,7 @@ class Parameters:
 
     def _prior(self, name: str, prior: Any) -> tuple[Floats, Floats]:
         if prior is None:
-            return np.zeros(self._size(name)), np.full(self._size(name), np.inf)
+            return np.zeros(self.size_of(name)), np.full(self.size_of(name), np.inf)
         try:
             mean, sigma = prior
         except (TypeError, ValueError) as error:
@@ -198,7 +200,7 @@ class Parameters:
         """Return values (P,), or columns (P, n), by arguments with their units; the arrays of columns are (n, ...)."""
         found, first = ByName({}), 0
         for name, shape in ((name, self.shapes[name]) for name in self.arguments):
-            part = values[first : first + self._size(name)]
+            part = values[first : first + self.size_of(name)]
             first += len(part)
             plain: Any = np.moveaxis(part, 0, -1).reshape((*part.shape[1:], *shape)).copy()
             plain = float(plain) if plain.ndim == 0 else plain

@@ -2,45 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.atomic import as_path, content, replacing
-from ..base.foreign import are_dates
 from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
 from ..base.tables import Table, Tabled
-from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, Units, gathered, is_quantity, need
-from ..errors import InconsistentInput, InvalidInput, caution, interruptible
+from ..base.units import UNITLESS, need
+from ..errors import InvalidInput, interruptible
 from ..frames import pole_angles
-from ..model.bodies import Body
-from ..model.freeform import ConvexShape
-from ..model.state import State
-from ..motion.system import System
 from ..observing import Photometry
-from ..observing.brightness import Epochs, Photometer
-from ..observing.times import in_system
-from ..observing.vectors import local_geometry
 from ..typing import Floats
-from .convex import ConvexSeries, Harmonics
-from .inner import InnerSolution, model_of
-from .losses import LINEAR
+from .curves import Curves, scanned_periods
+from .period_store import PeriodStore
 from .poles import axes_along, lattice, tilted
 
-#: The default range of periods in hours: from the limit of rubble piles to a day.
-_RANGE = (2.2, 24.0)
-#: The largest number of periods, the numbers of a batch, and the seconds between two files.
-_MOST, _BATCH, _SAVED = 2_000_000, 2**20, 5.0
+#: The largest numbers of periods times data times coefficients of a batch.
+_BATCH = 2**20
 
 
 class PeriodMinimum(NamedTuple):
@@ -190,9 +172,9 @@ def period_scan(
     data : Photometry or sequence of Photometry
         Light curves of one body alone. Their zero points and slopes are solved for at each period.
     periods : (shortest, longest) or array_like or Quantity, (N,), optional
-        A range, which is scanned in steps, or more than two periods themselves. By default the range is 2.2 to 24 hours.
+        A range, which is scanned in steps, or more than two periods; from 2.2 to 24 hours unless given.
     poles : int
-        Number of poles, a Fibonacci lattice over the sphere, from each of which the pole is fitted too; chi2 at a period
+        Number of poles from which the fit starts at each period, a Fibonacci lattice over the sphere; chi2 at a period
         is the least of theirs.
     degree : int
         Degree of the series of spherical harmonics that describes the shape, from 1 to 12.
@@ -251,7 +233,7 @@ def period_scan(
     >>> scan.minima[0].period.round(3)
     <Quantity 5. h>
     """
-    listed = [data] if isinstance(data, Photometry) else list(data)
+    listed: list[Any] = [data] if isinstance(data, Photometry) else list(data)
     for item in listed or [data]:
         instance(item, "data", Photometry, "light curves: Photometry, or a list of them")
         if item.rotation is not None:
@@ -259,11 +241,11 @@ def period_scan(
     whole(degree, "degree", 1, 12)
     UNITLESS.number(step, "number", "step", Limits(least=1e-3, most=1.0, text="a number from 0.001 to 1"))
     UNITLESS.number(smoothness, "number", "smoothness", POSITIVE)
-    curves = _Curves(listed, frame)
-    unit, hours = _periods(periods, curves, step)
+    curves = Curves(listed, frame)
+    unit, hours = scanned_periods(periods, curves, step)
     longitude, latitude = lattice(whole(poles, "poles"))
     settings = (hours, longitude, latitude, np.array([degree, smoothness]))
-    known = _Store(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
+    known = PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
     unknowns = (degree + 1) ** 2 - 1
     dof = len(curves.sigma) - curves.basis.shape[1] - unknowns
     if dof < 1:
@@ -275,7 +257,7 @@ def period_scan(
     reach = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
     batch = max(1, _BATCH // (len(curves.sigma) * unknowns))
     with Progress(progress) as report, known.kept():
-        for pole in np.flatnonzero(np.isnan(known.minima).any(axis=(0, 2))):
+        for pole in np.flatnonzero(np.isnan(known.minima).any(axis=(0, 2))).tolist():
             axes = axes_along(longitude[pole], latitude[pole])
             series = curves.series(axes, degree, smoothness, reach)
             column = np.empty((len(hours), 4))
@@ -287,154 +269,12 @@ def period_scan(
                 if report is not None:
                     done = pole * len(hours) + min(first + batch, len(hours))
                     report(done, known.minima[..., 0].size, f"pole {pole + 1} of {len(longitude)}")
-            known.take(int(pole), column)
+            known.take(pole, column)
     with need("units", "a scan of periods"):
         import astropy.units as u
 
-    chi2, fitted, *angles = np.moveaxis(known.minima, -1, 0)
-    scanned, fitted = ((part if unit is None else (part * unit_named("h")).to(unit)) for part in (hours, fitted))
-    return PeriodScan(scanned, chi2, fitted, *(np.degrees(angle) * u.deg for angle in angles), dof)
+    def united(periods: Floats) -> Any:
+        return periods if unit is None else (periods * u.h).to(unit)
 
-
-class _Curves:
-    """The light curves beside the light of a sphere: pulls, errors and linear unknowns, and the directions (2, K, 3)."""
-
-    def __init__(self, data: list[Photometry], frame: str | None) -> None:
-        self.united = are_dates(data[0].times) or is_quantity(data[0].times)
-        options: dict[str, Any] = {"units": ("km", "hour", "kg"), "frame": frame} if self.united else {"G": 1.0}
-        if are_dates(data[0].times):
-            options["epoch"] = data[0].times[0].tdb
-        self._sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
-        self._system = System([Body(self._sphere, mass="1e12 kg" if self.united else 1.0)], **options)
-        models, times, lights = [], [], []
-        for item in data:
-            emission = item.emission(self._system)
-            start = State(np.zeros((1, 3)), np.zeros((1, 3)), time=emission[0])
-            models.append(model_of(item, self._system.integrate(start, emission[-1], output=emission)))
-            local, clock = local_geometry(item.geometry, self._system), in_system(item.times, self._system, "times")
-            times.append(self._system.context.units.strip(emission, "time", "times"))
-            lights.append([local.observer(clock), local.sun(clock)])
-        self._laws, self._counts = [item.law for item in data], [len(part) for part in times]
-        self.times, self.sigma = np.concatenate(times), np.concatenate([item.sigma for item in data])
-        self.pulls = np.concatenate([model.pulls.ravel() for model in models])
-        self.basis = InnerSolution(models, LINEAR).projection.basis
-        self.lights = np.concatenate(lights, axis=1)
-        self.lights /= np.linalg.norm(self.lights, axis=-1, keepdims=True)
-
-    @property
-    def numbers(self) -> tuple[Floats, ...]:
-        """All numbers on which a scan of these data depends."""
-        return self.times, self.sigma, self.pulls, self.basis, self.lights
-
-    def series(self, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]) -> ConvexSeries:
-        """Return the light of a convex body about poles near the last of some axes (3, 3)."""
-        harmonics = Harmonics.at(self._sphere.normals, degree)
-        weighted = self._system.context.bodies[0].areas[:, None] * harmonics.values
-        ends = np.cumsum([0, *self._counts])
-
-        def integrals(tilt: Floats) -> Any:
-            lights = self.lights @ tilted(axes, tilt).T
-            parts = []
-            for law, first, last in zip(self._laws, ends, ends[1:], strict=False):
-                count = last - first
-                poses = np.zeros((count, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1, 1))
-                epochs = Epochs(self.times[first:last], *poses, *lights[:, first:last])
-                photometer = Photometer(self._system, law, 1.0, False, 0.0)
-                parts.append(photometer.derivatives(epochs, True).areas[0][:, 0] @ weighted)
-            return np.concatenate(parts)
-
-        bisector = self.lights.sum(axis=0) @ axes.T
-        rows = (bisector, self.times, self.pulls, self.sigma, self.basis)
-        return ConvexSeries(integrals, harmonics, *rows, smoothness, reach)
-
-
-class _Store:
-    """Chi2, period, longitude and latitude (N, n, 4) at each period near each pole, NaN where it is not known yet, and their file."""
-
-    def __init__(self, path: Any, numbers: Iterator[Floats] | tuple[Floats, ...], shape: tuple[int, ...]) -> None:
-        self._path: Path | None = None if path is None else as_path(path, "store")
-        digest = hashlib.sha256()
-        for array in numbers:
-            digest.update(np.ascontiguousarray(array).tobytes())
-        self._key, self._saved = digest.hexdigest(), time.monotonic()
-        self.minima = np.full(shape, np.nan)
-        if self._path is not None and self._path.exists():
-            self.minima = self._read(self._path)
-
-    def _read(self, path: Path) -> Floats:
-        try:
-            with np.load(BytesIO(content(path)), allow_pickle=False) as file:
-                key, minima = str(file["key"]), file["minima"]
-        except (ValueError, KeyError, OSError, EOFError) as error:
-            raise InvalidInput(f"{path} is no store of a scan of periods; expected one, or a new name") from error
-        if key != self._key or minima.shape != self.minima.shape:
-            raise InvalidInput(
-                f"{path} is the store of a scan of other data or with other arguments; expected a new name"
-            )
-        return np.asarray(minima, dtype=np.float64)
-
-    def take(self, pole: int, column: Floats) -> None:
-        """Keep the minima (N, 4) near a pole."""
-        self.minima[:, pole] = column
-        if time.monotonic() - self._saved > _SAVED:
-            self.save()
-
-    def save(self) -> None:
-        """Write the file, if there is one."""
-        if self._path is not None:
-            with replacing(self._path) as temporary, temporary.open("wb") as file:
-                np.savez(file, key=np.array(self._key), minima=self.minima)
-        self._saved = time.monotonic()
-
-    @contextmanager
-    def kept(self) -> Iterator[None]:
-        """Write the file at the end, also that of an interrupt."""
-        try:
-            yield
-        finally:
-            self.save()
-
-
-def _periods(given: Any, curves: _Curves, step: float) -> tuple[Any, Floats]:
-    """Return the unit of the periods, None for plain numbers, and the periods (N,) in hours, or as plain numbers."""
-    span = float(np.ptp(curves.times))
-    if not span > 0.0:
-        raise InvalidInput("data have no span of time, which would determine a period; expected two times or more")
-    if given is None:
-        if not curves.united:
-            raise InvalidInput("periods is None beside times without a unit; expected (shortest, longest)")
-        given = unit_named("h") * np.array(_RANGE)
-    given = gathered(given, "periods", "time")
-    if is_quantity(given) != curves.united:
-        expected = "a Quantity" if curves.united else "plain numbers"
-        raise InvalidInput(f"periods is {given!r}; expected {expected}, as the times of the data are")
-    unit = given.unit if is_quantity(given) else None
-    hours = np.atleast_1d(
-        (Units(("km", "hour", "kg")) if unit else UNITLESS).numbers(
-            given, "time" if unit else "number", "periods", ("N",), POSITIVE
-        )
-    )
-    values = np.unique(hours)
-    if len(values) != len(hours) or len(values) < 2:
-        raise InvalidInput(f"periods is {given!r}; expected (shortest, longest), or different periods")
-    fraction = np.diff(1.0 / values[::-1]) * span
-    if len(values) == 2:
-        # Equal steps of the frequency are steps of the period in proportion to P^2.
-        count = float(fraction[0]) / step
-        if count < 2.0:
-            raise InvalidInput(
-                f"periods is {given!r}, shorter than two steps of {step * values[0] ** 2 / span:.3g}; expected a longer "
-                "range: data over this span of time cannot tell these periods apart"
-            )
-        if count > _MOST:
-            raise InvalidInput(
-                f"periods is {given!r}, which takes {count:.3g} steps for data over this span of time; expected a range "
-                f"with at most {_MOST} steps"
-            )
-        values = 1.0 / np.linspace(1.0 / values[0], 1.0 / values[1], int(np.ceil(count)) + 1)
-    elif fraction.max() > 0.5:
-        caution(
-            f"periods has steps of up to {fraction.max():.3g} P^2/T, where minima are half of that apart and may be missed",
-            InconsistentInput,
-        )
-    return unit, values
+    chi2, fitted, lon, lat = np.moveaxis(known.minima, -1, 0)
+    return PeriodScan(united(hours), chi2, united(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof)

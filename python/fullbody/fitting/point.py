@@ -89,6 +89,8 @@ class PullJacobian:
         The relative changes of the covariances of errors, by the index of the parameter and of the observations.
     differenced : dict of str
         The reasons why parameters were differenced, by their names.
+    kinks : bool
+        Whether faces are deformed by parameters: where one of them turns away, the derivatives of their light jump.
     """
 
     rows: Floats
@@ -96,3 +98,4 @@ class PullJacobian:
     log_determinant: Floats
     noise: dict[int, dict[int, Floats]]
     differenced: dict[str, str]
+    kinks: bool = False

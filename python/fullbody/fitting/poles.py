@@ -112,8 +112,9 @@ def axes_along(longitude: float, latitude: float) -> Floats:
 
 
 def tilted(axes: Floats, tilt: Floats) -> Floats:
-    """Return axes (3, 3) after the smallest rotation that tilts the last one by the components (..., 2) of a unit vector
-    along the other two.
+    """Return axes (..., 3, 3) after the smallest rotation that tilts the last one.
+
+    The tilt (..., 2) has the components of the tilted unit vector along the other two axes.
     """
     p = np.asarray(tilt)[..., None]
     pz = np.sqrt(1.0 - np.sum(p**2, axis=-2))

@@ -238,9 +238,10 @@ class Problem:
         rows = np.zeros((len(point.rows) + len(point.inner.unknowns) + 1, len(names)))
         noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
-        columns = self.places
+        columns, kinks = self.places, False
         if columns:
             made = self._chain.at(point.made, point.values[columns])
+            kinks = bool(made.deformations)
             differenced |= {
                 name: f"it changes {path}, by which motions are not differentiated"
                 for name, path in made.undifferentiable.items()
@@ -260,7 +261,7 @@ class Problem:
                 if by_observations:
                     noise[k] = by_observations
         inner = point.inner
-        return PullJacobian(inner.derivative(rows), rows[: len(inner.pulls)], rows[-1], noise, differenced)
+        return PullJacobian(inner.derivative(rows), rows[: len(inner.pulls)], rows[-1], noise, differenced, kinks)
 
     def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> Floats:
         """Return the exact derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup."""

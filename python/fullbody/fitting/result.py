@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
 _MOST_DRAWS = 1000
+#: The number of numbers above which tables of minima leave an array out.
+_LONG = 6
 
 
 @dataclass(frozen=True)
@@ -366,16 +368,17 @@ class Fit(Tabled):
             Table("Quality", (), [(what, text) for what, text in about if text]),
         ]
         if len(self.minima) > 1:
+            # The columns of long arrays would not fit.
+            few = [k for k, name in enumerate(self.parameters.argument_of) if self.parameters.size_of(name) <= _LONG]
             lines: list[Any] = [
                 [
                     f"{number:.6g}"
-                    for number in (item.loss, item.chi2, item.starts, *self.parameters.numbers(item.values))
+                    for number in (item.loss, item.chi2, item.starts, *self.parameters.numbers(item.values)[few])
                 ]
                 for item in self.minima
             ]
-            tables.append(
-                Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.parameters.names), lines)
-            )
+            names = (self.parameters.names[k] for k in few)
+            tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *names), lines))
         return tuple(tables)
 
     def __repr__(self) -> str:

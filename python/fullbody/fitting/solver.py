@@ -21,6 +21,11 @@ _CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
 _FAR, _HIDDEN = 0.03, 1e-11
 
 
+#: The changes of chi2 over how many iterations at which a solver has converged whose derivatives have kinks, and the
+#: largest distance from the minimum there.
+_STALLED, _ITERATIONS, _KINKED = 0.01, 3, 1.0
+
+
 class _Converged(Exception):
     """The solver is at a minimum."""
 
@@ -45,6 +50,7 @@ class Solver:
         self.best: Linearised | None = None
         self.message, self.iterations, self.interrupted = "", 0, False
         self._distance, self._accepted = np.inf, False
+        self._costs: list[float] = []
 
     def solve(self, start: Floats) -> None:
         """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
@@ -106,9 +112,16 @@ class Solver:
         self._accepted = True
         self._show()
         self._distance = self._step(here)
-        if self._distance < _CLOSE:
+        if self._distance < _CLOSE or (here.jacobian.kinks and self._is_stalled(here.cost)):
             raise _Converged
         return here
+
+    def _is_stalled(self, cost: float) -> bool:
+        """Return whether chi2 no longer changes by what counts, although derivatives with kinks lead further."""
+        self._costs.append(cost)
+        recent = self._costs[-1 - _ITERATIONS :]
+        settled = len(recent) > _ITERATIONS and 2.0 * (recent[0] - recent[-1]) < _STALLED
+        return settled and self._distance < _KINKED
 
     def _step(self, here: Linearised) -> float:
         """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""

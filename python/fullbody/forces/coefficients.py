@@ -99,12 +99,12 @@ class RadiationCoefficients(ArrayFields, Tabled):
         """
         angle = _obliquities(obliquity)
         cosine, sine = np.asarray(_plain(self.torque_cosine)), np.asarray(_plain(self.torque_sine))
-        # The mean over fast rotation of the torque towards the meridian of the Sun, and across it.
+        # The mean over a fast rotation of the torque towards the meridian of the Sun. That across it is a function of
+        # the latitude times cos(nu), whose mean over the orbit is zero.
         meridian = 0.5 * (cosine[:, 1, 0] + sine[:, 1, 1])
-        aside = 0.5 * (cosine[:, 1, 1] - sine[:, 1, 0])
         along = _orbit_mean(cosine[:, 0, 2], angle)
-        # With s = sin nu and c = cos nu the longitude of the Sun has the sine cos(obliquity) s / cos(latitude).
-        across = np.cos(angle) * _orbit_mean(meridian, angle, np.sin) + _orbit_mean(aside, angle, np.cos)
+        # The longitude of the Sun has the sine cos(obliquity) sin(nu) / cos(latitude).
+        across = np.cos(angle) * _orbit_mean(meridian, angle, by_sine=True)
         return self._like(along, self.torque_cosine), self._like(across, self.torque_cosine)
 
     def synchronous_force(self, obliquity: Any = 0.0) -> Any:
@@ -349,26 +349,25 @@ def _plain(value: Any) -> Any:
     return getattr(value, "value", value)
 
 
-def _orbit_mean(values: Floats, obliquity: Floats, weight: Any = None) -> Floats:
+def _orbit_mean(values: Floats, obliquity: Floats, by_sine: bool = False) -> Floats:
     """Return means over the orbit round the Sun of a function of its latitude, one for each obliquity.
 
     The mean over time of the pressure times a function is the mean pressure times the mean of the function over the
-    true anomaly, whatever the eccentricity. The function is given at evenly spaced latitudes. Without a weight it is a
-    series of cosines of the polar distance; with one it vanishes at the poles, is a series of sines, and is divided by
-    the cosine of the latitude and multiplied by that function of the angle nu from the node.
+    true anomaly, whatever the eccentricity. The function is given at evenly spaced latitudes, and is taken for a series
+    of cosines of the polar distance. With ``by_sine`` it vanishes at the poles, is a series of sines, and is multiplied
+    by the sine of the angle nu from the node over the cosine of the latitude.
     """
     nu = 2.0 * pi * (np.arange(_ANOMALIES) + 0.5) / _ANOMALIES
     height = np.clip(np.sin(obliquity)[..., None] * np.sin(nu), -1.0, 1.0)
     distance = np.arccos(height)
     values, last = values[::-1], len(values) - 1
-    sign = 1.0 if weight is None else -1.0
+    sign = -1.0 if by_sine else 1.0
     extended = np.fft.rfft(np.concatenate([values, sign * values[-2:0:-1]])) / last
     orders = np.arange(last + 1)
-    if weight is None:
-        coefficients = extended.real
-        coefficients[[0, -1]] *= 0.5
-        series = np.cos(distance[..., None] * orders) @ coefficients
-        return series.mean(axis=-1)
-    # The ratio sin(k x) / sin(x) is finite at the poles, which the angles nu, being between the nodes, do not meet.
-    ratios = np.sin(distance[..., None] * orders) / np.sin(distance)[..., None]
-    return (ratios @ -extended.imag * weight(nu)).mean(axis=-1)
+    if by_sine:
+        # The ratio sin(k x) / sin(x) is finite at the poles, which the angles nu, being between the nodes, do not meet.
+        ratios = np.sin(distance[..., None] * orders) / np.sin(distance)[..., None]
+        return (ratios @ -extended.imag * np.sin(nu)).mean(axis=-1)
+    coefficients = extended.real
+    coefficients[[0, -1]] *= 0.5
+    return (np.cos(distance[..., None] * orders) @ coefficients).mean(axis=-1)

@@ -97,6 +97,10 @@ class Yorp(Force):
     name : str, optional
         Name of the force; by default ``YORP on`` the body.
 
+    See Also
+    --------
+    radiation_coefficients : Computes the table of torques from a shape.
+
     Notes
     -----
     See Rubincam (2000). With C the largest moment of inertia the spin changes by torque ``along`` / C, and the
@@ -246,6 +250,11 @@ class Byorp(Force):
         The components of the torque about the secondary's centre; zero by default.
     name : str, optional
         Name of the force; by default ``BYORP on`` the body.
+
+    See Also
+    --------
+    radiation_coefficients : Computes force and torque from a shape.
+    BinaryYarkovsky : The force of heat on a secondary that is not synchronous.
 
     Notes
     -----

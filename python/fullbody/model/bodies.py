@@ -121,7 +121,7 @@ class Body(ScalarFields, Tabled):
     @property
     def working_frame(self) -> WorkingFrame | None:
         """Where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body frame, or
-        ``None``.
+        ``None``. That of a :class:`ConvexShape` is the body frame itself.
 
         Examples
         --------
@@ -131,6 +131,8 @@ class Body(ScalarFields, Tabled):
         array([-2.5,  0. , -5. ])
         """
         units = self._own_units()
+        if isinstance(self._shape, ConvexShape):
+            return WorkingFrame(units.attach(np.zeros(3), "length"), np.eye(4)[0])
         if (found := self._core(units, 0).working_frame) is None:
             return None
         return WorkingFrame(units.attach(np.array(found[0]), "length"), np.array(found[1]))

@@ -119,7 +119,8 @@ class ConvexShape(ScalarFields):
     Parameters
     ----------
     coefficients : array_like, ((L + 1)^2,)
-        The numbers c_lm, as for :class:`HarmonicShape`. The first one, c_00, has the effect of the size alone.
+        The numbers c_lm, as for :class:`HarmonicShape`. The first one, c_00, has the effect of the size alone. Areas
+        are large where the surface is flat: a positive c_20 flattens the shape along z.
     degree : int, optional
         The degree L, to be checked against the number of coefficients, from which it follows.
     reference_radius : float or Quantity
@@ -141,7 +142,7 @@ class ConvexShape(ScalarFields):
     Examples
     --------
     >>> import fullbody, numpy as np
-    >>> shape = fullbody.ConvexShape([0.0, 0, 0, 0, 0, 0, -0.2, 0, 0.3], degree=2, reference_radius=2.0)
+    >>> shape = fullbody.ConvexShape([0.0, 0, 0, 0, 0, 0, 0.2, 0, -0.3], degree=2, reference_radius=2.0)
     >>> shape, shape.polyhedron()
     (ConvexShape(degree 2, reference_radius=2.0, 1002 facets), Polyhedron(2000 vertices, 3996 faces))
     """

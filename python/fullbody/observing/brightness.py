@@ -236,7 +236,8 @@ def brightness(
     So is a body near the edge of a much larger one, as far as the last digits of their places tell: 1e-10 at a ratio of
     sizes of 1e-7. Events with observer and Sun in one direction to within 2e-12 radians are accurate to 1e-11.
     Polyhedra and composites are computed from their facets, from which the parts that they hide of each other are cut
-    exactly; where parts share a plane, each point counts once. Ellipsoids beside them have 5,120 facets where they hide
+    exactly; where parts share a plane, each point counts once. A :class:`fullbody.ConvexShape` hides nothing of itself:
+    its light is the sum over its facets. Ellipsoids beside polyhedra have 5,120 facets where they hide
     light and 4,096 where light is hidden from them: an error of about 0.1 % of their light.
 
     Parameters
@@ -254,8 +255,8 @@ def brightness(
     sun_radius : float, Quantity or str
         Angular radius of the Sun's disc, radians, for penumbrae: 0.00465 at 1 au. Zero for parallel light.
     albedo : float, array_like or dict
-        Factor of the brightness, zero or above; an array (F,) for each face of a polyhedron, in their order; or either
-        for each body by its name.
+        Factor of the brightness, zero or above; an array (F,) for each face of a polyhedron or facet of a convex shape,
+        in their order; or either for each body by its name.
 
     Returns
     -------

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.epochs import date
 from ..base.kinds import choice
@@ -292,27 +291,16 @@ def read_damit_model(
     solid = _shape(Text(shape), diameter, unit)
     with naming(shape):
         body = Body(solid, name=name, **amount)
-    frame = body.working_frame
-    assert frame is not None
-    attitude = rotations.product(
-        rotations.about_axis(2, np.radians(longitude)),
-        rotations.about_axis(1, np.radians(90.0 - latitude)),
-        rotations.about_axis(2, np.radians(angle) + 2.0 * np.pi * (rotations_since % 1.0)),
-        rotations.inverse(frame.attitude),
-    )
-    axis = rotations.matrices(frame.attitude)[:, 2]
+    # The angle of the database is measured from another direction than that of a state.
+    turned = angle - 90.0 + 360.0 * (rotations_since % 1.0)
+    state = State.rotating(body, longitude * u.deg, latitude * u.deg, hours * u.h, turned * u.deg)
+    axis = state.core.spin[0] / np.linalg.norm(state.core.spin[0])
     tilt = float(np.arctan2(np.hypot(axis[0], axis[1]), abs(axis[2])))
     if tilt > _TILT_LIMIT:
         caution(
             f"{shape}: the spin is {np.degrees(tilt):.3g} degrees from the principal axis of the shape, so that the "
             "body wobbles in a run, unlike the model of the database"
         )
-    state = State(
-        position=np.zeros((1, 3)) * u.km,
-        velocity=np.zeros((1, 3)) * u.km / u.h,
-        attitude=[attitude],
-        spin=2.0 * np.pi / hours * axis[None] * u.rad / u.h,
-    )
     return DamitModel(body, state, state_epoch, hours * u.h, law)
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..typing import Floats
-from .contacts import Body, Contacts, EllipsoidContacts, Passage, Paths, Rows, continued
+from .contacts import Body, Contacts, EllipsoidContacts, Passage, Paths, Rows, continued, into_body
 from .limbs import EllipsoidLimb, Limb, Span, dense_nodes, spans_below_zero, union
 
 #: The number of intervals of a passage, and its length relative to the time in which the body's reach passes.
 _PASSAGE, _LONG = 64, 1.05
+#: The iterations in which a contact is located, and the share of a passage within which the last one has to end.
+_POLISHED, _CLOSE = 4, 1e-12
 #: The iterations of the time at which a body's centre is nearest to a line of sight.
 _NEAREST = 6
 
@@ -64,7 +66,10 @@ class OutlineContacts(Passage):
             def measure(times: Floats, limb: Limb = limb) -> Floats:
                 return np.asarray(limb.measure(*self.sight(body, np.full(len(times), k), times)))
 
-            spans += [(span, number) for span in spans_below_zero(measure, dense_nodes(limb, nodes, *places))]
+            found = self._straight(body, k, limb, (first, last), measure)
+            if found is None:
+                found = spans_below_zero(measure, dense_nodes(limb, nodes, *places))
+            spans += [(span, number) for span in found]
         if not spans:
             lengths = np.array([limb.length(limb.measure(*places)) for limb in self.limbs])
             nearest, node = np.unravel_index(np.argmin(lengths), lengths.shape)
@@ -77,6 +82,34 @@ class OutlineContacts(Passage):
         begin, end = max(union([span for span, _ in spans]), key=overlap)
         first_limb = next(number for span, number in spans if span[0] == begin)
         return _Found(begin, end, (first_limb, next(number for span, number in spans if span[1] == end)), False)
+
+    def _straight(
+        self, body: Body, k: int, limb: Limb, ends: Span, measure: Callable[[Floats], Floats]
+    ) -> list[Span] | None:
+        """Return the spans in which a ray is within an outline, from the crossings of a straight path with the outline.
+
+        The attitude of the middle gives the crossings, which are then located with that of their own time. ``None`` is
+        returned where this finds no crossing, and where it does not converge, as near a graze.
+        """
+        index = np.array([k, k, k])
+        w, u, attitude = self.lines(body, index, np.array([*ends, 0.5 * sum(ends)]))
+        turned, toward = into_body(attitude[[2, 2]], w[:2]), into_body(attitude[2], u[2])
+        shares = limb.crossings(turned[0], toward, turned[1] - turned[0])
+        if not len(shares):
+            return None
+        length = ends[1] - ends[0]
+        times = ends[0] + length * shares
+        nodes = np.concatenate([ends[:1], times, ends[1:]])
+        inside = measure(0.5 * (nodes[1:] + nodes[:-1])) < 0.0
+        if inside[0] or inside[-1]:
+            return None
+        times = times[inside[1:] != inside[:-1]]
+        for _ in range(_POLISHED):
+            step = measure(times) / self.rates(body, np.full(len(times), k), times, limb)
+            times = times - step
+        if not (np.abs(step) <= _CLOSE * length).all() or (np.diff(times) <= 0.0).any():
+            return None
+        return list(zip(times[::2].tolist(), times[1::2].tolist(), strict=True))
 
     def _square(self, body: Body, k: int, time: float) -> float:
         """Return the square of the distance of a row's line of sight from the body's centre at a time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -65,84 +65,3 @@ def time_axis(times: Any) -> tuple[Any, str]:
     if are_dates(times):
         return np.asarray(times.utc.to_datetime()), "date, UTC"
     return np.asarray(getattr(times, "value", times)), f"time since the epoch [{unit_of(times)}]"
-
-
-def draw_spectra(
-    edges: Any, parts: Sequence[tuple[Any, Any, Any]], titles: Sequence[str], axes: Any, kwargs: dict[str, Any]
-) -> Any:
-    """Draw radar spectra over their predictions, one column for each, and below them the residuals.
-
-    Parameters
-    ----------
-    edges : ndarray or Quantity, (F,)
-        The edges of the bins of frequency.
-    parts : sequence of three ndarrays or Quantities, (F - 1,)
-        For each spectrum the prediction, the residuals and the standard errors.
-    titles : sequence of str
-    axes : array of matplotlib Axes, or None
-    kwargs : dict
-        Options for ``Axes.errorbar``.
-
-    Returns
-    -------
-    ndarray of Axes, (2, K)
-    """
-    flat, result = panels(axes, (2, len(parts)), (0.6 + 3.4 * len(parts), 4.8))
-    plain = np.asarray(getattr(edges, "value", edges))
-    middles = 0.5 * (plain[1:] + plain[:-1])
-    for k, (three, title) in enumerate(zip(parts, titles, strict=True)):
-        unit = f" [{unit_of(three[0])}]" if hasattr(three[0], "unit") else ""
-        model, left, errors = (np.asarray(getattr(values, "value", values)) for values in three)
-        style = {"linestyle": "", "marker": ".", "markersize": 3.0, "color": "k", "elinewidth": 0.6, **kwargs}
-        above, below = flat[k], flat[len(parts) + k]
-        above.errorbar(middles, model + left, errors, **{"label": "observed", **style})
-        above.stairs(model, plain, baseline=None, color=line(0, {})["color"], label="predicted", zorder=3.0)
-        below.axhline(0.0, **line(0, {}))
-        below.errorbar(middles, left, errors, **style)
-        above.set_title(title, fontsize="small")
-        below.set_xlabel(f"frequency [{unit_of(edges)}]")
-        if k == 0:
-            above.set_ylabel(f"power{unit}")
-            below.set_ylabel(f"observed \N{MINUS SIGN} predicted{unit}")
-        grid(above)
-        grid(below)
-    flat[0].legend(frameon=False, fontsize="small")
-    return result
-
-
-def draw_images(edges: tuple[Any, Any], parts: Sequence[tuple[Any, Any, Any]], titles: Sequence[str], axes: Any) -> Any:
-    """Draw delay-Doppler images: in each column the observed one, the prediction, and the residuals over their errors.
-
-    Parameters
-    ----------
-    edges : two ndarrays or Quantities, (D,) and (F,)
-        The edges of the bins of delay and of frequency.
-    parts : sequence of three ndarrays or Quantities, (D - 1, F - 1)
-        For each image the prediction, the residuals and the standard errors.
-    titles : sequence of str
-    axes : array of matplotlib Axes, or None
-
-    Returns
-    -------
-    ndarray of Axes, (3, K)
-    """
-    flat, result = panels(axes, (3, len(parts)), (0.8 + 3.0 * len(parts), 7.4))
-    delays, frequencies = (np.asarray(getattr(one, "value", one)) for one in edges)
-    for k, (three, title) in enumerate(zip(parts, titles, strict=True)):
-        model, left, errors = (np.asarray(getattr(values, "value", values)) for values in three)
-        high = float(np.max(model, initial=0.0)) or 1.0
-        shown = (
-            (model + left, "observed", {"cmap": "gray", "vmin": 0.0, "vmax": high}),
-            (model, "predicted", {"cmap": "gray", "vmin": 0.0, "vmax": high}),
-            (left / errors, "residual / error", {"cmap": "RdBu", "vmin": -4.0, "vmax": 4.0}),
-        )
-        for row, (image, name, style) in enumerate(shown):
-            ax = flat[row * len(parts) + k]
-            ax.pcolormesh(frequencies, delays, image, **style)
-            # The surface nearest to the antenna is at the top.
-            ax.set_ylim(delays[-1], delays[0])
-            ax.set_title(f"{title}: {name}" if row == 0 else name, fontsize="small")
-            if k == 0:
-                ax.set_ylabel(f"delay [{unit_of(edges[0])}]")
-        flat[2 * len(parts) + k].set_xlabel(f"frequency [{unit_of(edges[1])}]")
-    return result

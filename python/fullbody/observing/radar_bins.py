@@ -24,15 +24,12 @@ from .data import Observations
 from .echoes import Echo, EchoModel, RadarOptions, edges_of
 from .exposure import exposure_rule
 from .linear import LinearUnknown
-from .pictures import draw_images, draw_spectra
 from .predictions import DesignArgument, Errors
 from .vectors import Vectors
 
 #: The step of derivatives by differences, relative to the radius of a body, the width of its echo, or one radian. The
 #: echo is precise to 1e-12, and changes over some hundredths of these, the widths of bins.
 _SHARE = 2e-5
-#: The largest number of rows in one picture.
-_DRAWN = 6
 #: The limits of the number of looks.
 _LOOKS = Limits(above=0.0)
 
@@ -130,34 +127,6 @@ class RadarEchoes(Observations):
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         meta = {"polarization": self.polarization, "gain": self.gain, "looks": self.looks}
         return {"power": self.power, "sigma": self.sigma}, meta
-
-    def plot(self, run: Record, axes: Any = None, *, linear: Any = None, **kwargs: Any) -> Any:
-        """Draw the first rows of the data, six at most, with the predictions of a run and the residuals.
-
-        Parameters
-        ----------
-        run : Run
-            A run as for :meth:`predict`.
-        axes : array of matplotlib Axes, (2, K) or (3, K), optional
-            Axes to draw on, with a column for each row: the spectra and their residuals, or images as observed, as
-            predicted, and the residuals over their errors.
-        linear : dict, optional
-            The linear unknowns, as for :meth:`predict`.
-        **kwargs
-            Passed to ``Axes.errorbar``, for spectra.
-
-        Returns
-        -------
-        ndarray of Axes
-        """
-        predicted, residuals, _ = self._solved(run, linear)
-        sigma = self._sigma * self._scale(run.system)
-        columns = [self._attach(values[:_DRAWN], run.system) for values in (predicted, residuals, sigma)]
-        parts = list(zip(*columns, strict=True))
-        titles = [str(time) for time in self.times[:_DRAWN]]
-        if len(self._axes) == 1:
-            return draw_spectra(self.frequencies, parts, titles, axes, kwargs)
-        return draw_images((self._edges["delays"], self.frequencies), parts, titles, axes)
 
     def _widen(self, jitter: Any) -> None:
         self._sigma = np.hypot(self._sigma, jitter_of(jitter, self._unit))

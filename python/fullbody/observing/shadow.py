@@ -86,7 +86,7 @@ class ShadowPath:
             table[what] = MaskedColumn(getattr(self, what), unit="deg")
         return table
 
-    def plot(self, ax: Any = None, *, stations: Any = None, **kwargs: Any) -> Any:
+    def plot(self, ax: Any = None, *, stations: Any = None, color: Any = None) -> Any:
         """Draw the path in longitude and latitude: its limits, its central line and the band of its errors.
 
         Parameters
@@ -94,21 +94,25 @@ class ShadowPath:
         ax : matplotlib Axes, optional
         stations : EarthLocation, optional
             Stations to mark.
-        **kwargs
-            Passed to ``Axes.plot`` for the central line.
+        color : colour of matplotlib, optional
+            The colour of limits and errors.
 
         Returns
         -------
         matplotlib Axes
         """
         ax = single(ax, (7.0, 4.5))
-        colour = LINES[0]["color"]
+        color = LINES[0]["color"] if color is None else color
+
+        def label(text: str) -> str | None:
+            return None if text in ax.get_legend_handles_labels()[1] else text
+
         for inner in ("north", "south") if "error_north" in self.longitude else ():
-            self._draw(ax, f"error_{inner}", color=colour, linestyle=":", linewidth=1.0)
-            self._fill(ax, inner, color=colour, alpha=0.2, label="errors" if inner == "north" else None)
-        for name, label in (("north", "limits"), ("south", None)):
-            self._draw(ax, name, color=colour, linewidth=1.2, label=label)
-        self._draw(ax, "centre", **{"color": "0.2", "linestyle": "--", "linewidth": 1.2, "label": self.body} | kwargs)
+            self._draw(ax, f"error_{inner}", color=color, linestyle=":", linewidth=1.0)
+            self._fill(ax, inner, color=color, alpha=0.2, label=label("errors"))
+        for name in ("north", "south"):
+            self._draw(ax, name, color=color, linewidth=1.2, label=label(f"limits of {self.body}"))
+        self._draw(ax, "centre", color=color, linestyle="--", linewidth=1.2)
         if stations is not None:
             place = stations.to_geodetic("WGS84")
             ax.plot(place.lon.deg, place.lat.deg, "^", color=LINES[4]["color"], markersize=4.0, label="stations")

@@ -170,6 +170,30 @@ def test_a_convex_shape_is_recovered_within_its_errors(found):
     assert found.sigma["coefficients"].max() < 0.05
 
 
+def test_a_fit_of_faces_ends_where_their_kinks_hide_the_minimum():
+    rng = np.random.default_rng(1)
+    times = np.sort(rng.uniform(0.0, 40.0, 60))
+    curve = observing.light_curve(
+        alone(2 * SERIES[1:9])[0].integrate(alone(2 * SERIES[1:9])[1], 40.0, dense=True), times, VIEW
+    )
+    data = observing.Photometry(times, curve + 0.01 * rng.normal(size=60), 0.01, geometry=VIEW)
+    prior = (0.0, fitting.smoothness(2, 0.3)[1:])
+    fit = fullbody.fit(alone, {"coefficients": Free(1.8 * SERIES[1:9], prior=prior), "period": 6.0}, data)
+    assert not fit.message
+    assert not fit.differenced
+    assert fit.iterations < 30
+    apart = np.append(fit.values["coefficients"] - 2 * SERIES[1:9], fit.values["period"] - 6.0)
+    assert np.mean((apart / np.sqrt(np.diag(fit.covariance))[:9]) ** 2) < 2.5
+
+
+def test_a_shape_may_start_as_a_sphere_whose_principal_axes_are_not_defined():
+    problem = Problem(alone, Parameters({"coefficients": np.zeros(8)}), light(6), None)
+    values = problem.parameters.start
+    derivatives = problem._chain.at(problem.make(values), values)
+    assert "coefficients[3]" in derivatives.undifferentiable
+    assert "principal axes of A, which turn at once" in derivatives.undifferentiable["coefficients[3]"]
+
+
 def test_closure_is_one_of_the_observations(found):
     closure = found.system["A"].shape.closure
     assert np.abs(closure).max() < 0.03

@@ -174,7 +174,7 @@ def test_derivatives_are_those_of_differences(units):
 
 
 def test_a_sensitivity_is_that_of_the_pressure():
-    system, state, n = pair(2.5)
+    system, state, _ = pair(2.5)
     runs = {}
     for pressure in (0.99e-3, 1e-3, 1.01e-3):
         forced = system.with_forces([heat(pressure=pressure)])

@@ -139,7 +139,8 @@ def test_the_first_coefficient_is_the_size():
 
 def test_a_convex_shape_spins_uniformly_about_any_axis_in_the_frame_of_its_series():
     body = fullbody.Body(ConvexShape(coefficients(4, 0.5)), mass=1.0)
-    assert body.working_frame is None
+    assert body.working_frame.attitude.tolist() == [1.0, 0.0, 0.0, 0.0]
+    assert not body.working_frame.position.any()
     system, spin = fullbody.System([body], G=1.0), np.array([0.3, -0.2, 0.6])
     start = fullbody.State([[0.0] * 3], [[0.0] * 3], spin=[spin])
     end = system.integrate(start, 40.0, output="ends")[-1]

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from fullbody import Body, Composite, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
+from fullbody import Body, Composite, Ellipsoid, HarmonicShape, Part, Polyhedron, Sphere, State, System, observing
 from fullbody.base import rotations
+from fullbody.observing.brightness import Epochs, Photometer
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 from support.meshes import box
 from support.strips import strips
@@ -169,3 +170,17 @@ def test_derivatives_with_respect_to_vertices_scale_as_an_area():
     assert found.brightness[0] < 0.95 * alone[0]
     np.testing.assert_allclose(growth, 2.0 * found.brightness, rtol=1e-12)
     assert found.vertices[1].shape == (2, len(bodies[1].shape.vertices), 3)
+
+
+@pytest.mark.parametrize("seed", [2, 19])
+def test_derivatives_are_numbers_where_a_side_of_a_shadow_has_no_length(seed):
+    # One of these thousand views of a body with hollows has such a side, on which the derivative was 0 / 0.
+    rng = np.random.default_rng(seed)
+    coefficients = np.concatenate([np.zeros(4), rng.normal(scale=0.12, size=12)])
+    system = System([Body(HarmonicShape(coefficients, faces=320), mass=1.0)], G=1.0)
+    e = unit(rng.normal(size=(1000, 3)))
+    s = unit(e + 0.5 * rng.normal(size=(1000, 3)))
+    views = Epochs(np.zeros(1000), np.zeros((1000, 1, 3)), np.tile(np.eye(1, 4), (1000, 1, 1)), e, s)
+    found = Photometer(system, observing.LommelSeeliger(), 1.0, False, 0.0).derivatives(views, vertices=True)
+    assert np.isfinite(found.vertices[0]).all()
+    assert np.isfinite(found.rotation).all()

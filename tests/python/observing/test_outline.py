@@ -5,6 +5,7 @@ import fullbody
 import numpy as np
 import pytest
 import trimesh
+from astropy.time import Time
 from fullbody import observing
 from support import body_list, matrix, refused
 from support.displacements import by_start
@@ -184,6 +185,21 @@ def test_what_is_wrong_is_named(options, message):
     run, geometry = seen([fullbody.Sphere(2.0)], [[0, 0, 0]])
     given = {"east": np.zeros(3) * u.mas, "north": np.zeros(3) * u.mas, "sigma": 1 * u.mas, "body": "A"} | options
     refused(message, lambda: observing.Outline(0.0 * u.h, **given, geometry=geometry).predict(run))
+
+
+def test_one_date_stands_for_all_points_and_distances_do_not_depend_on_the_system_of_units():
+    bodies = body_list(A=(fullbody.Ellipsoid(3.0, 2.0, 1.0), 1e13))
+    options = {"frame": "equatorial", "epoch": "2022-09-26 TDB"}
+    date = Time("2022-09-26T00:30:00", scale="tdb")
+    lines = {"to_observer": [-DISTANCE, 0, 0] * u.km, "to_sun": [-1e8, 0.0, 0.0] * u.km}
+    geometry = observing.Geometry(date + [-2.0, 2.0] * u.h, **lines, light_time=False)
+    system = fullbody.System(bodies, units=True, **options)
+    run = system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), 1.0, dense=True)
+    points = {"east": [2.1, 0.0] * u.arcsec, "north": [0.0, 1.05] * u.arcsec}
+    data = observing.Outline(date, **points, sigma=0.1 * u.arcsec, body="A", geometry=geometry)
+    assert len(data.times) == 2
+    km = (1.0 * u.arcsec).to_value("rad") * DISTANCE
+    np.testing.assert_allclose(data.residuals(run).to_value("arcsec"), [2.1 - 2.0 / km, 1.05 - 1.0 / km], rtol=1e-6)
 
 
 def test_tables_are_written_and_read_back():

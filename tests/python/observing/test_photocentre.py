@@ -188,6 +188,14 @@ def test_a_sun_that_does_not_move_gives_no_corrections_of_elements(run, geometry
     )
 
 
+def test_a_system_that_gives_no_light_has_no_photocentre():
+    system = fullbody.System(body_list(A=(fullbody.Sphere(3.0), 9e13)), units=True, frame="ecliptic")
+    run = system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), 30.0, dense=True)
+    behind = {"to_observer": [-1e6, 0, 0] * u.km, "to_sun": [1e8, 0, 0] * u.km, "light_time": False}
+    data = photocentre(observing.Geometry([0.0, 48.0] * u.h, **behind))
+    refused("no light comes from the system at 1.0 h, but a photocentre was observed", lambda: data.predict(run))
+
+
 def test_tables_are_written_and_read_back(geometry):
     labels = {"transit": np.repeat(list("abcdef"), 2), "group": np.repeat([1, 2], 6)}
     data = photocentre(geometry, np.arange(12.0) * u.mas, sigma_transit=0.5 * u.mas, **labels)

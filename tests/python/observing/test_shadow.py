@@ -103,7 +103,7 @@ def test_a_path_is_drawn_on_the_axes_that_are_given(passage):
     _, ax = plt.subplots()
     assert path.plot(ax, stations=place(path, "centre", 60)) is ax
     labels = ax.get_legend_handles_labels()[1]
-    assert labels == ["errors", "limits", "A", "stations"]
+    assert labels == ["errors", "limits of A", "stations"]
 
 
 def test_a_shadow_that_misses_the_earth_has_no_path(passage):

@@ -226,6 +226,15 @@ def test_light_curve(forced, geometry):
 
 
 @compared()
+def test_sky(forced, geometry):
+    ax = figure()
+    forced.plot.sky(8.0 * u.h, geometry, ax)
+    assert faults(ax.figure) == ([], [])
+    assert not small(ax.figure)
+    return without_text(ax.figure)
+
+
+@compared()
 @pytest.mark.parametrize("which", ["month", "triple_run"])
 def test_page(which, request):
     page = request.getfixturevalue(which).plot()

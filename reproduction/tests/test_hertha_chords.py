@@ -1,0 +1,53 @@
+"""Hertha's chords: how their file is to be read, and sizes from chords of a known body."""
+
+import astropy.units as u
+import numpy as np
+import pytest
+from fullbody import observing
+
+from reproduction.hertha import chords
+
+
+def test_stations_of_the_file_move_with_the_rotation_of_the_earth():
+    data = observing.StellarOccultation.read_koala(chords.CHORDS)
+    times, _ = data.chords
+    seconds = (times[:, 1] - times[:, 0]).to_value("s")
+    places = data.stations.vectors.to_value("km")
+    east, north = ((places[:, 1] - places[:, 0]) / seconds[:, None]).T
+    # The equator turns at 0.465 km/s; at midnight a station at latitude 32 degrees moves to the east by up to 0.39.
+    assert (east > 0.15).all()
+    assert (east < 0.39).all()
+    assert (np.abs(north) < 0.2).all()
+    # The shadow moves past it by 17.4 km/s in space, of which 5.4 are across the line of sight.
+    assert len(data) == 36
+    assert not (data.sign == 0.0).any()
+
+
+def test_the_size_of_a_known_ellipsoid_comes_back_from_its_chords():
+    real = observing.StellarOccultation.read_koala(chords.CHORDS, body="Hertha")
+    system, state = chords.rotating(chords.ellipsoid(81.0, chords.RATIOS), 1.5)
+    predicted = real.predict(system.integrate(state, 700.0, dense=True))
+    exact = np.stack(
+        [predicted[real.sign == sign][np.argsort(real.station[real.sign == sign])] for sign in (-1.0, 1.0)]
+    )
+    seconds = np.array([[(time - predicted[0]).to_value("s") for time in side] for side in exact]).T
+    # Contacts that are continued beyond a graze are none.
+    wide = seconds[:, 1] - seconds[:, 0] > 4.0
+    times, places = real.chords[0], real.stations.vectors.to_value("km")
+    since = (times - predicted[0]).to_value("s")
+    share = ((seconds - since[:, :1]) / (since[:, 1:] - since[:, :1]))[..., None]
+    moved = places[:, :1] + share * (places[:, 1:] - places[:, :1])
+    middle = times[0, 0] + np.mean((times - times[0, 0]).to_value("s")) * u.s
+    data = observing.StellarOccultation(
+        star=-real.geometry.to_observer(middle).value,
+        stations=moved[wide] * u.km,
+        disappearance=predicted[0] + seconds[wide, 0] * u.s,
+        reappearance=predicted[0] + seconds[wide, 1] * u.s,
+        sigma=0.05 * u.s,
+        geometry=real.geometry,
+    )
+
+    def setup(diameter):
+        return chords.rotating(chords.ellipsoid(diameter, chords.RATIOS), 1.5)
+
+    assert chords.size(setup, {"diameter": 74.0}, data).diameter == pytest.approx(81.0, rel=1e-5)

@@ -1,0 +1,95 @@
+//! Radar echoes: closed forms of a sphere, sums of bins, refusals, interruptions.
+
+use fullbody::error::Error;
+use fullbody::interrupt::InterruptCheck;
+use fullbody::math::Vec3;
+use fullbody::photometry::View;
+use fullbody::radar::{Bins, BodyEcho, EchoView, Law, Radar};
+use fullbody::shape::{Body, Shape};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::ControlFlow;
+
+const POSITION: [Vec3; 1] = [Vec3::new(0.0, 0.0, 0.0)];
+const ATTITUDE: [[f64; 4]; 1] = [[0.5, 0.5, 0.5, 0.5]];
+/// The frequency is y and the delay is -2 x.
+const ECHO: [BodyEcho; 1] =
+    [BodyEcho { at_centre: [0.0, 0.0], gradients: [Vec3::new(0.0, 1.0, 0.0), Vec3::new(-2.0, 0.0, 0.0)] }];
+
+fn view<'a>(to_sun: Vec3) -> EchoView<'a> {
+    let (position, attitude, to_observer) = (&POSITION, &ATTITUDE, Vec3::x());
+    let view = View { time: 3.0, position, attitude, velocity: &[], to_observer, to_sun, distant: true };
+    EchoView { view, echoes: &ECHO }
+}
+
+fn radar(axes: [f64; 3], law: Law) -> Radar {
+    let body = Body::with_mass("Alpha", Shape::ellipsoid(axes).unwrap(), 1.0).unwrap();
+    Radar::new(vec![body], vec![law], true).unwrap()
+}
+
+fn edges(low: f64, high: f64, count: usize) -> Vec<f64> {
+    (0..=count).map(|k| low + (high - low) * k as f64 / count as f64).collect()
+}
+
+#[test]
+fn a_sphere_has_the_echo_of_its_law_up_to_each_delay_and_frequency() {
+    // The law 2 cos^2 has 4/3 pi (1 - cos^3) at incidences up to that of the cosine, and a spectrum in proportion to
+    // 1 - y^2.
+    let radar = radar([1.0; 3], Law::cosine(1.0, 1.0).unwrap());
+    let (frequencies, delays) = (edges(-1.0, 1.0, 20), edges(-2.0, 0.0, 10));
+    let bins = Bins::new(&frequencies, &delays).unwrap();
+    let power = radar.echo(&[view(Vec3::x())], &bins, &mut InterruptCheck::never()).unwrap();
+    for (k, row) in power.chunks(20).enumerate() {
+        let cube = |k: usize| (1.0 - 0.1 * k as f64).powi(3);
+        let expected = 4.0 / 3.0 * PI * (cube(k) - cube(k + 1));
+        assert!((row.iter().sum::<f64>() - expected).abs() < 1e-11, "{k}");
+    }
+    for k in 0..20 {
+        let column: f64 = power.iter().skip(k).step_by(20).sum();
+        let below = |y: f64| PI * (y - y * y * y / 3.0);
+        assert!((column - (below(frequencies[k + 1]) - below(frequencies[k]))).abs() < 1e-11, "{k}");
+    }
+}
+
+#[test]
+fn many_spectra_are_those_of_each_alone() {
+    let radar = radar([1.0, 0.7, 0.5], Law::hagfors(20.0, 0.3, 1.2).unwrap());
+    let frequencies = edges(-1.0, 1.0, 30);
+    let bins = Bins::new(&frequencies, &[]).unwrap();
+    let views: Vec<_> = (0..50).map(|k| view(Vec3::new(1.0, 0.02 * f64::from(k), 0.1))).collect();
+    let all = radar.echo(&views, &bins, &mut InterruptCheck::never()).unwrap();
+    for (view, row) in views.iter().zip(all.chunks(30)) {
+        let alone = radar.echo(&[*view], &bins, &mut InterruptCheck::never()).unwrap();
+        assert_eq!(alone, row);
+    }
+}
+
+#[test]
+fn edges_laws_and_antennas_that_cannot_be_are_refused_by_name() {
+    let told = |error: Error| error.to_string();
+    let refused = |frequencies: &[f64], delays: &[f64]| told(Bins::new(frequencies, delays).unwrap_err());
+    assert!(refused(&[0.0], &[]).contains("number of frequencies is 1"));
+    assert!(refused(&[0.0, 2.0, 1.0], &[]).contains("edge 2 of frequencies is 1 after 2"));
+    assert!(refused(&[0.0, 1.0], &[1.0, 1.0]).contains("edge 1 of delays"));
+    assert!(refused(&[0.0, f64::NAN], &[]).contains("frequencies, component 1"));
+    assert!(refused(&vec![0.0; 100_001], &[]).contains("at most 100000"));
+    assert!(told(Law::cosine(-1.0, 1.0).unwrap_err()).starts_with("C is -1"));
+    assert!(told(Law::gaussian(1.0, 1.0, 2.0).unwrap_err()).starts_with("cutoff is 2"));
+    assert!(told(Law::hagfors(0.0, 1.0, FRAC_PI_2).unwrap_err()).starts_with("C is 0"));
+    let radar = radar([1.0; 3], Law::cosine(1.0, 1.0).unwrap());
+    let bins = Bins::new(&[0.0, 1.0], &[]).unwrap();
+    let error = radar.echo(&[view(-Vec3::x())], &bins, &mut InterruptCheck::never()).unwrap_err();
+    assert!(told(error).contains("transmitter as seen from Alpha"));
+}
+
+#[test]
+fn long_images_and_spectra_can_be_interrupted() {
+    let radar = radar([1.0, 0.7, 0.5], Law::gaussian(300.0, 0.3, FRAC_PI_2).unwrap());
+    let (frequencies, delays) = (edges(-1.0, 1.0, 64), edges(-2.0, 0.0, 2000));
+    for delays in [&delays[..], &[]] {
+        let bins = Bins::new(&frequencies, delays).unwrap();
+        let views = vec![view(Vec3::x()); if delays.is_empty() { 20_000 } else { 1 }];
+        let mut stop = || ControlFlow::Break(());
+        let answer = radar.echo(&views, &bins, &mut InterruptCheck::new(&mut stop));
+        assert_eq!(answer, Err(Error::Interrupted { time: 3.0 }));
+    }
+}
