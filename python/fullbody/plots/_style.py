@@ -91,6 +91,15 @@ def energy_unit(run: Record) -> tuple[float, str]:
     return (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
 
 
+def rounded(time: float) -> str:
+    """Return a time for a title, to four digits or to a whole number."""
+    if time == 0.0:
+        return "0"
+    decimals = max(0, 3 - int(np.floor(np.log10(abs(time)))))
+    text = f"{time:.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if decimals else text
+
+
 def times(run: Record, moments: Floats | None = None) -> Floats:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
     shown: Floats = run.arrays["time"] if moments is None else moments

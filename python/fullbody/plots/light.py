@@ -14,7 +14,7 @@ from ..observing.mutual import mutual_events
 from ..observing.times import in_system
 from ..record.record import Record
 from ..typing import Floats
-from ._style import RunPlots, dress, label, label_of
+from ._style import RunPlots, dress, label, label_of, rounded
 from .telescope import SkyFrames
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _draw_views(ax: Any, run: Record, times: Floats, geometry: Vectors) -> None:
             artist.remove()
         frames.draw(view, k, False, {})
         view.set(xticks=[], yticks=[], xlabel="", ylabel="")
-        view.set_title(f"{time:.4g}", fontsize="small", pad=2.0)
+        view.set_title(rounded(time), fontsize="small", pad=2.0)
         ax.axvline(time, color="0.5", linewidth=0.8, linestyle=":")
 
 

@@ -146,7 +146,7 @@ def scene(
         ax.plot([], [], linestyle="none", label=names[body])
     whole_paths = at(run, track(run, moment(run, None)))[0]
     set_range(ax, run, np.concatenate([whole_paths, centres[None]])[:, near], near)
-    title(ax, run, f"{now:.4g}")
+    title(ax, run, _style.rounded(now))
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
     columns = len(order) if len(order) < 6 else (len(order) + 1) // 2

@@ -177,7 +177,7 @@ class SkyFrames:
                 ]
                 artists.append(ax.text(*above, _style.label_of(self._run, int(body)), **style))
         phase = np.degrees(np.arccos(np.clip(np.sum(toward * sunward, axis=1), -1.0, 1.0)).mean())
-        now = f"{epochs.times[k]:.6g} {_style.unit(self._run, 'time')}".rstrip()
+        now = f"{_style.rounded(epochs.times[k])} {_style.unit(self._run, 'time')}".rstrip()
         ax.set_title(f"time {now}, phase angle {phase:.1f}°", fontsize="medium")
         return artists
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import observables
+from fullbody.plots._style import rounded
 from fullbody.plots.between import at
 from fullbody.plots.lines import degrees
 from matplotlib.text import Text
@@ -267,6 +268,13 @@ def test_samples_far_apart_are_joined_by_straight_lines():
     system, state = fullbody.systems.kw4()
     centres, _ = at(system.integrate(state, 52.0, output=26.0), np.linspace(0.0, 52.0, 101))
     assert np.linalg.norm(centres[:, 1], axis=1).max() < 2.6
+
+
+@pytest.mark.parametrize(
+    ("time", "text"), [(0.0, "0"), (17.33333, "17.33"), (12345.67, "12346"), (-0.0123456, "-0.01235"), (2.0, "2")]
+)
+def test_titles_have_four_digits(time, text):
+    assert rounded(time) == text
 
 
 def test_scene_has_equal_scales(kw4_run):
