@@ -15,6 +15,7 @@ mod law;
 mod lune;
 mod mesh;
 mod outline;
+mod parallel;
 mod photometer;
 #[cfg(feature = "threads")]
 mod recoil;
@@ -27,6 +28,7 @@ mod strips;
 
 pub(crate) use facets::FacetedPart;
 pub(crate) use outline::Light;
+pub(crate) use parallel::in_parallel;
 pub(crate) use region::{Corner, Region};
 pub(crate) use rule::RULE;
 pub(crate) use scene::Scene;

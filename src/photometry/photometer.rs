@@ -2,14 +2,13 @@
 
 use super::ellipsoid::{ByBody, Partials};
 use super::faceted::Target;
+use super::parallel::in_parallel;
 use super::scene::{Scene, Surface};
 use super::snapshot::{Snapshot, View, WORK};
 use crate::error::{Error, Result};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::Vec3;
 use crate::shape::{Body, Part, Shape};
-#[cfg(feature = "threads")]
-use rayon::prelude::*;
 
 /// Bodies and surfaces whose brightness is computed.
 ///
@@ -201,42 +200,6 @@ impl Photometer {
         if views.len() == 1 || work > 5 * UNITS {
             return some(views, interrupt);
         }
-        in_parallel(views, (UNITS / work).max(1) as usize, interrupt, some)
+        in_parallel(views, (UNITS / work).max(1) as usize, &|view| view.time, interrupt, some)
     }
-}
-
-/// Applies a function to shares of the views on all cores, and joins the lists in order. The clock is read
-/// after `most` views of each core.
-#[cfg(feature = "threads")]
-fn in_parallel<'a, T: Send>(
-    views: &[View<'a>],
-    most: usize,
-    interrupt: &mut InterruptCheck,
-    some: impl Fn(&[View<'a>], &mut InterruptCheck) -> Result<Vec<T>> + Sync,
-) -> Result<Vec<T>> {
-    let threads = rayon::current_num_threads();
-    if threads == 1 {
-        return some(views, interrupt);
-    }
-    let mut all = Vec::new();
-    for group in views.chunks(most * threads) {
-        interrupt.charge(UNITS, group[0].time)?;
-        let share = group.len().div_ceil(threads);
-        let parts = group.par_chunks(share).map(|views| some(views, &mut InterruptCheck::never()));
-        for part in parts.collect::<Vec<_>>() {
-            all.extend(part?);
-        }
-    }
-    Ok(all)
-}
-
-/// Applies a function to all views in one thread.
-#[cfg(not(feature = "threads"))]
-fn in_parallel<'a, T>(
-    views: &[View<'a>],
-    _: usize,
-    interrupt: &mut InterruptCheck,
-    some: impl Fn(&[View<'a>], &mut InterruptCheck) -> Result<Vec<T>>,
-) -> Result<Vec<T>> {
-    some(views, interrupt)
 }

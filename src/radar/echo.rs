@@ -4,12 +4,11 @@ use super::ellipsoid::{Ellipsoid, Hiding, Linear};
 use super::facets::Facets;
 use super::law::Law;
 use crate::error::{Error, Result, require_finite};
-use crate::interrupt::{InterruptCheck, UNITS};
+use crate::interrupt::InterruptCheck;
 use crate::math::rotation::rotate_back;
 use crate::math::{Mat3, Vec3};
-use crate::photometry::{Law as Reflection, Light, Scene, Snapshot, Surface, View};
+use crate::photometry::{Law as Reflection, Light, Scene, Snapshot, Surface, View, in_parallel};
 use crate::shape::Body;
-use rayon::prelude::*;
 
 /// The number of spectra that a thread computes between two interrupt checks.
 const GROUP: usize = 8;
@@ -135,39 +134,27 @@ impl Radar {
         bins: &Bins<'_>,
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<f64>> {
-        let count = self.scene.bodies.len() * bins.count();
-        let size = count * views.len();
-        let mut all = Vec::new();
-        all.try_reserve_exact(size)
+        let size = self.scene.bodies.len() * bins.count() * views.len();
+        Vec::<f64>::new()
+            .try_reserve_exact(size)
             .map_err(|_| Error::invalid("number of bins", size, "fewer, for which there is memory"))?;
-        all.resize(size, 0.0);
-        let threads = rayon::current_num_threads();
-        if threads == 1 || views.len() == 1 || !bins.delays.is_empty() || !self.scene.meshes.is_empty() {
-            self.add_views(views, bins, &mut all, interrupt)?;
-            return Ok(all);
+        let some = |views: &[EchoView<'_>], interrupt: &mut InterruptCheck| self.some(views, bins, interrupt);
+        // Spectra of ellipsoids take less than a millisecond each. Images are divided among cores by themselves.
+        if views.len() == 1 || !bins.delays.is_empty() || !self.scene.meshes.is_empty() {
+            return some(views, interrupt);
         }
-        // Spectra of ellipsoids take less than a millisecond each. Images are divided among threads by themselves.
-        for (views, power) in
-            views.chunks(GROUP * threads).zip(all.chunks_mut((count * GROUP * threads).max(1)))
-        {
-            interrupt.charge(UNITS, views[0].view.time)?;
-            let parts = views.par_chunks(GROUP).zip(power.par_chunks_mut((count * GROUP).max(1)));
-            parts.try_for_each(|(views, power)| {
-                self.add_views(views, bins, power, &mut InterruptCheck::never())
-            })?;
-        }
-        Ok(all)
+        in_parallel(views, GROUP, &|view| view.view.time, interrupt, some)
     }
 
-    /// Adds the echoes of all bodies in some views to `power`.
-    fn add_views(
+    /// Returns the echoes of all bodies in some views.
+    fn some(
         &self,
         views: &[EchoView<'_>],
         bins: &Bins<'_>,
-        power: &mut [f64],
         interrupt: &mut InterruptCheck,
-    ) -> Result<()> {
+    ) -> Result<Vec<f64>> {
         let bodies = &self.scene.bodies;
+        let mut power = vec![0.0; views.len() * bodies.len() * bins.count()];
         let mut snapshot = Snapshot::new(&self.scene);
         let mut rows = power.chunks_exact_mut(bins.count());
         for view in views {
@@ -192,7 +179,7 @@ impl Radar {
                 )?;
             }
         }
-        Ok(())
+        Ok(power)
     }
 
     /// Adds the echo of a body to `power`.

@@ -15,10 +15,9 @@ use super::arc::Surface;
 use super::law::Law;
 use super::sphere::{Plane, Quadric, Region};
 use crate::error::Result;
-use crate::interrupt::{InterruptCheck, UNITS};
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3, perpendicular};
-use crate::photometry::RULE;
-use rayon::prelude::*;
+use crate::photometry::{RULE, in_parallel};
 
 /// The error of an echo, relative to its size.
 const TOLERANCE: f64 = 1e-12;
@@ -130,18 +129,14 @@ impl Ellipsoid<'_> {
         let gradient = stretched.tr_mul(&self.delay.gradient);
         let limits: Vec<Plane> =
             delays.iter().map(|delay| Plane::new(&-gradient, delay - self.delay.at_centre)).collect();
-        // The echo up to each delay is a task of its own. All tasks of a group together take a few milliseconds.
-        let mut all = Vec::with_capacity(limits.len());
-        for group in limits.chunks(GROUP * rayon::current_num_threads()) {
-            interrupt.charge(UNITS, self.time)?;
+        // All of the delays between two interrupt checks together take a few milliseconds.
+        let all = in_parallel(&limits, GROUP, &|_| self.time, interrupt, |limits, interrupt| {
             let below = |limit: &Plane| match limit.side() {
                 -1 => Ok(vec![0.0; frequencies.len()]),
-                _ => zones.below(&mut region.within(&[*limit]), &mut InterruptCheck::never()),
+                _ => zones.below(&mut region.within(&[*limit]), interrupt),
             };
-            for sums in group.par_iter().map(below).collect::<Vec<_>>() {
-                all.push(sums?);
-            }
-        }
+            limits.iter().map(below).collect()
+        })?;
         let rows = power.chunks_exact_mut(frequencies.len() - 1);
         for ((limits, sums), power) in limits.windows(2).zip(all.windows(2)).zip(rows) {
             zones.add_bins(&region.within(&[limits[0].flipped(), limits[1]]), &sums[0], &sums[1], power);
