@@ -18,8 +18,9 @@ PATH = Path(__file__).parents[2] / "tests" / "data" / "observations" / "hertha" 
 EPOCH = Time(2443845.0, format="jd", scale="tdb")
 #: The scattering law that is usual in the inversion of light curves.
 LAW = observing.LommelSeeligerLambert(lambert=0.1)
-#: The degree of the series of the areas, and the prior standard error of its coefficients of degree one.
-DEGREE, SMOOTHNESS = 6, 0.5
+#: The degree of the series of the areas, the prior standard error of its coefficients of degree one, and the power of
+#: the degree with which those of others fall.
+DEGREE, SMOOTHNESS, POWER = 6, 0.5, 1.0
 #: Curves over more days than this are sparse photometry of surveys, calibrated to a few hundredths of a magnitude.
 SPARSE = 30.0
 #: The length of an apparition in days.
@@ -54,9 +55,11 @@ def shape(coefficients: Any, faces: int = 1002) -> fullbody.ConvexShape:
     return fullbody.ConvexShape(np.append(0.0, coefficients), reference_radius="38 km", faces=faces)
 
 
-def parameters(period: Any, longitude: Any, latitude: Any, degree: int = DEGREE) -> dict[str, Any]:
+def parameters(
+    period: Any, longitude: Any, latitude: Any, degree: int = DEGREE, power: float = POWER
+) -> dict[str, Any]:
     """Return the parameters of a fit that starts from a sphere at a period and a pole."""
-    sigma = fullbody.fitting.smoothness(degree, SMOOTHNESS)[1:]
+    sigma = fullbody.fitting.smoothness(degree, SMOOTHNESS, power)[1:]
     return {
         "longitude": longitude,
         "latitude": latitude,

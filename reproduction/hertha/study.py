@@ -33,7 +33,7 @@ DOTTO, DOTTO_RATIOS = (8.398, 0.001), {"a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
 #: The angle in degrees within which two poles agree: the error that is usual for inversions of light curves.
 USUAL = 5.0
 #: Names of the fits.
-BEST, SECOND, COARSE = "best minimum", "second minimum", "best minimum, degree 4"
+BEST, SECOND, SMOOTH = "best minimum", "second minimum", "best minimum, smoother prior"
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,8 @@ class Results:
     coarse, scan : PeriodScan
         The scans of one apparition over all periods, and of all nights near the best of these.
     fits : dict of Fit
-        The fits from the lowest and the second minimum of the scan, and from the lowest with another degree. The lowest
+        The fits from the lowest and the second minimum of the scan, and from the lowest with a
+        prior that falls faster with the degree. The lowest
         minimum of each fit and that at the mirror pole are in its ``minima``.
     figure : Figure
         The shape of the best fit.
@@ -113,11 +114,11 @@ def study(draft: bool = False, progress: Any = False) -> Results:
     near = np.array([middle - width, middle + width])
     scan = timed("scan of all nights", lambda: scanned(curves.nights, near, 2 if draft else 6))
     degree, limit = (3, 12) if draft else (DEGREE, None)
-    wanted = [(BEST, 0, degree)] if draft else [(BEST, 0, degree), (SECOND, 1, degree), (COARSE, 0, 4)]
+    wanted = [(BEST, 0, 1.0)] if draft else [(BEST, 0, 1.0), (SECOND, 1, 1.0), (SMOOTH, 0, 2.0)]
     fits = {}
-    for name, minimum, order in wanted:
+    for name, minimum, power in wanted:
         found = scan.minima[minimum]
-        start = parameters(found.period, found.longitude, found.latitude, order)
+        start = parameters(found.period, found.longitude, found.latitude, degree, power)
         made = functools.partial(fullbody.fit, setup, start, curves.observations, proposals=limit)
         fits[name] = timed(f"fit, {name}", made)
     return Results(curves, coarse, scan, fits, figure_of(fits[BEST]), seconds)
