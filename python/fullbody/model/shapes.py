@@ -114,8 +114,12 @@ class PointMass:
 
 #: The type of the shapes that consist of one piece.
 Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients | ConvexShape
-#: Those whose volume is zero or not known.
-WITHOUT_VOLUME = (PointMass, StokesCoefficients, ConvexShape)
+#: Those whose volume is zero or not known, with what errors call them.
+WITHOUT_VOLUME: dict[type[Any], str] = {
+    PointMass: "a point",
+    StokesCoefficients: "a shape by its Stokes coefficients",
+    ConvexShape: "a ConvexShape",
+}
 SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in get_args(Solid)}
 
 
@@ -177,8 +181,8 @@ def refuse_amount(called: str, shape: Any, **given: Any) -> None:
     if len(found) != 1:
         amount = f"both {' and '.join(found)}" if found else f"neither {' nor '.join(given)}"
         raise InvalidInput(f"{called} is given {amount}; expected one of them")
-    if (density := given["density"]) is not None and isinstance(shape, WITHOUT_VOLUME):
-        what = f"a {type(shape).__name__}"
+    if (density := given["density"]) is not None and isinstance(shape, tuple(WITHOUT_VOLUME)):
+        what = WITHOUT_VOLUME[type(shape)]
         raise InvalidInput(f"density of {called} is {density!r}; expected a mass: {what} has no volume")
 
 
