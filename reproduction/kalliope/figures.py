@@ -10,6 +10,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from .freeform import principal
 from .model import AXES, Light
 
 __all__ = ["CAPTIONS", "curves", "losses", "shape"]
@@ -84,13 +85,10 @@ def losses(light: Light, fit: Fit) -> Figure:
     return figure
 
 
-def shape(body: fullbody.Body, radius: float) -> Figure:
+def shape(polyhedron: fullbody.Polyhedron, radius: float) -> Figure:
     """Draw a polyhedron along its three principal axes, beside a sphere of a radius in km."""
-    frame = body.working_frame
-    assert frame is not None
-    rotation = fullbody.base.rotations.matrices(frame.attitude)
-    vertices = np.asarray(body.shape.vertices) @ rotation.T + np.asarray(frame.position)
-    corners = vertices[np.asarray(body.shape.faces)]
+    solid = principal(polyhedron)
+    corners = np.asarray(solid.vertices)[np.asarray(solid.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     angle = np.linspace(0.0, 2.0 * np.pi, 181)

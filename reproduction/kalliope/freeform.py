@@ -13,7 +13,7 @@ from fullbody.fitting import Free
 
 from .model import AXES, PERIOD, binary
 
-__all__ = ["FreeForm"]
+__all__ = ["FreeForm", "principal"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -112,6 +112,19 @@ class FreeForm:
         linus = fullbody.HarmonicShape([0.0], reference_radius=radius * self.growth, faces=self.faces_of_linus)
         angles = (longitude, pole_longitude, pole_latitude, phase)
         return binary(self.shape(size, coefficients), linus, angles, "harmonic", period)
+
+
+def principal(shape: fullbody.Polyhedron) -> fullbody.Polyhedron:
+    """Return a polyhedron with the centre of mass as the origin and the principal axes as axes."""
+    frame = fullbody.Body(shape, density=1.0).working_frame
+    assert frame is not None
+    rotation = fullbody.base.rotations.matrices(frame.attitude)
+    return fullbody.Polyhedron(_plain(shape.vertices) @ rotation.T + _plain(frame.position), shape.faces)
+
+
+def _plain(lengths: Any) -> Floats:
+    """Return lengths without their unit, which is km."""
+    return np.asarray(getattr(lengths, "value", lengths))
 
 
 @functools.cache

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from fullbody.fitting import Fit
 
-from .freeform import FreeForm
+from .freeform import FreeForm, principal
 from .model import INTEGRATOR, A, G, Light
 
 __all__ = ["QUANTITIES", "Core", "Figure", "cored", "cores", "figure_of_fit", "oblateness"]
@@ -36,14 +36,14 @@ def figure(form: FreeForm, values: dict[str, Any]) -> Floats:
     The semi-axes are half the extents along the principal axes, and the radius of C20 is that of the sphere of equal
     volume. The density is that of both bodies, since the total mass follows from the separation and the period.
     """
-    body = fullbody.Body(form.shape(values["size"], values["coefficients"]), density=1.0)
+    shape = principal(form.shape(values["size"], values["coefficients"]))
+    body = fullbody.Body(shape, density=1.0)
     radius = np.cbrt(0.75 * body.mass / np.pi)
     volumes = body.mass + 4.0 / 3.0 * np.pi * values["radius"] ** 3
     density = total_mass(values["period"]) / volumes / 1e12
-    frame = body.working_frame
-    assert frame is not None
-    turned = np.asarray(body.shape.vertices) @ fullbody.base.rotations.matrices(frame.attitude).T
-    return np.array([oblateness(body, radius), 2.0 * radius, density, *(0.5 * np.ptp(turned, axis=0))])
+    return np.array(
+        [oblateness(body, radius), 2.0 * radius, density, *(0.5 * np.ptp(np.asarray(shape.vertices), axis=0))]
+    )
 
 
 def total_mass(period: float) -> float:
@@ -112,11 +112,8 @@ def cored(shape: fullbody.Polyhedron, mass: float, radius: float) -> fullbody.Co
 
     The parts are in the body frame of the homogeneous shape, whose principal axes remain those of the whole.
     """
-    body = fullbody.Body(shape, density=1.0)
-    frame = body.working_frame
-    assert frame is not None
-    rotation, position = fullbody.base.rotations.matrices(frame.attitude), np.asarray(frame.position)
-    moved = fullbody.Polyhedron(np.asarray(shape.vertices) @ rotation.T + position, shape.faces)
+    moved = principal(shape)
+    body = fullbody.Body(moved, density=1.0)
     volume = 4.0 / 3.0 * np.pi * radius**3
     mantle = (mass - IRON * volume) / (body.mass - volume)
     parts = [fullbody.Part(moved, density=mantle), fullbody.Part(fullbody.Sphere(radius), density=IRON - mantle)]

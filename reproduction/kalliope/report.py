@@ -36,7 +36,7 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "curves": figures.curves(light, best),
         "losses": figures.losses(light, best),
         "shape_curves": figures.curves(light, shape),
-        "shape": figures.shape(shape.system.bodies[0], shape.values["radius"]),
+        "shape": figures.shape(shape.system.bodies[0].shape, shape.values["radius"]),
     }
     exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)
