@@ -3,7 +3,7 @@
 
 use super::Simulation;
 use super::recorder::Run;
-use crate::dynamics::{AttitudeChart, Layout, Parameter, State, SteadyRotation};
+use crate::dynamics::{AttitudeChart, Parameter, State, SteadyRotation};
 use crate::forces::{Force, ForceParameter, WORK_AND_IMPULSE};
 
 impl Simulation {
@@ -32,7 +32,7 @@ impl Simulation {
     /// the present state.
     pub(super) fn vector_of(&self, rotation: &SteadyRotation, state: &State) -> Vec<f64> {
         let (layout, mut y) = (self.frame().layout, self.propagator.vector().0.to_vec());
-        write_rotation(layout, state, &mut y);
+        layout.write_rotation(state, &mut y);
         let elapsed = state.time - rotation.start().time;
         let angle = rotation.angle(state.time).abs().copysign(elapsed);
         let torques = constant_torques(self.system().forces()).unwrap_or_default();
@@ -44,12 +44,6 @@ impl Simulation {
         }
         y
     }
-}
-
-/// Writes attitude and spin of a body alone into a vector with quaternions.
-pub(super) fn write_rotation(layout: Layout, state: &State, y: &mut [f64]) {
-    y[layout.attitude(0)..][..4].copy_from_slice(&state.attitude[0]);
-    y[layout.spin(0)..][..3].copy_from_slice(state.spin[0].as_slice());
 }
 
 /// Returns the torques along the spin of forces that have no other effect, or `None` for other forces.

@@ -1,6 +1,5 @@
 //! The continuous solution of a run.
 
-use super::closed_form::write_rotation;
 use crate::dynamics::{BarycentricFrame, State, SteadyRotation};
 use crate::error::{Error, Result};
 use crate::integrate::{MAX_TERMS, Segment};
@@ -104,7 +103,7 @@ impl Dense {
         let count = (rotation.angle(self.end).abs() / PIECE).ceil().max(1.0);
         let at = |time: f64| {
             let mut y = vec![0.0; dimension];
-            write_rotation(layout, &rotation.state(time), &mut y);
+            layout.write_rotation(&rotation.state(time), &mut y);
             y
         };
         let angles: Vec<f64> = (0..MAX_TERMS).map(|k| (k as f64 + 0.5) * PI / MAX_TERMS as f64).collect();
