@@ -103,7 +103,7 @@ def shape(polyhedron: fullbody.Polyhedron, radius: float) -> Figure:
         grey = (0.25 + 0.7 * normals[seen, along])[order]
         flat = corners[seen][order][:, :, [right, up]] * [side, 1.0]
         colours = np.repeat(grey[:, None], 3, axis=1)
-        axes.add_collection(PolyCollection(flat, facecolors=colours, edgecolors=colours, linewidths=0.3))
+        axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
         axes.plot(AXES[right] * circle[0], AXES[up] * circle[1], "--", color="C3", lw=1.0)
         axes.add_patch(Circle((130.0, -70.0), radius, facecolor="0.75", edgecolor="0.3"))
         axes.set(xlabel=f"{'-' if side < 0 else ''}{'xyz'[right]} [km]", ylabel=f"{'xyz'[up]} [km]", aspect="equal")

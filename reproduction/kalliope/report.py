@@ -32,11 +32,13 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     rows = verdicts(results)
     best = results.fits["with Linus' albedo"]
     shape = results.fits[SHAPE]
+    form = shape.system.bodies[0].shape
+    assert isinstance(form, fullbody.Polyhedron)
     drawn = {
         "curves": figures.curves(light, best),
         "losses": figures.losses(light, best),
         "shape_curves": figures.curves(light, shape),
-        "shape": figures.shape(shape.system.bodies[0].shape, shape.values["radius"]),
+        "shape": figures.shape(form, shape.values["radius"]),
     }
     exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)

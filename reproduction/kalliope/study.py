@@ -278,10 +278,10 @@ def _of_figure(results: Results) -> list[Verdict]:
         rows.append(compared(SHAPE, what, published, ours, "the size is in units of the separation, 1063 +- 23 km"))
     ours = fit.values["period"], scale(fit) * fit.sigma["period"]
     rows.append(compared(SHAPE, "period of the orbit at the start [day]", (ORBIT, 0.0), ours, "an osculating period"))
-    error = found.errors["C20"]
-    narrowed = error < 0.5 * found.by_prior["C20"]
+    spread = found.errors["C20"]
+    narrowed = spread < 0.5 * found.by_prior["C20"]
     for core, published in ((results.cores[0], C20[1]), (results.cores[1], C20[0])):
-        row = compared("figure", f"C20, {core.name}", (published, 0.0), (core.c20, error))
+        row = compared("figure", f"C20, {core.name}", (published, 0.0), (core.c20, spread))
         rows.append(
             row
             if narrowed

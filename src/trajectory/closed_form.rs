@@ -2,7 +2,6 @@
 //! torque along its spin. Runs of decades take one step.
 
 use super::Simulation;
-use super::dense::write_rotation;
 use super::recorder::Run;
 use crate::dynamics::{AttitudeChart, Parameter, State, SteadyRotation};
 use crate::forces::{Force, ForceParameter, WORK_AND_IMPULSE};
@@ -33,7 +32,7 @@ impl Simulation {
     /// the present state.
     pub(super) fn vector_of(&self, rotation: &SteadyRotation, state: &State) -> Vec<f64> {
         let (layout, mut y) = (self.frame().layout, self.propagator.vector().0.to_vec());
-        write_rotation(layout, state, &mut y);
+        layout.write_rotation(state, &mut y);
         let elapsed = state.time - rotation.start().time;
         let angle = rotation.angle(state.time).abs().copysign(elapsed);
         let torques = constant_torques(self.system().forces()).unwrap_or_default();

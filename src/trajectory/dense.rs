@@ -1,6 +1,6 @@
 //! The continuous solution of a run.
 
-use crate::dynamics::{BarycentricFrame, Layout, State, SteadyRotation};
+use crate::dynamics::{BarycentricFrame, State, SteadyRotation};
 use crate::error::{Error, Result};
 use crate::integrate::{MAX_TERMS, Segment};
 use crate::interrupt::InterruptCheck;
@@ -103,7 +103,7 @@ impl Dense {
         let count = (rotation.angle(self.end).abs() / PIECE).ceil().max(1.0);
         let at = |time: f64| {
             let mut y = vec![0.0; dimension];
-            write_rotation(layout, &rotation.state(time), &mut y);
+            layout.write_rotation(&rotation.state(time), &mut y);
             y
         };
         let angles: Vec<f64> = (0..MAX_TERMS).map(|k| (k as f64 + 0.5) * PI / MAX_TERMS as f64).collect();
@@ -195,10 +195,4 @@ pub(super) fn state_within(frame: &BarycentricFrame, piece: &Segment, time: f64,
         return frame.state(time, high, low);
     }
     frame.state(time, y, &vec![0.0; y.len()])
-}
-
-/// Writes attitude and spin of a body alone into a vector with quaternions.
-pub(super) fn write_rotation(layout: Layout, state: &State, y: &mut [f64]) {
-    y[layout.attitude(0)..][..4].copy_from_slice(&state.attitude[0]);
-    y[layout.spin(0)..][..3].copy_from_slice(state.spin[0].as_slice());
 }

@@ -111,6 +111,12 @@ impl Layout {
     pub fn spin(self, body: usize) -> usize {
         (6 + self.chart.width()) * self.bodies + 3 * body
     }
+
+    /// Writes attitude and spin of a body alone into a vector with quaternions.
+    pub fn write_rotation(self, state: &State, y: &mut [f64]) {
+        y[self.attitude(0)..][..4].copy_from_slice(&state.attitude[0]);
+        y[self.spin(0)..][..3].copy_from_slice(state.spin[0].as_slice());
+    }
 }
 
 /// The blocks of the bodies in a vector with quaternions.
