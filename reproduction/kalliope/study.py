@@ -280,8 +280,8 @@ def _of_figure(results: Results) -> list[Verdict]:
     rows.append(compared(SHAPE, "period of the orbit at the start [day]", (ORBIT, 0.0), ours, "an osculating period"))
     spread = found.errors["C20"]
     narrowed = spread < 0.5 * found.by_prior["C20"]
-    for core, published in ((results.cores[0], C20[1]), (results.cores[1], C20[0])):
-        row = compared("figure", f"C20, {core.name}", (published, 0.0), (core.c20, spread))
+    for core, coefficient in ((results.cores[0], C20[1]), (results.cores[1], C20[0])):
+        row = compared("figure", f"C20, {core.name}", (coefficient, 0.0), (core.c20, spread))
         rows.append(
             row
             if narrowed
