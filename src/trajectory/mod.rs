@@ -23,6 +23,7 @@ mod simulation;
 mod switching;
 mod tangent;
 mod tangent_interior;
+mod tangent_step;
 
 #[doc(hidden)]
 pub use archive::{ARCHIVE_FORMAT, SimulationDescription};

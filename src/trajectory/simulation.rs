@@ -4,7 +4,7 @@ use super::Integrator;
 use super::approach::Contact;
 use super::motion::Motion;
 use super::propagator::Propagator;
-use super::tangent::LastStep;
+use super::tangent_step::LastStep;
 use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, NominalChange, State, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Equations, Statistics};

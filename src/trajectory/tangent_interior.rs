@@ -1,6 +1,6 @@
 //! Tangent vectors at times within a step of the motion, as polynomials that all times in the step share.
 
-use super::tangent::{LARGEST, LastStep, SHORTEST, load_nodes, too_fast};
+use super::tangent_step::{LARGEST, LastStep, SHORTEST, load_nodes, too_fast};
 use crate::dynamics::{Collocation, Variations};
 use crate::error::Result;
 
