@@ -19,6 +19,8 @@ Floats = npt.NDArray[np.float64]
 
 #: The radius of Kalliope in km to which the series refers, about that of the published volume.
 RADIUS = 75.0
+#: Ferrais et al. (2022): the diameter of Kalliope in km, with its error.
+DIAMETER = (150.0, 5.0)
 #: The standard error of a coefficient of degree 2 in the prior that makes the shape smooth; it falls as degree^-2.
 ROUGHNESS = 0.2
 
@@ -88,10 +90,17 @@ class FreeForm:
         return float(size), np.array(coefficients)
 
     def parameters(self, start: dict[str, float]) -> dict[str, Any]:
-        """Return the parameters of a fit that starts from the shape of the ellipsoid and from these other values."""
+        """Return the parameters of a fit that starts from the shape of the ellipsoid and from these other values.
+
+        The published diameter is the prior of the size: larger bodies whose events graze each other more, about another
+        pole, fit the light as well.
+        """
         size, coefficients = self.nearest(AXES)
-        free = Free(coefficients, prior=(0.0, self.prior))
-        return {**start, "period": PERIOD, "size": size, "coefficients": free}
+        free = {
+            "size": Free(size, prior=(np.log(0.5 * DIAMETER[0] / RADIUS), DIAMETER[1] / DIAMETER[0])),
+            "coefficients": Free(coefficients, prior=(0.0, self.prior)),
+        }
+        return {**start, "period": PERIOD, **free}
 
     def setup(
         self,

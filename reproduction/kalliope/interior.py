@@ -121,7 +121,7 @@ def cored(shape: fullbody.Polyhedron, mass: float, radius: float) -> fullbody.Co
 
 
 def cores(form: FreeForm, light: Light, fit: Fit, proposals: int) -> list[Core]:
-    """Return Kalliope without a core, and with one that leaves the mantle the density of silicates."""
+    """Return Kalliope without a core, and with one that leaves the mantle the density of silicates, if it is denser."""
     fitted = {name: fit.values[name] for name in fit.parameters.arguments}
     albedo = fitted.pop("albedo")
     held = {name: fitted.pop(name) for name in ("size", "coefficients")}
@@ -129,9 +129,12 @@ def cores(form: FreeForm, light: Light, fit: Fit, proposals: int) -> list[Core]:
     body = fullbody.Body(shape, density=1.0)
     mean = np.cbrt(0.75 * body.mass / np.pi)
     mass = float(fit.system["Kalliope"].mass.to_value("kg"))
-    iron = float(np.cbrt(0.75 / np.pi * (mass - MANTLE * body.mass) / (IRON - MANTLE)))
+    iron = 0.75 / np.pi * (mass - MANTLE * body.mass) / (IRON - MANTLE)
+    interiors = {"homogeneous": 0.0}
+    if iron > 0.0:
+        interiors["a sphere of iron in silicates"] = float(np.cbrt(iron))
     found = []
-    for name, core in (("homogeneous", 0.0), ("a sphere of iron in silicates", iron)):
+    for name, core in interiors.items():
         kalliope = cored(shape, mass, core) if core else shape
 
         def setup(radius: float, kalliope: Any = kalliope, **values: float) -> tuple[fullbody.System, fullbody.State]:

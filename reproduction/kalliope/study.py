@@ -19,6 +19,7 @@ from fullbody.fitting.losses import LINEAR
 from fullbody.fitting.problem import Problem
 
 from ..binaries.judging import Verdict, compared, stated
+from .freeform import DIAMETER as SIZE
 from .freeform import FreeForm
 from .interior import Core, Figure, cores, figure_of_fit
 from .model import INTEGRATOR, START, Light, setup
@@ -40,9 +41,9 @@ OTHER = {
     "a series and events, on a circle": 2537.0,
     "a series and events, in exact gravity": 2683.0,
 }
-#: Ferrais et al. (2022): the diameter of Kalliope in km and the density in g/cm3, with their errors. Broz et al.
-#: (2023): the period of the orbit in days, and C20 with a spherical and with an elongated core of iron.
-SIZE, DENSITY, ORBIT, C20 = (150.0, 5.0), (4.36, 0.50), 3.59571, (-0.12, -0.22)
+#: Ferrais et al. (2022): the density in g/cm3 with its error. Broz et al. (2023): the period of the orbit in days, and
+#: C20 with a spherical and with an elongated core of iron.
+DENSITY, ORBIT, C20 = (4.36, 0.50), 3.59571, (-0.12, -0.22)
 #: The name of the fit of a free form, the form of the study, and that of a draft.
 SHAPE, FORM, DRAFT = "a free form and events, in exact gravity", FreeForm(), FreeForm(2, 80, 80)
 #: The number of draws for the errors of the figure.
@@ -280,14 +281,14 @@ def _of_figure(results: Results) -> list[Verdict]:
     rows.append(compared(SHAPE, "period of the orbit at the start [day]", (ORBIT, 0.0), ours, "an osculating period"))
     spread = found.errors["C20"]
     narrowed = spread < 0.5 * found.by_prior["C20"]
-    for core, coefficient in ((results.cores[0], C20[1]), (results.cores[1], C20[0])):
+    for core, coefficient in zip(results.cores, C20[::-1], strict=False):
         row = compared("figure", f"C20, {core.name}", (coefficient, 0.0), (core.c20, spread))
         rows.append(
             row
             if narrowed
             else replace(row, verdict="open", why=f"the prior alone gives +- {found.by_prior['C20']:.2f}")
         )
-    rise = results.cores[1].chi2 - results.cores[0].chi2
+    rise = results.cores[-1].chi2 - results.cores[0].chi2
     rows.append(
         Verdict(
             "interior",

@@ -26,6 +26,7 @@ mod simulation;
 mod switching;
 mod tangent;
 mod tangent_interior;
+mod tangent_step;
 
 #[cfg(feature = "archives")]
 #[doc(hidden)]
