@@ -110,9 +110,9 @@ def study(draft: bool = False, progress: Any = False) -> Results:
 
     coarse = timed("scan of one apparition", lambda: scanned(alone, NEAR if draft else RANGE, 4))
     middle = coarse.minima[0].period.to_value("h")
-    width = (0.02 if draft else 0.5) * middle**2 / span
+    width = (0.1 if draft else 0.5) * middle**2 / span
     near = np.array([middle - width, middle + width])
-    scan = timed("scan of all nights", lambda: scanned(curves.nights, near, 2 if draft else 6))
+    scan = timed("scan of all nights", lambda: scanned(curves.nights, near, 3 if draft else 6))
     degree, limit = (3, 12) if draft else (DEGREE, None)
     wanted = [(BEST, 0, 1.0)] if draft else [(BEST, 0, 1.0), (SECOND, 1, 1.0), (SMOOTH, 0, 2.0)]
     fits = {}
