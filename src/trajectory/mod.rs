@@ -26,7 +26,6 @@ mod simulation;
 mod switching;
 mod tangent;
 mod tangent_interior;
-mod tangent_step;
 
 #[cfg(feature = "archives")]
 #[doc(hidden)]

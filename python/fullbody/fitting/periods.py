@@ -230,7 +230,7 @@ def period_scan(
     >>> light = observing.light_curve(run, times, geometry)
     >>> data = observing.Photometry(times, light, 0.01, geometry=geometry, night=np.zeros(300, dtype=int))
     >>> scan = fullbody.fitting.period_scan(data, [4.95, 5.05] * u.h, poles=12, frame=None)
-    >>> scan.minima[0].period.round(3)
+    >>> scan.minima[0].period.round(2)
     <Quantity 5. h>
     """
     listed: list[Any] = [data] if isinstance(data, Photometry) else list(data)

@@ -328,5 +328,5 @@ def test_results_are_short_to_read_and_compare():
 def test_without_scipy_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy.interpolate", None)
     system, state = pair_of_points(0.0)
-    with pytest.raises(ImportError, match=r"fullbody\[analysis\]"):
+    with pytest.raises(ImportError, match="pip install scipy"):
         observables.mutual_period(system.integrate(state, 20.0, output=0.5))
