@@ -44,7 +44,7 @@ class PeriodMinimum(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PeriodScan(Tabled):
-    """The chi2 of light curves against the sidereal period; made by :func:`period_scan`.
+    """The chi2 of light curves against the sidereal period; made by :func:`fullbody.fitting.period_scan`.
 
     Attributes
     ----------

@@ -87,7 +87,7 @@ class Regularisation(Measured):
         return index, surface, shape.normals if isinstance(shape, ConvexShape) else shape.faces
 
     def derivatives(self, run: Record) -> FunctionDerivatives:
-        """Return the derivatives of the :meth:`pulls` by the start of a run, which are zero, and by its parameters."""
+        """Return the derivatives of the pulls by the start of a run, which are zero, and by its parameters."""
         index, surface, mesh = self._shape(run)
         errors = Units().strip(self.sigma, "number", "sigma")
         none = np.zeros(len(errors))
