@@ -204,7 +204,7 @@ Half an extent is no semi-axis of an ellipsoid. The last column has the errors o
 
 {cores_table(numbers["cores"])}
 
-The light of the interiors is that of the same shape; the orbit, the rotation and the radius of Linus are fitted again.
+All but the interior is as the fit found it: chi2 would rise less if the orbit were fitted again.
 
 {table(shape_events["head"], shape_events["rows"])}
 
