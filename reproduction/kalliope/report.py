@@ -31,12 +31,12 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     results = study(light, starts=False, draws=3, proposals=15, form=DRAFT) if draft else study(light)
     rows = verdicts(results)
     best = results.fits["with Linus' albedo"]
-    shape = results.fits[SHAPE]
+    shape, form = results.fits[SHAPE], results.form
     drawn = {
         "curves": figures.curves(light, best),
         "losses": figures.losses(light, best),
         "shape_curves": figures.curves(light, shape),
-        "shape": figures.shape(shape.system.bodies[0].shape, shape.values["radius"]),
+        "shape": figures.shape(form.shape(shape.values["size"], shape.values["coefficients"]), shape.values["radius"]),
     }
     exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)
