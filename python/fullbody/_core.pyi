@@ -35,6 +35,7 @@ __all__ = [
     "quaternion_product",
     "recoil",
     "rotation_matrices",
+    "solid_harmonics",
     "surface",
     "tolerance",
     "vector_paths",

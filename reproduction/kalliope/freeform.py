@@ -124,16 +124,11 @@ class FreeForm:
 
 
 def principal(shape: fullbody.Polyhedron) -> fullbody.Polyhedron:
-    """Return a polyhedron with the centre of mass as the origin and the principal axes as axes."""
+    """Return a polyhedron in plain numbers with the centre of mass as the origin and the principal axes as axes."""
     frame = fullbody.Body(shape, density=1.0).working_frame
     assert frame is not None
     rotation = fullbody.base.rotations.matrices(frame.attitude)
-    return fullbody.Polyhedron(_plain(shape.vertices) @ rotation.T + _plain(frame.position), shape.faces)
-
-
-def _plain(lengths: Any) -> Floats:
-    """Return lengths without their unit, which is km."""
-    return np.asarray(getattr(lengths, "value", lengths))
+    return fullbody.Polyhedron(np.asarray(shape.vertices) @ rotation.T + np.asarray(frame.position), shape.faces)
 
 
 @functools.cache

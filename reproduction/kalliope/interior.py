@@ -96,8 +96,7 @@ class Core:
     c20 : float
         C20 for the radius of equal volume.
     chi2 : float
-        That of the light with the shape of the free-form fit, where the orbit, the rotation and the radius of Linus
-        are fitted again.
+        That of the light with all else as the fit of the free form found it.
     """
 
     name: str
@@ -120,31 +119,28 @@ def cored(shape: fullbody.Polyhedron, mass: float, radius: float) -> fullbody.Co
     return fullbody.Composite(parts)
 
 
-def cores(form: FreeForm, light: Light, fit: Fit, proposals: int) -> list[Core]:
+def cores(form: FreeForm, light: Light, fit: Fit) -> list[Core]:
     """Return Kalliope without a core, and with one that leaves the mantle the density of silicates, if it is denser."""
-    fitted = {name: fit.values[name] for name in fit.parameters.arguments}
-    albedo = fitted.pop("albedo")
-    held = {name: fitted.pop(name) for name in ("size", "coefficients")}
-    shape = form.shape(**held)
+    values = {name: fit.values[name] for name in fit.parameters.arguments}
+    albedo = values.pop("albedo")
+    system, state = form.setup(**values)
+    shape, mass = form.shape(values["size"], values["coefficients"]), float(system["Kalliope"].mass.to_value("kg"))
     body = fullbody.Body(shape, density=1.0)
     mean = np.cbrt(0.75 * body.mass / np.pi)
-    mass = float(fit.system["Kalliope"].mass.to_value("kg"))
     iron = 0.75 / np.pi * (mass - MANTLE * body.mass) / (IRON - MANTLE)
     interiors = {"homogeneous": 0.0}
     if iron > 0.0:
         interiors["a sphere of iron in silicates"] = float(np.cbrt(iron))
+    data = light.data(order=0, albedo=albedo)
     found = []
     for name, core in interiors.items():
         kalliope = cored(shape, mass, core) if core else shape
-
-        def setup(radius: float, kalliope: Any = kalliope, **values: float) -> tuple[fullbody.System, fullbody.State]:
-            system, state = form.setup(radius=radius, **values, **held)
-            return system.with_body("Kalliope", kalliope), state
-
-        data = light.data(order=0, albedo=albedo)
-        whole = fullbody.fit(setup, fitted, data, integrator=INTEGRATOR, proposals=proposals)
+        simulation = fullbody.Simulation(system.with_body("Kalliope", kalliope), state, integrator=INTEGRATOR)
+        times = np.sort(data.emission(system).to_value("day"))
+        simulation.integrate(times[0])
+        run = simulation.integrate(times[-1], dense=True)
         made = fullbody.Body(kalliope) if core else body
         volume = 4.0 / 3.0 * np.pi * core**3
         mantle = (mass - IRON * volume) / (body.mass - volume) / 1e12
-        found.append(Core(name, core, mantle, oblateness(made, mean), whole.chi2))
+        found.append(Core(name, core, mantle, oblateness(made, mean), data.chi2(run)))
     return found

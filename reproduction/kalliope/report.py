@@ -31,14 +31,12 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     results = study(light, starts=False, draws=3, proposals=15, form=DRAFT) if draft else study(light)
     rows = verdicts(results)
     best = results.fits["with Linus' albedo"]
-    shape = results.fits[SHAPE]
-    form = shape.system.bodies[0].shape
-    assert isinstance(form, fullbody.Polyhedron)
+    shape, form = results.fits[SHAPE], results.form
     drawn = {
         "curves": figures.curves(light, best),
         "losses": figures.losses(light, best),
         "shape_curves": figures.curves(light, shape),
-        "shape": figures.shape(form, shape.values["radius"]),
+        "shape": figures.shape(form.shape(shape.values["size"], shape.values["coefficients"]), shape.values["radius"]),
     }
     exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)
@@ -206,7 +204,7 @@ Half an extent is no semi-axis of an ellipsoid. The last column has the errors o
 
 {cores_table(numbers["cores"])}
 
-The light of the interiors is that of the same shape; the orbit, the rotation and the radius of Linus are fitted again.
+All but the interior is as the fit found it: chi2 would rise less if the orbit were fitted again.
 
 {table(shape_events["head"], shape_events["rows"])}
 

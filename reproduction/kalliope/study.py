@@ -147,7 +147,7 @@ def study(
         events(light, with_albedo, draws, setup),
         form,
         figure_of_fit(form, shape, scale(shape), FIGURES if starts else draws),
-        cores(form, light, shape, proposals),
+        cores(form, light, shape),
         events(light, shape, draws, form.setup),
     )
 

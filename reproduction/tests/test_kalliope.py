@@ -62,7 +62,7 @@ def test_a_draft_finds_linus_and_its_events(tmp_path):
     for name in ("curves", "losses", "shape_curves", "shape"):
         assert (tmp_path / f"{name}.png").stat().st_size > 2e4
     text = path.read_text()
-    assert "| figure | C20 of Kalliope" in text
+    assert "| figure | C20, homogeneous" in text
     assert "another program" not in text
     from astropy.table import QTable
 
