@@ -11,7 +11,7 @@ STUDIES := ho2021:ho2021 kw4:ho2021.kw4_year millennia:ho2021.millennia fission:
 	binaries:binaries kalliope:kalliope hertha:hertha kw4_radar:kw4_radar hera:hera2026 hera-full:hera2026
 MODULE_OF_STUDY = $(patsubst $(S):%,%,$(filter $(S):%,$(STUDIES)))
 BENCHES := table instructions work_precision brouwer splitting import_time forces gravity photometry polyhedra derivatives \
-	fitting flight head_on ensemble killed harmonic peers
+	fitting flight head_on ensemble killed harmonic peers radar shapes coverage peers_inversion
 RUST   := Cargo.toml Cargo.lock bindings/Cargo.toml $(shell find src bindings/src -type f)
 # Folders with Python code, and the settings of the tests.
 PYTHONS := conftest.py python reproduction tests benches fuzz explorer packaging
