@@ -2,11 +2,11 @@
 
     python benches/coverage.py [draws]
 
-A primary of degree 4 with hollows and a spherical satellite are observed for three revolutions. For each draw of noise a
-fit finds the satellite's radius, the mass, the phase of the orbit and four coefficients of the shape, from a start beside
-the truth. The bodies attract as points, which makes the motion cheap; the light is that of the shapes. For each parameter
-it prints in how many of the draws the truth is within one and 1.96 standard errors, and the mean and the standard
-deviation of the error over its standard error.
+A primary of degree 4 with hollows and a spherical satellite are observed for three revolutions. For each draw of
+noise a fit finds the satellite's radius, the mass, the phase of the orbit and four coefficients of the shape, from
+a start beside the truth. The bodies attract as points, which makes the motion cheap; the light is that of the
+shapes. For each parameter it prints in how many of the draws the truth is within one and 1.96 standard errors, and
+the mean and the standard deviation of the error over its standard error.
 """
 
 import sys
