@@ -91,6 +91,7 @@ def shape(polyhedron: fullbody.Polyhedron, radius: float) -> Figure:
     corners = np.asarray(solid.vertices)[np.asarray(solid.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    reach = max(float(np.abs(corners).max()), max(AXES))
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = np.array([np.cos(angle), np.sin(angle)])
     figure = Figure(figsize=(11.0, 3.8), layout="constrained")
@@ -105,7 +106,7 @@ def shape(polyhedron: fullbody.Polyhedron, radius: float) -> Figure:
         colours = np.repeat(grey[:, None], 3, axis=1)
         axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
         axes.plot(AXES[right] * circle[0], AXES[up] * circle[1], "--", color="C3", lw=1.0)
-        axes.add_patch(Circle((130.0, -70.0), radius, facecolor="0.75", edgecolor="0.3"))
+        axes.add_patch(Circle((reach + 1.5 * radius, -reach + radius), radius, facecolor="0.75", edgecolor="0.3"))
         axes.set(xlabel=f"{'-' if side < 0 else ''}{'xyz'[right]} [km]", ylabel=f"{'xyz'[up]} [km]", aspect="equal")
-        axes.set(xlim=(-125.0, 155.0), ylim=(-100.0, 100.0))
+        axes.set(xlim=(-1.1 * reach, 1.1 * reach + 3.0 * radius), ylim=(-1.1 * reach, 1.1 * reach))
     return figure
