@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> None:
         spacing * max(1, round(years * _YEAR / step / spacing)) for years in (arguments.part, arguments.years)
     )
     first = done = round(float(sim.time) / step)
-    parts = _parts(out, (done + 0.5) * step)
+    runs = _parts(out, (done + 0.5) * step)
     while done < last:
         if not arguments.quiet and sys.stderr.isatty():
             print(f"\r{done * step / _YEAR:7.0f} of {arguments.years:g} years ", end="", file=sys.stderr)
@@ -79,12 +79,12 @@ def run(arguments: argparse.Namespace) -> None:
         result = sim.integrate(samples[-1], output=samples)
         # The samples are saved first: if the command ends between the two files, the part is run again with the same
         # bits.
-        parts.append(out / f"part-{len(parts):04d}.nc")
-        result.save(parts[-1])
+        result.save(out / f"part-{len(runs):04d}.nc")
+        runs.append(result)
         sim.save(out / _KEPT)
         done = end
     seconds = time.process_time() - started
-    found = measure([load(part) for part in parts])
+    found = measure(runs)
     years = (done - first) * step / _YEAR
     table = Table(f"1999 KW4, {arguments.shape}s, {sim.integrator}")
     table.rows = [(name, text) for name, text in _rows(found)]
@@ -100,17 +100,18 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"\nSamples, numbers.json and energy.png are in {out}/")
 
 
-def _parts(out: Path, end: float) -> list[Path]:
-    """Return the files of the parts until a time; later ones were written, but not finished, when the command ended."""
-    parts: list[Path] = []
+def _parts(out: Path, end: float) -> list[Run]:
+    """Return the saved parts until a time; later ones were written, but not finished, when the command ended."""
+    runs: list[Run] = []
     previous = 0.0
-    for part in sorted(out.glob("part-[0-9]*.nc")):
-        last = float(load(part).time[-1])
+    for path in sorted(out.glob("part-[0-9]*.nc")):
+        part = load(path)
+        last = float(part.time[-1])
         if not previous < last <= end:
             break
-        parts.append(part)
+        runs.append(part)
         previous = last
-    return parts
+    return runs
 
 
 def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:

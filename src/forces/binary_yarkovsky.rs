@@ -74,7 +74,7 @@ pub struct BinaryYarkovsky {
     pub lag: Option<f64>,
 }
 
-/// What the surface makes of heat of a frequency.
+/// The response of the surface to sunlight that varies with a frequency.
 #[derive(Debug, Clone, Copy)]
 enum Response {
     ThermalTime(f64),

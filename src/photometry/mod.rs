@@ -17,7 +17,6 @@ mod mesh;
 mod outline;
 mod parallel;
 mod photometer;
-#[cfg(feature = "threads")]
 mod recoil;
 mod region;
 mod rule;
@@ -37,7 +36,6 @@ pub(crate) use snapshot::Snapshot;
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
 pub use photometer::Photometer;
-#[cfg(feature = "threads")]
 pub use recoil::recoil;
 pub use scene::Surface;
 pub use snapshot::View;

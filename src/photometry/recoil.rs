@@ -13,12 +13,12 @@
 
 use super::facets::{FacetedPart, Occluder, shares};
 use super::mesh::Mesh;
+use super::parallel::in_parallel;
 use super::region::Region;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Proximity};
-use rayon::prelude::*;
 
 /// The units of work of a facet, and of one of which a part may be hidden.
 const WORK: [u64; 2] = [1, 20];
@@ -49,21 +49,13 @@ pub fn recoil(
         }
     }
     let work = WORK[1] * surface.own().map(|mesh| mesh.facets.len() as u64).sum::<u64>();
-    let threads = rayon::current_num_threads();
-    if threads == 1 || work > 5 * UNITS {
-        return to_sun.iter().map(|direction| surface.recoil(&direction.normalize(), interrupt)).collect();
+    let some = |to_sun: &[Vec3], interrupt: &mut InterruptCheck| {
+        to_sun.iter().map(|direction| surface.recoil(&direction.normalize(), interrupt)).collect()
+    };
+    if work > 5 * UNITS {
+        return some(to_sun, interrupt);
     }
-    let share = (UNITS / work.max(1)).max(1) as usize;
-    let mut all = Vec::with_capacity(to_sun.len());
-    for group in to_sun.chunks(share * threads) {
-        interrupt.charge(UNITS, 0.0)?;
-        let of = |s: &Vec3| surface.recoil(&s.normalize(), &mut InterruptCheck::never());
-        let loads = group.par_iter().with_min_len(share).map(of);
-        for load in loads.collect::<Vec<_>>() {
-            all.push(load?);
-        }
-    }
-    Ok(all)
+    in_parallel(to_sun, (UNITS / work.max(1)).max(1) as usize, &|_| 0.0, interrupt, some)
 }
 
 /// The facets of the parts of a body, and those of other bodies that hide light from it.

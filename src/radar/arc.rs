@@ -3,7 +3,7 @@
 //! A Gauss rule is chosen once for an ellipsoid: the smallest that agrees with the next one on arcs of some rings, from
 //! limb to limb and, where the law is not smooth at the limb, a little shorter. A law with a peak that is too sharp for the
 //! largest rule is integrated adaptively. With an exponent of the cosine that is no whole number the integrand goes to
-//! zero at the limb with a power that is none either; the substitution x(y) of Korobov's kind, with x' in proportion to
+//! zero at the limb with a power that is not whole either; the substitution x(y) of Korobov's kind, with x' in proportion to
 //! (1 - y^2)^3, quadruples that power.
 
 use super::law::Law;

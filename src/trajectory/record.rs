@@ -153,8 +153,8 @@ impl Trajectory {
     /// Returns the total energy in a sample without the work of the external forces since the start of the
     /// record: what the integrator should conserve.
     pub fn conserved_energy(&self, sample: usize) -> f64 {
-        let forces = self.work_and_impulse.len() / self.len();
-        let work = self.work_and_impulse[forces * sample..][..forces].iter().step_by(WORK_AND_IMPULSE);
+        let row = self.work_and_impulse.len() / self.len();
+        let work = self.work_and_impulse[row * sample..][..row].iter().step_by(WORK_AND_IMPULSE);
         self.energy[4 * sample] - work.sum::<f64>()
     }
 

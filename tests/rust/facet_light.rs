@@ -1,5 +1,6 @@
 //! Light of polyhedra with shadows on themselves and on each other, by rays, closed forms and differences.
 
+use crate::polyhedron::cuboid;
 use crate::support::refusal;
 use fullbody::dynamics::{Settings, System};
 use fullbody::interrupt::InterruptCheck;
@@ -462,22 +463,7 @@ fn ellipsoids_beside_facets_have_no_derivatives() {
 /// strip whose height is the tangent of the elevation.
 #[test]
 fn the_recoil_of_a_partly_shaded_facet_acts_at_the_centroid_of_its_lit_strip() {
-    let corner = |k: usize| Vec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64).add_scalar(-0.5);
-    let faces = [
-        [0, 2, 3],
-        [0, 3, 1],
-        [4, 5, 7],
-        [4, 7, 6],
-        [0, 1, 5],
-        [0, 5, 4],
-        [2, 6, 7],
-        [2, 7, 3],
-        [0, 4, 6],
-        [0, 6, 2],
-        [1, 3, 7],
-        [1, 7, 5],
-    ];
-    let cube = solid(&(0..8).map(corner).collect::<Vec<_>>(), &faces);
+    let cube = cuboid([-0.5; 3], [1.0; 3]);
     let part = |x: f64| InputPart {
         shape: Shape::Polyhedron(cube.clone()),
         mass: 1.0,

@@ -60,8 +60,8 @@ def branch(
             seen.add(kind)
         begin = end
     for fold in branch.folds if y != "frequency" else ():
-        place = [float(plain(in_si(getattr(fold.equilibrium, name)))) for name in (x, y)]
-        ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
+        point = [float(plain(in_si(getattr(fold.equilibrium, name)))) for name in (x, y)]
+        ax.plot(*point, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
     for set_label, name in ((ax.set_xlabel, x), (ax.set_ylabel, y)):
         set_label(f"{_phrase(name)} [{unit_of(in_si(getattr(branch, name)))}]")
     if x == "separation" and branch.end == "contact":

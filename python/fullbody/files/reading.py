@@ -47,7 +47,7 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
         if path.is_dir():
             raise InvalidInput("the file is a folder")
         with path.open("rb") as file:
-            # What is read is the open file that was checked, even if another file has its name by now.
+            # The open file is read that was checked, even if another file has its name by now.
             checked, dataset = _dataset(file)
             attributes = dataset.attrs
             found = build(Content(dataset))

@@ -100,14 +100,14 @@ class ConvexSeries:
         matrix, gradient = np.empty((batch, size, size)), np.empty((batch, size))
         damping, trial, active = np.full(batch, 5e-3), x.copy(), np.arange(batch)
         for _ in range(_ITERATIONS):
-            found = self._evaluated(frequency[active], trial[active])
-            better = found.total < least[active]
-            gain = least[active] - found.total
+            evaluated = self._evaluated(frequency[active], trial[active])
+            better = evaluated.total < least[active]
+            gain = least[active] - evaluated.total
             kept = active[better]
-            x[kept], least[kept], chi2[kept] = trial[kept], found.total[better], found.chi2[better]
-            matrix[kept], gradient[kept] = found.matrix[better], found.gradient[better]
+            x[kept], least[kept], chi2[kept] = trial[kept], evaluated.total[better], evaluated.chi2[better]
+            matrix[kept], gradient[kept] = evaluated.matrix[better], evaluated.gradient[better]
             damping[active] *= np.where(better, 0.2, 8.0)
-            done = better & (gain <= _CONVERGED * found.total) | (damping[active] > _HARDEST)
+            done = better & (gain <= _CONVERGED * evaluated.total) | (damping[active] > _HARDEST)
             active = active[~done]
             if not len(active):
                 break
@@ -125,10 +125,10 @@ class ConvexSeries:
         tilt = x[:, -3:-1]
         psi, by_tilt = self._longitudes(tilt)
         angle = psi - np.outer(frequency, self._times) - np.outer(x[:, -1], self._since)
-        turned = np.exp(1j * angle[..., None] * np.arange(self._orders.max() + 1))
-        turned = turned[..., self._orders]
-        slopes = [slope * turned for slope in self._slopes]
-        terms = self._middle * turned + tilt[:, 0, None, None] * slopes[0] + tilt[:, 1, None, None] * slopes[1]
+        phasor = np.exp(1j * angle[..., None] * np.arange(self._orders.max() + 1))
+        phasor = phasor[..., self._orders]
+        slopes = [slope * phasor for slope in self._slopes]
+        terms = self._middle * phasor + tilt[:, 0, None, None] * slopes[0] + tilt[:, 1, None, None] * slopes[1]
         design, light = self._design(terms), 1.0 + self._light(terms, x)
         by_angle = self._light(1j * self._orders * terms, x)
         columns = [self._light(slope, x) + by_angle * by_tilt[..., k] for k, slope in enumerate(slopes)]

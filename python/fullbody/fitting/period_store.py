@@ -21,7 +21,7 @@ _SAVED = 5.0
 
 
 class PeriodStore:
-    """What a scan has found, and the file that keeps it.
+    """The minima that a scan has found, and the file that keeps them.
 
     Parameters
     ----------

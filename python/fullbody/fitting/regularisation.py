@@ -74,7 +74,7 @@ class Regularisation(Measured):
         along: Callable[[Surface, Surface, Any], Floats],
         sigma: Any,
     ) -> None:
-        self._body, self._kind, self._of_shape, self._along = body, kind, of_shape, along
+        self._body, self._kind, self._along = body, kind, along
         super().__init__(name, lambda run: of_shape(*self._shape(run)[1:]), np.zeros(count), sigma, ())
 
     def _shape(self, run: Record) -> tuple[int, Surface, Any]:

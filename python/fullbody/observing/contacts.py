@@ -174,7 +174,7 @@ class Passage:
 
 
 class Contacts(Protocol):
-    """What finds the contacts of K rows with a body."""
+    """The finder of the contacts of K rows with a body."""
 
     limbs: Sequence[Limb]
 

@@ -32,7 +32,7 @@ _LOWEST = 1e6
 
 @dataclass(frozen=True, eq=False)
 class RadarOptions:
-    """What a radar transmits and how its echoes are computed, as the arguments of the public functions say.
+    """The transmitted frequency and the options of radar echoes, which are arguments of the public functions.
 
     Attributes
     ----------

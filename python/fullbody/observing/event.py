@@ -127,7 +127,7 @@ class Event:
         bodies = np.array(list(found), dtype=np.intp)
         cost = np.full((len(bodies), len(self.sign)), np.inf)
         for row, (of, predictions) in zip(cost, found.values(), strict=True):
-            # Of several bodies that should have been missed, the one that hides the star most counts.
+            # If several bodies should have been missed, the one that hides the star most counts.
             row[of] = np.where(self.sign[of] == 0.0, -np.abs(predictions), predictions**2)
         chosen = np.empty(len(self.sign), dtype=np.intp)
         for station in np.unique(self.station):

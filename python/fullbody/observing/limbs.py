@@ -20,6 +20,7 @@ from ..base.units import need
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
+from .silhouettes import across
 
 #: The number of products of rays and edges that are computed at a time.
 _BLOCK = 2_000_000
@@ -70,8 +71,8 @@ class EllipsoidLimb:
         """Return the square of the scaled distance of the rays from the centre minus one."""
         p = (w - self._position) @ self._rotation / self.semi_axes
         q = u @ self._rotation / self.semi_axes
-        across = cross(p, q)
-        return np.sum(across * across, axis=-1) / np.sum(q * q, axis=-1) - 1.0
+        product = cross(p, q)
+        return np.sum(product * product, axis=-1) / np.sum(q * q, axis=-1) - 1.0
 
     def extent(self, normals: Any) -> Any:
         """Return how far (M,) the ellipsoid reaches along unit vectors (M, 3) in the body's frame."""
@@ -79,7 +80,7 @@ class EllipsoidLimb:
 
     def rim(self, u: Floats) -> Floats:
         """Return points (R, 3) on the outline along a direction (3,): s = A^-1 x is a circle across A^-1 u."""
-        first, second = (axis[0] for axis in _across((u @ self._rotation / self.semi_axes)[None]))
+        first, second = (axis[0] for axis in across((u @ self._rotation / self.semi_axes)[None]))
         angles = np.linspace(0.0, 2.0 * np.pi, _RIM)
         circle = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second / np.linalg.norm(second))
         return self._position + circle * self.semi_axes @ self._rotation.T
@@ -122,7 +123,7 @@ class MeshLimb:
 
     def _block(self, w: Any, u: Any) -> Any:
         """Return the distances (M,): the edges and the sign are chosen by the real parts."""
-        axes = _across(u)
+        axes = across(u)
         ends = np.stack([(self._vertices @ axis.T).T - np.sum(w * axis, -1)[:, None] for axis in axes], axis=-1)
         start, stop = ends[:, self._edges[:, 0]], ends[:, self._edges[:, 1]]
         turned = (u.real @ self._normals.T > 0.0)[:, self._sides]
@@ -170,7 +171,7 @@ class MeshLimb:
 
     def crossings(self, w: Floats, u: Floats, way: Floats) -> Floats:
         """Return the shares of a displacement of one ray at which it crosses edges of the outline."""
-        axes = _across(u[None])
+        axes = across(u[None])
         place, move = (np.array([vector @ axis[0] for axis in axes]) for vector in (w, way))
         turned = (self._normals @ u > 0.0)[self._sides]
         edges = self._edges[turned[:, 0] != turned[:, 1]]
@@ -179,22 +180,14 @@ class MeshLimb:
         with np.errstate(divide="ignore", invalid="ignore"):
             inverse = 1.0 / (move[0] * along[:, 1] - move[1] * along[:, 0])
             share = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) * inverse
-            across = (start[:, 0] * move[1] - start[:, 1] * move[0]) * inverse
-            hit = (share >= 0.0) & (share <= 1.0) & (across >= 0.0) & (across <= 1.0)
+            on_edge = (start[:, 0] * move[1] - start[:, 1] * move[0]) * inverse
+            hit = (share >= 0.0) & (share <= 1.0) & (on_edge >= 0.0) & (on_edge <= 1.0)
         return np.sort(share[hit])
 
 
 def cross(a: Any, b: Any) -> Any:
     """Return the cross products (..., 3) of vectors, which numpy's function takes longer for."""
     return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
-
-
-def _across(u: Any) -> tuple[Any, Any]:
-    """Return two unit vectors (M, 3) across directions (M, 3), right-handed with them; they may be complex."""
-    fixed = np.eye(3)[np.argmin(np.abs(u.real), axis=-1)]
-    first = np.cross(u, fixed)
-    first = first / np.sqrt(np.sum(first * first, axis=-1))[:, None]
-    return first, np.cross(u, first)
 
 
 def limbs_of(system: SystemLike, body: int, semi_axes: Any = None) -> list[Limb]:

@@ -53,7 +53,6 @@ class ObservedChords(Observations):
             raise InvalidInput(f"geometry of {_OWNER} is {geometry!r}; expected an observing.Geometry")
         self.star = Star(star, geometry)
         self.stations = Stations(stations, geometry, self.star)
-        self._given_stations = stations
         count = len(self.stations)
         #: The date from which seconds count, with the scale of the dates; or what the times are instead.
         self._origin: Any = None

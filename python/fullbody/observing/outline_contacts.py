@@ -20,7 +20,7 @@ _NEAREST = 6
 
 
 class _Found(NamedTuple):
-    """What was found for a row: the ends of the chord with the limbs there, or the nearest time with the limb.
+    """The contacts of a row: the ends of the chord with the limbs there, or the nearest time with the limb.
 
     Where the body misses the station, both ends are the nearest time.
     """

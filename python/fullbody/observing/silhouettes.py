@@ -35,7 +35,7 @@ class Solid:
 
 
 @dataclass(frozen=True, slots=True)
-class Limb:
+class LimbPoints:
     """Points of a limb: positions (n, 3), outward normals across the line of sight (n, 3), and whether there is one."""
 
     points: Floats
@@ -66,7 +66,7 @@ def solids(system: SystemLike, body: int, centre: Floats, matrix: Floats) -> lis
     return found
 
 
-def limb(parts: list[Solid], centre: Floats, sight: Floats, axes: Floats, directions: Floats) -> Limb:
+def limb(parts: list[Solid], centre: Floats, sight: Floats, axes: Floats, directions: Floats) -> LimbPoints:
     """Return the outermost points of a body's limb on rays from its centre across the line of sight.
 
     Parameters
@@ -89,7 +89,7 @@ def limb(parts: list[Solid], centre: Floats, sight: Floats, axes: Floats, direct
         outermost = reach > best
         best = np.where(outermost, reach, best)
         points[outermost], normals[outermost] = where[outermost], outward[outermost]
-    return Limb(points, normals, best > 0.0)
+    return LimbPoints(points, normals, best > 0.0)
 
 
 def _round_limb(
@@ -163,7 +163,7 @@ def hides(parts: list[Solid], centre: Floats, points: Floats, directions: Floats
         # The silhouette along the mean direction serves for all points, whose directions hardly differ.
         sight = directions.mean(axis=0)
         sight /= np.linalg.norm(sight)
-        axes = across(sight)
+        axes = np.concatenate(across(sight[None]))
         from_centre = points - part.centre
         behind = from_centre @ sight < 0.0
         flat = from_centre @ axes.T
@@ -174,8 +174,9 @@ def hides(parts: list[Solid], centre: Floats, points: Floats, directions: Floats
     return hidden
 
 
-def across(direction: Floats) -> Floats:
-    """Return two unit vectors (2, 3) across a direction (3,) and each other."""
-    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(direction, first)])
+def across(directions: Any) -> tuple[Any, Any]:
+    """Return two unit vectors (M, 3) across directions (M, 3), right-handed with them; they may be complex."""
+    fixed = np.eye(3)[np.argmin(np.abs(directions.real), axis=-1)]
+    first = np.cross(directions, fixed)
+    first = first / np.sqrt(np.sum(first * first, axis=-1))[:, None]
+    return first, np.cross(directions, first)
