@@ -1,8 +1,13 @@
-//! The brightness of a body by the facets of its parts, and its derivatives with respect to poses, vertices and
-//! directions.
+//! The brightness of a body by the facets of its parts, and its derivatives with respect to poses, vertices,
+//! semi-axes and directions.
+//!
+//! The brightness of an ellipsoid from which others hide light is B = W L / A, where W is that of the whole
+//! ellipsoid, and L and A are the sums over the facets of its mesh with and without what is hidden. Its
+//! derivatives are dW L / A + (dL - dA L / A) W / A. They have the error of the facets' size, while B has the
+//! share of finer cells in place of L / A.
 
 use super::convex::ConvexBody;
-use super::ellipsoid::{Lit, Partials};
+use super::ellipsoid::{Lit, Partials, Placed};
 use super::facets::{FacetedPart, SurfaceLight};
 use super::mesh::Mesh;
 use crate::error::Result;
@@ -53,19 +58,66 @@ impl Target<'_> {
             Self::Ellipsoid(lit) => lit.partials(partials, interrupt),
             Self::Convex(body) => body.partials(partials, interrupt),
             Self::Facets(body) => body.parts.iter().try_fold(0.0, |sum, part| {
-                let (brightness, gradient) = part.partials(&body.surface, interrupt)?;
-                add(partials, part.mesh, &part.rotation, 1.0, &gradient.own);
-                for (occluder, by_vertex) in part.occluders.iter().zip(&gradient.occluders) {
-                    let rotation = part.rotation * occluder.rotation;
-                    add(partials, occluder.mesh, &rotation, occluder.growth, by_vertex);
-                }
-                for (k, by_light) in gradient.lights.iter().enumerate() {
-                    partials.by_direction[k] += part.rotation * by_light;
-                }
+                let brightness = match &part.mesh.polyhedron {
+                    Some(_) => add_facets(part, &body.surface, partials, interrupt)?,
+                    None => add_ellipsoid(part, &body.surface, partials, interrupt)?,
+                };
                 Ok(sum + brightness)
             }),
         }
     }
+}
+
+/// Returns the brightness of the facets of a part and adds its derivatives.
+fn add_facets(
+    part: &FacetedPart<'_>,
+    surface: &SurfaceLight<'_>,
+    partials: &mut Partials,
+    interrupt: &mut InterruptCheck,
+) -> Result<f64> {
+    let (brightness, gradient) = part.partials(surface, interrupt)?;
+    add(partials, part.mesh, &part.rotation, 1.0, &gradient.own);
+    for (occluder, by_vertex) in part.occluders.iter().zip(&gradient.occluders) {
+        let rotation = part.rotation * occluder.rotation;
+        add(partials, occluder.mesh, &rotation, occluder.growth, by_vertex);
+    }
+    for (k, by_light) in gradient.lights.iter().enumerate() {
+        partials.by_direction[k] += part.rotation * by_light;
+    }
+    Ok(brightness)
+}
+
+/// Returns the brightness of a part that is an ellipsoid and adds its derivatives.
+fn add_ellipsoid(
+    part: &FacetedPart<'_>,
+    surface: &SurfaceLight<'_>,
+    partials: &mut Partials,
+    interrupt: &mut InterruptCheck,
+) -> Result<f64> {
+    let (mesh, [body, _], albedo) = (part.mesh, part.mesh.place, surface.albedo[0]);
+    let directions = part.lights.map(|light| part.rotation * light);
+    let placed = Placed { body, semi_axes: mesh.semi_axes, position: Vec3::zeros(), rotation: part.rotation };
+    let lit = Lit::new(&placed, surface.law, surface.time, directions, std::iter::empty());
+    let mut of_ellipsoid = partials.zeros();
+    let unhidden = albedo * lit.partials(&mut of_ellipsoid, interrupt)?;
+    let by_body = &mut of_ellipsoid.by_body[body];
+    by_body.rotation = mesh.pose.1 * by_body.rotation;
+    let mut add = |part: &Partials, factor: f64| partials.add(part, factor, [&directions; 2]);
+    if part.occluders.is_empty() {
+        add(&of_ellipsoid, albedo);
+        return Ok(unhidden);
+    }
+    let brightness = part.light::<1>(surface, interrupt)?[0];
+    let [mut of_left, mut of_all] = [of_ellipsoid.zeros(), of_ellipsoid.zeros()];
+    let alone = FacetedPart { occluders: Vec::new(), ..*part };
+    let left = add_facets(part, surface, &mut of_left, interrupt)?;
+    let all = add_facets(&alone, surface, &mut of_all, interrupt)?;
+    // A crescent thinner than the facets has no light by them.
+    let (share, scale) = if all > 0.0 { (left / all, unhidden / all) } else { (brightness / unhidden, 0.0) };
+    add(&of_ellipsoid, albedo * share);
+    add(&of_left, scale);
+    add(&of_all, -scale * share);
+    Ok(brightness)
 }
 
 /// Adds the derivatives that follow from those with respect to the vertices of a part, in its frame. The
@@ -80,6 +132,11 @@ fn add(partials: &mut Partials, mesh: &Mesh, rotation: &Mat3, growth: f64, by_ve
     let (position, pose) = &mesh.pose;
     partials.by_body[body].position += rotation * force / growth;
     partials.by_body[body].rotation += pose * torque + position.cross(&(pose * force));
+    if mesh.polyhedron.is_none() {
+        // The vertices of an ellipsoid's facets stretch with its axes.
+        let stretch = mesh.vertices.iter().zip(by_vertex).map(|(v, by)| v.component_mul(by)).sum::<Vec3>();
+        partials.by_body[body].semi_axes += stretch.component_div(&mesh.semi_axes);
+    }
     if let Some(sums) = partials.by_vertex.get_mut(body) {
         sums.iter_mut().zip(by_vertex).for_each(|(sum, derivative)| *sum += pose * derivative);
     }

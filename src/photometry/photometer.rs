@@ -110,8 +110,7 @@ impl Photometer {
     /// not among them: it is the brightness divided by the albedo.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for ellipsoids beside bodies of
-    /// another shape or in composites, and for a law of a rough surface.
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a law of a rough surface.
     pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
         self.partials_in(std::slice::from_ref(view), true, interrupt)
     }
@@ -127,17 +126,8 @@ impl Photometer {
         by_vertex: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<(f64, Partials)>> {
-        let Scene { bodies, surfaces, semi_axes, meshes, .. } = &self.scene;
-        for ((body, surface), semi_axes) in bodies.iter().zip(surfaces).zip(semi_axes) {
-            let curved = body.outer_parts().any(|part| matches!(part.shape, Shape::Ellipsoid(_)));
-            if curved && (semi_axes.is_none() || (self.scene.hides() && !meshes.is_empty())) {
-                let expected = "bodies that are all ellipsoids, or all polyhedra and composites of polyhedra";
-                return Err(Error::invalid(
-                    format!("shape of {}", body.name),
-                    "an ellipsoid beside facets, with which the brightness has no derivatives",
-                    expected,
-                ));
-            }
+        let Scene { bodies, surfaces, semi_axes, .. } = &self.scene;
+        for (body, surface) in bodies.iter().zip(surfaces) {
             if surface.law.has_edges() {
                 let what = format!("roughness of the scattering law of {}", body.name);
                 return Err(Error::invalid(what, "above zero", "zero, with which there are derivatives"));
@@ -167,7 +157,13 @@ impl Photometer {
                 sums.get_or_insert_with(none).add(&part, factor, directions);
                 Ok(brightness)
             };
-            snapshot.for_each_body(interrupt, of, |value, sums| all.push((value, sums.unwrap_or_else(none))))
+            snapshot.for_each_body(interrupt, of, |value, sums| {
+                let mut sums = sums.unwrap_or_else(none);
+                // The ellipsoids of a composite are not its own semi-axes.
+                let composites = sums.by_body.iter_mut().zip(semi_axes).filter(|(_, axes)| axes.is_none());
+                composites.for_each(|(by, _)| by.semi_axes = Vec3::zeros());
+                all.push((value, sums));
+            })
         })
     }
 

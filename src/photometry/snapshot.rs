@@ -1,7 +1,7 @@
 //! Bodies at one epoch: which of them hide light from which, and the light of each.
 
 use super::convex::ConvexBody;
-use super::ellipsoid::{Lit, Partials, Placed};
+use super::ellipsoid::{ByBody, Lit, Partials, Placed};
 use super::faceted::{FacetedBody, Target};
 use super::facets::{FacetedPart, Occluder, SurfaceLight};
 use super::mesh::Mesh;
@@ -373,6 +373,16 @@ impl<'a> Snapshot<'a> {
 }
 
 impl Partials {
+    /// Returns derivatives of zero with respect to the same quantities.
+    pub fn zeros(&self) -> Self {
+        Self {
+            by_body: vec![ByBody::default(); self.by_body.len()],
+            by_direction: [Vec3::zeros(); 2],
+            by_vertex: self.by_vertex.iter().map(|by| vec![Vec3::zeros(); by.len()]).collect(),
+            by_area: self.by_area.iter().map(|by| vec![0.0; by.len()]).collect(),
+        }
+    }
+
     /// Adds derivatives times a factor. A derivative with respect to the direction to a point of the Sun's
     /// disc counts as one with respect to the direction to its centre, with which the disc rotates.
     pub fn add(&mut self, part: &Self, factor: f64, [centre, position]: [&[Vec3; 2]; 2]) {

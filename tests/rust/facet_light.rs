@@ -449,14 +449,93 @@ fn the_light_of_faces_with_shadows_adds_up() {
     assert!((sum / of(vec![1.0]) - 1.0).abs() < 1e-13);
 }
 
+/// An ellipsoid.
+fn ellipsoid(semi_axes: Vec3) -> Body {
+    Body::with_mass("ellipsoid", Shape::ellipsoid(semi_axes.into()).unwrap(), 1.0).unwrap()
+}
+
 #[test]
-fn ellipsoids_beside_facets_have_no_derivatives() {
-    let (mut bodies, scene) = pair(3);
-    bodies[1] = Body::with_mass("Beta", Shape::ellipsoid([0.4, 0.3, 0.3]).unwrap(), 1.0).unwrap();
+fn derivatives_of_facets_hidden_by_an_ellipsoid_are_those_of_differences() {
+    let (law, semi_axes) = (Law::LOMMEL_SEELIGER, Vec3::new(0.5, 0.42, 0.38));
+    for step in [3, 4] {
+        let (mut bodies, scene) = pair(step);
+        bodies[1] = ellipsoid(semi_axes);
+        assert_derivatives(&bodies, &scene, law);
+        let partials =
+            photometer(&bodies, law).partials(&scene.view(), &mut InterruptCheck::never()).unwrap();
+        for k in 0..3 {
+            let grown = |by: f64| {
+                let mut bodies = bodies.clone();
+                bodies[1] = ellipsoid(semi_axes + axis(k) * by);
+                scene.brightness(&bodies, law)
+            };
+            let computed: Vec<f64> = partials.iter().map(|(_, p)| p.by_body[1].semi_axes[k]).collect();
+            assert!(computed[0].abs() > 1e-3);
+            assert_slope(grown, &computed, "semi-axis");
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_an_ellipsoid_beside_facets_are_nearly_those_of_two_ellipsoids() {
+    let semi_axes = [Vec3::new(1.0, 0.9, 0.75), Vec3::new(0.5, 0.42, 0.38)];
+    let law = Law::LOMMEL_SEELIGER;
+    let of = |bodies: &[Body], scene: &Scene| {
+        let all = photometer(bodies, law).partials(&scene.view(), &mut InterruptCheck::never()).unwrap();
+        let rows = all.into_iter().map(|(_, partials)| {
+            let [first, second] = [0, 1].map(|k| partials.by_body[k]);
+            // The hidden ellipsoid has semi-axes; those of the facets are none.
+            let body = [first.position, first.rotation, first.semi_axes, second.position, second.rotation];
+            body.into_iter().chain(partials.by_direction).collect::<Vec<Vec3>>()
+        });
+        rows.collect::<Vec<_>>()
+    };
+    for step in [2, 3, 4] {
+        let (_, scene) = pair(step);
+        let exact = of(&semi_axes.map(ellipsoid), &scene);
+        let sphere = lumpy(24, 0.0, 0.0);
+        let vertices: Vec<Vec3> = sphere.vertices().map(|v| v.component_mul(&semi_axes[1])).collect();
+        let faceted = of(&[ellipsoid(semi_axes[0]), body(&solid(&vertices, sphere.faces()))], &scene);
+        let largest = exact[0].iter().map(|v| v.norm()).fold(0.0, f64::max);
+        for (computed, expected) in faceted[0].iter().zip(&exact[0]) {
+            assert!((computed - expected).norm() < 0.01 * largest, "{step}: {computed} {expected}");
+        }
+    }
+}
+
+#[test]
+fn composites_with_ellipsoids_have_derivatives_but_no_semi_axes() {
+    let part = |shape: Shape, position: [f64; 3]| InputPart {
+        shape,
+        mass: 1.0,
+        position,
+        attitude: [0.8, 0.0, 0.6, 0.0],
+    };
+    let parts = vec![
+        part(Shape::ellipsoid([0.9, 0.7, 0.6]).unwrap(), [0.0; 3]),
+        part(Shape::Polyhedron(lumpy(4, 0.1, 0.2).scaled(0.5)), [0.7, 0.1, 0.3]),
+    ];
+    let composite = Body::composite("pieces", parts).unwrap();
+    let (_, scene) = pair(2);
+    let scene = Scene { position: vec![Vec3::zeros()], attitude: scene.attitude[..1].to_vec(), ..scene };
+    let bodies = [composite];
     let photometer = photometer(&bodies, Law::LOMMEL_SEELIGER);
-    let text = refusal(photometer.partials(&scene.view(), &mut InterruptCheck::never()));
-    assert!(text.contains("shape of Beta is an ellipsoid beside facets"), "{text}");
-    assert!(text.contains("all polyhedra"), "{text}");
+    let partials = photometer.partials(&scene.view(), &mut InterruptCheck::never()).unwrap();
+    let by_body = partials[0].1.by_body[0];
+    assert_eq!(by_body.semi_axes, Vec3::zeros());
+    // A rotation of the body is one of the directions the other way round.
+    let inverse = rotation::matrix(scene.attitude[0]).transpose();
+    let by_light = (0..2).map(|k| (inverse * partials[0].1.by_direction[k], inverse * scene.directions[k]));
+    let expected: Vec3 = by_light.map(|(by, direction)| by.cross(&direction)).sum();
+    assert!((by_body.rotation - expected).norm() < 1e-9 * expected.norm(), "{} {expected}", by_body.rotation);
+    for k in 0..3 {
+        let value = |by: f64| {
+            let attitude = vec![turned(scene.attitude[0], axis(k) * by)];
+            Scene { attitude, ..scene.clone() }.brightness(&bodies, Law::LOMMEL_SEELIGER)[0]
+        };
+        let slope = (value(0.02) - value(-0.02)) / 0.04;
+        assert!((slope - by_body.rotation[k]).abs() < 0.02 * by_body.rotation.norm(), "{slope} {by_body:?}");
+    }
 }
 
 /// Two cubes one side apart, in the light along their line from a low Sun: the facing end of the second one is lit in a
