@@ -105,7 +105,7 @@ class Solver:
     def _linearised(self, values: Floats) -> Linearised:
         if self._last is None or not np.array_equal(self._last.values, values):
             self._last = self._problem.point(values)
-        here = self._objective.linearised(self._last, self._problem.jacobian(self._last))
+        here = self._objective.linearised(self._last)
         if self.best is None or here.cost <= self.best.cost:
             self.best = here
         self.iterations += 1
