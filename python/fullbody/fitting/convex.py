@@ -38,28 +38,14 @@ class ConvexMinimum(NamedTuple):
 
 
 class ConvexSeries:
-    """The light of a convex body at K times, for poles near a given one.
+    """The light of a convex body at the K times of light curves, for poles near one of them.
 
-    Parameters
-    ----------
-    integrals : callable
-        A function of a tilt (2,) that returns the integrals (K, C) of the scattering law times each harmonic of cos and
-        sin, as real and imaginary part, in a frame with the tilted pole as z-axis.
-    harmonics : Harmonics
-    bisector : ndarray, (K, 3)
-        Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
-    times : ndarray, (K,)
-        Times at which the light left the body.
-    pulls : ndarray, (K,)
-        Residuals in magnitudes of a sphere, divided by the errors.
-    sigma : ndarray, (K,)
-        The errors in magnitudes.
-    basis : ndarray, (K, L)
-        Orthonormal columns that span the linear unknowns of the data, divided by the errors.
-    smoothness : float
-        The prior standard deviation of a coefficient of degree one; that of degree l is smaller by the factor l.
-    reach : (float, float)
-        The largest tilt of the pole, and the largest change of the rotation angle over the span of the times.
+    The function ``integrals`` of a tilt (2,) returns the integrals (K, C) of the scattering law times each harmonic of
+    cos and sin, as real and imaginary part, in a frame with the tilted pole as z-axis. The ``bisector`` (K, 3) lies
+    between the directions to the observer and to the Sun, in the frame whose z-axis is the pole. For ``times``,
+    ``pulls``, ``sigma`` and ``basis`` see :class:`Curves`. The prior standard deviation of a coefficient of degree l is
+    ``smoothness`` / l, and ``reach`` has the largest tilt of the pole, and the largest change of the rotation angle
+    over the span of the times.
     """
 
     def __init__(

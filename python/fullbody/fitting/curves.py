@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, Units, gathered, is_quantity
+from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..model.bodies import Body
 from ..model.freeform import ConvexShape
@@ -34,29 +34,15 @@ _MOST = 2_000_000
 class Curves:
     """The magnitudes of K times of a body alone, compared with those of a sphere.
 
-    Parameters
-    ----------
-    data : list of Photometry
-    frame : str or None
-        The frame of the poles.
-
-    Attributes
-    ----------
-    united : bool
-        Whether times are dates or Quantities; numbers of time are then hours.
-    times : ndarray, (K,)
-        Times at which the light left the body.
-    sigma, pulls : ndarray, (K,)
-        Errors in magnitudes, and the residuals of the sphere divided by these.
-    basis : ndarray, (K, L)
-        Orthonormal columns that span the linear unknowns, divided by the errors.
-    lights : ndarray, (2, K, 3)
-        Unit vectors to the observer and to the Sun.
+    The ``times`` (K,) are those at which the light left the body, in hours if they are dates or Quantities, which
+    ``united`` says. The ``pulls`` (K,) are the residuals of the sphere in magnitudes, divided by the errors ``sigma``
+    (K,), the ``basis`` (K, L) has orthonormal columns that span the linear unknowns, divided by the errors, and
+    ``lights`` (2, K, 3) are unit vectors to the observer and to the Sun, in the ``frame`` of the poles.
     """
 
     def __init__(self, data: list[Photometry], frame: str | None) -> None:
         self.united = are_dates(data[0].times) or is_quantity(data[0].times)
-        options: dict[str, Any] = {"units": ("km", "hour", "kg"), "frame": frame} if self.united else {"G": 1.0}
+        options: dict[str, Any] = {"units": USUAL, "frame": frame} if self.united else {"G": 1.0}
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
         self._sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
@@ -105,40 +91,37 @@ class Curves:
         return ConvexSeries(integrals, harmonics, *rows, smoothness, reach)
 
 
-def scanned_periods(given: Any, curves: Curves, step: float) -> tuple[Any, Floats]:
+def scanned_periods(periods: Any, curves: Curves, step: float) -> tuple[Any, Floats]:
     """Return the unit of the periods, None for plain numbers, and the periods (N,) in hours, or as plain numbers."""
     span = float(np.ptp(curves.times))
     if not span > 0.0:
         raise InvalidInput("data have no span of time, which would determine a period; expected two times or more")
-    if given is None:
+    if periods is None:
         if not curves.united:
             raise InvalidInput("periods is None beside times without a unit; expected (shortest, longest)")
-        given = unit_named("h") * np.array(_RANGE)
-    given = gathered(given, "periods", "time")
-    if is_quantity(given) != curves.united:
+        periods = unit_named("h") * np.array(_RANGE)
+    periods = gathered(periods, "periods", "time")
+    if is_quantity(periods) != curves.united:
         expected = "a Quantity" if curves.united else "plain numbers"
-        raise InvalidInput(f"periods is {given!r}; expected {expected}, as the times of the data are")
-    unit = given.unit if is_quantity(given) else None
-    hours = np.atleast_1d(
-        (Units(("km", "hour", "kg")) if unit else UNITLESS).numbers(
-            given, "time" if unit else "number", "periods", ("N",), POSITIVE
-        )
-    )
+        raise InvalidInput(f"periods is {periods!r}; expected {expected}, as the times of the data are")
+    unit = periods.unit if is_quantity(periods) else None
+    units, dimension = (Units(USUAL), "time") if unit else (UNITLESS, "number")
+    hours = units.numbers(periods, dimension, "periods", ("N",), POSITIVE)
     values = np.unique(hours)
     if len(values) != len(hours) or len(values) < 2:
-        raise InvalidInput(f"periods is {given!r}; expected (shortest, longest), or different periods")
+        raise InvalidInput(f"periods is {periods!r}; expected (shortest, longest), or different periods")
     fraction = np.diff(1.0 / values[::-1]) * span
     if len(values) == 2:
         # Equal steps of the frequency are steps of the period in proportion to P^2.
         count = float(fraction[0]) / step
         if count < 2.0:
             raise InvalidInput(
-                f"periods is {given!r}, shorter than two steps of {step * values[0] ** 2 / span:.3g}; expected a "
+                f"periods is {periods!r}, shorter than two steps of {step * values[0] ** 2 / span:.3g}; expected a "
                 "longer range: data over this span of time cannot tell these periods apart"
             )
         if count > _MOST:
             raise InvalidInput(
-                f"periods is {given!r}, which takes {count:.3g} steps for data over this span of time; expected a "
+                f"periods is {periods!r}, which takes {count:.3g} steps for data over this span of time; expected a "
                 f"range with at most {_MOST} steps"
             )
         values = 1.0 / np.linspace(1.0 / values[0], 1.0 / values[1], int(np.ceil(count)) + 1)

@@ -101,8 +101,8 @@ def contents(content: Content) -> dict[str, Any]:
 def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
     """Return the attributes of a fit that :func:`description` wrote, by name."""
     # Files of earlier versions have neither arrays nor differenced observations.
-    results = {"shapes_of_parameters": [(name, ()) for name in results["parameters"]]} | results
-    results = {"differenced_observations": {}} | results
+    missing = {"shapes_of_parameters": [(name, ()) for name in results["parameters"]], "differenced_observations": {}}
+    results = {**missing, **results}
     units = [None if unit is None else unit_named(unit) for unit in results["units"]]
     free, first, rows = {}, 0, np.array(list(results["parameters"].values()), dtype=np.float64)
     for name, shape in results["shapes_of_parameters"]:

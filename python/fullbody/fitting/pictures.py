@@ -90,11 +90,11 @@ class FitPlots:
             For observations that are no astrometry, and for a fit from a file, which has none.
         """
         observations = getattr(self._fit, "observations", [])
-        known = [index for index, one in enumerate(observations) if isinstance(one, Astrometry)]
-        if not known or data not in (None, *known):
-            text = f"the index {' or '.join(map(str, known))}" if known else "a fit of an observing.Astrometry"
+        indices = [index for index, entry in enumerate(observations) if isinstance(entry, Astrometry)]
+        if not indices or data not in (None, *indices):
+            text = f"the index {' or '.join(map(str, indices))}" if indices else "a fit of an observing.Astrometry"
             raise InvalidInput(f"the fit has no astrometry to draw for data={data}; expected {text}")
-        return sky_track(self._fit.run, observations[known[0] if data is None else data], ax, **kwargs)
+        return sky_track(self._fit.run, observations[indices[0] if data is None else data], ax, **kwargs)
 
     def corner(self, samples: Any = None, *, n: int = 5000, rng: int | np.random.Generator = 0, **kwargs: Any) -> Any:
         """Draw the distributions of all parameters and of all pairs of them.

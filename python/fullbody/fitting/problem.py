@@ -290,10 +290,10 @@ class Problem:
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
         return np.where(steps > 2e-3 * reach, widths, reach)
 
-    def unchanged(self, values: Floats, others: Floats) -> bool:
+    def unchanged(self, values: Floats, shifted: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
         try:
-            made, other = self.make(values), self.make(others)
+            made, other = self.make(values), self.make(shifted)
         except REFUSALS:
             return False
         changes, unexplained = made.changes(other)

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 _SAME = 0.1
 
 
-@once()
 def fit(
     setup: Callable[..., Any],
     parameters: Mapping[str, Any],
@@ -122,48 +121,49 @@ def fit(
     >>> round(found.values["mass"], 6), found.dof
     (2.0, 39)
     """
-    limit = None if proposals is None else whole(proposals, "proposals")
-    with need("fit", "a fit"):
-        from .solver import Solver
-    free = Parameters(parameters)
-    objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
-    begins = _starts(free, starts, rng)
-    solvers: list[Solver] = []
+    with once():
+        limit = None if proposals is None else whole(proposals, "proposals")
+        with need("fit", "a fit"):
+            from .solver import Solver
+        free = Parameters(parameters)
+        objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
+        begins = _starts(free, starts, rng)
+        solvers: list[Solver] = []
 
-    def solve(begin: Floats) -> Solver:
-        solver = Solver(objective, report, limit)
-        solver.solve(begin)
-        if solver.best is not None:
-            solvers.append(solver)
-        return solver
+        def solve(begin: Floats) -> Solver:
+            solver = Solver(objective, report, limit)
+            solver.solve(begin)
+            if solver.best is not None:
+                solvers.append(solver)
+            return solver
 
-    with Progress(progress) as report:
-        for begin in begins:
-            try:
-                if solve(begin).interrupted:
-                    break
-            except Refused as error:
-                if len(begins) == 1:
-                    raise InvalidInput(f"the start of the fit is refused: {error}") from error
-        interrupted = any(solver.interrupted for solver in solvers)
-        bests = sorted((solver.best for solver in solvers if solver.best), key=lambda best: best.cost)
-        points = [best.point for best in bests]
-        if points and not interrupted and (mirror := mirror_start(problem, points)) is not None:
-            begins.append(mirror)
-            with contextlib.suppress(Refused):
-                solve(mirror)
-    if not solvers:
-        if problem.differentiated or not problem.refused:
-            raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
-        raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
-    fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
-    best = min(fits, key=lambda other: other.loss)
-    best.minima, best.starts = _minima(problem, fits), len(begins)
-    if best.message:
-        caution(f"the fit was {best.message}", InconsistentInput)
-    elif best.unconstrained is not None:
-        caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
-    return best
+        with Progress(progress) as report:
+            for begin in begins:
+                try:
+                    if solve(begin).interrupted:
+                        break
+                except Refused as error:
+                    if len(begins) == 1:
+                        raise InvalidInput(f"the start of the fit is refused: {error}") from error
+            interrupted = any(solver.interrupted for solver in solvers)
+            bests = sorted((solver.best for solver in solvers if solver.best), key=lambda best: best.cost)
+            points = [best.point for best in bests]
+            if points and not interrupted and (mirror := mirror_start(problem, points)) is not None:
+                begins.append(mirror)
+                with contextlib.suppress(Refused):
+                    solve(mirror)
+        if not solvers:
+            if problem.differentiated or not problem.refused:
+                raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
+            raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
+        fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
+        best = min(fits, key=lambda other: other.loss)
+        best.minima, best.starts = _minima(problem, fits), len(begins)
+        if best.message:
+            caution(f"the fit was {best.message}", InconsistentInput)
+        elif best.unconstrained is not None:
+            caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
+        return best
 
 
 def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:

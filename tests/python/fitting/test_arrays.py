@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fullbody import observing
 from fullbody.fitting import Free
+from fullbody.fitting.free import Parameters
 from support import refused
 
 TRUE = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
@@ -138,3 +139,10 @@ def test_observations_may_take_arrays():
     shifted = fullbody.fit(still, {"offset": Free([0.0, 0.1, 0.2])}, data)
     np.testing.assert_allclose(shifted.values["offset"], 0.5, atol=1e-9)
     np.testing.assert_allclose(shifted.sigma["offset"], SIGMA / np.sqrt(2), rtol=1e-6)
+
+
+def test_a_parameter_next_to_zero_has_the_size_of_its_prior():
+    # A tenth of its error: steps relative to a value of 1e-9 would change nothing.
+    parameters = Parameters({"x": Free(1e-9, prior=(0.0, 2.0)), "y": Free([3.0, 0.0], prior=(0.0, [np.inf, 0.5]))})
+    assert [parameters.size(k, value) for k, value in enumerate(parameters.start)] == [0.2, 3.0, 0.05]
+    assert parameters.size(1, -4.0) == 4.0
