@@ -184,7 +184,7 @@ def principal_axis(body: int | str, sigma: Any = "3 deg") -> Regularisation:
     error = Units().number(sigma, "angle", f"sigma of principal axis of {body}", POSITIVE)
 
     def tilt(surface: Surface, faces: _Faces) -> Any:
-        inertia = _inertia(surface.given, faces)
+        inertia = _inertia(surface.working, faces)
         values, axes = np.linalg.eigh(np.real(inertia))
         if values[2] - values[1] <= 1e-12 * values[2]:
             expected = "expected a shape with one axis of largest inertia"
@@ -199,13 +199,13 @@ def principal_axis(body: int | str, sigma: Any = "3 deg") -> Regularisation:
 
 def _concavity(surface: Surface, faces: _Faces) -> Any:
     """Return the concavity (1,) of a surface, as an analytic function of its vertices."""
-    a, b, c = np.moveaxis(surface.given[faces], 1, 0)
+    a, b, c = np.moveaxis(surface.working[faces], 1, 0)
     across = np.cross(b - a, c - a)
     double = np.sqrt(np.sum(across * across, axis=1))
     normals = across / double[:, None]
     first, second, opposite = _edges(faces)
     # The vertex of the second face that is not on the edge lies above the plane of the first one.
-    above = np.sum(normals[first] * (surface.given[opposite] - a[first]), axis=1).real > 0.0
+    above = np.sum(normals[first] * (surface.working[opposite] - a[first]), axis=1).real > 0.0
     bends = 1.0 - np.sum(normals[first] * normals[second], axis=1)
     areas = (double[first] + double[second]) / double.sum()
     return np.atleast_1d(np.sum((bends * areas)[above]))

@@ -139,7 +139,7 @@ def _is_deformed(body: Body, other: Body, old: Surface | None, new: Surface | No
     if not np.array_equal(cast(Any, body.shape).faces, cast(Any, other.shape).faces):
         return False
     factor = _radius(new) / _radius(old)
-    return bool((np.abs(new.given - factor * old.given) > ROUNDING * np.abs(new.given).max()).any())
+    return bool((np.abs(new.working - factor * old.working) > ROUNDING * np.abs(new.working).max()).any())
 
 
 def _radius(surface: Surface) -> float:

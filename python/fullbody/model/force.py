@@ -87,9 +87,12 @@ class Force(Declared):
 
     def __repr__(self) -> str:
         entries = sorted(fields(self), key=lambda entry: entry.name == "name")
-        given = ((entry, getattr(self, entry.name)) for entry in entries)
-        given = (one for one in given if one[0].default is MISSING or not same(one[1], one[0].default))
-        parts = (f"{entry.name}={brief(value)}" for entry, value in given)
+        values = ((entry, getattr(self, entry.name)) for entry in entries)
+        parts = [
+            f"{entry.name}={brief(value)}"
+            for entry, value in values
+            if entry.default is MISSING or not same(value, entry.default)
+        ]
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _usual_name(self) -> str:
@@ -102,8 +105,8 @@ class Force(Declared):
 
     def _radius(self, context: Context, index: int, role: str = "radius") -> float:
         """Return a radius that the force was given, or that of the sphere with the body's volume."""
-        if (given := getattr(self, role, None)) is not None:
-            return context.units.number(given, "length", self._what(role), POSITIVE)
+        if (radius := getattr(self, role, None)) is not None:
+            return context.units.number(radius, "length", self._what(role), POSITIVE)
         volume = float(context.bodies[index].volume)
         if volume == 0.0:
             point = f"{context.names[index]} is a point"
@@ -116,6 +119,7 @@ class Force(Declared):
             raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
 
         def name_of_body(body: Any, what: str) -> str:
+            # An index may add a name to those of the context of a new force.
             index = context.index(body, what)
             return context.names[index]
 
@@ -170,5 +174,5 @@ def acted_on(alone: Context, forces: tuple[Force, ...]) -> Context:
 
 def forces_of(value: Any) -> tuple[Force, ...]:
     """Return external forces as a tuple, or raise an error that shows what is not a force."""
-    each = "forces of fullbody.forces, such as ThirdBody(...)"
-    return sequence(value, Force, "forces", "a sequence of forces, such as [ThirdBody(...)]", each)
+    expected = "forces of fullbody.forces, such as ThirdBody(...)"
+    return sequence(value, Force, "forces", "a sequence of forces, such as [ThirdBody(...)]", expected)

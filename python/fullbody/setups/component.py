@@ -20,7 +20,7 @@ from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.polyhedron import Polyhedron
-from ..model.shapes import Ellipsoid, amounts, lengths_of
+from ..model.shapes import Ellipsoid, amounts
 from ..model.stokes import StokesCoefficients
 
 #: The kind of a period, which is infinite for a body that does not turn.
@@ -142,11 +142,7 @@ KINDS: dict[str, Any] = kinds_of(Component)
 
 def has_units(component: Component) -> bool:
     """Return whether the sizes are Quantities."""
-    if isinstance(component.composite, Composite):
-        return any(is_quantity(value) for value, _ in component.composite._numbers().values())
-    if component.composite is not None:
-        return any(map(is_quantity, lengths_of(component.composite).values()))
-    return is_quantity(component.shape.semi_axes)  # type: ignore[union-attr]
+    return any(is_quantity(value) for value, _ in component.shape._numbers().values())
 
 
 def body_of(component: Component, mass: Any) -> Body:
