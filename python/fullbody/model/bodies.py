@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -266,7 +266,7 @@ class Body(ScalarFields, Tabled):
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
         )
         if isinstance(self._shape, ConvexShape):
-            return _core.Body.of_facets(name, self._shape.normals, shape, mass)
+            return _core.Body.of_facets(name, self._shape.normals, shape, cast(float, mass))
         return _core.Body(name, shape, mass, density)
 
     def _notes(self) -> dict[str, Any]:

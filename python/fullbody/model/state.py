@@ -212,8 +212,8 @@ class State(Tabled):
             float(UNITLESS.strip(value, "angle", what))
             for value, what in ((longitude, "longitude"), (latitude, "latitude"), (angle, "angle"))
         )
-        pole = [rotations.about_axis(2, lon + 0.5 * np.pi), rotations.about_axis(0, 0.5 * np.pi - lat)]
-        attitude = rotations.product(*pole, rotations.about_axis(2, far), rotations.inverse(working))
+        equator = rotations.of_plane(lon + 0.5 * np.pi, 0.5 * np.pi - lat)
+        attitude = rotations.product(equator, rotations.about_axis(2, far), rotations.inverse(working))
         length = Number("time", POSITIVE)(period, "period")
         radian = unit_named("rad") if is_quantity(length) else 1.0
         spin = along[None] * (2.0 * np.pi * radian / length)

@@ -36,7 +36,7 @@ KINDS = {
 _OPTIONAL = ("total_mass", "GM", "period", "start_period", "semi_major_axis")
 
 
-def plain(name: str, value: Any, units: Units) -> Any:
+def argument(name: str, value: Any, units: Units) -> Any:
     """Return an argument of :func:`binary` as a number in a system's units; ``None`` for one that is not given."""
     return None if value is None and name in _OPTIONAL else KINDS[name].unitless(value, name, units)
 
@@ -97,8 +97,8 @@ def input_from(
 ) -> BinaryInput:
     """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
     volumes, masses = [], []
-    for place, component in enumerate(components):
-        called = component.name if component.name is not None else f"body {place}"
+    for index, component in enumerate(components):
+        called = component.name if component.name is not None else f"body {index}"
         if isinstance(component.shape, Composite | StokesCoefficients):
             volume = _volume(component.shape, convert, called) if equal_density else np.nan
         else:
@@ -114,12 +114,12 @@ def input_from(
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
     ratio = volumes[1] / volumes[0] if equal_density else None
     if mass_ratio is not None:
-        ratio = plain("mass_ratio", mass_ratio, convert)
+        ratio = argument("mass_ratio", mass_ratio, convert)
     if total_mass is not None and GM is not None:
         raise InvalidInput("both total_mass and GM are given; expected one of the two")
-    total, mu = plain("total_mass", total_mass, convert), plain("GM", GM, convert)
+    total, mu = argument("total_mass", total_mass, convert), argument("GM", GM, convert)
     total = total if mu is None else mu / gravity
-    orbit = plain("period", period, convert), plain("semi_major_axis", semi_major_axis, convert)
+    orbit = argument("period", period, convert), argument("semi_major_axis", semi_major_axis, convert)
     return BinaryInput(gravity, (masses[0], masses[1]), total, ratio, *orbit)
 
 
@@ -135,55 +135,54 @@ def _volume(composite: Composite | StokesCoefficients, convert: Units, called: s
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
-def solve(known: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
+def solve(inputs: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
     """Solve for the missing numbers, if the given ones suffice, and compare each two values of one quantity."""
     mismatches: list[Mismatch] = []
     kepler = None
-    if known.period is not None and known.semi_major_axis is not None:
-        kepler = 4 * np.pi**2 * known.semi_major_axis**3 / (known.G * known.period**2)
-    total = known.total if known.total is not None else kepler
-    masses = _split(known, total, mismatches)
+    if inputs.period is not None and inputs.semi_major_axis is not None:
+        kepler = 4 * np.pi**2 * inputs.semi_major_axis**3 / (inputs.G * inputs.period**2)
+    total = inputs.total if inputs.total is not None else kepler
+    masses = _split(inputs, total, mismatches)
     mass = sum(masses)
-    if known.period is not None:
-        period = known.period
-        axis = float(np.cbrt(known.G * mass * (period / (2 * np.pi)) ** 2))
-        if known.semi_major_axis is not None:
-            given = known.semi_major_axis, "semi_major_axis"
-            mismatches.append(Mismatch("the semi-major axis", axis, "the masses and the period", *given))
-    elif known.semi_major_axis is not None:
-        axis = known.semi_major_axis
-        period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * mass)))
+    if inputs.period is not None:
+        period = inputs.period
+        axis = float(np.cbrt(inputs.G * mass * (period / (2 * np.pi)) ** 2))
+        if inputs.semi_major_axis is not None:
+            by_axis = inputs.semi_major_axis, "semi_major_axis"
+            mismatches.append(Mismatch("the semi-major axis", axis, "the masses and the period", *by_axis))
+    elif inputs.semi_major_axis is not None:
+        axis = inputs.semi_major_axis
+        period = float(2 * np.pi * np.sqrt(axis**3 / (inputs.G * mass)))
     else:
         raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
     return BinarySolution(masses, period, axis), mismatches
 
 
-def _split(known: BinaryInput, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
-    first, second = known.masses
+def _split(inputs: BinaryInput, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
+    first, second = inputs.masses
     if first is not None and second is not None:
-        if known.total is not None:
-            mismatches.append(Mismatch("the total mass", first + second, "the components", known.total, "total_mass"))
-        if known.ratio is not None:
-            mismatches.append(Mismatch("the mass ratio", second / first, "the components", known.ratio, "mass_ratio"))
+        if inputs.total is not None:
+            mismatches.append(Mismatch("the total mass", first + second, "the components", inputs.total, "total_mass"))
+        if inputs.ratio is not None:
+            mismatches.append(Mismatch("the mass ratio", second / first, "the components", inputs.ratio, "mass_ratio"))
         return first, second
-    one = first if first is not None else second
-    if one is not None and known.ratio is not None:
-        both = (one, one * known.ratio) if second is None else (one / known.ratio, one)
-        if known.total is not None:
-            given = known.total, "total_mass"
-            mismatches.append(Mismatch("the total mass", sum(both), "a component and the ratio", *given))
+    mass = first if first is not None else second
+    if mass is not None and inputs.ratio is not None:
+        both = (mass, mass * inputs.ratio) if second is None else (mass / inputs.ratio, mass)
+        if inputs.total is not None:
+            by_total = inputs.total, "total_mass"
+            mismatches.append(Mismatch("the total mass", sum(both), "a component and the ratio", *by_total))
         return both
     if total is None:
         raise InvalidInput(
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "
             "with mass_ratio, equal_density=True or one component's mass"
         )
-    if one is not None:
-        other = total - one
-        if other <= 0.0:
-            raise InvalidInput(f"a component's mass is {one:.6g} of {total:.6g} in all; expected less")
-        return (one, other) if second is None else (other, one)
-    if known.ratio is None:
+    if mass is not None:
+        if mass >= total:
+            raise InvalidInput(f"a component's mass is {mass:.6g} of {total:.6g} in all; expected less")
+        return (mass, total - mass) if second is None else (total - mass, mass)
+    if inputs.ratio is None:
         expected = "expected mass_ratio, equal_density=True, or a component's mass or density"
         raise InvalidInput(f"how the total mass is shared is not given; {expected}")
-    return total / (1 + known.ratio), total * known.ratio / (1 + known.ratio)
+    return total / (1 + inputs.ratio), total * inputs.ratio / (1 + inputs.ratio)

@@ -16,7 +16,7 @@ from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
 from .component import Component, attitude, pointing, rate
-from .masses import BinarySolution, plain
+from .masses import BinarySolution, argument
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Orbit:
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
         """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = plain("eccentricity", eccentricity, UNITLESS)
+        e = argument("eccentricity", eccentricity, UNITLESS)
         node, inclination = 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
@@ -40,7 +40,7 @@ class Orbit:
         angles = {"argument_of_periapsis": periapsis, "mean_anomaly": anomaly}
         for name, value in angles.items():
             warn_if_degrees(value, name)
-        return cls(e, inclination, node, *(plain(name, value, UNITLESS) for name, value in angles.items()))
+        return cls(e, inclination, node, *(argument(name, value, UNITLESS) for name, value in angles.items()))
 
     def cartesian(self, semi_major_axis: float, mu: float) -> tuple[Floats, Floats]:
         """Return the secondary's position and velocity relative to the primary."""
@@ -50,7 +50,7 @@ class Orbit:
     @property
     def plane(self) -> Floats:
         """The attitude of the orbit's plane: x towards the node, z towards the pole."""
-        return rotations.product(rotations.about_axis(2, self.node), rotations.about_axis(0, self.inclination))
+        return rotations.of_plane(self.node, self.inclination)
 
 
 @dataclass(frozen=True)
@@ -75,24 +75,24 @@ class Start:
         cls,
         system: System,
         components: tuple[Component, Component],
-        found: BinarySolution,
+        solution: BinarySolution,
         orbit: Orbit,
         libration: float | None,
         at_rest: str,
     ) -> Start:
         """Make the start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
         primary, secondary = components
-        separation, _ = orbit.cartesian(found.semi_major_axis, system.context.G * sum(found.masses))
+        separation, _ = orbit.cartesian(solution.semi_major_axis, system.context.G * sum(solution.masses))
         plane = orbit.plane
         synchronous = libration is not None
         angle = None if libration is None else pointing(secondary, plane, -separation) + libration
         attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, angle)])
         rates = [rate(part, system.context.units, name) for part, name in zip(components, system.names, strict=True)]
-        turn = rates[0] * found.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
+        spin = rates[0] * solution.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
         shares = np.array([0.0, 1.0])
         if at_rest == "barycentre":
-            shares = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
-        rotates = bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6)
+            shares = np.array([-solution.masses[1], solution.masses[0]]) / sum(solution.masses)
+        rotates = bool(np.linalg.norm(spin - rotations.matrices(plane)[:, 2]) > 1e-6)
         return cls(orbit, separation, attitudes, (rates[0], None if synchronous else rates[1]), shares, rotates)
 
     @property
@@ -108,7 +108,7 @@ class Start:
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
         """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
         r, v = self.orbit.cartesian(semi_major_axis, mu)
-        spins = [2 * np.pi / period if own is None else own for own in self.rates]
+        spins = [2 * np.pi / period if rate is None else rate for rate in self.rates]
         shares = self.shares[:, None]
         return State(shares * r, shares * v, self.attitudes, [[0.0, 0.0, spin] for spin in spins])
 

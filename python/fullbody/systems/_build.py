@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
-from ..base.kinds import flag
+from ..base.kinds import choice, flag
 from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
@@ -61,13 +61,14 @@ def ready(
     top = TomlTable(_files.path(name), "", described, Units(base))
     system, state = build(top, {**options, "units": base}, planar)
     system = system.with_options(frame=frame)
-    plane = _plane(described) if frame is not None else (0.0, 0.0)
-    if frame == "orbit" and not planar:
-        state = rotated(state, rotations.matrices(_into(plane)), _into(plane))
+    # The quaternion turns vectors into the axes of the orbit's plane.
+    into = rotations.inverse(rotations.of_plane(*_plane(described))) if frame == "orbit" else None
+    if into is not None and not planar:
+        state = rotated(state, rotations.matrices(into), into)
     elif frame not in (None, "orbit", published):
         state = rotate_state(state, published, frame)
     system, state = _in_units(system, state, units)
-    axes = (published, _into(plane)) if frame == "orbit" else (frame, None)
+    axes = (frame if into is None else published, into)
     return with_sun(system, content.get("sun"), sun, axes), state
 
 
@@ -79,20 +80,18 @@ def _frame(content: dict[str, Any], frame: Any) -> str | None:
         return None
     if frame is None:
         return str(content.get("default_frame", content["system"]["frame"]))
-    if not isinstance(frame, str) or frame not in FRAMES:
-        raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
-    return frame
+    return str(choice(frame, "frame", FRAMES))
 
 
 def _with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """Return the options of the system with its epoch: the published one, or the caller's if none is published."""
     fixed = ("bodies", "G", "frame")
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
-    own_epoch = options.get("epoch")
-    if epoch is not None and own_epoch is not None:
+    date = options.get("epoch")
+    if epoch is not None and date is not None:
         expected = f"expected none: the numbers of this system hold at its own, {epoch}"
-        raise InvalidInput(f"epoch is {own_epoch!r}; {expected}")
-    return {**options, "epoch": epoch if own_epoch is None else own_epoch}
+        raise InvalidInput(f"epoch is {date!r}; {expected}")
+    return {**options, "epoch": epoch if date is None else date}
 
 
 def _plane(described: dict[str, Any]) -> tuple[float, float]:
@@ -105,12 +104,6 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
     if binary:
         return binary["ascending_node"], binary["inclination"]
     return orbits[0]["Omega"], orbits[0]["i"]
-
-
-def _into(plane: tuple[float, float]) -> Floats:
-    """Return the quaternion that turns vectors into the axes of a plane: x towards its node, z its pole."""
-    node, inclination = plane
-    return rotations.product(rotations.about_axis(0, -inclination), rotations.about_axis(2, -node))
 
 
 def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:

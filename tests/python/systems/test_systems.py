@@ -605,7 +605,7 @@ def test_what_is_no_text_is_refused_where_text_is_asked(call, what):
 
 
 def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
-    from fullbody.setups import binary as module
+    from fullbody.setups import elements as module
 
     searches = []
     search = module.start_with_period
@@ -654,7 +654,7 @@ def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch)
         found.append(mean_period.start_with_period(system, period, start, locked))
         return found[0]
 
-    monkeypatch.setattr("fullbody.setups.binary.start_with_period", search)
+    monkeypatch.setattr("fullbody.setups.elements.start_with_period", search)
     contents = _files.contents(name)
     variants = contents.get("variants", {})
     content = _files.changed(contents, options.get(variants.get("option"), variants.get("default")), {})
