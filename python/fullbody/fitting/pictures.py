@@ -47,7 +47,7 @@ class FitPlots:
         fit = self._fit
         flat, result = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
         # A fit from a file has no observations to name the numbers of a row.
-        observations = getattr(fit, "observations", [None] * len(flat))
+        observations = fit.observations or [None] * len(flat)
         for axes, label, times, pulls, data in zip(flat, fit.labels, fit.times, fit.pulls, observations, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
@@ -89,7 +89,7 @@ class FitPlots:
         InvalidInput
             For observations that are no astrometry, and for a fit from a file, which has none.
         """
-        observations = getattr(self._fit, "observations", [])
+        observations = self._fit.observations
         indices = [index for index, entry in enumerate(observations) if isinstance(entry, Astrometry)]
         if not indices or data not in (None, *indices):
             text = f"the index {' or '.join(map(str, indices))}" if indices else "a fit of an observing.Astrometry"

@@ -203,9 +203,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
         return value << coefficients.unit if is_quantity(coefficients) else value
 
     def _named(self, on: int | str | None) -> int | str:
-        if on is None and self.on is None:
+        if (body := self.on if on is None else on) is None:
             raise InvalidInput("on is not given, and the body has no name; expected the index or the name of a body")
-        return self.on if on is None else on
+        return body
 
     def _pressure(self, pressure: Any) -> Any:
         pressure = Number("pressure", POSITIVE)(pressure, "pressure")

@@ -106,9 +106,9 @@ class Component(ArrayFields, Tabled):
         warn_if_degrees(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
             longitude_latitude(self.pole, f"pole of {called}")
-        names = amounts(mass=self.mass, density=self.density, GM=self.GM)
-        if len(names) > 1:
-            raise InvalidInput(f"{called} is given both {' and '.join(names)}; expected at most one of them")
+        masses = amounts(mass=self.mass, density=self.density, GM=self.GM)
+        if len(masses) > 1:
+            raise InvalidInput(f"{called} is given both {' and '.join(masses)}; expected at most one of them")
 
     def _tables(self) -> tuple[Table, ...]:
         """Return the given parameters of one body, without defaults."""

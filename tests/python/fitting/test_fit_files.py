@@ -26,6 +26,14 @@ def test_a_fit_is_copied_pickled_and_saved(found, tmp_path):
     assert found != fullbody.load(path).values
 
 
+def test_a_fit_from_a_file_draws_its_residuals(found, tmp_path):
+    pytest.importorskip("matplotlib")
+    found.save(tmp_path / "fit.nc")
+    (ax,) = fullbody.load(tmp_path / "fit.nc").plot.residuals()
+    columns = [line.get_ydata() for line in ax.lines]
+    np.testing.assert_array_equal(np.stack(columns, axis=1), np.reshape(found.pulls[0], (len(found.pulls[0]), -1)))
+
+
 def test_the_table_of_a_fit_has_its_values(found):
     table = found.to_table()
     assert list(table["parameter"]) == list(found.names)
