@@ -74,13 +74,13 @@ def test_frames_are_turned_as_a_whole(name):
     _, plane = ready(name, frame="orbit")
     matrix = fullbody.frames.rotation("ecliptic", "equatorial")
     for name_of in ("position", "velocity"):
-        turned = getattr(ecliptic, name_of) @ matrix.T
-        np.testing.assert_allclose(getattr(equatorial, name_of), turned, atol=1e-12 * np.abs(turned).max())
+        rotated = getattr(ecliptic, name_of) @ matrix.T
+        np.testing.assert_allclose(getattr(equatorial, name_of), rotated, atol=1e-12 * np.abs(rotated).max())
     np.testing.assert_allclose(equatorial.rotation_matrix, matrix @ ecliptic.rotation_matrix, atol=1e-12)
     # What does not depend on the frame.
     for state in (equatorial, plane):
         np.testing.assert_allclose(system.energy(state).total, system.energy(ecliptic).total, rtol=1e-9)
-        sizes = [np.linalg.norm(system.angular_momentum(one)) for one in (state, ecliptic)]
+        sizes = [np.linalg.norm(system.angular_momentum(item)) for item in (state, ecliptic)]
         np.testing.assert_allclose(*sizes, rtol=1e-12)
     # The plane is that of Gamma's orbit in the triple.
     near = plane.position[2 if name == "sn263_2001" else 1] - plane.position[0]
@@ -107,9 +107,9 @@ def test_systems_in_other_units_are_the_same(name):
     assert state.position.unit == u.m
     both = ((system, state), (usual, start))
     ours, theirs = ((t.position, t.velocity, t.spin, s.G, s.energy(t).total) for s, t in both)
-    for one, other in zip(ours, theirs, strict=True):
-        assert one.unit != other.unit
-        np.testing.assert_allclose(one.to_value(other.unit), other.value, rtol=1e-11)
+    for item, other in zip(ours, theirs, strict=True):
+        assert item.unit != other.unit
+        np.testing.assert_allclose(item.to_value(other.unit), other.value, rtol=1e-11)
     np.testing.assert_array_equal(state.attitude, start.attitude)
     end, usual_end = (s.integrate(t, "3 hour")[-1].position[1] for s, t in both)
     np.testing.assert_allclose(end.to_value("km"), usual_end.value, rtol=1e-9)
@@ -121,13 +121,13 @@ def test_systems_in_other_units_are_the_same(name):
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021", "case1", "case2"])
 def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
     make = getattr(systems, name)
-    own = systems.published(name).epoch if name in PUBLISHED else None
-    if own is None:
+    epoch = systems.published(name).epoch if name in PUBLISHED else None
+    if epoch is None:
         assert make(epoch="2001-05-25T00:00:00 TDB")[0].options["epoch"] == "2001-05-25T00:00:00 TDB"
         refused("scale", lambda: make(epoch="2001-05-25"))
     else:
-        refused(rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}", lambda: make(epoch="2001-05-25 TDB"))
-        assert make(epoch=None)[0].options["epoch"] == own
+        refused(rf"epoch is '2001-05-25 TDB'; .* hold at its own, {epoch}", lambda: make(epoch="2001-05-25 TDB"))
+        assert make(epoch=None)[0].options["epoch"] == epoch
     for option in ("G", "bodies", "gravty"):
         refused(f"'{option}' is not an option of this system", make, **{option: 1.0})
 

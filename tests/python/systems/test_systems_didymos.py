@@ -30,8 +30,8 @@ def test_didymos_has_the_published_pole_and_epoch():
 
 def test_dart_lowered_the_orbit():
     system, state = ready("didymos_after_dart")
-    before, _ = ready("didymos")
-    np.testing.assert_allclose(system.masses, before.masses, rtol=1e-12)
+    previous, _ = ready("didymos")
+    np.testing.assert_allclose(system.masses, previous.masses, rtol=1e-12)
     # Thomas et al. (2023): 1.144 +- 0.070 km after the impact. Periapsis is at the start.
     distance = np.linalg.norm(state.position[1] - state.position[0])
     assert abs(distance / (1 - 0.028) - 1.144) < 0.070
@@ -47,20 +47,20 @@ def quadrupole(shape):
 
 def test_models_of_didymos_have_the_published_axes():
     models = ("v003", "daly2023", "naidu2024")
-    current, plain, other = (systems.didymos_after_dart(model=model)[0] for model in models)
+    current, unitless, other = (systems.didymos_after_dart(model=model)[0] for model in models)
     assert ready("didymos_after_dart")[0] == current
     # The extents of the archived model.
     assert current.bodies[0].shape == fullbody.Ellipsoid(0.819 / 2, 0.801 / 2, 0.607 / 2)
     assert systems.didymos()[0].bodies[0].shape == current.bodies[0].shape
-    assert systems.didymos(model="daly2023")[0].bodies[0].shape == plain.bodies[0].shape
+    assert systems.didymos(model="daly2023")[0].bodies[0].shape == unitless.bodies[0].shape
     # Naidu et al. (2024): equatorial and polar radii of 394 +- 11 and 290 +- 16 m. Daly et al. (2023): 851 x 849 x 620.
     assert other.bodies[0].shape == fullbody.Ellipsoid(0.394, 0.394, 0.290)
-    assert plain.bodies[0].shape == fullbody.Ellipsoid(0.4255, 0.4245, 0.310)
-    assert other.bodies[1].shape == plain.bodies[1].shape
-    np.testing.assert_allclose(other.masses.sum(), plain.masses.sum(), rtol=1e-14)
+    assert unitless.bodies[0].shape == fullbody.Ellipsoid(0.4255, 0.4245, 0.310)
+    assert other.bodies[1].shape == unitless.bodies[1].shape
+    np.testing.assert_allclose(other.masses.sum(), unitless.masses.sum(), rtol=1e-14)
     assert "quadrupole is 1 per cent larger" in systems.didymos_after_dart.__doc__
     assert "with 19 per cent" in systems.didymos_after_dart.__doc__
-    ratios = [quadrupole(made.bodies[0].shape) / quadrupole(other.bodies[0].shape) for made in (current, plain)]
+    ratios = [quadrupole(made.bodies[0].shape) / quadrupole(other.bodies[0].shape) for made in (current, unitless)]
     assert [round(100 * (ratio - 1)) for ratio in ratios] == [1, 19]
     for model in ("naidu", None, np.ones(2)):
         refused(r"model is .*; expected 'v003' or 'daly2023' or 'naidu2024'", systems.didymos_after_dart, model=model)
@@ -86,8 +86,8 @@ def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
             _, c, s = np.linalg.lstsq(waves, distance[first:last], rcond=None)[0]
             phases.append(np.arctan2(-s, -c))
             times.append(run.time[first:last].mean())
-        found = np.degrees(np.polyfit(times, np.unwrap(phases), 1)[0]) * 24
-        np.testing.assert_allclose(found, float(rate), rtol=0.03)
+        result = np.degrees(np.polyfit(times, np.unwrap(phases), 1)[0]) * 24
+        np.testing.assert_allclose(result, float(rate), rtol=0.03)
         apsidal = np.degrees(fullbody.observables.orbit_precession(run[::2]).apsidal) * 24
         assert f"{apsidal:.2f}" == rate
 
@@ -103,15 +103,15 @@ def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos():
     assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
     refused("tilt is nan; expected an angle", systems.didymos_after_dart, tilt=float("nan"))
     run = system.integrate(state, 1500.0, output=0.5)
-    found = fullbody.observables.tumbles(run, limit=np.radians(30))
-    assert found.angle == "roll"
-    assert abs(found.time - 260) < 20
+    result = fullbody.observables.tumbles(run, limit=np.radians(30))
+    assert result.angle == "roll"
+    assert abs(result.time - 260) < 20
     roll = fullbody.observables.roll_pitch_yaw(run)[:, 0]
     np.testing.assert_allclose(abs(roll[0]), 1e-3, rtol=1e-9)
     assert abs(run.time[np.argmax(abs(roll) > np.radians(5))] - 170) < 20
     # Not in the 260 hours that it takes to pass 30 degrees, nor in many times that.
     assert fullbody.observables.tumbles(run[:2000]).time is None
-    assert (np.degrees(found.largest[1:]) < [30, 45]).all()
+    assert (np.degrees(result.largest[1:]) < [30, 45]).all()
     line = run.position[:, 0] - run.position[:, 1]
     x = fullbody.base.rotations.matrices(run.attitude[:, 1])[:, :, 0]
     cosine = np.sum(x * line, axis=1) / np.linalg.norm(line, axis=1)

@@ -45,7 +45,7 @@ def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
 
     searches = []
     search = module.start_with_period
-    monkeypatch.setattr(module, "start_with_period", lambda *given: searches.append(1) or search(*given))
+    monkeypatch.setattr(module, "start_with_period", lambda *arguments: searches.append(1) or search(*arguments))
     first, again = (fullbody.systems.didymos_after_dart(tilt=0.0123) for _ in range(2))
     assert first == again
     # The masses of the orbit before the impact need none.
@@ -75,11 +75,11 @@ def test_systems_need_no_scipy_for_their_starts():
 )
 def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch):
     _, stored = getattr(systems, name)(**options)
-    found = []
+    result = []
 
     def search(system, period, start, locked):
-        found.append(mean_period.start_with_period(system, period, start, locked))
-        return found[0]
+        result.append(mean_period.start_with_period(system, period, start, locked))
+        return result[0]
 
     monkeypatch.setattr("fullbody.setups.elements.start_with_period", search)
     contents = _files.contents(name)
@@ -88,7 +88,7 @@ def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch)
     content["binary"].pop("start_period")
     monkeypatch.setattr("fullbody.systems._files.changed", lambda *_: content)
     _, searched = getattr(systems, name)(**options)
-    assert len(found) == 1
+    assert len(result) == 1
     for part in ("position", "velocity", "spin"):
         expected = getattr(searched, part)
         np.testing.assert_allclose(getattr(stored, part), expected, atol=1e-8 * np.abs(expected).max())
@@ -124,6 +124,6 @@ def test_files_are_read_as_those_of_users_are(name, tmp_path):
     system, state = getattr(systems, name)(**frame, **units)
     assert mine.system.names == system.names
     for part in ("position", "velocity", "spin"):
-        ours, expected = (np.asarray(getattr(one, part)) for one in (mine.state, state))
+        ours, expected = (np.asarray(getattr(item, part)) for item in (mine.state, state))
         np.testing.assert_allclose(ours, expected, atol=1e-11 * np.abs(expected).max())
     np.testing.assert_allclose(mine.system.masses, system.masses, rtol=1e-12)

@@ -52,9 +52,9 @@ def test_the_equivalent_ellipsoids_of_kw4_are_those_of_its_radar_shapes():
         corners = body.shape.vertices[body.shape.faces]
         assert len(corners) == faces
         volumes = np.einsum("ki,ki->k", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-        volume, places = volumes.sum(), np.concatenate([corners, corners.sum(axis=1)[:, None]], axis=1)
+        volume, points = volumes.sum(), np.concatenate([corners, corners.sum(axis=1)[:, None]], axis=1)
         centre = volumes @ corners.sum(axis=1) / 4 / volume
-        second = np.einsum("k,kci,kcj->ij", volumes, places, places) / 20 / volume - np.outer(centre, centre)
+        second = np.einsum("k,kci,kcj->ij", volumes, points, points) / 20 / volume - np.outer(centre, centre)
         axes = np.sqrt(np.linalg.eigvalsh(second)[::-1])
         axes *= (volume / (4 / 3 * np.pi * axes.prod())) ** (1 / 3)
         # The publication is rounded to a metre, or cut to one.
@@ -133,7 +133,7 @@ def test_systems_have_the_numbers_that_others_publish(name, what, expected, erro
         value = facts.values[f"{what} (not used)"]
         expected, error = value.value, error or float(value.uncertainty)
     quantity, _, body = what.partition(" of ")
-    found = {
+    result = {
         "mass": lambda: system[body].mass if body else system.masses.sum(),
         "density": lambda: system[body].density / 1e12,
         "separation": lambda: np.linalg.norm(moving(state)[0]),
@@ -141,7 +141,7 @@ def test_systems_have_the_numbers_that_others_publish(name, what, expected, erro
         "semi-major axis": lambda: orbit(system, state).a,
         "pole": lambda: orbit_pole(state),
     }[quantity]()
-    np.testing.assert_allclose(found, expected, rtol=0, atol=error)
+    np.testing.assert_allclose(result, expected, rtol=0, atol=error)
 
 
 def test_patroclus_has_the_published_figures_and_an_older_pole():
@@ -161,8 +161,8 @@ def test_pluto_and_charon_have_the_published_longitude_and_face_each_other():
     r = moving(state)[0]
     np.testing.assert_allclose(state.rotation_matrix[0][:, 0] @ r / np.linalg.norm(r), 1.0, rtol=1e-14)
     _, ecliptic = ready("pluto_charon", frame="ecliptic")
-    turned = fullbody.frames.rotate(state.position, "equatorial", "ecliptic")
-    np.testing.assert_allclose(ecliptic.position, turned, rtol=1e-9)
+    rotated = fullbody.frames.rotate(state.position, "equatorial", "ecliptic")
+    np.testing.assert_allclose(ecliptic.position, rotated, rtol=1e-9)
     assert system.epoch == Time(2452600.5, format="jd", scale="tt")
 
 

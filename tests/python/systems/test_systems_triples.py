@@ -14,11 +14,11 @@ pytestmark = pytest.mark.usefixtures("each_search_once")
 def test_periods_of_the_triples_beyond_neptune_are_published():
     for name, moons in (("haumea", ("Namaka", "Hiiaka")), ("lempo", ("Hiisi", "Paha"))):
         facts, (system, state) = systems.published(name), ready(name)
-        for place, moon in enumerate(moons, 1):
-            inner = np.average(state.position[:place], axis=0, weights=system.masses[:place])
-            drift = np.average(state.velocity[:place], axis=0, weights=system.masses[:place])
-            mu = system.G * system.masses[: place + 1].sum()
-            r, v = state.position[place] - inner, state.velocity[place] - drift
+        for point, moon in enumerate(moons, 1):
+            inner = np.average(state.position[:point], axis=0, weights=system.masses[:point])
+            drift = np.average(state.velocity[:point], axis=0, weights=system.masses[:point])
+            mu = system.G * system.masses[: point + 1].sum()
+            r, v = state.position[point] - inner, state.velocity[point] - drift
             days = 2 * np.pi * np.sqrt(fullbody.KeplerElements.from_cartesian(r, v, mu=mu).a ** 3 / mu) / 24
             assert days == pytest.approx(facts[f"orbital period of {moon} (not used)"], rel=0.006)
 
@@ -40,8 +40,8 @@ def test_the_triple_has_the_published_numbers():
     for body, mass in ((1, masses.sum()), (2, masses[0] + masses[2])):
         r, v = relative(state, masses, body)
         elements = fullbody.KeplerElements.from_cartesian(r, v, system.G * mass)
-        found = np.degrees([elements.i, elements.Omega, elements.omega, elements.M]) % 360
-        np.testing.assert_allclose(found, printed[body], rtol=1e-9)
+        result = np.degrees([elements.i, elements.Omega, elements.omega, elements.M]) % 360
+        np.testing.assert_allclose(result, printed[body], rtol=1e-9)
         normals.append(np.cross(r, v) / np.linalg.norm(np.cross(r, v)))
         # The spin axis of a satellite is the pole of its orbit; Gamma's x-axis points at Alpha.
         np.testing.assert_allclose(state.rotation_matrix[body][:, 2], normals[-1], atol=1e-12)
@@ -78,7 +78,7 @@ def test_the_periods_of_the_triple_are_told_as_they_are():
         return 2 * np.pi * np.sqrt((size * 1e3) ** 3 / (6.6743e-11 * mass)) / 86400
 
     run = system.integrate(state, 100 * 24.0, output=1.0)
-    found = []
+    result = []
     for body, weights in ((1, np.array([alpha, 0.0, gamma])), (2, np.array([1.0, 0.0, 0.0]))):
         weights /= weights.sum()
         r = run.position[:, body] - np.einsum("k,tkj->tj", weights, run.position)
@@ -87,24 +87,24 @@ def test_the_periods_of_the_triple_are_told_as_they_are():
         x = np.cross([1.0, 0.0, 0.0], normal)
         y = np.cross(normal, x)
         angle = np.unwrap(np.arctan2(r @ y / np.linalg.norm(y), r @ x / np.linalg.norm(x)))
-        found.append(2 * np.pi / np.polyfit(run.time, angle, 1)[0] / 24)
+        result.append(2 * np.pi / np.polyfit(run.time, angle, 1)[0] / 24)
     assumed = " ".join(systems.published("sn263_2001").assumed)
-    assert f"100 days are {found[0]:.3f} and {found[1]:.4f} days" in assumed
+    assert f"100 days are {result[0]:.3f} and {result[1]:.4f} days" in assumed
     assert f"6.225 follows, to {law(16.633, alpha + beta):.3f}," in assumed
     kepler = law(16.633, alpha + beta + gamma)
     assert f"law gives {kepler:.3f}, and" in assumed
     # The two act as a ring of the quadrupole J2 R^2 = m1 m2 / (2 (m1 + m2)^2) a^2, which takes about 3 J2 (R/a)^2 of a
     # period from an osculating start, less of an orbit inclined by 14 degrees that starts near apoapsis.
     ring = 3 * alpha * gamma / (2 * (alpha + gamma) ** 2) * (3.804 / 16.633) ** 2
-    assert 0.7 * ring < 1 - found[0] / kepler < ring
+    assert 0.7 * ring < 1 - result[0] / kepler < ring
 
 
 @pytest.mark.parametrize(("model", "told"), [("spheres", 0.14), ("fang2011", 1.22)])
 def test_the_apses_of_gamma_precess_as_documented(model, told):
     system, state = ready("sn263_2001", model=model)
     run = system.integrate(state, 2400.0, output=0.5)
-    found = np.degrees(fullbody.observables.orbit_precession(run, body="Gamma").apsidal) * 24
-    assert round(found, 2) == told
+    result = np.degrees(fullbody.observables.orbit_precession(run, body="Gamma").apsidal) * 24
+    assert round(result, 2) == told
     assert f"{told} degrees a day" in systems.sn263_2001.__doc__
 
 
