@@ -150,8 +150,10 @@ def test_a_series_in_the_rotation_angle_is_refused():
 
 
 def test_coarse_periods_cause_a_warning():
-    with pytest.warns(InconsistentInput, match="may be missed"):
+    with pytest.warns(InconsistentInput, match="may be missed") as caught:
         period_scan(DATA, [8.3, 8.4, 8.5] * u.h, poles=1, degree=1)
+    # The warning is that of the line which called the scan.
+    assert caught[0].filename == __file__
 
 
 def test_the_plot_marks_the_minimum(scan):
