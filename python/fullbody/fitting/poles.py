@@ -73,10 +73,12 @@ def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | Non
 
     The light curves of a body near the plane of the ecliptic hardly tell the two apart (Kaasalainen & Lamberg 2006,
     Inverse Problems 22, 749). The parameter of the longitude is that by whose half turn the spin turns so. ``None`` is
-    returned if there is no such parameter, and if one of the points is near that pole already.
+    returned without points or such a parameter, and if one of the points is near that pole already.
     """
+    if not points or not any(isinstance(item, Photometry) for item in points[0].observations):
+        return None
     made, values, parameters = points[0].made, points[0].values, problem.parameters
-    if len(made.system) != 1 or not any(isinstance(item, Photometry) for item in points[0].observations):
+    if len(made.system) != 1:
         return None
     mirrored = _direction(made) * [-1.0, -1.0, 1.0]
     for k, value in enumerate(values):

@@ -131,11 +131,9 @@ def fit(
         solvers: list[Solver] = []
 
         def solve(begin: Floats) -> Solver:
-            solver = Solver(objective, report, limit)
-            solver.solve(begin)
-            if solver.best is not None:
-                solvers.append(solver)
-            return solver
+            solvers.append(Solver(objective, report, limit))
+            solvers[-1].solve(begin)
+            return solvers[-1]
 
         with Progress(progress) as report:
             for begin in begins:
@@ -145,18 +143,17 @@ def fit(
                 except Refused as error:
                     if len(begins) == 1:
                         raise InvalidInput(f"the start of the fit is refused: {error}") from error
-            interrupted = any(solver.interrupted for solver in solvers)
             bests = sorted((solver.best for solver in solvers if solver.best), key=lambda best: best.cost)
-            points = [best.point for best in bests]
-            if points and not interrupted and (mirror := mirror_start(problem, points)) is not None:
+            mirror = None if solvers[-1].interrupted else mirror_start(problem, [best.point for best in bests])
+            if mirror is not None:
                 begins.append(mirror)
                 with contextlib.suppress(Refused):
                     solve(mirror)
-        if not solvers:
+        fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
+        if not fits:
             if problem.differentiated or not problem.refused:
                 raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
             raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
-        fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
         best = min(fits, key=lambda other: other.loss)
         best.minima, best.starts = _minima(problem, fits), len(begins)
         if best.message:

@@ -12,6 +12,7 @@ from ..base.kinds import choice, flag
 from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
+from ..forces.ephemeris import GM
 from ..frames import rotate_state, rotated, rotation
 from ..model.description import functions
 from ..model.force import rebuilt
@@ -29,9 +30,8 @@ _EXACT = ("focal", "harmonic", "surface")
 FRAMES = ("ecliptic", "equatorial", "orbit")
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2, to the last bit as astropy has it.
 _G = 6.67430e-11 * 0.01296
-#: G times the Sun's mass in km^3/hour^2, from DE440 (Park et al. 2021), and the astronomical unit in km.
-_MU = 132712440041.279419 * 3600.0**2
-_AU = 149597870.7
+#: G times the Sun's mass in km^3/hour^2.
+_MU = GM["sun"] * 3600.0**2
 
 
 def ready(
@@ -134,10 +134,11 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     if table is None:
         raise InvalidInput("sun is True; expected False: the heliocentric orbit of this system is not tabulated")
     a, e, *degrees = table["orbit"]["value"]
+    a = in_usual_units(a, "au")
     i, node, argument, mean = np.radians(degrees)
     if system.epoch is not None:
-        mean += np.sqrt(_MU / (a * _AU) ** 3) * 24.0 * (system.epoch.tdb.jd - table["epoch"]["value"])
-    r, v = KeplerElements(a * _AU, e, i, node, argument, np.remainder(mean, 2 * np.pi)).to_cartesian(_MU)
+        mean += np.sqrt(_MU / a**3) * 24.0 * (system.epoch.tdb.jd - table["epoch"]["value"])
+    r, v = KeplerElements(a, e, i, node, argument, np.remainder(mean, 2 * np.pi)).to_cartesian(_MU)
     frame, quaternion = axes
     matrix = rotation("ecliptic", frame)
     if quaternion is not None:
