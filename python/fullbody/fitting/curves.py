@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
+from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity, plain
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..model.bodies import Body
 from ..model.freeform import ConvexShape
@@ -20,10 +20,8 @@ from ..observing.brightness import Epochs, Photometer
 from ..observing.times import in_system
 from ..observing.vectors import local_geometry
 from ..typing import Floats
-from .convex import ConvexSeries, Harmonics
 from .inner import InnerSolution, model_of
 from .losses import LINEAR
-from .poles import tilted
 
 #: The default range of periods in hours: from the limit of rubble piles to a day.
 _RANGE = (2.2, 24.0)
@@ -37,7 +35,8 @@ class Curves:
     The ``times`` (K,) are those at which the light left the body, in hours if they are dates or Quantities, which
     ``united`` says. The ``pulls`` (K,) are the residuals of the sphere in magnitudes, divided by the errors ``sigma``
     (K,), the ``basis`` (K, L) has orthonormal columns that span the linear unknowns, divided by the errors, and
-    ``lights`` (2, K, 3) are unit vectors to the observer and to the Sun, in the ``frame`` of the poles.
+    ``lights`` (2, K, 3) are unit vectors to the observer and to the Sun, in the ``frame`` of the poles. The sphere has
+    facets with ``normals`` (F, 3) and ``areas`` (F,).
     """
 
     def __init__(self, data: list[Photometry], frame: str | None) -> None:
@@ -45,8 +44,9 @@ class Curves:
         options: dict[str, Any] = {"units": USUAL, "frame": frame} if self.united else {"G": 1.0}
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
-        self._sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
-        self._system = System([Body(self._sphere, mass="1e12 kg" if self.united else 1.0)], **options)
+        sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
+        self.normals, self.areas = sphere.normals, plain(sphere.areas)
+        self._system = System([Body(sphere, mass="1e12 kg" if self.united else 1.0)], **options)
         models, times, lights = [], [], []
         for item in data:
             emission = item.emission(self._system)
@@ -67,28 +67,16 @@ class Curves:
         """All numbers on which a scan of these data depends."""
         return self.times, self.sigma, self.pulls, self.basis, self.lights
 
-    def series(self, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]) -> ConvexSeries:
-        """Return the light of a convex body about poles near the last of some axes (3, 3)."""
-        harmonics = Harmonics.at(self._sphere.normals, degree)
-        areas = self._system.context.bodies[0].areas
-        assert areas is not None
-        weighted = areas[:, None] * harmonics.values
-        ends = np.cumsum([0, *self._counts])
-
-        def integrals(tilt: Floats) -> Any:
-            lights = self.lights @ tilted(axes, tilt).T
-            parts = []
-            for law, first, last in zip(self._laws, ends, ends[1:], strict=False):
-                count = last - first
-                poses = np.zeros((count, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1, 1))
-                epochs = Epochs(self.times[first:last], *poses, *lights[:, first:last])
-                photometer = Photometer(self._system, law, 1.0, False, 0.0)
-                parts.append(photometer.derivatives(epochs, True).areas[0][:, 0] @ weighted)
-            return np.concatenate(parts)
-
-        bisector = self.lights.sum(axis=0) @ axes.T
-        rows = (bisector, self.times, self.pulls, self.sigma, self.basis)
-        return ConvexSeries(integrals, harmonics, *rows, smoothness, reach)
+    def light(self, lights: Floats, weights: Any) -> Any:
+        """Return the light (K, C) in directions (2, K, 3) of bodies whose facets have weights (F, C) for areas."""
+        ends, parts = np.cumsum([0, *self._counts]), []
+        for law, first, last in zip(self._laws, ends, ends[1:], strict=False):
+            count = last - first
+            poses = np.zeros((count, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1, 1))
+            epochs = Epochs(self.times[first:last], *poses, *lights[:, first:last])
+            photometer = Photometer(self._system, law, 1.0, False, 0.0)
+            parts.append(photometer.derivatives(epochs, True).areas[0][:, 0] @ weights)
+        return np.concatenate(parts)
 
 
 def scanned_periods(periods: Any, curves: Curves, step: float) -> tuple[Any, Floats]:

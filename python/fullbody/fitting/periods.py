@@ -17,6 +17,7 @@ from ..errors import InvalidInput, interruptible
 from ..frames import pole_angles
 from ..observing import Photometry
 from ..typing import Floats
+from .convex import ConvexSeries
 from .curves import Curves, scanned_periods
 from .period_store import PeriodStore
 from .poles import axes_along, lattice, tilted
@@ -254,7 +255,7 @@ def period_scan(
     with Progress(progress) as report, stored.kept():
         for pole in np.flatnonzero(np.isnan(stored.minima).any(axis=(0, 2))).tolist():
             axes = axes_along(longitude[pole], latitude[pole])
-            series = curves.series(axes, degree, smoothness, reach)
+            series = ConvexSeries(curves, axes, degree, smoothness, reach)
             column = np.empty((len(hours), 4))
             for first in range(0, len(hours), batch):
                 part = slice(first, first + batch)
