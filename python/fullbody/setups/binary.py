@@ -19,7 +19,7 @@ from ..model.state import State, from_numbers
 from ..motion.system import System
 from .component import Component, body_of, has_units
 from .elements import mean_start, osculating_start
-from .masses import BinaryInput, BinarySolution, argument, input_from, solve
+from .masses import BinaryInput, BinarySolution, input_from, numbers_of, solve
 from .start import Orbit, Start
 
 #: Fields of a component that may have units of length, time and mass.
@@ -247,21 +247,26 @@ def binary(
         elements = "osculating" if period is None else "mean"
     if start_period is not None and (elements != "mean" or period is None):
         raise InvalidInput(f"start_period is {start_period!r}; expected it beside a period of mean elements only")
-    swing = _libration(secondary, synchronous, libration)
+    if synchronous and secondary.rotation_period is not None:
+        raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
     convert, gravity = _units_and_gravity(units, G, (total_mass, GM, period, start_period, semi_major_axis), components)
-    orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
-    inputs = input_from(
-        convert, gravity, components, total_mass, GM, mass_ratio, equal_density, period, semi_major_axis
-    )
-    warn_above = argument("mismatch_warning", mismatch_warning, convert)
-    solution = _solution(inputs, warn_above, argument("mismatch_error", mismatch_error, convert))
+    numbers = numbers_of(arguments, convert)
+    if numbers["libration"] != 0.0 and not synchronous:
+        which = f"{libration!r} of a secondary that is not synchronous"
+        raise InvalidInput(f"libration is {which}; expected rotation_angle")
+    if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
+        which = f"{secondary.rotation_angle!r} of a secondary that is synchronous"
+        raise InvalidInput(f"rotation_angle is {which}; expected libration=")
+    orbit, warn_above = Orbit.published(arguments, numbers), numbers["mismatch_warning"]
+    inputs = input_from(convert, gravity, components, numbers, equal_density)
+    solution = _solution(inputs, warn_above, numbers["mismatch_error"])
     system = System(_bodies(components, solution.masses, convert), G=gravity, units=convert.names, **options)
     for text in _doubts(system, components, synchronous, solution.semi_major_axis):
         caution(text)
-    start = Start.of(system, components, solution, orbit, swing if synchronous else None, at_rest)
+    start = Start.of(system, components, solution, orbit, numbers["libration"] if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        made, warning = mean_start(system, inputs, solution, start, argument("start_period", start_period, convert))
+        made, warning = mean_start(system, inputs, solution, start, numbers["start_period"])
         start.refuse_overlap(system, made.position[1] - made.position[0])
     else:
         made, warning = osculating_start(system, solution, start, warn_above)
@@ -285,20 +290,6 @@ def _refuse_choices(
         raise InvalidInput("'bodies' is not an option of binary, which makes them; expected primary and secondary")
     choice(at_rest, "at_rest", ("barycentre", "primary"))
     choice(elements, "elements", (None, "osculating", "mean"))
-
-
-def _libration(secondary: Component, synchronous: bool, libration: Any) -> float:
-    """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
-    if synchronous and secondary.rotation_period is not None:
-        raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    swing: float = argument("libration", libration, UNITLESS)
-    if swing != 0.0 and not synchronous:
-        which = f"{libration!r} of a secondary that is not synchronous"
-        raise InvalidInput(f"libration is {which}; expected rotation_angle")
-    if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
-        which = f"{secondary.rotation_angle!r} of a secondary that is synchronous"
-        raise InvalidInput(f"rotation_angle is {which}; expected libration=")
-    return swing
 
 
 def _units_and_gravity(

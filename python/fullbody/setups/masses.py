@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,12 +34,15 @@ KINDS = {
     "mismatch_warning": _TOLERANCE,
     "mismatch_error": _TOLERANCE,
 }
-_OPTIONAL = ("total_mass", "GM", "period", "start_period", "semi_major_axis")
+_OPTIONAL = ("total_mass", "GM", "mass_ratio", "period", "start_period", "semi_major_axis")
 
 
-def argument(name: str, value: Any, units: Units) -> Any:
-    """Return an argument of :func:`binary` as a number in a system's units; ``None`` for one that is not given."""
-    return None if value is None and name in _OPTIONAL else KINDS[name].unitless(value, name, units)
+def numbers_of(arguments: Mapping[str, Any], units: Units) -> dict[str, Any]:
+    """Return the numbers among the arguments of :func:`binary` in a system's units; ``None`` for missing ones."""
+    missing = [name for name in _OPTIONAL if arguments[name] is None]
+    return {
+        name: None if name in missing else kind.unitless(arguments[name], name, units) for name, kind in KINDS.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -88,14 +92,10 @@ def input_from(
     convert: Units,
     gravity: float,
     components: tuple[Component, Component],
-    total_mass: Any,
-    GM: Any,
-    mass_ratio: Any,
+    numbers: Mapping[str, Any],
     equal_density: bool,
-    period: Any,
-    semi_major_axis: Any,
 ) -> BinaryInput:
-    """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
+    """Return the masses of components and the numbers among the arguments of :func:`binary` in a system's units."""
     volumes, masses = [], []
     for index, component in enumerate(components):
         called = component.name if component.name is not None else f"body {index}"
@@ -110,17 +110,16 @@ def input_from(
         volumes.append(volume)
         mass = mass if mu is None else mu / gravity
         masses.append(mass if density is None else density * volume)
-    if equal_density and mass_ratio is not None:
+    ratio = numbers["mass_ratio"]
+    if equal_density and ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
-    ratio = volumes[1] / volumes[0] if equal_density else None
-    if mass_ratio is not None:
-        ratio = argument("mass_ratio", mass_ratio, convert)
-    if total_mass is not None and GM is not None:
+    if equal_density:
+        ratio = volumes[1] / volumes[0]
+    total, mu = numbers["total_mass"], numbers["GM"]
+    if total is not None and mu is not None:
         raise InvalidInput("both total_mass and GM are given; expected one of the two")
-    total, mu = argument("total_mass", total_mass, convert), argument("GM", GM, convert)
     total = total if mu is None else mu / gravity
-    orbit = argument("period", period, convert), argument("semi_major_axis", semi_major_axis, convert)
-    return BinaryInput(gravity, (masses[0], masses[1]), total, ratio, *orbit)
+    return BinaryInput(gravity, (masses[0], masses[1]), total, ratio, numbers["period"], numbers["semi_major_axis"])
 
 
 def _volume(composite: Composite | StokesCoefficients, convert: Units, called: str) -> float:

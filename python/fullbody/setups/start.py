@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,14 +10,13 @@ import numpy as np
 
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.units import UNITLESS
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
 from .component import Component, attitude, pointing, rate
-from .masses import BinarySolution, argument
+from .masses import BinarySolution
 
 
 @dataclass(frozen=True)
@@ -30,17 +30,16 @@ class Orbit:
     anomaly: float
 
     @classmethod
-    def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
-        """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = argument("eccentricity", eccentricity, UNITLESS)
-        node, inclination = 0.0, 0.0
+    def published(cls, arguments: Mapping[str, Any], numbers: Mapping[str, float]) -> Orbit:
+        """Make an orbit from the arguments of :func:`binary`, of which the numbers are unitless."""
+        pole, node, inclination = arguments["pole"], 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
             node, inclination = longitude + np.pi / 2, np.pi / 2 - latitude
-        angles = {"argument_of_periapsis": periapsis, "mean_anomaly": anomaly}
-        for name, value in angles.items():
-            warn_if_degrees(value, name)
-        return cls(e, inclination, node, *(argument(name, value, UNITLESS) for name, value in angles.items()))
+        angles = ("argument_of_periapsis", "mean_anomaly")
+        for name in angles:
+            warn_if_degrees(arguments[name], name)
+        return cls(numbers["eccentricity"], inclination, node, *(numbers[name] for name in angles))
 
     def cartesian(self, semi_major_axis: float, mu: float) -> tuple[Floats, Floats]:
         """Return the secondary's position and velocity relative to the primary."""
