@@ -102,8 +102,8 @@ class Fit(Tabled):
     differenced : dict of str
         The parameters whose derivatives are differences of complete runs, with the reason.
     differenced_observations : dict of str
-        The observations, by ``"observations[0]"`` and so on, whose derivatives by the states are differences, with the
-        reason. All other derivatives are exact but for those of the setup.
+        The observations, by ``"observations[0]"`` and so on, whose predictions were differenced with respect to the
+        states, since they give no derivatives of their own, with the reason.
     at_bounds : tuple of str
         The parameters at their bounds, for which errors have no meaning.
     minima : tuple of Minimum
