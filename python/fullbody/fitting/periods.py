@@ -12,7 +12,7 @@ from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
 from ..base.tables import Table, Tabled
-from ..base.units import UNITLESS, need
+from ..base.units import UNITLESS, need, plain
 from ..errors import InvalidInput, interruptible
 from ..frames import pole_angles
 from ..observing import Photometry
@@ -107,10 +107,10 @@ class PeriodScan(Tabled):
         from ..base.figures import grid, line, single, unit_of
 
         ax = single(ax, (7.0, 3.5))
-        periods = getattr(self.periods, "value", self.periods)
+        periods = plain(self.periods)
         ax.plot(periods, self.chi2 / self.dof, **line(0, {"linewidth": 0.8} | kwargs))
         best = self.minima[0]
-        period = float(getattr(best.period, "value", best.period))
+        period = float(plain(best.period))
         ax.plot([period], [best.chi2 / self.dof], "o", color="C3", markersize=5.0)
         ax.annotate(f"{period:.7g}", (period, best.chi2 / self.dof), (6, -3), textcoords="offset points", fontsize=8)
         ax.set_xlabel(f"sidereal period [{unit_of(self.periods)}]")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.figures import LINES, grid, legend, matplotlib, panels
 from ..base.kinds import whole
-from ..base.units import need
+from ..base.units import need, plain
 from ..errors import InvalidInput
 from ..observing.astrometry import Astrometry
 from ..plots.sky_tracks import sky_track
@@ -51,7 +51,7 @@ class FitPlots:
         for axes, label, times, pulls, data in zip(flat, fit.labels, fit.times, fit.pulls, observations, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
-            across = np.asarray(getattr(times, "value", times))
+            across = plain(times)
             if len(across) != len(columns):
                 # A measured value has no time.
                 across = np.full(len(columns), across.max(initial=0.0))

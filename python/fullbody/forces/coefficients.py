@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import cbrt, pi
+from math import pi
 from typing import Any, Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from ..base.units import UNITLESS, is_quantity, plain
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.bodies import Body
+from ..model.force import radius_of
 from ..model.shapes import inferred_units
 from ..typing import Array, Floats
 from .radiation import Byorp, Yorp
@@ -306,7 +307,7 @@ def radiation_coefficients(
     length = units.attach(1.0, "length")
     powers = length**2, length**3
     force, torque = ((cosine * power, sine * power) for (cosine, sine), power in zip(series, powers, strict=True))
-    radius = units.attach(cbrt(0.75 * core.volume / pi), "length")
+    radius = units.attach(radius_of(core.volume), "length")
     return RadiationCoefficients(body.name, radius, latitude, *force, *torque, outwards=-1 if along > 0.0 else 1)
 
 

@@ -111,7 +111,7 @@ class Force(Declared):
         if volume == 0.0:
             point = f"{context.names[index]} is a point"
             raise InvalidInput(f"{role} of {self.name} is not given, and {point}; expected a radius")
-        return float(cbrt(0.75 * volume / pi))
+        return radius_of(volume)
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description that the core takes, in numbers of a system's units."""
@@ -151,6 +151,11 @@ class Force(Declared):
     def _call(self, context: Context) -> Call | None:
         """Return the function that the core calls, for a force that has one."""
         return None
+
+
+def radius_of(volume: float) -> float:
+    """Return the radius of the sphere of a volume."""
+    return float(cbrt(0.75 * volume / pi))
 
 
 def rebuilt(described: dict[str, Any], units: Units) -> Force:
