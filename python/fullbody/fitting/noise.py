@@ -22,12 +22,13 @@ class NoiseDerivatives(NamedTuple):
     """Derivatives with respect to P parameters of the errors of all observations.
 
     The ``gradient`` (P,) is that of minus the logarithm of the likelihood, and ``information`` (P, P) what is expected
-    about the parameters; ``log_determinant`` (P,) are the derivatives of the logarithms of the two determinants alone.
+    about the parameters, which vanishes with a jitter; ``widths`` (P,), inverse squared lengths over which parameters
+    change the errors, do not.
     """
 
     gradient: Floats
     information: Floats
-    log_determinant: Floats
+    widths: Floats
 
 
 def log_determinant(errors: Any) -> float:
@@ -52,13 +53,13 @@ def relative_change(covariance: Floats, other: Floats) -> Floats:
 
 
 def derivatives(
-    count: int,
+    values: Floats,
     changes: Mapping[int, Mapping[int, Floats]],
     basis: Sequence[Floats],
     pulls: Sequence[Floats],
     half_slopes: Sequence[Floats],
 ) -> NoiseDerivatives:
-    """Return the derivatives with respect to a number of parameters that change the covariances C of observations.
+    """Return the derivatives at values (P,) of parameters, of which some change the covariances C of observations.
 
     The ``changes`` are the relative derivatives S (B, C, C) by the index of the parameter and that of the observations;
     ``basis``, ``pulls`` and ``half_slopes`` are for each of the observations the rows (K C, L) of Q, the pulls (K C,),
@@ -70,8 +71,9 @@ def derivatives(
     diagonal, and that of the pulls p is -T p at fixed linear unknowns. The linear unknowns are at the minimum, where
     their change has no effect to first order.
     """
+    count, unknowns = len(values), len(basis[0].T)
     gradient, traces = np.zeros(count), np.zeros(count)
-    information, inner = np.zeros((count, count)), np.zeros((count, *[len(basis[0].T)] * 2))
+    information, inner = np.zeros((count, count)), np.zeros((count, unknowns, unknowns))
     products: dict[tuple[int, int], Floats] = {}
     for k, parts in changes.items():
         for i, change in parts.items():
@@ -89,4 +91,5 @@ def derivatives(
             for i in parts.keys() & other_parts.keys():
                 information[k, j] += np.vdot(parts[i], other_parts[i])
                 information[k, j] -= 2.0 * np.vdot(products[k, i], products[j, i])
-    return NoiseDerivatives(gradient + 0.5 * traces, 0.5 * information, traces)
+    widths = 0.5 * np.abs(traces) / np.maximum(np.abs(values), 1e-300)
+    return NoiseDerivatives(gradient + 0.5 * traces, 0.5 * information, widths)

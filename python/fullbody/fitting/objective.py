@@ -60,7 +60,8 @@ class Objective:
         """
         jacobian = self.problem.jacobian(point)
         vector, (roots, weights) = self.vector(point), self.loss.roots(point.rows)
-        gradient, information, widths = self._noise(point, jacobian, roots * weights)
+        parts = map(point.inner.split, (point.inner.projection.basis, point.rows, roots * weights))
+        gradient, information, widths = noise.derivatives(point.values, jacobian.noise, *parts)
         values, vectors = np.linalg.eigh(information)
         rows = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
         determinant = np.zeros((1, len(gradient)))
@@ -85,13 +86,3 @@ class Objective:
         widened = sum(map(noise.log_determinant, point.errors.values()))
         volume = len(point.inner.unknowns) * np.log(2.0 * np.pi) - point.inner.projection.log_determinant
         return 0.5 * (volume - losses - widened)
-
-    def _noise(self, point: EvaluatedPoint, jacobian: PullJacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
-        count, split = len(point.values), point.inner.split
-        derivatives = noise.derivatives(
-            count, jacobian.noise, split(point.inner.projection.basis), split(point.rows), split(by_pulls)
-        )
-        # The information about a jitter vanishes with it, but not the length over which it changes the errors.
-        widths = 0.5 * np.abs(derivatives.log_determinant) / np.maximum(np.abs(point.values), 1e-300)
-        return derivatives.gradient, derivatives.information, widths
