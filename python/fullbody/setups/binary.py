@@ -19,7 +19,7 @@ from ..model.state import State, from_numbers
 from ..motion.system import System
 from .component import Component, body_of, has_units
 from .elements import mean_start, osculating_start
-from .masses import BinaryInput, BinarySolution, input_from, numbers_of, solve
+from .masses import input_from, numbers_of, solve
 from .start import Orbit, Start
 
 #: Fields of a component that may have units of length, time and mass.
@@ -259,7 +259,7 @@ def binary(
         raise InvalidInput(f"rotation_angle is {which}; expected libration=")
     orbit, warn_above = Orbit.published(arguments, numbers), numbers["mismatch_warning"]
     inputs = input_from(convert, gravity, components, numbers, equal_density)
-    solution = _solution(inputs, warn_above, numbers["mismatch_error"])
+    solution = solve(inputs, (warn_above, numbers["mismatch_error"]))
     system = System(_bodies(components, solution.masses, convert), G=gravity, units=convert.names, **options)
     for text in _doubts(system, components, synchronous, solution.semi_major_axis):
         caution(text)
@@ -305,17 +305,6 @@ def _units_and_gravity(
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
     convert = Units(units)
     return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")
-
-
-def _solution(inputs: BinaryInput, warn_above: float, refuse_above: float) -> BinarySolution:
-    """Return masses, period and semi-major axis, after comparing values that are given twice."""
-    solution, mismatches = solve(inputs)
-    for mismatch in mismatches:
-        if mismatch.relative > refuse_above:
-            raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={refuse_above:g}")
-        if mismatch.relative > warn_above:
-            caution(f"{mismatch}; the former is taken")
-    return solution
 
 
 def _bodies(components: tuple[Component, Component], masses: tuple[float, float], convert: Units) -> list[Body]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.kinds import Number
 from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.stokes import StokesCoefficients
@@ -66,28 +66,6 @@ class BinarySolution:
     semi_major_axis: float
 
 
-@dataclass(frozen=True)
-class Mismatch:
-    """Two values of one quantity, each with its origin."""
-
-    what: str
-    first: float
-    of_first: str
-    second: float
-    of_second: str
-
-    @property
-    def relative(self) -> float:
-        """The difference of the values relative to the second."""
-        return abs(self.first - self.second) / abs(self.second)
-
-    def __str__(self) -> str:
-        return (
-            f"{self.what} is {self.first:.6g} by {self.of_first} and {self.second:.6g} by {self.of_second}, "
-            f"a difference of {100 * self.relative:.3g} %"
-        )
-
-
 def input_from(
     convert: Units,
     gravity: float,
@@ -134,43 +112,37 @@ def _volume(composite: Composite | StokesCoefficients, convert: Units, called: s
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
-def solve(inputs: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
-    """Solve for the missing numbers, if the given ones suffice, and compare each two values of one quantity."""
-    mismatches: list[Mismatch] = []
+def solve(inputs: BinaryInput, limits: tuple[float, float]) -> BinarySolution:
+    """Solve for the missing numbers, if the given ones suffice.
+
+    Where two values of one quantity differ by more than these relative limits, there is a warning or an error.
+    """
     kepler = None
     if inputs.period is not None and inputs.semi_major_axis is not None:
         kepler = 4 * np.pi**2 * inputs.semi_major_axis**3 / (inputs.G * inputs.period**2)
-    total = inputs.total if inputs.total is not None else kepler
-    masses = _split(inputs, total, mismatches)
-    mass = sum(masses)
-    if inputs.period is not None:
-        period = inputs.period
-        axis = float(np.cbrt(inputs.G * mass * (period / (2 * np.pi)) ** 2))
-        if inputs.semi_major_axis is not None:
-            by_axis = inputs.semi_major_axis, "semi_major_axis"
-            mismatches.append(Mismatch("the semi-major axis", axis, "the masses and the period", *by_axis))
-    elif inputs.semi_major_axis is not None:
-        axis = inputs.semi_major_axis
+    masses = _split(inputs, inputs.total if inputs.total is not None else kepler, limits)
+    mass, period, axis = sum(masses), inputs.period, inputs.semi_major_axis
+    if period is not None:
+        by_period = float(np.cbrt(inputs.G * mass * (period / (2 * np.pi)) ** 2))
+        _compare("the semi-major axis", by_period, "the masses and the period", axis, "semi_major_axis", limits)
+        axis = by_period
+    elif axis is not None:
         period = float(2 * np.pi * np.sqrt(axis**3 / (inputs.G * mass)))
     else:
         raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
-    return BinarySolution(masses, period, axis), mismatches
+    return BinarySolution(masses, period, axis)
 
 
-def _split(inputs: BinaryInput, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
+def _split(inputs: BinaryInput, total: float | None, limits: tuple[float, float]) -> tuple[float, float]:
     first, second = inputs.masses
     if first is not None and second is not None:
-        if inputs.total is not None:
-            mismatches.append(Mismatch("the total mass", first + second, "the components", inputs.total, "total_mass"))
-        if inputs.ratio is not None:
-            mismatches.append(Mismatch("the mass ratio", second / first, "the components", inputs.ratio, "mass_ratio"))
+        _compare("the total mass", first + second, "the components", inputs.total, "total_mass", limits)
+        _compare("the mass ratio", second / first, "the components", inputs.ratio, "mass_ratio", limits)
         return first, second
     mass = first if first is not None else second
     if mass is not None and inputs.ratio is not None:
         both = (mass, mass * inputs.ratio) if second is None else (mass / inputs.ratio, mass)
-        if inputs.total is not None:
-            by_total = inputs.total, "total_mass"
-            mismatches.append(Mismatch("the total mass", sum(both), "a component and the ratio", *by_total))
+        _compare("the total mass", sum(both), "a component and the ratio", inputs.total, "total_mass", limits)
         return both
     if total is None:
         raise InvalidInput(
@@ -185,3 +157,18 @@ def _split(inputs: BinaryInput, total: float | None, mismatches: list[Mismatch])
         expected = "expected mass_ratio, equal_density=True, or a component's mass or density"
         raise InvalidInput(f"how the total mass is shared is not given; {expected}")
     return total / (1 + inputs.ratio), total * inputs.ratio / (1 + inputs.ratio)
+
+
+def _compare(
+    what: str, first: float, of_first: str, second: float | None, of_second: str, limits: tuple[float, float]
+) -> None:
+    """Compare two values of one quantity, of which the first is taken, if there is a second one."""
+    if second is None:
+        return
+    relative, (warn_above, refuse_above) = abs(first - second) / abs(second), limits
+    values = f"{what} is {first:.6g} by {of_first} and {second:.6g} by {of_second}"
+    text = f"{values}, a difference of {100 * relative:.3g} %"
+    if relative > refuse_above:
+        raise InvalidInput(f"{text}; expected agreement to mismatch_error={refuse_above:g}")
+    if relative > warn_above:
+        caution(f"{text}; the former is taken")
