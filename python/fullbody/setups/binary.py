@@ -19,7 +19,7 @@ from ..model.state import State, from_numbers
 from ..motion.system import System
 from .component import Component, body_of, has_units
 from .elements import mean_start, osculating_start
-from .masses import input_from, numbers_of, solve
+from .masses import numbers_of, solve
 from .start import Orbit, Start
 
 #: Fields of a component that may have units of length, time and mass.
@@ -258,15 +258,14 @@ def binary(
         which = f"{secondary.rotation_angle!r} of a secondary that is synchronous"
         raise InvalidInput(f"rotation_angle is {which}; expected libration=")
     orbit, warn_above = Orbit.published(arguments, numbers), numbers["mismatch_warning"]
-    inputs = input_from(convert, gravity, components, numbers, equal_density)
-    solution = solve(inputs, (warn_above, numbers["mismatch_error"]))
+    solution = solve(components, numbers, equal_density, gravity, convert)
     system = System(_bodies(components, solution.masses, convert), G=gravity, units=convert.names, **options)
     for text in _doubts(system, components, synchronous, solution.semi_major_axis):
         caution(text)
     start = Start.of(system, components, solution, orbit, numbers["libration"] if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        made, warning = mean_start(system, inputs, solution, start, numbers["start_period"])
+        made, warning = mean_start(system, solution, start, period is not None, numbers["start_period"])
         start.refuse_overlap(system, made.position[1] - made.position[0])
     else:
         made, warning = osculating_start(system, solution, start, warn_above)

@@ -10,19 +10,19 @@ import numpy as np
 
 from ..model.state import State
 from ..motion.system import System
-from .masses import BinaryInput, BinarySolution
+from .masses import BinarySolution
 from .mean_period import circular_orbit, start_with_period
 from .start import Start
 
 
 def mean_start(
-    system: System, inputs: BinaryInput, solution: BinarySolution, start: Start, start_period: float | None
+    system: System, solution: BinarySolution, start: Start, has_period: bool, start_period: float | None
 ) -> tuple[State, str | None]:
-    """Return a start in the bodies' actual attraction, and a warning if it does not keep its mean period.
+    """Return a start in the bodies' actual attraction, and a warning if it does not keep a mean period that is given.
 
     The result, which takes tenths of a second, is kept for equal arguments.
     """
-    arguments = system, inputs, solution, start, start_period
+    arguments = system, solution, start, has_period, start_period
     try:
         packed = pickle.dumps(arguments)
     except (pickle.PicklingError, AttributeError, TypeError):
@@ -37,9 +37,9 @@ def _packed_mean_start(packed: bytes) -> tuple[State, str | None]:
 
 
 def _mean_start(
-    system: System, inputs: BinaryInput, solution: BinarySolution, start: Start, start_period: float | None
+    system: System, solution: BinarySolution, start: Start, has_period: bool, start_period: float | None
 ) -> tuple[State, str | None]:
-    if inputs.period is None:
+    if not has_period:
         circle, mu = circular_orbit(system, solution, start, keep="semi_major_axis")
         return start.state(circle.semi_major_axis, mu, circle.period), None
 

@@ -46,58 +46,62 @@ def numbers_of(arguments: Mapping[str, Any], units: Units) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class BinaryInput:
-    """The given numbers, with ``None`` for missing ones."""
-
-    G: float
-    masses: tuple[float | None, float | None]
-    total: float | None
-    ratio: float | None
-    period: float | None
-    semi_major_axis: float | None
-
-
-@dataclass(frozen=True)
 class BinarySolution:
-    """The numbers that follow from the given ones."""
+    """Masses, period and semi-major axis of a binary, in a system's units."""
 
     masses: tuple[float, float]
     period: float
     semi_major_axis: float
 
 
-def input_from(
-    convert: Units,
-    gravity: float,
-    components: tuple[Component, Component],
-    numbers: Mapping[str, Any],
-    equal_density: bool,
-) -> BinaryInput:
-    """Return the masses of components and the numbers among the arguments of :func:`binary` in a system's units."""
-    volumes, masses = [], []
-    for index, component in enumerate(components):
-        called = component.name if component.name is not None else f"body {index}"
-        if isinstance(component.shape, Composite | StokesCoefficients):
-            volume = _volume(component.shape, convert, called) if equal_density else np.nan
-        else:
-            volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        mass, density, mu = (
-            None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
-            for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
-        )
-        volumes.append(volume)
-        mass = mass if mu is None else mu / gravity
-        masses.append(mass if density is None else density * volume)
-    ratio = numbers["mass_ratio"]
+def solve(
+    components: tuple[Component, Component], numbers: Mapping[str, Any], equal_density: bool, G: float, convert: Units
+) -> BinarySolution:
+    """Solve for the missing numbers of a binary, if the given ones suffice.
+
+    Where two values of one quantity differ by more than the relative limits among the ``numbers``, there is a warning
+    or an error.
+    """
+    amounts = [_mass_and_volume(component, k, equal_density, G, convert) for k, component in enumerate(components)]
+    ratio, total, mu = (numbers[name] for name in ("mass_ratio", "total_mass", "GM"))
     if equal_density and ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
-    if equal_density:
-        ratio = volumes[1] / volumes[0]
-    total, mu = numbers["total_mass"], numbers["GM"]
     if total is not None and mu is not None:
         raise InvalidInput("both total_mass and GM are given; expected one of the two")
-    total = total if mu is None else mu / gravity
-    return BinaryInput(gravity, (masses[0], masses[1]), total, ratio, numbers["period"], numbers["semi_major_axis"])
+    ratio = amounts[1][1] / amounts[0][1] if equal_density else ratio
+    total = total if mu is None else mu / G
+    period, axis = numbers["period"], numbers["semi_major_axis"]
+    limits = numbers["mismatch_warning"], numbers["mismatch_error"]
+    implied = total
+    if total is None and period is not None and axis is not None:
+        implied = 4 * np.pi**2 * axis**3 / (G * period**2)
+    masses = _split((amounts[0][0], amounts[1][0]), total, ratio, implied, limits)
+    if period is not None:
+        by_period = float(np.cbrt(G * sum(masses) * (period / (2 * np.pi)) ** 2))
+        _compare("the semi-major axis", by_period, "the masses and the period", axis, "semi_major_axis", limits)
+        axis = by_period
+    elif axis is not None:
+        period = float(2 * np.pi * np.sqrt(axis**3 / (G * sum(masses))))
+    else:
+        raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
+    return BinarySolution(masses, period, axis)
+
+
+def _mass_and_volume(
+    component: Component, index: int, equal_density: bool, G: float, convert: Units
+) -> tuple[float | None, float]:
+    """Return the mass of a component, ``None`` if it is not given, and its volume, NaN where that is not needed."""
+    called = component.name if component.name is not None else f"body {index}"
+    if isinstance(component.shape, Composite | StokesCoefficients):
+        volume = _volume(component.shape, convert, called) if equal_density else np.nan
+    else:
+        volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
+    mass, density, mu = (
+        None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
+        for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
+    )
+    mass = mass if mu is None else mu / G
+    return (mass if density is None else density * volume), volume
 
 
 def _volume(composite: Composite | StokesCoefficients, convert: Units, called: str) -> float:
@@ -112,51 +116,37 @@ def _volume(composite: Composite | StokesCoefficients, convert: Units, called: s
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
-def solve(inputs: BinaryInput, limits: tuple[float, float]) -> BinarySolution:
-    """Solve for the missing numbers, if the given ones suffice.
-
-    Where two values of one quantity differ by more than these relative limits, there is a warning or an error.
-    """
-    kepler = None
-    if inputs.period is not None and inputs.semi_major_axis is not None:
-        kepler = 4 * np.pi**2 * inputs.semi_major_axis**3 / (inputs.G * inputs.period**2)
-    masses = _split(inputs, inputs.total if inputs.total is not None else kepler, limits)
-    mass, period, axis = sum(masses), inputs.period, inputs.semi_major_axis
-    if period is not None:
-        by_period = float(np.cbrt(inputs.G * mass * (period / (2 * np.pi)) ** 2))
-        _compare("the semi-major axis", by_period, "the masses and the period", axis, "semi_major_axis", limits)
-        axis = by_period
-    elif axis is not None:
-        period = float(2 * np.pi * np.sqrt(axis**3 / (inputs.G * mass)))
-    else:
-        raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
-    return BinarySolution(masses, period, axis)
-
-
-def _split(inputs: BinaryInput, total: float | None, limits: tuple[float, float]) -> tuple[float, float]:
-    first, second = inputs.masses
+def _split(
+    masses: tuple[float | None, float | None],
+    total: float | None,
+    ratio: float | None,
+    implied: float | None,
+    limits: tuple[float, float],
+) -> tuple[float, float]:
+    """Return both masses: those of the components have priority over a total mass, and that over the implied one."""
+    first, second = masses
     if first is not None and second is not None:
-        _compare("the total mass", first + second, "the components", inputs.total, "total_mass", limits)
-        _compare("the mass ratio", second / first, "the components", inputs.ratio, "mass_ratio", limits)
+        _compare("the total mass", first + second, "the components", total, "total_mass", limits)
+        _compare("the mass ratio", second / first, "the components", ratio, "mass_ratio", limits)
         return first, second
     mass = first if first is not None else second
-    if mass is not None and inputs.ratio is not None:
-        both = (mass, mass * inputs.ratio) if second is None else (mass / inputs.ratio, mass)
-        _compare("the total mass", sum(both), "a component and the ratio", inputs.total, "total_mass", limits)
+    if mass is not None and ratio is not None:
+        both = (mass, mass * ratio) if second is None else (mass / ratio, mass)
+        _compare("the total mass", sum(both), "a component and the ratio", total, "total_mass", limits)
         return both
-    if total is None:
+    if implied is None:
         raise InvalidInput(
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "
             "with mass_ratio, equal_density=True or one component's mass"
         )
     if mass is not None:
-        if mass >= total:
-            raise InvalidInput(f"a component's mass is {mass:.6g} of {total:.6g} in all; expected less")
-        return (mass, total - mass) if second is None else (total - mass, mass)
-    if inputs.ratio is None:
+        if mass >= implied:
+            raise InvalidInput(f"a component's mass is {mass:.6g} of {implied:.6g} in all; expected less")
+        return (mass, implied - mass) if second is None else (implied - mass, mass)
+    if ratio is None:
         expected = "expected mass_ratio, equal_density=True, or a component's mass or density"
         raise InvalidInput(f"how the total mass is shared is not given; {expected}")
-    return total / (1 + inputs.ratio), total * inputs.ratio / (1 + inputs.ratio)
+    return implied / (1 + ratio), implied * ratio / (1 + ratio)
 
 
 def _compare(
