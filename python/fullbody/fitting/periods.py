@@ -134,7 +134,7 @@ class PeriodScan(Tabled):
             (f"{item.period:.9g}", f"{item.chi2:.6g}", f"{item.longitude:.1f}", f"{item.latitude:.1f}")
             for item in self.minima[:10]
         ]
-        return (Table("Lowest minima", PeriodMinimum._fields, rows),)
+        return (Table("Lowest minima", ("period", "chi2", "longitude", "latitude"), rows),)
 
     def __repr__(self) -> str:
         first, last, best = self.periods[0], self.periods[-1], self.minima[0]

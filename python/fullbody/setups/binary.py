@@ -18,7 +18,6 @@ from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
 from .component import Component, body_of, has_units
-from .elements import mean_start, osculating_start
 from .masses import numbers_of, solve
 from .start import Orbit, Start
 
@@ -241,6 +240,9 @@ def binary(
     """
     arguments = {**locals()}
     arguments |= arguments.pop("options")
+    # Many sessions set up no binary, and need no integrations for one.
+    from .elements import mean_start, osculating_start
+
     components = (primary, secondary)
     _refuse_choices(components, at_rest, elements, options)
     if elements is None:
