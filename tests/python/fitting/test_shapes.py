@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from fullbody import ConvexShape, HarmonicShape, fitting, observing
 from fullbody.base import rotations
-from fullbody.errors import InconsistentInput
 from fullbody.fitting import Free
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
@@ -114,37 +113,6 @@ def test_the_motion_beside_a_body_that_is_a_sphere_but_for_one_coefficient_has_e
     data = observing.RadarAstrometry([1.0, 9.0, 20.0], range=np.zeros(3), sigma=1e-3, body=1, about=0, geometry=VIEW)
     parameters = {"coefficients": 0.02 * np.eye(15)[8], "distance": 600.0}
     assert max(relative_errors(pair, parameters, [data], {4: 1e-3, 6: 1e-3, 8: 1e-3}).values()) < 1e-6
-
-
-def test_light_without_exact_derivatives_is_differenced_and_listed():
-    def mixed(distance):
-        wedge = HarmonicShape(SERIES, reference_radius=80.0, faces=80)
-        bodies = [fullbody.Body(wedge, mass=7e18, name="A"), fullbody.Body(fullbody.Sphere(20.0), mass=1e16, name="B")]
-        speed = np.sqrt(6.6743e-20 * 3600.0**2 * 7e18 / 600.0)
-        position, velocity = [[0.0] * 3, [distance, 0.0, 0.0]], [[0.0] * 3, [0.0, speed, 0.0]]
-        return fullbody.System(bodies, G=6.6743e-20 * 3600.0**2), fullbody.State(
-            position, velocity, spin=[[0.0, 0.0, 1.0], [0.0] * 3]
-        )
-
-    class OnlyPulls:
-        def emission(self, system):
-            return [3.0]
-
-        def pulls(self, run):
-            return run.position[:, 1]
-
-    ranges = observing.RadarAstrometry([1.0, 9.0], range=np.zeros(2), sigma=1e-3, body=1, about=0, geometry=VIEW)
-    observations = [light(8, 20.0), ranges, OnlyPulls()]
-    problem = Problem(mixed, Parameters({"distance": 600.0}), observations, None)
-    jacobian = problem.jacobian(problem.point(np.array([600.0])))
-    assert not jacobian.differenced
-    assert list(jacobian.differenced_observations) == ["observations[0]", "observations[2]"]
-    assert "ellipsoid beside facets" in jacobian.differenced_observations["observations[0]"]
-    assert "no derivatives of their own" in jacobian.differenced_observations["observations[2]"]
-    with pytest.warns(InconsistentInput, match="stopped after 1 proposals"):
-        fit = fullbody.fit(mixed, {"distance": Free(600.0, prior=(601.0, 1.0))}, observations, proposals=1)
-    assert fit.differenced_observations == jacobian.differenced_observations
-    assert "observations[0] differenced" in repr(fit)
 
 
 def test_the_light_of_a_pair_with_events_has_exact_derivatives_by_the_shape():
