@@ -191,9 +191,10 @@ def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
         if kind in warned:
             return
         warned.add(kind)
-    package = __name__.partition(".")[0]
+    # Functions of the package may be called by the decorator of a context manager.
+    passed = (__name__.partition(".")[0], "contextlib")
     level, frame = 1, sys._getframe()
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in passed:
         level, frame = level + 1, frame.f_back
     warnings.warn(message, category, stacklevel=level)
 

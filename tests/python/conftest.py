@@ -94,4 +94,4 @@ def each_search_once(searches, monkeypatch):
             searches[key] = mean_period.start_with_period(system, period, start, locked)
         return searches[key]
 
-    monkeypatch.setattr("fullbody.setups.binary.start_with_period", remembered)
+    monkeypatch.setattr("fullbody.setups.elements.start_with_period", remembered)

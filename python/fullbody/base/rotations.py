@@ -26,6 +26,11 @@ def about(axis: Any, angle: float) -> Floats:
     return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
 
 
+def of_plane(node: float, inclination: float) -> Floats:
+    """Return the attitude (4,) of the plane of an orbit: its x-axis points to the node and its z-axis to the pole."""
+    return product(about_axis(2, node), about_axis(0, inclination))
+
+
 def shortest(first: Any, second: Any) -> Floats:
     """Return the quaternion (4,) of the smallest turn from one unit vector (3,) to another that is not opposite."""
     turn = np.append(1.0 + np.dot(first, second), np.cross(first, second))

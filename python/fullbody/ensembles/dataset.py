@@ -41,7 +41,7 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
             try:
                 if name not in variables:
                     variable = _Variable(name, *models[name], len(table))
-                    if taken := [one for one in (name, *variable.inner) if one in owners]:
+                    if taken := [label for label in (name, *variable.inner) if label in owners]:
                         raise InvalidInput(f"measure gives {name}, but {taken[0]} is the name of {owners[taken[0]]}")
                     owners |= dict.fromkeys((name, *variable.inner), f"a dimension of {name}")
                     variables[name] = variable
@@ -133,7 +133,7 @@ class _Variable:
         return f"measure gives {self._name} {here}, but {there} in row {self._row}"
 
 
-def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
+def in_units(dataset: xarray.Dataset, /, **units: str) -> xarray.Dataset:
     """Convert some variables of a map, or of another dataset of this package, to other units.
 
     Functions of numpy, such as ``np.degrees``, leave the attribute ``units`` of an xarray variable as it is: a plot of
@@ -141,7 +141,7 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
 
     Parameters
     ----------
-    found : xarray.Dataset
+    dataset : xarray.Dataset
         A dataset from :func:`fullbody.sweep`, ``run.to_xarray()`` or ``flight.to_xarray()``.
     **units
         New units by the names of variables or coordinates, as astropy writes them.
@@ -150,7 +150,7 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
     ------
     InvalidInput
         For a variable without a unit. Maps of systems without units have none; their angles are radians, which
-        ``found.libration.attrs["units"] = "rad"`` declares.
+        ``dataset.libration.attrs["units"] = "rad"`` declares.
 
     Examples
     --------
@@ -159,8 +159,8 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
     ...     system, state = fullbody.systems.kw4(units=True)
     ...     return system, state.rotated("Beta", [0, 0, 1], angle)
     >>> options = {"measure": "libration", "output": "0.5 hour"}
-    >>> found = fullbody.sweep(setup, {"angle": ["0 deg", "10 deg"]}, "200 hour", **options)
-    >>> found.libration.units, fullbody.ensembles.in_units(found, libration="deg").libration.units
+    >>> dataset = fullbody.sweep(setup, {"angle": ["0 deg", "10 deg"]}, "200 hour", **options)
+    >>> dataset.libration.units, fullbody.ensembles.in_units(dataset, libration="deg").libration.units
     ('rad', 'deg')
     """
     with need("units", "a change of units"):
@@ -168,9 +168,11 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
 
     changed = {}
     for name, unit in units.items():
-        if name not in found.variables:
-            raise InvalidInput(f"the dataset has no {name!r}; expected some of {', '.join(map(str, found.variables))}")
-        old = found[name].attrs.get("units")
+        if name not in dataset.variables:
+            raise InvalidInput(
+                f"the dataset has no {name!r}; expected some of {', '.join(map(str, dataset.variables))}"
+            )
+        old = dataset[name].attrs.get("units")
         if old is None:
             raise InvalidInput(
                 f"{name} has no unit; expected one in its attributes, such as .{name}.attrs['units'] = 'rad' for the "
@@ -178,9 +180,9 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
             )
         try:
             new = u.Unit(unit)
-            values = u.Quantity(found[name].values, old).to_value(new)
+            values = u.Quantity(dataset[name].values, old).to_value(new)
         except (u.UnitsError, ValueError, TypeError) as error:
             raise InvalidInput(f"{name} cannot be converted to {unit!r}: {error}") from error
-        changed[name] = (found[name].dims, values, {**found[name].attrs, "units": str(new)})
-    coordinates = {name: changed.pop(name) for name in [*changed] if name in found.coords}
-    return found.assign_coords(coordinates).assign(changed)
+        changed[name] = (dataset[name].dims, values, {**dataset[name].attrs, "units": str(new)})
+    coordinates = {name: changed.pop(name) for name in [*changed] if name in dataset.coords}
+    return dataset.assign_coords(coordinates).assign(changed)

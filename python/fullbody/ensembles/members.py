@@ -116,7 +116,7 @@ def integrate_many(
         # Members that were never requested have an entry, too.
         batch.answers += [None] * ((batch.total or 0) - len(batch.answers))
         if isinstance(error, KeyboardInterrupt):
-            interrupted = Interrupted(f"interrupted with {batch.whole()} done; the runs so far are in .runs")
+            interrupted = Interrupted(f"interrupted with {batch.count_done()} done; the runs so far are in .runs")
             interrupted.runs = batch.answers
             raise interrupted from None
         with contextlib.suppress(AttributeError):
@@ -167,8 +167,8 @@ class _Members:
 
     def prepared(self) -> Iterator[Any]:
         """Yield the members as the core takes them; invalid ones receive their errors at once."""
-        each = (value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator))
-        for index, parts in enumerate(zip(self._members, *each, strict=False)):
+        options = (value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator))
+        for index, parts in enumerate(zip(self._members, *options, strict=False)):
             self.answers.append(None)
             try:
                 arguments = self._prepared(index, *parts)
@@ -224,7 +224,7 @@ class _Members:
 
         return count
 
-    def whole(self) -> str:
+    def count_done(self) -> str:
         """Return the number of members that are done."""
         of = "" if self.total is None else f" of {self.total}"
         done = [a for a in self.answers if a is not None and getattr(a, "stop_reason", None) != "interrupted"]

@@ -146,12 +146,12 @@ class ParameterTable:
     def row(self, number: int) -> dict[str, Any]:
         """Return the parameters of a row as Python's own types or as Quantities."""
         index = dict(zip(self.dimensions, np.unravel_index(number, self.shape), strict=True)) if self.dimensions else {}
-        found = {}
+        parameters = {}
         for name, column in self.columns.items():
             value = column.values[tuple(index[dimension] for dimension in column.dimensions)]
-            plain = value if column.inner else value.item()
-            found[name] = plain if column.unit is None else value << column.unit
-        return found
+            number = value if column.inner else value.item()
+            parameters[name] = number if column.unit is None else value << column.unit
+        return parameters
 
     def texts(self) -> dict[str, str]:
         """Return texts of the dimensions and of each coordinate, by readable names, for comparison with others."""
@@ -246,8 +246,9 @@ def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
 
 
 def _add_pairs(table: ParameterTable, pairs: Paired) -> None:
-    given = argument_names(pairs.columns)
-    columns = {name: _column(values, name, (pairs.dimension,), rows=True) for name, values in given.items()}
+    along = (pairs.dimension,)
+    items = argument_names(pairs.columns).items()
+    columns = {name: _column(values, name, along, rows=True) for name, values in items}
     sizes = {name: len(column.values) if column.dimensions else None for name, column in columns.items()}
     lengths = set(sizes.values()) - {None}
     if len(lengths) != 1:
@@ -257,7 +258,7 @@ def _add_pairs(table: ParameterTable, pairs: Paired) -> None:
     for name, column in columns.items():
         table.add(name, column)
     if pairs.labels is not None:
-        table.labels[pairs.dimension] = _column(pairs.labels, pairs.dimension, (pairs.dimension,))
+        table.labels[pairs.dimension] = _column(pairs.labels, pairs.dimension, along)
 
 
 def _kind(part: Any) -> Any:

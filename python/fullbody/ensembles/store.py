@@ -154,10 +154,10 @@ class Store:
                 # A process that was killed after it wrote the map left its chunks.
                 if twice := [row for row in self._take(outcomes) if row not in of_map]:
                     raise InvalidInput(f"{file} has row {twice[0]} once more; expected each row in one file")
-        elif others := sorted(file.name for file in self.folder.iterdir() if file.name != _LOCK):
+        elif names := sorted(file.name for file in self.folder.iterdir() if file.name != _LOCK):
             # The store leaves no file of its own in a folder that belongs to someone else.
             (self.folder / _LOCK).unlink()
-            raise InvalidInput(f"{self.folder} has {others[0]}, but no sweep; expected a new or empty folder")
+            raise InvalidInput(f"{self.folder} has {names[0]}, but no sweep; expected a new or empty folder")
         if not is_described:
             text = json.dumps({"sweep": self._manifest, "parameters": self._table}, indent=1)
             with replacing(described) as temporary:
@@ -166,13 +166,13 @@ class Store:
     def _is_same(self, manifest: Manifest, table: Manifest, rows: Iterable[str]) -> bool:
         """Return whether a stored sweep is this one, or one that it extends; any other is an error."""
         changed = _differences(manifest, self._manifest)
-        others = _differences(table, self._table)
+        extended = _differences(table, self._table)
         if changed or not self._rows.keys() >= set(rows):
             raise InvalidInput(
-                f"{self.path} has a sweep that differs in: {'; '.join(changed + others)}; expected the same, "
+                f"{self.path} has a sweep that differs in: {'; '.join(changed + extended)}; expected the same, "
                 "parameters that include all of its rows, or another store"
             )
-        return not others
+        return not extended
 
     def _take(self, outcomes: Mapping[str, Outcome]) -> list[int]:
         """Add stored outcomes, given by the identities of their rows, and return the rows that were there before."""
@@ -213,14 +213,14 @@ class Store:
             }
             for out in outcomes
         ]
-        whole = BytesIO()
+        archive = BytesIO()
         mark, texts = np.array(_mark(self._manifest)), np.array(json.dumps(index))
-        np.savez(whole, sweep=mark, index=texts, numbers=np.concatenate(numbers) if numbers else np.empty(0))
+        np.savez(archive, sweep=mark, index=texts, numbers=np.concatenate(numbers) if numbers else np.empty(0))
         # A chunk of a sweep that this one extends may begin with a row of the same number.
         names = (f"{outcomes[0].row:08d}{f'-{k}' if k else ''}.npz" for k in itertools.count())
         path = next(path for name in names if not (path := self.folder / name).exists())
         with replacing(path) as temporary:
-            temporary.write_bytes(whole.getbuffer())
+            temporary.write_bytes(archive.getbuffer())
 
     def finish(self, dataset: xarray.Dataset) -> xarray.Dataset:
         """Turn the chunks into the map, if the path ends in ``.nc``, and return the map as it is in the file."""

@@ -49,8 +49,8 @@ class MeasuredValue:
     @property
     def missing(self) -> bool:
         """Whether the value is one nan without a unit, as a measure's ``None`` becomes: it fits any variable."""
-        one_number = self.unit is None and not isinstance(self.value, str) and not self.value.shape
-        return one_number and bool(np.isnan(self.value))
+        is_scalar = self.unit is None and not isinstance(self.value, str) and not self.value.shape
+        return is_scalar and bool(np.isnan(self.value))
 
 
 class Failure(NamedTuple):
@@ -168,18 +168,18 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
     if run is None:
         return Outcome(row, {}, failure)
     values: dict[str, MeasuredValue] = {}
-    for place, measure in enumerate(job.measures):
-        part = _called(measure, place) if len(job.measures) > 1 else ""
+    for index, measure in enumerate(job.measures):
+        part = _called(measure, index) if len(job.measures) > 1 else ""
         # A measure that fails does not affect the others.
         try:
-            found = measure(run)
-            found = found.as_dict() if hasattr(found, "as_dict") else found
-            if not isinstance(found, Mapping):
-                raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
+            result = measure(run)
+            result = result.as_dict() if hasattr(result, "as_dict") else result
+            if not isinstance(result, Mapping):
+                raise InvalidInput(f"measure gives {result!r}; expected a dict of names to numbers, arrays or texts")
         except _FAILURES as error:
             failure = Failure.of(error, "measure", part).after(failure)
             continue
-        for name, value in found.items():
+        for name, value in result.items():
             try:
                 if not isinstance(name, str) or not fits(name):
                     raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
@@ -192,12 +192,12 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
     return Outcome(row, values, failure)
 
 
-def _called(measure: Any, place: int) -> str:
+def _called(measure: Any, index: int) -> str:
     """Return the name of one of several measures, or its index if it has none."""
     while isinstance(measure, partial):
         measure = measure.func
     name = getattr(measure, "__name__", "")
-    return name if name.isidentifier() else f"number {place}"
+    return name if name.isidentifier() else f"number {index}"
 
 
 def _value(value: Any, name: str) -> MeasuredValue:

@@ -13,12 +13,13 @@ linear in p to a good approximation.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..typing import Floats
+from .curves import Curves
+from .poles import tilted
 
 #: The least light relative to that of a sphere; the relative change of the minimised sum and the damping at which
 #: iterations end, and their largest number.
@@ -38,48 +39,26 @@ class ConvexMinimum(NamedTuple):
 
 
 class ConvexSeries:
-    """The light of a convex body at K times, for poles near a given one.
+    """The light of a convex body at the K times of light curves, for poles near the last of some axes (3, 3).
 
-    Parameters
-    ----------
-    integrals : callable
-        A function of a tilt (2,) that returns the integrals (K, C) of the scattering law times each harmonic of cos and
-        sin, as real and imaginary part, in a frame with the tilted pole as z-axis.
-    harmonics : Harmonics
-    bisector : ndarray, (K, 3)
-        Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
-    times : ndarray, (K,)
-        Times at which the light left the body.
-    pulls : ndarray, (K,)
-        Residuals in magnitudes of a sphere, divided by the errors.
-    sigma : ndarray, (K,)
-        The errors in magnitudes.
-    basis : ndarray, (K, L)
-        Orthonormal columns that span the linear unknowns of the data, divided by the errors.
-    smoothness : float
-        The prior standard deviation of a coefficient of degree one; that of degree l is smaller by the factor l.
-    reach : (float, float)
-        The largest tilt of the pole, and the largest change of the rotation angle over the span of the times.
+    The prior standard deviation of a coefficient of degree l is ``smoothness`` / l, and ``reach`` has the largest tilt
+    of the pole, and the largest change of the rotation angle over the span of the times.
     """
 
     def __init__(
-        self,
-        integrals: Callable[[Floats], Any],
-        harmonics: Harmonics,
-        bisector: Floats,
-        times: Floats,
-        pulls: Floats,
-        sigma: Floats,
-        basis: Floats,
-        smoothness: float,
-        reach: tuple[float, float],
+        self, curves: Curves, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]
     ) -> None:
-        self._bisector, self._times, self._pulls, self._basis = bisector, times, pulls, basis
-        self._scale, self._reach = _MAGNITUDES / sigma, reach
+        harmonics = Harmonics.at(curves.normals, degree)
+        weights = curves.areas[:, None] * harmonics.values
+        #: Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
+        self._bisector = curves.lights.sum(axis=0) @ axes.T
+        self._times, self._pulls, self._basis = curves.times, curves.pulls, curves.basis
+        self._scale, self._reach = _MAGNITUDES / curves.sigma, reach
         self._orders, self._has_sine = harmonics.orders, harmonics.orders > 0
 
         def untwisted(tilt: Floats) -> Any:
-            values = integrals(tilt)
+            """Return the integrals (K, C) of the scattering law times each harmonic about a tilted pole."""
+            values = curves.light(curves.lights @ tilted(axes, tilt).T, weights)
             psi = self._longitudes(tilt[None])[0][0]
             return values / values[:, :1].real * np.exp(-1j * np.outer(psi, self._orders))
 
@@ -90,8 +69,8 @@ class ConvexSeries:
         #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
         self._weight = np.append((unknown / smoothness) ** 2, np.array([reach[0], reach[0], reach[1]]) ** -2.0)
         #: The times from the middle, in units of the span.
-        self._span = float(np.ptp(times))
-        self._since = (times - 0.5 * (times.min() + times.max())) / self._span
+        self._span = float(np.ptp(curves.times))
+        self._since = (curves.times - 0.5 * (curves.times.min() + curves.times.max())) / self._span
 
     def least(self, frequency: Floats) -> ConvexMinimum:
         """Return the minima near frequencies (B,), in radians per unit of time, by Levenberg and Marquardt's method."""

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, Units, gathered, is_quantity
+from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity, plain
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..model.bodies import Body
 from ..model.freeform import ConvexShape
@@ -20,10 +20,8 @@ from ..observing.brightness import Epochs, Photometer
 from ..observing.times import in_system
 from ..observing.vectors import local_geometry
 from ..typing import Floats
-from .convex import ConvexSeries, Harmonics
 from .inner import InnerSolution, model_of
 from .losses import LINEAR
-from .poles import tilted
 
 #: The default range of periods in hours: from the limit of rubble piles to a day.
 _RANGE = (2.2, 24.0)
@@ -34,33 +32,21 @@ _MOST = 2_000_000
 class Curves:
     """The magnitudes of K times of a body alone, compared with those of a sphere.
 
-    Parameters
-    ----------
-    data : list of Photometry
-    frame : str or None
-        The frame of the poles.
-
-    Attributes
-    ----------
-    united : bool
-        Whether times are dates or Quantities; numbers of time are then hours.
-    times : ndarray, (K,)
-        Times at which the light left the body.
-    sigma, pulls : ndarray, (K,)
-        Errors in magnitudes, and the residuals of the sphere divided by these.
-    basis : ndarray, (K, L)
-        Orthonormal columns that span the linear unknowns, divided by the errors.
-    lights : ndarray, (2, K, 3)
-        Unit vectors to the observer and to the Sun.
+    The ``times`` (K,) are those at which the light left the body, in hours if they are dates or Quantities, which
+    ``united`` says. The ``pulls`` (K,) are the residuals of the sphere in magnitudes, divided by the errors ``sigma``
+    (K,), the ``basis`` (K, L) has orthonormal columns that span the linear unknowns, divided by the errors, and
+    ``lights`` (2, K, 3) are unit vectors to the observer and to the Sun, in the ``frame`` of the poles. The sphere has
+    facets with ``normals`` (F, 3) and ``areas`` (F,).
     """
 
     def __init__(self, data: list[Photometry], frame: str | None) -> None:
         self.united = are_dates(data[0].times) or is_quantity(data[0].times)
-        options: dict[str, Any] = {"units": ("km", "hour", "kg"), "frame": frame} if self.united else {"G": 1.0}
+        options: dict[str, Any] = {"units": USUAL, "frame": frame} if self.united else {"G": 1.0}
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
-        self._sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
-        self._system = System([Body(self._sphere, mass="1e12 kg" if self.united else 1.0)], **options)
+        sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
+        self.normals, self.areas = sphere.normals, plain(sphere.areas)
+        self._system = System([Body(sphere, mass="1e12 kg" if self.united else 1.0)], **options)
         models, times, lights = [], [], []
         for item in data:
             emission = item.emission(self._system)
@@ -81,64 +67,49 @@ class Curves:
         """All numbers on which a scan of these data depends."""
         return self.times, self.sigma, self.pulls, self.basis, self.lights
 
-    def series(self, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]) -> ConvexSeries:
-        """Return the light of a convex body about poles near the last of some axes (3, 3)."""
-        harmonics = Harmonics.at(self._sphere.normals, degree)
-        areas = self._system.context.bodies[0].areas
-        assert areas is not None
-        weighted = areas[:, None] * harmonics.values
-        ends = np.cumsum([0, *self._counts])
-
-        def integrals(tilt: Floats) -> Any:
-            lights = self.lights @ tilted(axes, tilt).T
-            parts = []
-            for law, first, last in zip(self._laws, ends, ends[1:], strict=False):
-                count = last - first
-                poses = np.zeros((count, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1, 1))
-                epochs = Epochs(self.times[first:last], *poses, *lights[:, first:last])
-                photometer = Photometer(self._system, law, 1.0, False, 0.0)
-                parts.append(photometer.derivatives(epochs, True).areas[0][:, 0] @ weighted)
-            return np.concatenate(parts)
-
-        bisector = self.lights.sum(axis=0) @ axes.T
-        rows = (bisector, self.times, self.pulls, self.sigma, self.basis)
-        return ConvexSeries(integrals, harmonics, *rows, smoothness, reach)
+    def light(self, lights: Floats, weights: Any) -> Any:
+        """Return the light (K, C) in directions (2, K, 3) of bodies whose facets have weights (F, C) for areas."""
+        ends, parts = np.cumsum([0, *self._counts]), []
+        for law, first, last in zip(self._laws, ends, ends[1:], strict=False):
+            count = last - first
+            poses = np.zeros((count, 1, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1, 1))
+            epochs = Epochs(self.times[first:last], *poses, *lights[:, first:last])
+            photometer = Photometer(self._system, law, 1.0, False, 0.0)
+            parts.append(photometer.derivatives(epochs, True).areas[0][:, 0] @ weights)
+        return np.concatenate(parts)
 
 
-def scanned_periods(given: Any, curves: Curves, step: float) -> tuple[Any, Floats]:
+def scanned_periods(periods: Any, curves: Curves, step: float) -> tuple[Any, Floats]:
     """Return the unit of the periods, None for plain numbers, and the periods (N,) in hours, or as plain numbers."""
     span = float(np.ptp(curves.times))
     if not span > 0.0:
         raise InvalidInput("data have no span of time, which would determine a period; expected two times or more")
-    if given is None:
+    if periods is None:
         if not curves.united:
             raise InvalidInput("periods is None beside times without a unit; expected (shortest, longest)")
-        given = unit_named("h") * np.array(_RANGE)
-    given = gathered(given, "periods", "time")
-    if is_quantity(given) != curves.united:
+        periods = unit_named("h") * np.array(_RANGE)
+    periods = gathered(periods, "periods", "time")
+    if is_quantity(periods) != curves.united:
         expected = "a Quantity" if curves.united else "plain numbers"
-        raise InvalidInput(f"periods is {given!r}; expected {expected}, as the times of the data are")
-    unit = given.unit if is_quantity(given) else None
-    hours = np.atleast_1d(
-        (Units(("km", "hour", "kg")) if unit else UNITLESS).numbers(
-            given, "time" if unit else "number", "periods", ("N",), POSITIVE
-        )
-    )
+        raise InvalidInput(f"periods is {periods!r}; expected {expected}, as the times of the data are")
+    unit = periods.unit if is_quantity(periods) else None
+    units, dimension = (Units(USUAL), "time") if unit else (UNITLESS, "number")
+    hours = units.numbers(periods, dimension, "periods", ("N",), POSITIVE)
     values = np.unique(hours)
     if len(values) != len(hours) or len(values) < 2:
-        raise InvalidInput(f"periods is {given!r}; expected (shortest, longest), or different periods")
+        raise InvalidInput(f"periods is {periods!r}; expected (shortest, longest), or different periods")
     fraction = np.diff(1.0 / values[::-1]) * span
     if len(values) == 2:
         # Equal steps of the frequency are steps of the period in proportion to P^2.
         count = float(fraction[0]) / step
         if count < 2.0:
             raise InvalidInput(
-                f"periods is {given!r}, shorter than two steps of {step * values[0] ** 2 / span:.3g}; expected a "
+                f"periods is {periods!r}, shorter than two steps of {step * values[0] ** 2 / span:.3g}; expected a "
                 "longer range: data over this span of time cannot tell these periods apart"
             )
         if count > _MOST:
             raise InvalidInput(
-                f"periods is {given!r}, which takes {count:.3g} steps for data over this span of time; expected a "
+                f"periods is {periods!r}, which takes {count:.3g} steps for data over this span of time; expected a "
                 f"range with at most {_MOST} steps"
             )
         values = 1.0 / np.linspace(1.0 / values[0], 1.0 / values[1], int(np.ceil(count)) + 1)

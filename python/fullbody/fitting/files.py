@@ -10,65 +10,41 @@ import numpy as np
 from .. import _core
 from ..base.atomic import check_suffix
 from ..base.unit_names import unit_named
+from ..base.units import plain
 from ..base.version import version
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import Content, netcdf
-from ..model.state import strip, wrap
+from ..model.state import PARTS, strip, wrap
 from ..motion.system import System, system_of
 from ..record.integrators import rebuild
-from .free import Free, Parameters
+from .free import ARRAYS, Free, Parameters
 
 #: The attribute that marks a file as a fit, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_fit", 2)
 #: The attributes of a fit that JSON can hold.
-_JSON_ATTRIBUTES: tuple[str, ...] = (
-    "chi2",
-    "loss",
-    "dof",
-    "p_value",
-    "condition",
-    "weakest",
-    "unconstrained",
-    "differenced",
+_JSON_ATTRIBUTES = (
+    *("chi2", "loss", "dof", "p_value", "condition", "weakest", "unconstrained", "differenced", "at_bounds", "starts"),
+    *("differenced_observations", "message", "iterations", "runs", "refused", "last_refusal", "labels", "_of_setup"),
 )
-_JSON_ATTRIBUTES += (
-    "at_bounds",
-    "starts",
-    "message",
-    "iterations",
-    "runs",
-    "refused",
-    "last_refusal",
-    "labels",
-    "_of_setup",
-)
-#: The arrays of a state.
-_STATE = ("position", "velocity", "attitude", "spin")
-#: The numbers of a free parameter, in the order in which a file contains them.
-_PARAMETER_COLUMNS = ("start", "lower", "upper", "mean", "sigma")
 
 
 def description(fit: Any) -> dict[str, Any]:
     """Return the part of a fit that JSON can hold: everything but its arrays."""
     parameters, context = fit.parameters, fit.system.context
-    core, limits = (
-        strip(fit.state, context),
-        zip(*(getattr(parameters, name) for name in _PARAMETER_COLUMNS), strict=True),
-    )
+    core, names_and_units = strip(fit.state, context), zip(fit.described.names, fit.described.units, strict=True)
+    columns = zip(*(getattr(parameters, array) for array in ARRAYS), strict=True)
+    units = [(name, None if unit is None else str(unit)) for name, unit in names_and_units]
     return {
         **{name: getattr(fit, name) for name in _JSON_ATTRIBUTES},
-        "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, limits, strict=True)},
+        "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, columns, strict=True)},
         "shapes_of_parameters": [(name, parameters.shapes[name]) for name in parameters.arguments],
-        "units": [None if unit is None else str(unit) for unit in parameters.units],
-        "unknowns": [
-            (name, None if unit is None else str(unit))
-            for name, unit in zip(fit.described.names, fit.described.units, strict=True)
-        ][len(parameters) :],
+        "units": [unit for _, unit in units[: len(parameters)]],
+        "unknowns": units[len(parameters) :],
         "minima": [
             (*parameters.numbers(item.values).tolist(), item.loss, item.chi2, item.starts, item.message)
             for item in fit.minima
         ],
-        "state": [core.time, *(getattr(core, name).tolist() for name in _STATE)],
+        "state": [core.time, *(getattr(core, name).tolist() for name in PARTS)],
         "integrator": fit.integrator and fit.integrator._describe(context.units),
         "shapes": [(len(times), *np.shape(pulls)) for times, pulls in zip(fit.times, fit.pulls, strict=True)],
     }
@@ -125,22 +101,18 @@ def contents(content: Content) -> dict[str, Any]:
 
 def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
     """Return the attributes of a fit that :func:`description` wrote, by name."""
+    # Files of earlier versions have neither arrays nor differenced observations.
+    missing = {"shapes_of_parameters": [(name, ()) for name in results["parameters"]], "differenced_observations": {}}
+    results = {**missing, **results}
     units = [None if unit is None else unit_named(unit) for unit in results["units"]]
-
     free, first, rows = {}, 0, np.array(list(results["parameters"].values()), dtype=np.float64)
-    # Files of earlier versions have no arrays.
-    for name, shape in results.get("shapes_of_parameters", [(name, ()) for name in results["parameters"]]):
+    for name, shape in results["shapes_of_parameters"]:
         count = int(np.prod(shape))
         part, unit = rows[first : first + count].T.reshape(-1, *shape), units[first]
-        start, lower, upper, mean, sigma = part if unit is None else part * unit
         first += count
-        none = [not np.isfinite(getattr(limit, "value", limit)).any() for limit in (lower, upper, sigma)]
-        free[name] = Free(
-            start,
-            min=None if none[0] else lower,
-            max=None if none[1] else upper,
-            prior=None if none[2] else (mean, sigma),
-        )
+        start, lower, upper, mean, sigma = part if unit is None else part * unit
+        prior = None if _limit(sigma) is None else (mean, sigma)
+        free[name] = Free(start, min=_limit(lower), max=_limit(upper), prior=prior)
     parameters, context = Parameters(free), system.context
     unknowns = tuple((name, None if unit is None else unit_named(unit)) for name, unit in results["unknowns"])
     time, *arrays = results["state"]
@@ -162,3 +134,8 @@ def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
         "residuals": [],
         "_objective": None,
     }
+
+
+def _limit(numbers: Any) -> Any:
+    """Return bounds or errors, ``None`` where none is finite."""
+    return numbers if np.isfinite(plain(numbers)).any() else None

@@ -19,6 +19,9 @@ from ..typing import Floats
 
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
 _SIGMA = Limits(least=SMALLEST, infinite=True, text=f"a number above zero, at least {SMALLEST}")
+_BOUNDS = Limits(infinite=True, text="finite numbers, or infinite ones for none")
+#: The arrays of parameters, with their numbers where there are neither bounds nor priors.
+ARRAYS = {"start": 0.0, "lower": -np.inf, "upper": np.inf, "mean": 0.0, "sigma": np.inf}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,55 +61,11 @@ class Free(ArrayFields):
 class Parameters:
     """Parameters as arrays (P,) of plain numbers, each in the unit of its start, ``None`` without one.
 
-    The numbers of an array are parameters of their own, one after the other. Bounds ``lower`` and ``upper`` are
-    infinite where there are none, and so is ``sigma`` of a prior.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The names of the P numbers.
-    arguments : tuple of str
-        The names of the arguments of a setup that consist of these numbers.
-    shapes : dict of tuple
-        The shape of each of the arguments, () for a number.
-    argument_of : tuple of str
-        The argument to which each of the numbers belongs.
+    The numbers of an array are parameters of their own, one after the other. There are the ``names`` of all P numbers,
+    the ``arguments`` of a setup that consist of them, the ``shapes`` of these by name, () for a number, and the
+    argument to which each number belongs, ``argument_of``. Bounds ``lower`` and ``upper`` are infinite where there are
+    none, and so is ``sigma`` of a prior.
     """
-
-    def __init__(self, given: Any) -> None:
-        if not isinstance(given, Mapping) or not given:
-            raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
-        given = argument_names(given)
-        free = {name: value if isinstance(value, Free) else Free(value) for name, value in given.items()}
-        starts = {name: gathered(one.value, f"start of {name}") for name, one in free.items()}
-        self.arguments = tuple(free)
-        self._units = {name: value.unit if is_quantity(value) else None for name, value in starts.items()}
-        self.shapes: dict[str, tuple[int, ...]] = {}
-        found: dict[str, list[Floats]] = {what: [] for what in ("start", "lower", "upper", "mean", "sigma")}
-        for name, one in free.items():
-            start = self._numbers(name, starts[name], "start")
-            self.shapes[name] = start.shape
-            if not start.size:
-                raise InvalidInput(f"start of {name} is an array of shape {start.shape}; expected one number or more")
-            lower = self._broadcast(name, one.min, "min", -np.inf)
-            upper = self._broadcast(name, one.max, "max", np.inf)
-            mean, sigma = self._prior(name, one.prior)
-            for label, low, value, high in zip(self._labels(name), lower, start.ravel(), upper, strict=True):
-                if not low < high:
-                    raise InvalidInput(
-                        f"bounds of {label} are {_bound(one.min, low)} and {_bound(one.max, high)}; expected min < max"
-                    )
-                if not low <= value <= high:
-                    raise InvalidInput(
-                        f"start of {label} is {one.value if start.ndim == 0 else value}; expected one between "
-                        f"{_bound(one.min, low)} and {_bound(one.max, high)}"
-                    )
-            numbers = (start.ravel(), lower, upper, mean, sigma)
-            for rows, part in zip(found.values(), numbers, strict=True):
-                rows.append(part)
-        for what, rows in found.items():
-            setattr(self, what, np.concatenate(rows))
-        self._index()
 
     start: Floats
     lower: Floats
@@ -114,11 +73,40 @@ class Parameters:
     mean: Floats
     sigma: Floats
 
+    def __init__(self, parameters: Any) -> None:
+        if not isinstance(parameters, Mapping) or not parameters:
+            raise InvalidInput(f"parameters is {parameters!r}; expected a dict of names to starts, one or more")
+        items = argument_names(parameters).items()
+        free = {name: value if isinstance(value, Free) else Free(value) for name, value in items}
+        starts = {name: gathered(entry.value, f"start of {name}") for name, entry in free.items()}
+        self.arguments = tuple(free)
+        self._units = {name: value.unit if is_quantity(value) else None for name, value in starts.items()}
+        self.shapes: dict[str, tuple[int, ...]] = {}
+        columns = []
+        for name, entry in free.items():
+            start = self._numbers(name, starts[name], "start")
+            self.shapes[name] = start.shape
+            if not start.size:
+                raise InvalidInput(f"start of {name} is an array of shape {start.shape}; expected one number or more")
+            lower = self._broadcast(name, entry.min, "min", "lower")
+            upper = self._broadcast(name, entry.max, "max", "upper")
+            for label, low, value, high in zip(self._labels(name), lower, start.ravel(), upper, strict=True):
+                least, most = _shown(entry.min, low), _shown(entry.max, high)
+                if not low < high:
+                    raise InvalidInput(f"bounds of {label} are {least} and {most}; expected min < max")
+                if not low <= value <= high:
+                    within = f"expected one between {least} and {most}"
+                    raise InvalidInput(f"start of {label} is {_shown(entry.value, value)}; {within}")
+            columns.append((start.ravel(), lower, upper, *self._prior(name, entry.prior)))
+        for array, parts in zip(ARRAYS, zip(*columns, strict=True), strict=True):
+            setattr(self, array, np.concatenate(parts))
+        self._index()
+
     def _index(self) -> None:
         """Set what follows from the arguments and their shapes."""
         self.names = tuple(label for name in self.arguments for label in self._labels(name))
-        self.units = tuple(self._units[name] for name in self.arguments for _ in range(self.size_of(name)))
         self.argument_of = tuple(name for name in self.arguments for _ in range(self.size_of(name)))
+        self.units = tuple(self._units[name] for name in self.argument_of)
 
     def size_of(self, name: str) -> int:
         """Return how many numbers an argument has."""
@@ -126,7 +114,7 @@ class Parameters:
 
     def _labels(self, name: str) -> Iterator[str]:
         shape = self.shapes[name]
-        return (f"{name}[{', '.join(map(str, place))}]" if shape else name for place in np.ndindex(shape))
+        return (f"{name}[{', '.join(map(str, index))}]" if shape else name for index in np.ndindex(shape))
 
     def _numbers(self, name: str, value: Any, what: str, infinite: bool = False) -> Floats:
         what, unit = f"{what} of {name}", self._units[name]
@@ -135,19 +123,15 @@ class Parameters:
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
-        plain = value if unit is None else strip_to(value, unit, what)
-        array = np.ndim(plain) > 0
-        shape: tuple[int | str, ...] = ("...",) if array else ()
-        limits = (
-            Limits(infinite=True, text="finite numbers, or infinite ones for none") if infinite and array else _RANGE
-        )
-        return UNITLESS.numbers(plain, "number", what, shape, limits)
+        numbers = value if unit is None else strip_to(value, unit, what)
+        shape: tuple[int | str, ...] = ("...",) if np.ndim(numbers) else ()
+        return UNITLESS.numbers(numbers, "number", what, shape, _BOUNDS if infinite and shape else _RANGE)
 
-    def _broadcast(self, name: str, value: Any, what: str, missing: float) -> Floats:
+    def _broadcast(self, name: str, value: Any, what: str, array: str) -> Floats:
         """Return numbers (n,) for all of an argument, or the same number for each where none is given."""
         shape = self.shapes[name]
         if value is None:
-            return np.full(self.size_of(name), missing)
+            return np.full(self.size_of(name), ARRAYS[array])
         numbers = self._numbers(name, value, what, infinite=True)
         try:
             return np.array(np.broadcast_to(numbers, shape)).ravel()
@@ -156,56 +140,54 @@ class Parameters:
             raise InvalidInput(f"{what} of {name} has shape {numbers.shape}; expected {expected}") from error
 
     def _prior(self, name: str, prior: Any) -> tuple[Floats, Floats]:
-        if prior is None:
-            return np.zeros(self.size_of(name)), np.full(self.size_of(name), np.inf)
         try:
-            mean, sigma = prior
+            mean, sigma = (None, None) if prior is None else prior
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"prior of {name} is {prior!r}; expected (mean, sigma)") from error
-        means = self._broadcast(name, mean, "mean of the prior", 0.0)
-        sigmas = self._broadcast(name, sigma, "sigma of the prior", np.inf)
-        for label, one in zip(self._labels(name), sigmas, strict=True):
-            UNITLESS.number(float(one), "number", f"sigma of the prior of {label}", _SIGMA)
+        means = self._broadcast(name, mean, "mean of the prior", "mean")
+        sigmas = self._broadcast(name, sigma, "sigma of the prior", "sigma")
+        for label, number in zip(self._labels(name), sigmas, strict=True):
+            UNITLESS.number(float(number), "number", f"sigma of the prior of {label}", _SIGMA)
         # An array may have no mean where it has no prior either.
         return np.where(np.isfinite(sigmas), means, 0.0), sigmas
 
     def __len__(self) -> int:
         return len(self.names)
 
-    def places(self, arguments: Sequence[str]) -> list[int]:
+    def indices(self, arguments: Sequence[str]) -> list[int]:
         """Return the indices of the numbers of some arguments."""
         return [k for name in arguments for k, argument in enumerate(self.argument_of) if argument == name]
 
     def only(self, arguments: Sequence[str]) -> Parameters:
         """Return the parameters that belong to these arguments, in the same order."""
-        found, places = copy.copy(self), self.places(arguments)
-        found.arguments = tuple(arguments)
-        for what in ("start", "lower", "upper", "mean", "sigma"):
-            setattr(found, what, getattr(self, what)[places])
-        found._index()
-        return found
+        selection, indices = copy.copy(self), self.indices(arguments)
+        selection.arguments = tuple(arguments)
+        for array in ARRAYS:
+            setattr(selection, array, getattr(self, array)[indices])
+        selection._index()
+        return selection
 
     def extended(self, names: Sequence[str], units: Sequence[Any]) -> Parameters:
         """Return these parameters and further ones, which have neither bounds nor priors."""
-        found = copy.copy(self)
-        found.arguments = (*self.arguments, *names)
-        found._units = self._units | dict(zip(names, units, strict=True))
-        found.shapes = self.shapes | dict.fromkeys(names, ())
-        for what, value in (("start", 0.0), ("lower", -np.inf), ("upper", np.inf), ("mean", 0.0), ("sigma", np.inf)):
-            setattr(found, what, np.append(getattr(self, what), np.full(len(names), value)))
-        found._index()
-        return found
+        extended = copy.copy(self)
+        extended.arguments = (*self.arguments, *names)
+        extended._units = self._units | dict(zip(names, units, strict=True))
+        extended.shapes = self.shapes | dict.fromkeys(names, ())
+        for array, missing in ARRAYS.items():
+            setattr(extended, array, np.append(getattr(self, array), np.full(len(names), missing)))
+        extended._index()
+        return extended
 
     def named(self, values: Floats) -> dict[str, Any]:
         """Return values (P,), or columns (P, n), by arguments with their units; the arrays of columns are (n, ...)."""
-        found, first = ByName({}), 0
-        for name, shape in ((name, self.shapes[name]) for name in self.arguments):
+        named, first = ByName({}), 0
+        for name in self.arguments:
             part = values[first : first + self.size_of(name)]
             first += len(part)
-            plain: Any = np.moveaxis(part, 0, -1).reshape((*part.shape[1:], *shape)).copy()
-            plain = float(plain) if plain.ndim == 0 else plain
-            found[name] = plain if self._units[name] is None else plain * self._units[name]
-        return found
+            numbers: Any = np.moveaxis(part, 0, -1).reshape((*part.shape[1:], *self.shapes[name])).copy()
+            numbers = float(numbers) if numbers.ndim == 0 else numbers
+            named[name] = numbers if self._units[name] is None else numbers * self._units[name]
+        return named
 
     def numbers(self, values: Any) -> Floats:
         """Return the plain numbers (P,) of values by their arguments, or of an array in the order of the names."""
@@ -233,8 +215,8 @@ class Parameters:
             raise InvalidInput(f"{self.names[k]} is beyond its bounds")
         return moved
 
-    def full_turn(self, k: int) -> float:
-        """Return the number by which a parameter changes in a turn, if it is an angle."""
+    def period(self, k: int) -> float:
+        """Return the number by which a parameter changes in a full rotation, if it is an angle; infinity otherwise."""
         unit = self.units[k]
         if unit is None:
             return 2.0 * np.pi
@@ -249,9 +231,9 @@ class Parameters:
         not much less than the error of a prior.
         """
         if self.is_angle(k):
-            return self.full_turn(k) / (2.0 * np.pi)
-        known = 0.1 * self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0
-        return float(max(abs(value), abs(self.start[k]), known)) or self.width(k)
+            return self.period(k) / (2.0 * np.pi)
+        error = 0.1 * self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0
+        return float(max(abs(value), abs(self.start[k]), error)) or self.width(k)
 
     def width(self, k: int) -> float:
         """Return a length for a parameter that is zero: the error of its prior, the width of its bounds, or one."""
@@ -269,6 +251,6 @@ class Parameters:
         return f"{value:.8g}" if self.units[k] is None else f"{value:.8g} {self.units[k]}"
 
 
-def _bound(given: Any, number: float) -> Any:
-    """Return a bound as it was given, or that of one number of an array."""
-    return number if np.ndim(given) else given
+def _shown(argument: Any, number: float) -> Any:
+    """Return an argument as it was given, or the number of its array."""
+    return number if np.ndim(argument) else argument

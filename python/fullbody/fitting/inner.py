@@ -41,23 +41,10 @@ def model_of(observation: Any, run: Any) -> LinearModel:
 class InnerSolution:
     """The solution of a fit's inner problem: the L linear unknowns at which the sum of the losses of M pulls is least.
 
-    Parameters
-    ----------
-    models : sequence of LinearModel
-    loss : Loss
-
-    Attributes
-    ----------
-    unknowns : tuple of LinearUnknown
-        The linear unknowns; shared ones of the same name in several observations are one unknown.
-    values : ndarray, (L,)
-        The solution.
-    pulls : ndarray, (M,)
-        The pulls of all observations at the solution.
-    projection : Projection
-        The factorisation of the design of all observations.
-    held : list of Held
-        For each of the models, the constants with which it is differentiated.
+    The ``values`` (L,) of the ``unknowns`` are the solution, and the ``pulls`` (M,) those of all observations there;
+    shared unknowns of the same name in several observations are one unknown. The ``projection`` is the factorisation of
+    the ``design`` (M, L) of all observations, and ``held`` has for each of the models the constants with which it is
+    differentiated.
     """
 
     def __init__(self, models: Sequence[LinearModel], loss: Loss) -> None:

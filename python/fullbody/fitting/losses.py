@@ -47,11 +47,11 @@ class Outliers:
         w2 = self.width**-2
         both = np.log(1.0 - self.fraction) - 0.5 * z, np.log(self.fraction / self.width) - 0.5 * z * w2
         top = np.logaddexp(np.log(1.0 - self.fraction), np.log(self.fraction / self.width))
-        whole = np.logaddexp(*both)
-        right = np.exp(both[0] - whole)
+        total = np.logaddexp(*both)
+        right = np.exp(both[0] - total)
         first = right + (1.0 - right) * w2
         second = -0.5 * right * (1.0 - right) * (1.0 - w2) ** 2
-        return np.stack([2.0 * (top - whole), first, second])
+        return np.stack([2.0 * (top - total), first, second])
 
 
 def _huber(z: Floats) -> Floats:

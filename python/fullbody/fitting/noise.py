@@ -21,20 +21,14 @@ from ..typing import Floats
 class NoiseDerivatives(NamedTuple):
     """Derivatives with respect to P parameters of the errors of all observations.
 
-    Attributes
-    ----------
-    gradient : ndarray, (P,)
-        Half the derivatives of minus twice the logarithm of the likelihood: the sum of the squared pulls and of the
-        logarithms of the two determinants.
-    information : ndarray, (P, P)
-        The expected information about the parameters.
-    log_determinant : ndarray, (P,)
-        The derivatives of the logarithms of the determinants alone.
+    The ``gradient`` (P,) is that of minus the logarithm of the likelihood, and ``information`` (P, P) what is expected
+    about the parameters, which vanishes with a jitter; ``widths`` (P,), inverse squared lengths over which parameters
+    change the errors, do not.
     """
 
     gradient: Floats
     information: Floats
-    log_determinant: Floats
+    widths: Floats
 
 
 def log_determinant(errors: Any) -> float:
@@ -59,31 +53,27 @@ def relative_change(covariance: Floats, other: Floats) -> Floats:
 
 
 def derivatives(
-    count: int,
+    values: Floats,
     changes: Mapping[int, Mapping[int, Floats]],
     basis: Sequence[Floats],
     pulls: Sequence[Floats],
     half_slopes: Sequence[Floats],
 ) -> NoiseDerivatives:
-    """Return the derivatives with respect to parameters that change the covariances C of observations.
+    """Return the derivatives at values (P,) of parameters, of which some change the covariances C of observations.
+
+    The ``changes`` are the relative derivatives S (B, C, C) by the index of the parameter and that of the observations;
+    ``basis``, ``pulls`` and ``half_slopes`` are for each of the observations the rows (K C, L) of Q, the pulls (K C,),
+    and half the derivatives (K C,) of the losses by the pulls.
 
     Let C = L L^T, S the relative derivative L^-1 dC L^-T, Q an orthonormal basis of L^-1 A and M = I - Q Q^T. The
     derivative of the logarithm of the determinants is the trace of M S, and the information about two parameters is
     half the trace of M S M S'. The derivative of the factor L is L T, where T is the lower triangle of S with half its
     diagonal, and that of the pulls p is -T p at fixed linear unknowns. The linear unknowns are at the minimum, where
     their change has no effect to first order.
-
-    Parameters
-    ----------
-    count : int
-        The number of parameters.
-    changes : mapping of mapping of ndarray, (B, S, S)
-        The relative derivatives S, by the index of the parameter and that of the observations.
-    basis, pulls, half_slopes : sequence of ndarray, (K C, L), (K C,) and (K C,)
-        The rows of Q, the pulls, and half the derivatives of the losses by the pulls, for each of the observations.
     """
+    count, unknowns = len(values), len(basis[0].T)
     gradient, traces = np.zeros(count), np.zeros(count)
-    information, inner = np.zeros((count, count)), np.zeros((count, *[len(basis[0].T)] * 2))
+    information, inner = np.zeros((count, count)), np.zeros((count, unknowns, unknowns))
     products: dict[tuple[int, int], Floats] = {}
     for k, parts in changes.items():
         for i, change in parts.items():
@@ -96,10 +86,10 @@ def derivatives(
             traces[k] += np.einsum("kcc->", change)
     for k, parts in changes.items():
         traces[k] -= np.trace(inner[k])
-        for other, others in changes.items():
-            information[k, other] = np.vdot(inner[k], inner[other])
-            for i in parts.keys() & others.keys():
-                information[k, other] += np.vdot(parts[i], others[i]) - 2.0 * np.vdot(
-                    products[k, i], products[other, i]
-                )
-    return NoiseDerivatives(gradient + 0.5 * traces, 0.5 * information, traces)
+        for j, other_parts in changes.items():
+            information[k, j] = np.vdot(inner[k], inner[j])
+            for i in parts.keys() & other_parts.keys():
+                information[k, j] += np.vdot(parts[i], other_parts[i])
+                information[k, j] -= 2.0 * np.vdot(products[k, i], products[j, i])
+    widths = 0.5 * np.abs(traces) / np.maximum(np.abs(values), 1e-300)
+    return NoiseDerivatives(gradient + 0.5 * traces, 0.5 * information, widths)

@@ -51,22 +51,24 @@ class Objective:
         parts = [self.loss.roots(point.rows)[0], np.sqrt([point.log_determinant]), prior, np.zeros(len(prior))]
         return np.concatenate(parts)
 
-    def linearised(self, point: EvaluatedPoint, jacobian: PullJacobian) -> Linearised:
+    def linearised(self, point: EvaluatedPoint) -> Linearised:
         """Return the derivatives at a point.
 
         Parameters of errors have no part in the derivatives of pulls. Their gradient is put along the vector, whose
         components are small in comparison at a minimum, and their expected information, in rows where the vector is
         zero (Fisher's scoring).
         """
+        jacobian = self.problem.jacobian(point)
         vector, (roots, weights) = self.vector(point), self.loss.roots(point.rows)
-        gradient, information, widths = self._noise(point, jacobian, roots * weights)
+        parts = map(point.inner.split, (point.inner.projection.basis, point.rows, roots * weights))
+        gradient, information, widths = noise.derivatives(point.values, jacobian.noise, *parts)
         values, vectors = np.linalg.eigh(information)
-        own = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
+        rows = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
         determinant = np.zeros((1, len(gradient)))
-        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinant, own])
+        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinant, rows])
         norms = np.sqrt(np.maximum(np.sum(matrix**2, axis=0), widths))
         matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
-        return Linearised(point, jacobian, vector, matrix, own, norms)
+        return Linearised(point, jacobian, vector, matrix, rows, norms)
 
     def log_density(self, point: EvaluatedPoint) -> float:
         """Return the logarithm of the posterior density, integrated over the linear unknowns, up to a constant.
@@ -84,13 +86,3 @@ class Objective:
         widened = sum(map(noise.log_determinant, point.errors.values()))
         volume = len(point.inner.unknowns) * np.log(2.0 * np.pi) - point.inner.projection.log_determinant
         return 0.5 * (volume - losses - widened)
-
-    def _noise(self, point: EvaluatedPoint, jacobian: PullJacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
-        count, split = len(point.values), point.inner.split
-        found = noise.derivatives(
-            count, jacobian.noise, split(point.inner.projection.basis), split(point.rows), split(by_pulls)
-        )
-        # The information about a jitter vanishes with it, but not the length over which it changes the errors.
-        widths = 0.5 * np.abs(found.log_determinant) / np.maximum(np.abs(point.values), 1e-300)
-        return found.gradient, found.information, widths

@@ -21,20 +21,10 @@ _SAVED = 5.0
 
 
 class PeriodStore:
-    """The minima that a scan has found, and the file that keeps them.
+    """The minima that a scan has found, and the file that keeps them, if there is a path.
 
-    Parameters
-    ----------
-    path : str, Path or None
-    numbers : iterable of ndarray
-        All numbers on which the scan depends: those of another scan do not continue it.
-    shape : tuple of int
-        The shape of ``minima``.
-
-    Attributes
-    ----------
-    minima : ndarray, (N, n, 4)
-        Chi2, period, longitude and latitude near each of N periods and n poles; NaN where they are not known yet.
+    The array ``minima`` (N, n, 4) has chi2, period, longitude and latitude near each of N periods and n poles, and NaN
+    where they are not known yet. The ``numbers`` are all on which the scan depends: another scan does not continue it.
     """
 
     def __init__(self, path: Any, numbers: Iterable[Floats], shape: tuple[int, ...]) -> None:

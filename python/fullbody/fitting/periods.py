@@ -12,11 +12,12 @@ from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
 from ..base.tables import Table, Tabled
-from ..base.units import UNITLESS, need
+from ..base.units import UNITLESS, need, plain
 from ..errors import InvalidInput, interruptible
 from ..frames import pole_angles
 from ..observing import Photometry
 from ..typing import Floats
+from .convex import ConvexSeries
 from .curves import Curves, scanned_periods
 from .period_store import PeriodStore
 from .poles import axes_along, lattice, tilted
@@ -50,8 +51,6 @@ class PeriodScan(Tabled):
     ----------
     periods : ndarray or Quantity, (N,)
         In increasing order.
-    chi2 : ndarray, (N,)
-        The least chi2 at each period over all poles.
     by_pole : ndarray, (N, n)
         The least chi2 near each period and each of the n poles of the grid.
     fitted : ndarray or Quantity, (N, n)
@@ -71,7 +70,7 @@ class PeriodScan(Tabled):
 
     @property
     def chi2(self) -> Floats:
-        """The least chi2 at each period (N,)."""
+        """The least chi2 at each period (N,) over all poles."""
         return np.asarray(self.by_pole.min(axis=1))
 
     @property
@@ -79,21 +78,18 @@ class PeriodScan(Tabled):
         """All local minima, the lowest first, with their fitted periods."""
         chi2 = np.concatenate([[np.inf], self.chi2, [np.inf]])
         lowest = np.flatnonzero((chi2[1:-1] < chi2[:-2]) & (chi2[1:-1] <= chi2[2:]))
-        return tuple(self._at(int(k)) for k in lowest[np.argsort(chi2[1:-1][lowest], kind="stable")])
+        order = lowest[np.argsort(chi2[1:-1][lowest], kind="stable")]
+        return tuple(self._minimum(k, int(np.argmin(self.by_pole[k]))) for k in order)
 
-    def _at(self, k: int) -> PeriodMinimum:
-        pole = int(np.argmin(self.by_pole[k]))
-        return self._found(k, pole)
-
-    def _found(self, k: int, pole: int) -> PeriodMinimum:
-        found = self.longitude[k, pole], self.latitude[k, pole]
-        return PeriodMinimum(self.fitted[k, pole], float(self.by_pole[k, pole]), *found)
+    def _minimum(self, k: int, pole: int) -> PeriodMinimum:
+        direction = self.longitude[k, pole], self.latitude[k, pole]
+        return PeriodMinimum(self.fitted[k, pole], float(self.by_pole[k, pole]), *direction)
 
     def poles_at(self, period: Any) -> tuple[PeriodMinimum, ...]:
         """Return all poles at the scanned period that is nearest to a given one, with their chi2, the lowest first."""
         k = int(np.argmin(np.abs(self.periods - period)))
-        poles = (self._found(k, pole) for pole in range(self.by_pole.shape[1]))
-        return tuple(sorted(poles, key=lambda found: found.chi2))
+        poles = (self._minimum(k, pole) for pole in range(self.by_pole.shape[1]))
+        return tuple(sorted(poles, key=lambda minimum: minimum.chi2))
 
     def plot(self, ax: Any = None, **kwargs: Any) -> Any:
         """Draw chi2 against the period, with its minimum marked.
@@ -111,10 +107,10 @@ class PeriodScan(Tabled):
         from ..base.figures import grid, line, single, unit_of
 
         ax = single(ax, (7.0, 3.5))
-        periods = getattr(self.periods, "value", self.periods)
+        periods = plain(self.periods)
         ax.plot(periods, self.chi2 / self.dof, **line(0, {"linewidth": 0.8} | kwargs))
         best = self.minima[0]
-        period = float(getattr(best.period, "value", best.period))
+        period = float(plain(best.period))
         ax.plot([period], [best.chi2 / self.dof], "o", color="C3", markersize=5.0)
         ax.annotate(f"{period:.7g}", (period, best.chi2 / self.dof), (6, -3), textcoords="offset points", fontsize=8)
         ax.set_xlabel(f"sidereal period [{unit_of(self.periods)}]")
@@ -134,10 +130,10 @@ class PeriodScan(Tabled):
         return QTable(columns, meta={"dof": self.dof})
 
     def _tables(self) -> tuple[Table, ...]:
-        def row(item: PeriodMinimum) -> Sequence[str]:
-            return (f"{item.period:.9g}", f"{item.chi2:.6g}", f"{item.longitude:.1f}", f"{item.latitude:.1f}")
-
-        rows = [row(item) for item in self.minima[:10]]
+        rows: list[Sequence[str]] = [
+            (f"{item.period:.9g}", f"{item.chi2:.6g}", f"{item.longitude:.1f}", f"{item.latitude:.1f}")
+            for item in self.minima[:10]
+        ]
         return (Table("Lowest minima", ("period", "chi2", "longitude", "latitude"), rows),)
 
     def __repr__(self) -> str:
@@ -245,7 +241,7 @@ def period_scan(
     unit, hours = scanned_periods(periods, curves, step)
     longitude, latitude = lattice(whole(poles, "poles"))
     settings = (hours, longitude, latitude, np.array([degree, smoothness]))
-    known = PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
+    stored = PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
     unknowns = (degree + 1) ** 2 - 1
     dof = len(curves.sigma) - curves.basis.shape[1] - unknowns
     if dof < 1:
@@ -256,25 +252,25 @@ def period_scan(
     # A grid of n poles is at most about this far from any pole.
     reach = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
     batch = max(1, _BATCH // (len(curves.sigma) * unknowns))
-    with Progress(progress) as report, known.kept():
-        for pole in np.flatnonzero(np.isnan(known.minima).any(axis=(0, 2))).tolist():
+    with Progress(progress) as report, stored.kept():
+        for pole in np.flatnonzero(np.isnan(stored.minima).any(axis=(0, 2))).tolist():
             axes = axes_along(longitude[pole], latitude[pole])
-            series = curves.series(axes, degree, smoothness, reach)
+            series = ConvexSeries(curves, axes, degree, smoothness, reach)
             column = np.empty((len(hours), 4))
             for first in range(0, len(hours), batch):
                 part = slice(first, first + batch)
-                found = series.least(2.0 * np.pi / hours[part])
-                angles = pole_angles(tilted(axes, found.tilt)[:, 2])
-                column[part] = np.column_stack([found.chi2, 2.0 * np.pi / found.frequency, *angles])
+                least = series.least(2.0 * np.pi / hours[part])
+                angles = pole_angles(tilted(axes, least.tilt)[:, 2])
+                column[part] = np.column_stack([least.chi2, 2.0 * np.pi / least.frequency, *angles])
                 if report is not None:
                     done = pole * len(hours) + min(first + batch, len(hours))
-                    report(done, known.minima[..., 0].size, f"pole {pole + 1} of {len(longitude)}")
-            known.take(pole, column)
+                    report(done, stored.minima[..., 0].size, f"pole {pole + 1} of {len(longitude)}")
+            stored.take(pole, column)
     with need("units", "a scan of periods"):
         import astropy.units as u
 
     def united(periods: Floats) -> Any:
         return periods if unit is None else (periods * u.h).to(unit)
 
-    chi2, fitted, lon, lat = np.moveaxis(known.minima, -1, 0)
+    chi2, fitted, lon, lat = np.moveaxis(stored.minima, -1, 0)
     return PeriodScan(united(hours), chi2, united(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof)

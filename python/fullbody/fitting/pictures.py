@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.figures import LINES, grid, legend, matplotlib, panels
 from ..base.kinds import whole
-from ..base.units import need
+from ..base.units import need, plain
 from ..errors import InvalidInput
 from ..observing.astrometry import Astrometry
 from ..plots.sky_tracks import sky_track
@@ -47,11 +47,11 @@ class FitPlots:
         fit = self._fit
         flat, result = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
         # A fit from a file has no observations to name the numbers of a row.
-        observations = getattr(fit, "observations", [None] * len(flat))
+        observations = fit.observations or [None] * len(flat)
         for axes, label, times, pulls, data in zip(flat, fit.labels, fit.times, fit.pulls, observations, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
-            across = np.asarray(getattr(times, "value", times))
+            across = plain(times)
             if len(across) != len(columns):
                 # A measured value has no time.
                 across = np.full(len(columns), across.max(initial=0.0))
@@ -89,12 +89,12 @@ class FitPlots:
         InvalidInput
             For observations that are no astrometry, and for a fit from a file, which has none.
         """
-        observations = getattr(self._fit, "observations", [])
-        known = [index for index, one in enumerate(observations) if isinstance(one, Astrometry)]
-        if not known or data not in (None, *known):
-            text = f"the index {' or '.join(map(str, known))}" if known else "a fit of an observing.Astrometry"
+        observations = self._fit.observations
+        indices = [index for index, entry in enumerate(observations) if isinstance(entry, Astrometry)]
+        if not indices or data not in (None, *indices):
+            text = f"the index {' or '.join(map(str, indices))}" if indices else "a fit of an observing.Astrometry"
             raise InvalidInput(f"the fit has no astrometry to draw for data={data}; expected {text}")
-        return sky_track(self._fit.run, observations[known[0] if data is None else data], ax, **kwargs)
+        return sky_track(self._fit.run, observations[indices[0] if data is None else data], ax, **kwargs)
 
     def corner(self, samples: Any = None, *, n: int = 5000, rng: int | np.random.Generator = 0, **kwargs: Any) -> Any:
         """Draw the distributions of all parameters and of all pairs of them.

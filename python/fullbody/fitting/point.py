@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..observing.linear import LinearModel
 from ..typing import Floats
-from .chain import SetupResult
 from .inner import InnerSolution
 from .losses import LINEAR
 from .noise import design_without_jitter, log_determinant
+from .setup_result import SetupResult
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -18,22 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class EvaluatedPoint:
-    """Predictions at values (P,) of the parameters.
+    """Predictions at ``values`` (P,) of the parameters.
 
-    Attributes
-    ----------
-    values : ndarray, (P,)
-    made : SetupResult
-        The system and the state of the setup.
-    run : Run
-        A run with samples at all times that the observations need.
-    observations : list
-    models : list of LinearModel
-        The pulls of each of the observations as a function of its linear unknowns.
-    inner : InnerSolution
-        The solution for the linear unknowns.
-    errors : dict of Errors
-        The errors of those observations that depend on parameters, by their index.
+    The ``run``, of the system and state ``made`` by the setup, has samples at all times that the ``observations`` need.
+    Their pulls are ``models`` of their linear unknowns, for which ``inner`` is the solution, and ``errors`` are those
+    of the observations whose errors depend on parameters, by their index.
     """
 
     values: Floats
@@ -55,6 +44,11 @@ class EvaluatedPoint:
         parts = zip(self.inner.split(self.rows), self.models, strict=True)
         return [part.reshape(model.pulls.shape) for part, model in parts]
 
+    def linear_values(self, i: int) -> dict[str, Any]:
+        """Return the linear unknowns of one of the observations by the names that it has for them."""
+        pairs = zip(self.models[i].unknowns, self.inner.values_of(i).tolist(), strict=True)
+        return {unknown.name: value if unknown.unit is None else value * unknown.unit for unknown, value in pairs}
+
     @property
     def log_determinant(self) -> float:
         """The sum of the logarithms of the determinants of the errors' covariance and of the information about linear
@@ -62,12 +56,10 @@ class EvaluatedPoint:
         """
         if not self.errors:
             return 0.0
-        models = [
-            LinearModel(model.unknowns, model.pulls, design_without_jitter(self.errors[i], model.design))
-            if i in self.errors
-            else model
-            for i, model in enumerate(self.models)
-        ]
+        models = list(self.models)
+        for i, errors in self.errors.items():
+            model = models[i]
+            models[i] = LinearModel(model.unknowns, model.pulls, design_without_jitter(errors, model.design))
         without_jitter = InnerSolution(models, LINEAR).projection.log_determinant
         by_errors = sum(map(log_determinant, self.errors.values()))
         return max(0.0, by_errors + self.inner.projection.log_determinant - without_jitter)
@@ -89,6 +81,8 @@ class PullJacobian:
         The relative changes of the covariances of errors, by the index of the parameter and of the observations.
     differenced : dict of str
         The reasons why parameters were differenced, by their names.
+    differenced_observations : dict of str
+        The reasons why predictions were differenced with respect to the states, by ``"observations[i]"``.
     kinks : bool
         Whether faces are deformed by parameters: where one of them turns away, the derivatives of their light jump.
     """
@@ -98,4 +92,5 @@ class PullJacobian:
     log_determinant: Floats
     noise: dict[int, dict[int, Floats]]
     differenced: dict[str, str]
-    kinks: bool = False
+    differenced_observations: dict[str, str]
+    kinks: bool

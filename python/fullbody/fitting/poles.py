@@ -13,8 +13,9 @@ from ..base.units import need
 from ..frames import rotation
 from ..observing import Photometry
 from ..typing import Floats
-from .chain import SetupResult
+from .point import EvaluatedPoint
 from .problem import Problem
+from .setup_result import SetupResult
 
 #: The largest distance between two unit vectors of one direction, and the distance below which two fits have one pole.
 _SAME, _NEAR = 1e-6, 0.3
@@ -67,33 +68,36 @@ def lattice(count: int) -> tuple[Floats, Floats]:
     return np.mod(np.pi * (1.0 + np.sqrt(5.0)) * k, 2.0 * np.pi), np.arcsin(1.0 - 2.0 * k / count)
 
 
-def mirror_start(problem: Problem, made: SetupResult, observations: list[Any], values: Floats) -> Floats | None:
-    """Return values (P,) with the mirror pole, at the longitude plus 180 degrees, or None if a fit has none.
+def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | None:
+    """Return values (P,) with the mirror of the pole of the first of some points, at the longitude plus 180 degrees.
 
     The light curves of a body near the plane of the ecliptic hardly tell the two apart (Kaasalainen & Lamberg 2006,
-    Inverse Problems 22, 749). The parameter of the longitude is that by whose half turn the spin turns so.
+    Inverse Problems 22, 749). The parameter of the longitude is that by whose half turn the spin turns so. ``None`` is
+    returned without points or such a parameter, and if one of the points is near that pole already.
     """
-    if len(made.system) != 1 or not any(isinstance(item, Photometry) for item in observations):
+    if not points or not any(isinstance(item, Photometry) for item in points[0].observations):
+        return None
+    made, values, parameters = points[0].made, points[0].values, problem.parameters
+    if len(made.system) != 1:
         return None
     mirrored = _direction(made) * [-1.0, -1.0, 1.0]
-    for k in range(len(values)):
-        half = 0.5 * problem.parameters.full_turn(k)
-        for moved in (values[k] - np.copysign(half, values[k] - half), values[k] + np.copysign(half, values[k] - half)):
-            if np.isfinite(half) and problem.parameters.lower[k] <= moved <= problem.parameters.upper[k]:
+    for k, value in enumerate(values):
+        half = np.copysign(0.5 * parameters.period(k), value - 0.5 * parameters.period(k))
+        for moved in (value - half, value + half):
+            if np.isfinite(half) and parameters.lower[k] <= moved <= parameters.upper[k]:
                 start = values.copy()
                 start[k] = moved
                 try:
-                    found = _direction(problem.make(start))
+                    pole = _direction(problem.make(start))
                 except REFUSALS:
                     continue
-                if np.linalg.norm(found - mirrored) < _SAME < np.linalg.norm(found - _direction(made)):
-                    return start
+                if _distance(pole, mirrored) < _SAME < _distance(pole, _direction(made)):
+                    return None if any(_distance(pole, _direction(point.made)) < _NEAR for point in points) else start
     return None
 
 
-def have_one_pole(first: SetupResult, other: SetupResult) -> bool:
-    """Return whether two bodies alone spin about nearly the same pole."""
-    return bool(np.linalg.norm(_direction(first) - _direction(other)) < _NEAR)
+def _distance(pole: Floats, other: Floats) -> float:
+    return float(np.linalg.norm(pole - other))
 
 
 def _direction(made: SetupResult) -> Floats:

@@ -3,53 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
-from ..base.kinds import function
-from ..errors import InvalidInput, WarnedOnce
+from ..errors import InvalidInput
 from ..model.description import with_deformations
-from ..model.state import State
-from ..motion.system import System
-from ..observing.linear import Held, LinearModel
+from ..observing.linear import Held
 from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record, joined
 from ..typing import Floats
-from .chain import Chain, SetupDerivatives, SetupResult
+from .chain import Chain, SetupDerivatives
 from .free import Parameters
 from .inner import InnerSolution, model_of, padded
+from .inputs import Entries, Setup, refuse_unused
 from .losses import LINEAR, Loss
 from .noise import relative_change
 from .point import EvaluatedPoint, PullJacobian
-from .signature import arguments_of, parameters_taken
+from .setup_result import ROUNDING, SetupResult
 
 if TYPE_CHECKING:
     from ..motion.run import Run
     from ..record.integrators import Integrator
 
 
-#: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull; and those of
-#: covariances.
-_ROUNDING, _NOISE, _ROUNDING_OF_ERRORS = 1e-13, 1e-8, 1e-14
-
-
-class Observed(Protocol):
-    """The methods that a fit calls on observations; any class that has them can be fitted.
-    A class may also have the method ``derivatives(run)``, with the result of ``run.derivative_of(observed.pulls)``, the
-    methods ``linear(run)`` and ``linear_derivatives(run, held)``, which give the pulls as a function of unknowns that
-    are solved for, and the methods ``errors(system)`` and ``with_errors_of(observed)``, by which a fit takes parameters
-    of errors into account.
-    """
-
-    def emission(self, system: System) -> Any:
-        """Return the times (K,) of a system's clock at which the predictions need samples, in their order."""
-
-    def pulls(self, run: Record) -> Floats:
-        """Return the residuals of a run with samples at these times, made independent and divided by their errors."""
+#: The rounding errors of the pulls between different runs, relative to the largest pull; and those of covariances.
+_NOISE, _ROUNDING_OF_ERRORS = 1e-8, 1e-14
 
 
 class Refused(Exception):
@@ -71,42 +52,10 @@ class Problem:
         integrator: Integrator | None,
         loss: Loss = LINEAR,
     ) -> None:
-        function(setup, "setup")
-        entry = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
-        try:
-            entries = iter(entry)
-        except TypeError:
-            entries = iter(())
-        if not (listed := list(entries)):
-            raise InvalidInput(f"observations is {observations!r}; expected observations, or a list of them")
-        for observation in listed:
-            if not callable(observation) and not _is_observed(observation):
-                raise InvalidInput(
-                    f"observations has {observation!r}; expected those of fullbody.observing, or a "
-                    "function of parameters that returns some"
-                )
-        #: The setup shows each of its warnings once, in the fit and in what is computed from it later.
-        self.setup = setup if isinstance(setup, WarnedOnce) else WarnedOnce(setup)
+        self.setup, self._entries = Setup(setup, parameters), Entries(observations, parameters)
+        refuse_unused(parameters, self.setup, self._entries)
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
-        self.entries = listed
-        names = parameters.arguments
-        #: The arguments of the setup.
-        self.of_setup = parameters_taken(setup, names)
-        #: The arguments of each of those observations that are functions.
-        self.of_observations = [parameters_taken(item, names) if callable(item) else () for item in listed]
-        used = {*self.of_setup, *(name for names_taken in self.of_observations for name in names_taken)}
-        if unused := [name for name in names if name not in used]:
-            arguments = sorted(
-                name for name, item in arguments_of(setup).items() if item.kind is not item.VAR_POSITIONAL
-            )
-            raise InvalidInput(
-                f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
-                f"{suggestion(unused[0], arguments, 'some')}"
-            )
-        self._setup_parameters = parameters.only(self.of_setup)
-        #: The indices of the parameters of the setup.
-        self.places = parameters.places(self.of_setup)
-        self._chain = Chain(self._make, self._setup_parameters)
+        self._chain = Chain(self.setup, self.setup.parameters)
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
         self._differences = [Differences() for _ in parameters.names]
@@ -119,29 +68,7 @@ class Problem:
 
     def make(self, values: Floats) -> SetupResult:
         """Call the setup, and return its system and state."""
-        return self._make(values[self.places])
-
-    def _make(self, values: Floats) -> SetupResult:
-        made = self.setup(**self._setup_parameters.named(values))
-        try:
-            system, state = made
-        except (TypeError, ValueError) as error:
-            raise TypeError(f"setup returned {made!r}; expected (system, state)") from error
-        if not isinstance(system, System) or not isinstance(state, State):
-            raise TypeError(f"setup returned {made!r}; expected (system, state)")
-        return SetupResult(system, state)
-
-    def observations(self, values: Floats) -> list[Any]:
-        """Return the observations; those that are functions are called with these values of their parameters."""
-        named = self.parameters.named(values)
-        both = zip(self.entries, self.of_observations, strict=True)
-        made = [item(**{name: named[name] for name in names}) if callable(item) else item for item, names in both]
-        for observation, entry in zip(made, self.entries, strict=True):
-            if not _is_observed(observation):
-                raise TypeError(
-                    f"{entry!r} of observations returned {observation!r}; expected those of fullbody.observing"
-                )
-        return made
+        return self.setup(values[self.setup.indices])
 
     def point(self, values: Floats, differentiated: bool = False) -> EvaluatedPoint:
         """Integrate a run and compute the predictions at values (P,).
@@ -158,10 +85,9 @@ class Problem:
             raise Refused(self.reason) from error
 
     def _point(self, values: Floats, derivatives: Sequence[str] | None = None) -> EvaluatedPoint:
-        made = self.make(values)
-        observations = self.observations(values)
-        run = self._run(made, observations, derivatives)
-        models = self._models(run, observations)
+        made, observations = self.make(values), self._entries.at(values)
+        run = self.run(made, observations, derivatives)
+        models = [model_of(observation, _part(run, observation)) for observation in observations]
         count = sum(model.pulls.size for model in models)
         if self._count is None:
             self._count = count
@@ -173,25 +99,14 @@ class Problem:
         errors = {
             i: observation.errors(made.system)
             for i, observation in enumerate(observations)
-            if self.of_observations[i] and hasattr(observation, "errors")
+            if self._entries.arguments[i] and hasattr(observation, "errors")
         }
         return EvaluatedPoint(values.copy(), made, run, observations, models, InnerSolution(models, self.loss), errors)
 
-    def _models(self, run: Run, observations: list[Any]) -> list[LinearModel]:
-        return [model_of(observation, self._part(run, observation)) for observation in observations]
-
-    def times(self, made: SetupResult, observations: list[Any]) -> Floats:
-        """Return all times at which the observations need samples, in numbers of the system's units."""
-        parts = [self._emission(observation, made.system) for observation in observations]
-        return np.unique(np.concatenate(parts))
-
-    def _emission(self, observation: Any, system: System) -> Floats:
-        return system.context.units.strip(observation.emission(system), "time", f"times of {observation!r}")
-
-    def _run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
+    def run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None = None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
-        times, epoch = self.times(made, observations), made.core.time
-        options: dict[str, Any] = {"integrator": self.integrator}
+        times = np.unique(np.concatenate([_emission(observation, made.system) for observation in observations]))
+        epoch, options = made.core.time, dict[str, Any](integrator=self.integrator)
         if derivatives is None:
             self.runs += 1
         else:
@@ -199,46 +114,29 @@ class Problem:
             options["derivatives"] = list(derivatives) or True
         later, earlier = times[times >= epoch], times[times < epoch][::-1]
         integrate, state = made.system.integrate, made.state
-        if not earlier.size:
-            return integrate(state, later[-1] if later.size else epoch, output=later, **options)
-        back = integrate(state, earlier[-1], output=earlier, **options)
+        back = integrate(state, earlier[-1], output=earlier, **options) if earlier.size else None
         ahead = integrate(state, later[-1] if later.size else epoch, output=later, **options)
-        return joined(ahead, back)
-
-    def sampled(self, made: SetupResult, observations: list[Any]) -> Run:
-        """Return a run with samples at the times of observations."""
-        return self._run(made, observations, None)
+        return ahead if back is None else joined(ahead, back)
 
     def residuals(self, point: EvaluatedPoint) -> list[Any]:
         """Return the residuals of each of the observations, in their units, or their pulls if it has no others."""
-        found = []
+        residuals = []
         for i, (observation, pulls) in enumerate(zip(point.observations, point.pulls, strict=True)):
-            if hasattr(observation, "linear"):
-                linear = self.linear_values(point, i)
-                found.append(observation.residuals(self._part(point.run, observation), linear))
-            elif hasattr(observation, "residuals"):
-                found.append(observation.residuals(self._part(point.run, observation)))
+            linear = (point.linear_values(i),) if hasattr(observation, "linear") else ()
+            if linear or hasattr(observation, "residuals"):
+                residuals.append(observation.residuals(_part(point.run, observation), *linear))
             else:
-                found.append(pulls)
-        return found
-
-    def linear_values(self, point: EvaluatedPoint, i: int) -> dict[str, Any]:
-        """Return the linear unknowns of one of the observations by the names that it has for them."""
-        both = zip(point.models[i].unknowns, point.inner.values_of(i).tolist(), strict=True)
-        return {one.name: value if one.unit is None else value * one.unit for one, value in both}
-
-    def _part(self, run: Record, observation: Any) -> Any:
-        """Return the samples of a run at the times of observations."""
-        # Several rows may have one time.
-        return run[np.unique(run.indices(self._emission(observation, run.system)))]
+                residuals.append(pulls)
+        return residuals
 
     def jacobian(self, point: EvaluatedPoint) -> PullJacobian:
         """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""
-        names = self.parameters.names
-        rows = np.zeros((len(point.rows) + len(point.inner.unknowns) + 1, len(names)))
+        names, inner = self.parameters.names, point.inner
+        rows = np.zeros((len(point.rows) + len(inner.unknowns) + 1, len(names)))
         noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
-        columns, kinks = self.places, False
+        observations: dict[str, str] = {}
+        columns, kinks = self.setup.indices, False
         if columns:
             made = self._chain.at(point.made, point.values[columns])
             kinks = bool(made.deformations)
@@ -249,7 +147,8 @@ class Problem:
             exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
-                    rows[:, np.array(columns)[exact]] = self._by_motion(point, made)[:, exact]
+                    by_motion, observations = self._by_motion(point, made)
+                    rows[:, np.array(columns)[exact]] = by_motion[:, exact]
                 except InvalidInput as error:
                     differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
         for k, name in enumerate(names):
@@ -260,60 +159,51 @@ class Problem:
                 rows[:, k] += change
                 if by_observations:
                     noise[k] = by_observations
-        inner = point.inner
-        return PullJacobian(inner.derivative(rows), rows[: len(inner.pulls)], rows[-1], noise, differenced, kinks)
+        explicit = rows[: len(inner.pulls)]
+        return PullJacobian(inner.derivative(rows), explicit, rows[-1], noise, differenced, observations, kinks)
 
-    def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> Floats:
-        """Return the exact derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup."""
-        run, own = point.run, [name for name in made.system if name in point.made.parameters]
+    def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
+        """Return the derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup.
+
+        The motion is differentiated exactly; beside them are the reasons why observations are not, by their index as
+        text.
+        """
+        run, shared = point.run, [name for name in made.system if name in point.made.parameters]
         # Coefficients by which only the equivalent system moves need a run of it.
-        is_own = len(own) == len(made.system)
-        self._needed = tuple(own) if is_own else None
-        if not is_own:
-            run = self._run(made.equivalent, point.observations, tuple(made.system))
-        elif not run.is_differentiated or not {*own} <= {*run.sensitivity}:
-            run = self._run(point.made, point.observations, self._needed)
-        run = self._deforming(point.run, run, made, own)
+        is_shared = len(shared) == len(made.system)
+        self._needed = tuple(shared) if is_shared else None
+        if not is_shared:
+            run = self.run(made.equivalent, point.observations, tuple(made.system))
+        elif not run.is_differentiated or not {*shared} <= {*run.sensitivity}:
+            run = self.run(point.made, point.observations, self._needed)
+        if made.deformations:
+            run = self._deforming(point.run, run, made, shared)
         parts = []
-        for observation, held in zip(point.observations, point.inner.held, strict=True):
-            by = self._derivatives(observation, held, run)
+        differenced: dict[str, str] = {}
+        for i, (observation, held) in enumerate(zip(point.observations, point.inner.held, strict=True)):
+            by, reason = _derivatives(observation, held, _part(run, observation))
+            if reason:
+                differenced[f"observations[{i}]"] = reason
             part = by.start @ made.start
-            for name in own:
+            for name in shared:
                 part += np.outer(by.by_parameter[name], made.system[name])
             for name in made.deformations:
-                part[:, self._setup_parameters.names.index(name)] += by.by_parameter[name]
+                part[:, self.setup.parameters.names.index(name)] += by.by_parameter[name]
             parts.append(part)
-        return point.inner.gathered(parts)
+        return point.inner.gathered(parts), differenced
 
-    def _deforming(self, run: Run, differentiated: Run, made: SetupDerivatives, own: list[str]) -> Run:
+    def _deforming(self, run: Run, differentiated: Run, made: SetupDerivatives, shared: list[str]) -> Run:
         """Return a run with the derivatives of another one of the same motion, also with respect to deformations."""
-        if not made.deformations:
-            return differentiated
-        sensitivity = [differentiated.sensitivity[name] for name in own]
+        sensitivity = [differentiated.sensitivity[name] for name in shared]
         for name in made.deformations:
-            k = self._setup_parameters.names.index(name)
-            parts = (row[k] * differentiated.sensitivity[what] for what, row in made.system.items() if what not in own)
+            k = self.setup.parameters.names.index(name)
+            parts = (row[k] * differentiated.sensitivity[by] for by, row in made.system.items() if by not in shared)
             sensitivity.append(sum(parts, np.zeros((len(run), run.system.context.core.masses.size * 12))))
         arrays = {"transition": differentiated.transition, "sensitivity": np.stack(sensitivity, axis=1)}
-        found = run._with({**run.arrays, **arrays})
-        found.system = with_deformations(run.system, made.deformations)
-        found.parameters = (*own, *made.deformations)
-        return found
-
-    def _derivatives(self, observation: Any, held: Held, run: Run) -> FunctionDerivatives:
-        """Return the derivatives of what the model of observations contracts."""
-        part = self._part(run, observation)
-        for name, *arguments in (("linear_derivatives", held), ("derivatives",)):
-            if hasattr(observation, name):
-                try:
-                    by = getattr(observation, name)(part, *arguments)
-                except InvalidInput:
-                    # This is so for the light of polyhedra, which is not differentiated.
-                    break
-                if arguments:
-                    return by
-                return padded(by)
-        return part.derivative_of(lambda run: model_of(observation, run).contracted(held))
+        deforming = run._with({**run.arrays, **arrays})
+        deforming.system = with_deformations(run.system, made.deformations)
+        deforming.parameters = (*shared, *made.deformations)
+        return deforming
 
     def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
         """Return the derivatives with respect to a parameter that observations take, of the same run.
@@ -322,18 +212,19 @@ class Problem:
         index of the observations.
         """
         name, system = self.parameters.names[k], point.made.system
-        changing = [i for i, names in enumerate(self.of_observations) if self.parameters.argument_of[k] in names]
+        argument = self.parameters.argument_of[k]
+        changing = [i for i, names in enumerate(self._entries.arguments) if argument in names]
         if not changing:
             return np.zeros(len(point.rows) + len(point.inner.unknowns) + 1), {}
         base = point.inner.contracted(point.models)
 
         def shifted(by: float) -> Floats:
-            moved, models = self.observations(self.parameters.shifted(point.values, k, by)), list(point.models)
+            moved, models = self._entries.at(self.parameters.shifted(point.values, k, by)), list(point.models)
             parts = []
             for i in changing:
                 observation, errors = moved[i], point.errors.get(i)
                 observation = observation if errors is None else observation.with_errors_of(point.observations[i])
-                models[i] = model_of(observation, self._part(point.run, observation))
+                models[i] = model_of(observation, _part(point.run, observation))
                 if errors is not None:
                     now = moved[i].errors(system)
                     parts.append(relative_change(errors.covariance, now.covariance).ravel())
@@ -342,10 +233,10 @@ class Problem:
 
         scale, kinds = point.inner.sizes()
         sizes = [point.errors[i].covariance.size for i in changing if i in point.errors for _ in range(2)]
-        noise = np.concatenate([_ROUNDING * scale, np.full(sum(sizes), _ROUNDING_OF_ERRORS)])
+        noise = np.concatenate([ROUNDING * scale, np.full(sum(sizes), _ROUNDING_OF_ERRORS)])
         groups = np.concatenate([kinds, 3 + np.repeat(np.arange(len(sizes)), sizes)])
-        found = self._derivative(shifted, point, k, noise, groups)
-        parts = iter(np.split(found[len(base) :], np.cumsum(sizes)[:-1]))
+        derivative = self._derivative(shifted, point, k, noise, groups)
+        parts = iter(np.split(derivative[len(base) :], np.cumsum(sizes)[:-1]))
         changes: dict[int, Floats] = {}
         for i in changing:
             if i in point.errors:
@@ -357,7 +248,7 @@ class Problem:
                     )
                 if change.any():
                     changes[i] = change.reshape(point.errors[i].covariance.shape)
-        return found[: len(base)], changes
+        return derivative[: len(base)], changes
 
     def _by_runs(self, point: EvaluatedPoint, k: int) -> Floats:
         """Return derivatives (M + L + 1,) of the contracted pulls with respect to a parameter, from complete runs."""
@@ -380,12 +271,12 @@ class Problem:
         where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
         size = self.parameters.size(k, point.values[k])
         try:
-            made = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
+            derivative = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
         except InvalidInput as error:
             raise InvalidInput(f"the predictions cannot be differentiated with respect to {where}: {error}") from error
-        if made is None:
+        if derivative is None:
             raise InvalidInput(f"the predictions do not change evenly with {where}")
-        return made
+        return derivative
 
     def reach(self, values: Floats) -> Floats:
         """Return the lengths (P,) over which parameters may change at first.
@@ -394,22 +285,22 @@ class Problem:
         """
         reach = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         steps = np.array([differences.length for differences in self._differences])
-        for k, differences in zip(self.places, self._chain.differences, strict=True):
+        for k, differences in zip(self.setup.indices, self._chain.differences, strict=True):
             steps[k] = max(steps[k], differences.length)
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
         return np.where(steps > 2e-3 * reach, widths, reach)
 
-    def unchanged(self, values: Floats, others: Floats) -> bool:
+    def unchanged(self, values: Floats, shifted: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
         try:
-            observation, other = self.make(values), self.make(others)
+            made, other = self.make(values), self.make(shifted)
         except REFUSALS:
             return False
-        changes, unexplained = observation.changes(other)
+        changes, unexplained = made.changes(other)
         if unexplained is not None:
             return False
-        apart = np.append(observation.moved(other), changes)
-        sizes = np.append(observation.sizes(), np.abs(list(observation.parameters.values())))
+        apart = np.append(made.displacement(other), changes)
+        sizes = np.append(made.sizes(), np.abs(list(made.parameters.values())))
         return bool((np.abs(apart) <= 1e-9 * sizes).all())
 
     def limits(self, values: Floats) -> str:
@@ -425,5 +316,25 @@ class Problem:
         return f"; give Free the bound {' or '.join(sides)}" if sides else ""
 
 
-def _is_observed(observation: Any) -> bool:
-    return hasattr(observation, "pulls") and hasattr(observation, "emission")
+def _emission(observation: Any, system: Any) -> Floats:
+    """Return the times at which observations need samples, in numbers of the system's units."""
+    return system.context.units.strip(observation.emission(system), "time", f"times of {observation!r}")
+
+
+def _part(run: Record, observation: Any) -> Any:
+    """Return the samples of a run at the times of observations, of which several rows may have one."""
+    return run[np.unique(run.indices(_emission(observation, run.system)))]
+
+
+def _derivatives(observation: Any, held: Held, part: Any) -> tuple[FunctionDerivatives, str]:
+    """Return the derivatives of what the model of observations contracts, and why they are differences if they are."""
+    reason = "the observations have no derivatives of their own"
+    for name, *arguments in (("linear_derivatives", held), ("derivatives",)):
+        if hasattr(observation, name):
+            try:
+                by = getattr(observation, name)(part, *arguments)
+            except InvalidInput as error:
+                reason = str(error)
+                break
+            return (by if arguments else padded(by)), ""
+    return part.derivative_of(lambda run: model_of(observation, run).contracted(held)), reason

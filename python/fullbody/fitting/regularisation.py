@@ -13,6 +13,7 @@ from ..base.limits import NOT_NEGATIVE, POSITIVE
 from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput
 from ..model.freeform import ConvexShape
+from ..model.geodesic import degrees
 from ..model.polyhedron import Polyhedron
 from ..model.surface import Surface, surface_of
 from ..observing.measured import Measured
@@ -54,8 +55,8 @@ def smoothness(degree: int, sigma: Any, power: float = 2.0) -> Floats:
     """
     size = UNITLESS.number(sigma, "number", "sigma", POSITIVE)
     exponent = UNITLESS.number(power, "number", "power", NOT_NEGATIVE)
-    degrees = np.floor(np.sqrt(np.arange((whole(degree, "degree", 0, 60) + 1) ** 2) + 0.5))
-    return np.divide(size, degrees**exponent, out=np.full(len(degrees), np.inf), where=degrees > 0.0)
+    by_coefficient = degrees(whole(degree, "degree", 0, 60))
+    return np.divide(size, by_coefficient**exponent, out=np.full(len(by_coefficient), np.inf), where=by_coefficient > 0)
 
 
 class Regularisation(Measured):
@@ -70,20 +71,20 @@ class Regularisation(Measured):
         body: int | str,
         kind: type[Any],
         count: int,
-        of_shape: Callable[[Surface, Any], Floats],
-        along: Callable[[Surface, Surface, Any], Floats],
+        numbers: Callable[[Surface, Any], Any],
         sigma: Any,
     ) -> None:
-        self._body, self._kind, self._along = body, kind, along
-        super().__init__(name, lambda run: of_shape(*self._shape(run)[1:]), np.zeros(count), sigma, ())
+        #: The ``numbers`` are an analytic function of the surface, and of the normals or the faces of the shape.
+        self._body, self._kind, self._numbers = body, kind, numbers
+        super().__init__(name, lambda run: np.real(numbers(*self._shape(run)[1:])), np.zeros(count), sigma, ())
 
     def _shape(self, run: Record) -> tuple[int, Surface, Any]:
         """Return the index of the body, its surface, and the faces or normals."""
         index = run.context.index(self._body, f"body of {self.name}")
         shape, surface = run.system.bodies[index].shape, surface_of(run.context.bodies[index])
         if surface is None or not isinstance(shape, self._kind):
-            found = f"{run.context.names[index]} is a {type(shape).__name__}"
-            raise InvalidInput(f"body of {self.name}: {found}; expected a {self._kind.__name__}")
+            which = f"{run.context.names[index]} is a {type(shape).__name__}"
+            raise InvalidInput(f"body of {self.name}: {which}; expected a {self._kind.__name__}")
         return index, surface, shape.normals if isinstance(shape, ConvexShape) else shape.faces
 
     def derivatives(self, run: Record) -> FunctionDerivatives:
@@ -94,7 +95,9 @@ class Regularisation(Measured):
         by_parameter = dict.fromkeys(run.parameters, none)
         for name, deformation in run.context.deformations.items():
             if index in deformation:
-                by_parameter[name] = -self._along(surface, deformation[index], mesh) / errors
+                pairs = zip(surface, deformation[index], strict=True)
+                moved = Surface(*(part + 1j * _STEP * displacement for part, displacement in pairs))
+                by_parameter[name] = -np.imag(self._numbers(moved, mesh)) / _STEP / errors
         return FunctionDerivatives(none, np.zeros((len(errors), 12 * len(run.context))), by_parameter)
 
     def __repr__(self) -> str:
@@ -122,18 +125,10 @@ def closure(body: int | str, sigma: Any = 0.01) -> Regularisation:
     Regularisation('closure of Hertha', [0. 0. 0.] +- [0.01 0.01 0.01])
     """
 
-    def missing(areas: Any, normals: Floats) -> Any:
-        return areas @ normals / areas.sum()
+    def missing(surface: Surface, normals: Floats) -> Any:
+        return surface.areas @ normals / surface.areas.sum()
 
-    return Regularisation(
-        f"closure of {body}",
-        body,
-        ConvexShape,
-        3,
-        lambda surface, normals: np.asarray(missing(surface.areas, normals)),
-        lambda surface, by, normals: _along(lambda areas: missing(areas, normals), surface.areas, by.areas),
-        sigma,
-    )
+    return Regularisation(f"closure of {body}", body, ConvexShape, 3, missing, sigma)
 
 
 def convexity(body: int | str, sigma: Any = 0.02) -> Regularisation:
@@ -159,15 +154,7 @@ def convexity(body: int | str, sigma: Any = 0.02) -> Regularisation:
     >>> fullbody.fitting.convexity("Kalliope", 0.01)
     Regularisation('convexity of Kalliope', [0.] +- [0.01])
     """
-    return Regularisation(
-        f"convexity of {body}",
-        body,
-        Polyhedron,
-        1,
-        lambda surface, faces: np.real(_concavity(surface.given, faces)),
-        lambda surface, by, faces: _along(lambda given: _concavity(given, faces), surface.given, by.given),
-        sigma,
-    )
+    return Regularisation(f"convexity of {body}", body, Polyhedron, 1, _concavity, sigma)
 
 
 def principal_axis(body: int | str, sigma: Any = "3 deg") -> Regularisation:
@@ -196,49 +183,38 @@ def principal_axis(body: int | str, sigma: Any = "3 deg") -> Regularisation:
     """
     error = Units().number(sigma, "angle", f"sigma of principal axis of {body}", POSITIVE)
 
-    def axes_of(surface: Surface, faces: _Faces) -> tuple[Floats, Floats]:
-        values, axes = np.linalg.eigh(np.real(_inertia(surface.given, faces)))
+    def tilt(surface: Surface, faces: _Faces) -> Any:
+        inertia = _inertia(surface.working, faces)
+        values, axes = np.linalg.eigh(np.real(inertia))
         if values[2] - values[1] <= 1e-12 * values[2]:
             expected = "expected a shape with one axis of largest inertia"
             raise InvalidInput(f"principal axis of {body}: two of the moments of inertia are equal; {expected}")
-        return values, axes * (np.sign(axes[2, 2]) or 1.0)
+        axes = axes * (np.sign(axes[2, 2]) or 1.0)
+        # The change of an eigenvector with the matrix, to first order.
+        change = axes[:, :2].T @ np.imag(inertia) @ axes[:, 2] / (values[2] - values[:2])
+        return (axes[:, 2] + 1j * axes[:, :2] @ change)[:2]
 
-    def tilt(surface: Surface, faces: _Faces) -> Floats:
-        return np.asarray(axes_of(surface, faces)[1][:2, 2])
-
-    def along(surface: Surface, by: Surface, faces: _Faces) -> Floats:
-        change = _along(lambda given: _inertia(given, faces), surface.given, by.given)
-        values, axes = axes_of(surface, faces)
-        mixed = axes[:, :2].T @ change @ axes[:, 2] / (values[2] - values[:2])
-        return np.asarray((axes[:, :2] @ mixed)[:2])
-
-    return Regularisation(f"principal axis of {body}", body, Polyhedron, 2, tilt, along, error)
+    return Regularisation(f"principal axis of {body}", body, Polyhedron, 2, tilt, error)
 
 
-def _along(function: Callable[[Any], Any], at: Floats, by: Floats) -> Floats:
-    """Return the derivative of an analytic function along a displacement."""
-    return np.asarray(np.imag(function(at + 1j * _STEP * by)) / _STEP)
-
-
-def _concavity(vertices: Any, faces: _Faces) -> Any:
-    """Return the concavity (1,) of a surface, as an analytic function of its vertices (V, 3)."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+def _concavity(surface: Surface, faces: _Faces) -> Any:
+    """Return the concavity (1,) of a surface, as an analytic function of its vertices."""
+    a, b, c = np.moveaxis(surface.working[faces], 1, 0)
     across = np.cross(b - a, c - a)
     double = np.sqrt(np.sum(across * across, axis=1))
     normals = across / double[:, None]
-    first, second, opposite = _edges(faces.tobytes(), len(faces))
+    first, second, opposite = _edges(faces)
     # The vertex of the second face that is not on the edge lies above the plane of the first one.
-    above = np.sum(normals[first] * (vertices[opposite] - a[first]), axis=1).real > 0.0
-    turned = 1.0 - np.sum(normals[first] * normals[second], axis=1)
-    both = (double[first] + double[second]) / double.sum()
-    return np.atleast_1d(np.sum((turned * both)[above]))
+    above = np.sum(normals[first] * (surface.working[opposite] - a[first]), axis=1).real > 0.0
+    bends = 1.0 - np.sum(normals[first] * normals[second], axis=1)
+    areas = (double[first] + double[second]) / double.sum()
+    return np.atleast_1d(np.sum((bends * areas)[above]))
 
 
-def _edges(faces: bytes, count: int) -> tuple[_Faces, _Faces, _Faces]:
+def _edges(faces: _Faces) -> tuple[_Faces, _Faces, _Faces]:
     """Return for each edge its two faces, and the vertex of the second one that is not on it."""
-    triangles = np.frombuffer(faces, dtype=np.int64).reshape(count, 3)
-    ends = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-    face, opposite = np.tile(np.arange(count), 3), np.concatenate([triangles[:, (k + 2) % 3] for k in range(3)])
+    ends = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    face, opposite = np.tile(np.arange(len(faces)), 3), np.concatenate([faces[:, (k + 2) % 3] for k in range(3)])
     order = np.lexsort(np.sort(ends, axis=1).T)
     first, second = order[0::2], order[1::2]
     return face[first], face[second], opposite[second]

@@ -66,16 +66,13 @@ class Fit(Tabled):
     ----------
     names : tuple of str
         The P parameters and the L linear unknowns of the observations, such as zero points, in the order of all arrays.
-    values, sigma : dict
-        Values and standard errors by name, with the units of the initial values. The error of a parameter in a
-        combination that the data do not constrain is infinite.
     numbers : ndarray, (P + L,)
-        The values in these units.
+        The values in the units of the initial values.
     linear : list of dict
         The linear unknowns of each of the observations, by the names that it has for them: what its ``predict`` and
         ``residuals`` take as ``linear``. An unknown of several observations that is not shared has a longer name in
         ``names``.
-    covariance, correlation : ndarray, (P + L, P + L)
+    covariance : ndarray, (P + L, P + L)
         In the units of the values. For a loss that is not linear the covariance is that of an M-estimator. Rows and
         columns of unconstrained parameters are zero beside the diagonal.
     chi2 : float
@@ -104,6 +101,9 @@ class Fit(Tabled):
         That combination as text, if the data do not constrain it at all.
     differenced : dict of str
         The parameters whose derivatives are differences of complete runs, with the reason.
+    differenced_observations : dict of str
+        The observations, by ``"observations[0]"`` and so on, whose predictions were differenced with respect to the
+        states, since they give no derivatives of their own, with the reason.
     at_bounds : tuple of str
         The parameters at their bounds, for which errors have no meaning.
     minima : tuple of Minimum
@@ -133,17 +133,19 @@ class Fit(Tabled):
         problem, point, parameters = objective.problem, here.point, objective.parameters
         self._objective: Objective | None = objective
         self.parameters = parameters
-        self._unknowns = tuple((one.name, one.unit) for one in point.inner.unknowns)
+        self._unknowns = tuple((unknown.name, unknown.unit) for unknown in point.inner.unknowns)
         self.names = self.described.names
         self.numbers = np.append(point.values, point.inner.values)
-        self._of_setup = problem.of_setup
+        self._of_setup = problem.setup.arguments
         self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
         self.observations, self.pulls = point.observations, point.pulls
         self.residuals = problem.residuals(point)
-        self.linear = [problem.linear_values(point, i) for i in range(len(point.observations))]
+        self.linear = [point.linear_values(i) for i in range(len(point.observations))]
         self.times = [observation.emission(self.system) for observation in point.observations]
         self.labels = tuple(repr(observation).partition("(")[0] for observation in point.observations)
-        self.differenced, self.message, self.iterations = here.jacobian.differenced, message, iterations
+        self.differenced = here.jacobian.differenced
+        self.differenced_observations = here.jacobian.differenced_observations
+        self.message, self.iterations = message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
         at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(here.matrix, axis=0)))
@@ -159,13 +161,10 @@ class Fit(Tabled):
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
         # Beside all others the linear unknowns have the correlations that they would have as parameters.
         explicit = np.concatenate([here.jacobian.explicit, -point.inner.design], axis=1)
-        others = np.pad(here.rows, ((0, 0), (0, len(self._unknowns))))
-        covariance = Covariance(np.concatenate([shrink * explicit, others]), self.described)
-        self.covariance, self.condition, self.unconstrained = (
-            covariance.matrix,
-            covariance.condition,
-            covariance.unconstrained,
-        )
+        prior_rows = np.pad(here.rows, ((0, 0), (0, len(self._unknowns))))
+        covariance = Covariance(np.concatenate([shrink * explicit, prior_rows]), self.described)
+        self.covariance, self.condition = covariance.matrix, covariance.condition
+        self.unconstrained = covariance.unconstrained
         self.weakest = dict(zip(self.names, covariance.weakest.tolist(), strict=True))
 
     @property
@@ -180,12 +179,12 @@ class Fit(Tabled):
 
     @property
     def sigma(self) -> dict[str, Any]:
-        """The standard errors of the parameters by name."""
+        """The standard errors by name; infinite for a parameter in a combination that the data do not constrain."""
         return self.described.named(np.sqrt(np.diag(self.covariance)))
 
     @property
     def correlation(self) -> Floats:
-        """The correlation (P, P) of the parameters."""
+        """The correlation (P + L, P + L)."""
         errors = np.sqrt(np.diag(self.covariance))
         finite = np.where(np.isfinite(errors) & (errors > 0.0), errors, 1.0)
         scaled = self.covariance / np.outer(finite, finite)
@@ -199,8 +198,8 @@ class Fit(Tabled):
         if not isinstance(other, Fit):
             return NotImplemented
         return files.description(self) == files.description(other) and all(
-            len(mine) == len(others) and all(map(same, mine, others))
-            for mine, others in ((self.pulls, other.pulls), (self.times, other.times))
+            len(first) == len(second) and all(map(same, first, second))
+            for first, second in ((self.pulls, other.pulls), (self.times, other.times))
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -299,7 +298,7 @@ class Fit(Tabled):
         density = objective.log_density(point)
         if not gradient:
             return density
-        here = objective.linearised(point, objective.problem.jacobian(point))
+        here = objective.linearised(point)
         return density, -here.matrix.T @ here.vector - here.jacobian.log_determinant
 
     def _minimised(self) -> Objective:
@@ -358,26 +357,21 @@ class Fit(Tabled):
             ("not constrained", self.unconstrained),
             ("ended", self.message),
             *((f"{name} differenced", reason) for name, reason in self.differenced.items()),
+            *((f"{name} differenced", reason) for name, reason in self.differenced_observations.items()),
         ]
+        title = "Fit, not at a minimum" if self.message else "Fit"
         tables = [
-            Table(
-                "Fit, not at a minimum" if self.message else "Fit",
-                ("parameter", "value", "error", "unit", "note"),
-                rows,
-            ),
+            Table(title, ("parameter", "value", "error", "unit", "note"), rows),
             Table("Quality", (), [(what, text) for what, text in about if text]),
         ]
         if len(self.minima) > 1:
             # The columns of long arrays would not fit.
             few = [k for k, name in enumerate(self.parameters.argument_of) if self.parameters.size_of(name) <= _LONG]
-            lines: list[Any] = [
-                [
-                    f"{number:.6g}"
-                    for number in (item.loss, item.chi2, item.starts, *self.parameters.numbers(item.values)[few])
-                ]
-                for item in self.minima
-            ]
             names = (self.parameters.names[k] for k in few)
+            lines: list[Any] = []
+            for item in self.minima:
+                numbers = item.loss, item.chi2, item.starts, *self.parameters.numbers(item.values)[few]
+                lines.append([f"{number:.6g}" for number in numbers])
             tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *names), lines))
         return tuple(tables)
 

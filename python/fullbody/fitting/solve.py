@@ -15,10 +15,11 @@ from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
 from ..typing import Floats
 from .free import Parameters
+from .inputs import Observed
 from .losses import Outliers, loss_of
 from .objective import Objective
-from .poles import have_one_pole, mirror_start
-from .problem import Observed, Problem, Refused
+from .poles import mirror_start
+from .problem import Problem, Refused
 from .result import Fit, Minimum
 
 if TYPE_CHECKING:
@@ -121,75 +122,45 @@ def fit(
     (2.0, 39)
     """
     with once():
-        return _fitted(setup, parameters, observations, integrator, loss, starts, rng, proposals, progress)
+        limit = None if proposals is None else whole(proposals, "proposals")
+        with need("fit", "a fit"):
+            from .solver import Solver
+        free = Parameters(parameters)
+        objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
+        begins = _starts(free, starts, rng)
+        solvers: list[Solver] = []
 
+        def solve(begin: Floats) -> Solver:
+            solvers.append(Solver(objective, report, limit))
+            solvers[-1].solve(begin)
+            return solvers[-1]
 
-def _fitted(
-    setup: Any,
-    parameters: Any,
-    observations: Any,
-    integrator: Any,
-    loss: Any,
-    starts: Any,
-    rng: Any,
-    proposals: Any,
-    progress: Any,
-) -> Fit:
-    limit = None if proposals is None else whole(proposals, "proposals")
-    with need("fit", "a fit"):
-        from .solver import Solver
-    free = Parameters(parameters)
-    objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
-    begins = _starts(free, starts, rng)
-    solvers: list[Solver] = []
-    with Progress(progress) as report:
-        for begin in begins:
-            solver = Solver(objective, report, limit)
-            try:
-                solver.solve(begin)
-            except Refused as error:
-                if len(begins) == 1:
-                    raise InvalidInput(f"the start of the fit is refused: {error}") from error
-                continue
-            if solver.best is not None:
-                solvers.append(solver)
-            if solver.interrupted:
-                break
-        mirror = _mirror(problem, solvers)
-        if mirror is not None:
-            begins.append(mirror)
-            solver = Solver(objective, report, limit)
-            with contextlib.suppress(Refused):
-                solver.solve(mirror)
-            if solver.best is not None:
-                solvers.append(solver)
-    if not solvers:
-        if problem.differentiated or not problem.refused:
-            raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
-        raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
-    fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
-    best = min(fits, key=lambda other: other.loss)
-    best.minima, best.starts = _minima(problem, fits), len(begins)
-    if best.message:
-        caution(f"the fit was {best.message}", InconsistentInput)
-    elif best.unconstrained is not None:
-        caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
-    return best
-
-
-def _mirror(problem: Problem, solvers: list[Any]) -> Floats | None:
-    """Return the values (P,) from which a fit of a body alone looks for the minimum at the mirror pole.
-
-    There are none where a fit has ended near that pole already, or was interrupted.
-    """
-    points = [solver.best.point for solver in solvers if solver.best is not None]
-    if not points or any(solver.interrupted for solver in solvers):
-        return None
-    best = min(solvers, key=lambda solver: solver.best.cost).best.point
-    start = mirror_start(problem, best.made, best.observations, best.values)
-    if start is None or any(have_one_pole(problem.make(start), point.made) for point in points):
-        return None
-    return start
+        with Progress(progress) as report:
+            for begin in begins:
+                try:
+                    if solve(begin).interrupted:
+                        break
+                except Refused as error:
+                    if len(begins) == 1:
+                        raise InvalidInput(f"the start of the fit is refused: {error}") from error
+            bests = sorted((solver.best for solver in solvers if solver.best), key=lambda best: best.cost)
+            mirror = None if solvers[-1].interrupted else mirror_start(problem, [best.point for best in bests])
+            if mirror is not None:
+                begins.append(mirror)
+                with contextlib.suppress(Refused):
+                    solve(mirror)
+        fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
+        if not fits:
+            if problem.differentiated or not problem.refused:
+                raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
+            raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
+        best = min(fits, key=lambda other: other.loss)
+        best.minima, best.starts = _minima(problem, fits), len(begins)
+        if best.message:
+            caution(f"the fit was {best.message}", InconsistentInput)
+        elif best.unconstrained is not None:
+            caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
+        return best
 
 
 def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:
@@ -231,15 +202,10 @@ def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
                 break
         else:
             minima.append((fit, 1))
+    size = len(problem.parameters)
     return tuple(
-        Minimum(
-            lowest.parameters.named(lowest.numbers[: len(lowest.parameters)]),
-            lowest.loss,
-            lowest.chi2,
-            count,
-            lowest.message,
-        )
-        for lowest, count in minima
+        Minimum(problem.parameters.named(fit.numbers[:size]), fit.loss, fit.chi2, count, fit.message)
+        for fit, count in minima
     )
 
 
@@ -248,8 +214,8 @@ def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
     count = len(problem.parameters)
     values = fit.numbers[:count]
     apart = values - other.numbers[:count]
-    full_turn = np.array([problem.parameters.full_turn(k) for k in range(count)])
-    full_turns = np.round(apart / full_turn) * np.where(np.isfinite(full_turn), full_turn, 0.0)
-    if not (np.abs(apart - full_turns) <= _SAME * np.sqrt(np.diag(other.covariance))[:count]).all():
+    periods = np.array([problem.parameters.period(k) for k in range(count)])
+    rotations = np.round(apart / periods) * np.where(np.isfinite(periods), periods, 0.0)
+    if not (np.abs(apart - rotations) <= _SAME * np.sqrt(np.diag(other.covariance))[:count]).all():
         return False
-    return not full_turns.any() or problem.unchanged(values, values - full_turns)
+    return not rotations.any() or problem.unchanged(values, values - rotations)

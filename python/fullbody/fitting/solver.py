@@ -19,8 +19,6 @@ _CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
 #: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
 #: relative to it, that rounding errors hide.
 _FAR, _HIDDEN = 0.03, 1e-11
-
-
 #: The changes of chi2 over how many iterations at which a solver has converged whose derivatives have kinks, and the
 #: largest distance from the minimum there.
 _STALLED, _ITERATIONS, _KINKED = 0.01, 3, 1.0
@@ -31,16 +29,10 @@ class _Converged(Exception):
 
 
 class Solver:
-    """The residuals of a problem in the form that scipy's solver takes, with the best values so far.
+    """The residuals of a problem in the form that scipy's solver takes.
 
-    Attributes
-    ----------
-    best : Linearised or None
-        The lowest values so far, with their derivatives.
-    message : str
-        The reason why the solver stopped before it was at a minimum; empty otherwise.
-    iterations : int
-    interrupted : bool
+    Of the lowest values so far, ``best`` has the derivatives; ``message`` is the reason why the solver stopped before
+    it was at a minimum, and empty otherwise.
     """
 
     def __init__(self, objective: Objective, report: Any, proposals: int | None = None) -> None:
@@ -105,7 +97,7 @@ class Solver:
     def _linearised(self, values: Floats) -> Linearised:
         if self._last is None or not np.array_equal(self._last.values, values):
             self._last = self._problem.point(values)
-        here = self._objective.linearised(self._last, self._problem.jacobian(self._last))
+        here = self._objective.linearised(self._last)
         if self.best is None or here.cost <= self.best.cost:
             self.best = here
         self.iterations += 1

@@ -116,7 +116,7 @@ def derived(
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
 
     def sampled(values: Floats) -> Any:
-        return problem.sampled(problem.make(values), [probe])
+        return problem.run(problem.make(values), [probe])
 
     value = function(sampled(values))
     unit = getattr(value, "unit", 1.0)
@@ -131,15 +131,15 @@ def derived(
         chosen = generator(rng).choice(len(rows), whole(n, "n", 2, len(rows)), replace=False)
         with once():
             draws = [measured.predict(sampled(row)) for row in rows[np.sort(chosen)]]
-        every = np.stack(draws).reshape(len(draws), *np.shape(value))
-        return Derived(value, every.std(axis=0, ddof=1), every)
-    alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
-    places = problem.places
+        stacked = np.stack(draws).reshape(len(draws), *np.shape(value))
+        return Derived(value, stacked.std(axis=0, ddof=1), stacked)
+    setup, indices = problem.setup, problem.setup.indices
+    motion = Problem(setup.function, setup.parameters, measured, problem.integrator)
     try:
-        rows = alone.jacobian(alone.point(values[places])).rows
+        rows = motion.jacobian(motion.point(values[indices])).rows
     except Refused as error:
         raise InvalidInput(f"function cannot be differentiated at the values of the fit: {error}") from error
-    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(places, places)], rows))
+    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(indices, indices)], rows))
     return Derived(value, spread.reshape(np.shape(value)) * unit)
 
 
@@ -193,16 +193,16 @@ def sample(
     random = generator(rng)
     with once():
         begin = fit.draws_as_array(count, random)
-        numbers = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
-        ensemble.run_mcmc(emcee.State(begin, random_state=numbers), length, progress=progress)
+        random_state = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
+        ensemble.run_mcmc(emcee.State(begin, random_state=random_state), length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for name, values in fit.parameters.named(np.moveaxis(chain, -1, 0)).items():
         # The further dimensions of arrays have the names that arviz gives them.
         inner = tuple(f"{name}_dim_{axis}" for axis in range(np.ndim(values) - 2))
-        plain, unit = getattr(values, "value", values), getattr(values, "unit", None)
-        found[name] = ((*dimensions, *inner), plain, {} if unit is None else {"units": str(unit)})
-    found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
+        numbers, unit = getattr(values, "value", values), getattr(values, "unit", None)
+        variables[name] = ((*dimensions, *inner), numbers, {} if unit is None else {"units": str(unit)})
+    variables["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
     notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}
-    return xarray.Dataset(found, attrs=notes)
+    return xarray.Dataset(variables, attrs=notes)

@@ -139,12 +139,12 @@ class BinaryYarkovsky(Force):
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        given = {role: value for role, value in described.items() if value is not None}
-        if (time := given.pop("thermal_time", None)) is not None:
+        arguments = {role: value for role, value in described.items() if value is not None}
+        if (time := arguments.pop("thermal_time", None)) is not None:
             seconds = float(strip_to(units.attach(time, "time"), unit_named("s"), "thermal time"))
             pressure, albedo, emissivity = (described[role] for role in ("pressure", "albedo", "emissivity"))
-            given["thermal_inertia"] = sqrt(seconds) * _radiated(pressure, albedo, emissivity, units)
-        return super()._of_core(given, units)
+            arguments["thermal_inertia"] = sqrt(seconds) * _radiated(pressure, albedo, emissivity, units)
+        return super()._of_core(arguments, units)
 
 
 def _radiated(pressure: float, albedo: float, emissivity: float, units: Units) -> float:

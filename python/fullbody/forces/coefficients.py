@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import cbrt, pi
+from math import pi
 from typing import Any, Literal
 
 import numpy as np
@@ -14,10 +14,11 @@ from ..base.arguments import directions, refuse_mixture, warn_if_degrees
 from ..base.kinds import Number, instance, whole
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
-from ..base.units import UNITLESS, is_quantity
+from ..base.units import UNITLESS, is_quantity, plain
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.bodies import Body
+from ..model.force import radius_of
 from ..model.shapes import inferred_units
 from ..typing import Array, Floats
 from .radiation import Byorp, Yorp
@@ -98,7 +99,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         (array([8.06e-05, 4.68e-05]), array([0.00e+00, 9.09e-05]))
         """
         angle = _obliquities(obliquity)
-        cosine, sine = np.asarray(_plain(self.torque_cosine)), np.asarray(_plain(self.torque_sine))
+        cosine, sine = plain(self.torque_cosine), plain(self.torque_sine)
         # The mean over a fast rotation of the torque towards the meridian of the Sun. That across it is a function of
         # the latitude times cos(nu), whose mean over the orbit is zero.
         meridian = 0.5 * (cosine[:, 1, 0] + sine[:, 1, 1])
@@ -189,13 +190,13 @@ class RadiationCoefficients(ArrayFields, Tabled):
         """
         pressure, on = self._pressure(pressure), self._named(on)
         angle = UNITLESS.number(obliquity, "angle", "obliquity", _OBLIQUITY)
-        turn = np.array([self.outwards, self.outwards, 1.0])
-        force, torque = (pressure * turn * mean(angle) for mean in (self.synchronous_force, self.synchronous_torque))
+        senses = np.array([self.outwards, self.outwards, 1.0])
+        force, torque = (pressure * senses * mean(angle) for mean in (self.synchronous_force, self.synchronous_torque))
         return Byorp(on, about, force, torque=torque)
 
     def _synchronous(self, coefficients: Any, obliquity: Any) -> Any:
         angle = _obliquities(obliquity)
-        means = [_orbit_mean(_plain(coefficients)[:, 0, k], angle) for k in range(3)]
+        means = [_orbit_mean(plain(coefficients)[:, 0, k], angle) for k in range(3)]
         return self._like(np.stack(means, axis=-1), coefficients)
 
     @staticmethod
@@ -203,9 +204,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
         return value << coefficients.unit if is_quantity(coefficients) else value
 
     def _named(self, on: int | str | None) -> int | str:
-        if (found := self.on if on is None else on) is None:
+        if (body := self.on if on is None else on) is None:
             raise InvalidInput("on is not given, and the body has no name; expected the index or the name of a body")
-        return found
+        return body
 
     def _pressure(self, pressure: Any) -> Any:
         pressure = Number("pressure", POSITIVE)(pressure, "pressure")
@@ -215,9 +216,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the dimensionless coefficients at a few obliquities."""
         angle = np.radians(_SHOWN)
-        radius = float(_plain(self.radius))
-        along, across = (_plain(torque) / radius**3 for torque in self.spin_torques(angle))
-        byorp = self.outwards * _plain(self.synchronous_force(angle))[:, 1] / radius**2
+        radius = float(plain(self.radius))
+        along, across = (plain(torque) / radius**3 for torque in self.spin_torques(angle))
+        byorp = self.outwards * plain(self.synchronous_force(angle))[:, 1] / radius**2
         columns = zip(_SHOWN, along, across, byorp, strict=True)
         head = ("obliquity [deg]", "YORP along", "YORP across", "BYORP")
         # Values that are zero by symmetry have no digits.
@@ -287,35 +288,35 @@ def radiation_coefficients(
         raise InvalidInput(f"other and position are {both}; expected both or neither")
     bodies = [body] if other is None else [body, instance(other, "other", Body)]
     units = inferred_units(
-        {f"{k} {label}": one for k, each in enumerate(bodies) for label, one in each._numbers().items()}
+        {f"{k} {label}": number for k, item in enumerate(bodies) for label, number in item._numbers().items()}
     )
-    core, *others = (each._core(units, k) for k, each in enumerate(bodies))
-    places = np.zeros((0, 3)) if other is None else units.numbers(position, "length", "position", (3,))[None]
+    core, *shading = (item._core(units, k) for k, item in enumerate(bodies))
+    positions = np.zeros((0, 3)) if other is None else units.numbers(position, "length", "position", (3,))[None]
     axes = _principal_axes(core)
     line = -axes[:, 0] if towards is None else directions(towards, "towards", single=True)
     if towards is None and other is not None:
-        line = places[0]
+        line = positions[0]
     if not (along := float(line @ axes[:, 0])):
         raise InvalidInput(f"towards is {line}; expected a direction that is not across the body's long axis")
     order = whole(order, "order")
     latitude = np.linspace(-0.5 * pi, 0.5 * pi, _counted(latitudes, "latitudes", 5, "odd"))
     count = _counted(longitudes, "longitudes", 2 * order + 2, "even")
     to_sun = _directions(latitude, count) @ axes.T
-    loads = _core.recoil(core, others, places, np.ascontiguousarray(to_sun.reshape(-1, 3)))
+    loads = _core.recoil(core, shading, positions, np.ascontiguousarray(to_sun.reshape(-1, 3)))
     series = [_series(load.reshape(*to_sun.shape) @ axes, order) for load in loads]
     length = units.attach(1.0, "length")
     powers = length**2, length**3
     force, torque = ((cosine * power, sine * power) for (cosine, sine), power in zip(series, powers, strict=True))
-    radius = units.attach(cbrt(0.75 * core.volume / pi), "length")
+    radius = units.attach(radius_of(core.volume), "length")
     return RadiationCoefficients(body.name, radius, latitude, *force, *torque, outwards=-1 if along > 0.0 else 1)
 
 
 def _counted(value: object, what: str, least: int, parity: Literal["odd", "even"]) -> int:
     """Return a whole number that is odd or even."""
-    found = whole(value, what, least)
-    if found % 2 != (parity == "odd"):
-        raise InvalidInput(f"{what} is {found}; expected an {parity} number, {least} or more")
-    return found
+    number = whole(value, what, least)
+    if number % 2 != (parity == "odd"):
+        raise InvalidInput(f"{what} is {number}; expected an {parity} number, {least} or more")
+    return number
 
 
 def _principal_axes(core: _core.Body) -> Floats:
@@ -335,18 +336,14 @@ def _directions(latitude: Floats, count: int) -> Floats:
 
 def _series(values: Floats, order: int) -> tuple[Floats, Floats]:
     """Return the coefficients of cosines and sines of functions (K, count, 3) at evenly spaced longitudes."""
-    found = np.fft.rfft(values, axis=1)[:, : order + 1] / values.shape[1]
-    found[:, 1:] *= 2.0
-    return found.real, -found.imag
+    series = np.fft.rfft(values, axis=1)[:, : order + 1] / values.shape[1]
+    series[:, 1:] *= 2.0
+    return series.real, -series.imag
 
 
 def _obliquities(obliquity: Any) -> Floats:
     warn_if_degrees(obliquity, "obliquity")
     return UNITLESS.numbers(obliquity, "angle", "obliquity", None, _OBLIQUITY)
-
-
-def _plain(value: Any) -> Any:
-    return getattr(value, "value", value)
 
 
 def _orbit_mean(values: Floats, obliquity: Floats, by_sine: bool = False) -> Floats:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from astropy.time import Time
 
 #: G times the mass in km^3/s^2, from DE440 (Park et al. 2021, table 2), for planets together with their satellites.
-_GM = {
+GM = {
     "sun": 132712440041.279419,
     "mercury": 22031.868551,
     "venus": 324858.592,
@@ -52,8 +52,8 @@ def path(
         from astropy import units as u
 
     body = name.lower() if isinstance(name, str) else name
-    if body not in _GM:
-        raise InvalidInput(f"name is {name!r}; expected one of {', '.join(_GM)}")
+    if body not in GM:
+        raise InvalidInput(f"name is {name!r}; expected one of {', '.join(GM)}")
     system_units = Units(units)
     start = epochs.date(date, "date")
     axes = _axes(frame)
@@ -75,7 +75,7 @@ def path(
     times, positions = dense_table(relative, *ends, max_step, f"duration of the path of {body}")
     # A rotation matrix has no name to compare with the frame of a system.
     frame_name = {"frame": frame} if isinstance(frame, str) else {}
-    arguments = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
+    arguments = {"mu": GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
     if system_units.defined:
         kinds = {"mu": "mu", "times": "time", "positions": "length"}
         arguments = {key: system_units.strip(value, kinds[key], key) for key, value in arguments.items()}
@@ -134,7 +134,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tupl
         raise InvalidInput(f"semi-major axis of orbit is {orbit.a!r}; {expected}")
     angle = Units().number
     e, i, node, argument, mean = (angle(getattr(orbit, key), "angle", key) for key in ("e", "i", "Omega", "omega", "M"))
-    rate = np.sqrt(_GM["sun"] / abs(a) ** 3)
+    rate = np.sqrt(GM["sun"] / abs(a) ** 3)
     elapsed = (start - epoch).to_value("s")
 
     def position_at(times: Floats) -> Floats:
@@ -143,7 +143,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, system_units: Units) -> tupl
             anomaly = np.remainder(anomaly, 2 * np.pi)
         ones = np.ones_like(times)
         orbits = KeplerElements(a * ones, e * ones, i * ones, node * ones, argument * ones, anomaly)
-        return np.asarray(orbits.to_cartesian(_GM["sun"])[0])
+        return np.asarray(orbits.to_cartesian(GM["sun"])[0])
 
     return position_at, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
 

@@ -19,7 +19,7 @@ from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.kinds import instance
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, Units, gathered, is_quantity, need
+from ..base.units import UNITLESS, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Array, Floats
@@ -204,8 +204,6 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
     True
     """
     lon, lat = longitude_latitude((longitude, latitude), "pole")
-    w = Units().number(angle, "angle", "angle")
+    w = UNITLESS.number(angle, "angle", "angle")
     warn_if_degrees(angle, "angle")
-    return rotations.product(
-        rotations.about_axis(2, lon + np.pi / 2), rotations.about_axis(0, np.pi / 2 - lat), rotations.about_axis(2, w)
-    )
+    return rotations.product(rotations.of_plane(lon + np.pi / 2, np.pi / 2 - lat), rotations.about_axis(2, w))

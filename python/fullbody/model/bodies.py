@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -72,9 +72,9 @@ class Body(ScalarFields, Tabled):
         expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, a HarmonicShape, a ConvexShape, "
         expected += "StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
-            if given := shapes.amounts(mass=mass, density=density, GM=GM):
+            if amounts := shapes.amounts(mass=mass, density=density, GM=GM):
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
-                raise InvalidInput(f"{called} is given {given[0]}, and is a composite; {expected}")
+                raise InvalidInput(f"{called} is given {amounts[0]}, and is a composite; {expected}")
         else:
             shapes.refuse_amount(called, shape, mass=mass, density=density, GM=GM)
         self._attraction: tuple[Any, _core.Attraction] | None = None
@@ -87,7 +87,7 @@ class Body(ScalarFields, Tabled):
         if isinstance(shape, Composite) and len(united) == 1 and not (shape.has_GM and False in united):
             # A total mass of zero and impossible moments of inertia show only in the whole body. If only some numbers
             # have units, only a system can compute them.
-            self._core(self._own_units(), 0)
+            self._core(self._inferred_units(), 0)
 
     shape = Attribute[Solid | Composite]("_shape", "The shape.")
     name = Attribute[str | None]("_name", "The name.")
@@ -95,14 +95,14 @@ class Body(ScalarFields, Tabled):
     @property
     def mass(self) -> Scalar:
         """Mass as given, density times volume, or GM by G; for a composite the sum of the masses of its parts."""
-        return self._mass if self._mass is not None else self._own("mass", "mass")
+        return self._mass if self._mass is not None else self._computed("mass", "mass")
 
     @property
     def density(self) -> Scalar | None:
         """Density as given, or mass by volume; ``None`` for a shape without a volume, and for a composite."""
         density: Scalar | None = self._density
         if density is None and not isinstance(self._shape, (*shapes.WITHOUT_VOLUME, Composite)):
-            density = self.mass / self._own("volume", "volume")
+            density = self.mass / self._computed("volume", "volume")
         return density
 
     @property
@@ -116,7 +116,7 @@ class Body(ScalarFields, Tabled):
         >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
         array([ 5., 10., 13.])
         """
-        return self._own("inertia", "inertia")
+        return self._computed("inertia", "inertia")
 
     @property
     def working_frame(self) -> WorkingFrame | None:
@@ -130,12 +130,12 @@ class Body(ScalarFields, Tabled):
         >>> fullbody.Body(fullbody.Composite(ends)).working_frame.position
         array([-2.5,  0. , -5. ])
         """
-        units = self._own_units()
+        units = self._inferred_units()
         if isinstance(self._shape, ConvexShape):
             return WorkingFrame(units.attach(np.zeros(3), "length"), np.eye(4)[0])
-        if (found := self._core(units, 0).working_frame) is None:
+        if (frame := self._core(units, 0).working_frame) is None:
             return None
-        return WorkingFrame(units.attach(np.array(found[0]), "length"), np.array(found[1]))
+        return WorkingFrame(units.attach(np.array(frame[0]), "length"), np.array(frame[1]))
 
     def fitted_ellipsoid(self) -> Ellipsoid:
         """Return the ellipsoid along the body frame that, homogeneous and of the same mass, has the moments of inertia.
@@ -152,7 +152,7 @@ class Body(ScalarFields, Tabled):
         >>> fullbody.Body(fullbody.Composite(ends)).fitted_ellipsoid().a
         2.449489742783178
         """
-        units = self._own_units()
+        units = self._inferred_units()
         axes = self._core(units, 0).semi_axes
         if isinstance(self._shape, ConvexShape):
             raise InvalidInput(f"{self._called} is a ConvexShape, without known moments; expected its polyhedron()")
@@ -186,29 +186,26 @@ class Body(ScalarFields, Tabled):
         >>> alpha.harmonics(4).C[2, 0].round(6)
         np.float64(-0.018163)
         """
-        units = self._own_units()
+        units = self._inferred_units()
         return harmonics_of(self._core(units, 0), degree, units)
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         """Return all dimensional numbers by their names, with their dimensions."""
-        if isinstance(self._shape, Composite):
-            return self._shape._numbers()
-        given = {"mass": (self._mass, "mass"), "density": (self._density, "density"), "GM": (self._GM, "mu")}
-        called = self._called
-        lengths = {label: (value, "length") for label, value in shapes.lengths_of(self._shape).items()}
-        return lengths | {f"{name} of {called}": one for name, one in given.items() if one[0] is not None}
+        amounts = {"mass": (self._mass, "mass"), "density": (self._density, "density"), "GM": (self._GM, "mu")}
+        present = {f"{name} of {self._called}": number for name, number in amounts.items() if number[0] is not None}
+        return self._shape._numbers() | present
 
     @property
     def _called(self) -> str:
         """The name in errors."""
         return "the body" if self._name is None else self._name
 
-    def _own_units(self) -> Units:
+    def _inferred_units(self) -> Units:
         return shapes.inferred_units(self._numbers())
 
-    def _own(self, name: str, dimension: str) -> Any:
+    def _computed(self, name: str, dimension: str) -> Any:
         """Return a number of the core's body in the body's own units."""
-        units = self._own_units()
+        units = self._inferred_units()
         return units.attach(getattr(self._core(units, 0), name), dimension)
 
     def _tables(self) -> tuple[Table, ...]:
@@ -228,13 +225,13 @@ class Body(ScalarFields, Tabled):
         for name in ("mass", "density"):
             with contextlib.suppress(InvalidInput):
                 rows += [(name, number(value))] if (value := getattr(self, name)) is not None else []
-        whole = Table(f"Body {self.name}" if self.name is not None else "Body", (), rows)
-        return (whole, _table_of_parts(self.shape.parts)) if isinstance(self.shape, Composite) else (whole,)
+        table = Table(f"Body {self.name}" if self.name is not None else "Body", (), rows)
+        return (table, _table_of_parts(self.shape.parts)) if isinstance(self.shape, Composite) else (table,)
 
     def __repr__(self) -> str:
         values = (("mass", self._mass), ("density", self._density), ("GM", self._GM), ("name", self._name))
-        given = [f"{name}={value!r}" for name, value in values if value is not None]
-        return f"Body({', '.join([repr(self._shape), *given])})"
+        present = [f"{name}={value!r}" for name, value in values if value is not None]
+        return f"Body({', '.join([repr(self._shape), *present])})"
 
     def __reduce__(self) -> Any:
         return partial(Body, self._shape, mass=self._mass, density=self._density, name=self._name, GM=self._GM), ()
@@ -244,18 +241,14 @@ class Body(ScalarFields, Tabled):
 
     def _with(self, units: Units, G: float) -> Body:
         """Return the body in a system with these units and G: its plain numbers become Quantities, and GM a mass."""
-        if self._GM is not None:
-            mu = units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE)
-            shape: Any = self._shape
-            return Body(shapes.attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
-        if isinstance(self._shape, Composite) and self._shape.has_GM:
-            return Body(self._shape._with(units, G), name=self._name)
-        if not units.defined or all(is_quantity(value) for value, _ in self._numbers().values()):
+        has_GM = self._GM is not None or (isinstance(self._shape, Composite) and self._shape.has_GM)
+        numbers = (value for value, _ in self._numbers().values())
+        if not has_GM and (not units.defined or all(map(is_quantity, numbers))):
             return self
-        if isinstance(self._shape, Composite):
-            return Body(self._shape._with(units, G), name=self._name)
         mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
-        return Body(shapes.attached(self._shape, units), mass=mass, density=density, name=self._name)
+        if self._GM is not None:
+            mass = units.attach(units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE) / G, "mass")
+        return Body(self._shape._with(units, G), mass=mass, density=density, name=self._name)
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
@@ -265,15 +258,15 @@ class Body(ScalarFields, Tabled):
                 raise InvalidInput(f"mass of {self._called} {follows}; expected its system's")
             return self._with(units, units.gravitational_constant)._core(units, index)
         name = self._name if self._name is not None else f"body {index}"
+        shape: Any = self._shape._core(units, name)
         if isinstance(self._shape, Composite):
-            return self._shape._core(units, name)
-        if isinstance(self._shape, ConvexShape):
-            return self._shape._core(units, name, units.number(self._mass, "mass", f"mass of {name}"))
-        shape = shapes.core_shape(self._shape, units, name)
+            return shape
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {name}")
             for value, dimension in ((self._mass, "mass"), (self._density, "density"))
         )
+        if isinstance(self._shape, ConvexShape):
+            return _core.Body.of_facets(name, self._shape.normals, shape, cast(float, mass))
         return _core.Body(name, shape, mass, density)
 
     def _notes(self) -> dict[str, Any]:
@@ -350,9 +343,8 @@ class Body(ScalarFields, Tabled):
             from astropy import constants
 
             G = constants.G
-        own = {label: value for label, (value, _) in self._numbers().items()}
-        known = refuse_mixture({"points": points, "G": G, **own})
-        units = _units_of(points, G) if known else Units()
+        numbers = {label: value for label, (value, _) in self._numbers().items()}
+        units = _units_of(points, G) if refuse_mixture({"points": points, "G": G, **numbers}) else Units()
         array = points_in(points, units)
         constant = units.number(G, "G", "G")
         key = (units.names, constant)
@@ -380,8 +372,8 @@ def _table_of_parts(parts: Sequence[Part]) -> Table:
             axes = part.shape.semi_axes
             size = "-" if axes is None else ", ".join(map(number, axes))
         amount = f"{number(part.mass)}" if part.density is None else f"density {number(part.density)}"
-        place = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
-        return type(part.shape).__name__, size, amount, place
+        position = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
+        return type(part.shape).__name__, size, amount, position
 
     more = len(parts) - SHOWN
     rows = [*map(row, parts[:SHOWN]), *([(f"{more} more", "", "", "")] if more > 0 else [])]

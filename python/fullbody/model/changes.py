@@ -12,7 +12,7 @@ from ..base.arguments import directions, place, warn_if_degrees
 from ..base.kinds import Number, choice
 from ..base.limits import LATITUDE, POSITIVE
 from ..base.tables import number
-from ..base.units import Units, is_quantity, strip_to
+from ..base.units import UNITLESS, Units, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..typing import Floats
 from .context import SystemLike
@@ -48,7 +48,7 @@ def kick(
     Parameters
     ----------
     body : int or str
-        The place of the body, or its name if the state comes from a run, a system or a ready-made start.
+        The index of the body, or its name if the state comes from a run, a system or a ready-made start.
     dv : array_like or Quantity, (3,)
         The change of its velocity, with a unit if the state has units.
     along : {"inertial", "body", "orbit"}
@@ -81,7 +81,7 @@ def kick(
     >>> print(f"{fullbody.observables.mutual_period(run).mean:.2f}")
     11.37 h
     """
-    index = _place(state, body, "body of kick")
+    index = _index(state, body, "body of kick")
     dv = Number("velocity", shape=(3,))(dv, "dv")
     axes = _axes(state, index, along, about, "kick")
     velocity = state.core.velocity
@@ -156,7 +156,7 @@ def impact(
     >>> float(np.linalg.norm(dv.value).round(1))
     2.6
     """
-    index = _place(state, body, "body of impact")
+    index = _index(state, body, "body of impact")
     axes = _axes(state, index, along, about, "impact")
     context = system.context
     units, core = context.units, state.in_units(context.units)
@@ -166,19 +166,19 @@ def impact(
     lon, lat = units.number(longitude, "angle", "longitude"), units.number(latitude, "angle", "latitude", LATITUDE)
     warn_if_degrees(longitude, "longitude")
     (point,), (normal,) = _core.surface(context.core, index, rotations.towards(lon, lat)[None])
-    turn, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
+    rotation, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
-    relative = turn.T @ (axes @ coming) - np.cross(spins[index], point)
+    relative = rotation.T @ (axes @ coming) - np.cross(spins[index], point)
     if relative @ normal >= 0.0:
         speed = number(units.attach(np.float64(relative @ normal), "velocity"), 4)
         raise InvalidInput(
             f"velocity of the projectile is {velocity!r}, by which it leaves the surface there at {speed} along the "
             "normal; expected one that comes from outside, relative to the body's centre"
         )
-    out = normal if ejecta is None else turn.T @ (axes @ directions(ejecta, "ejecta", single=True))
+    out = normal if ejecta is None else rotation.T @ (axes @ directions(ejecta, "ejecta", single=True))
     out = out / np.linalg.norm(out)
     momentum = amount * (relative + (enhanced - 1.0) * (out @ relative) * out)
-    velocities[index] += turn @ momentum / context.bodies[index].mass
+    velocities[index] += rotation @ momentum / context.bodies[index].mass
     spins[index] += np.cross(point, momentum) / context.bodies[index].inertia
     return state.replace(
         time=units.attach(core.time, "time"),
@@ -229,22 +229,22 @@ def rotated(
     >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
     10.0
     """
-    index = _place(state, body, "body of rotated")
-    way = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", single=True)
+    index = _index(state, body, "body of rotated")
+    direction = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", single=True)
     attitude = state.core.attitude
-    turn = rotations.about(way, Units().number(angle, "angle", "angle"))
+    rotation = rotations.about(direction, UNITLESS.number(angle, "angle", "angle"))
     # No body is turned by more than a turn, or in a state with units by more than half of one.
     warn_if_degrees(angle, "angle", 0.5 if state.units else 1.0)
-    attitude[index] = rotations.product(turn, attitude[index])
+    attitude[index] = rotations.product(rotation, attitude[index])
     return state.replace(attitude=attitude)
 
 
-def _place(state: StateLike, body: object, what: str) -> int:
-    """Return the place of a body from its place or name."""
+def _index(state: StateLike, body: object, what: str) -> int:
+    """Return the index of a body from its index or name."""
     if isinstance(body, str) and not state.names:
         raise InvalidInput(
             f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
-            f"ready-made systems do); expected a place, 0 to {len(state.core.position) - 1}"
+            f"ready-made systems do); expected an index, 0 to {len(state.core.position) - 1}"
         )
     return place(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
 
@@ -256,12 +256,13 @@ def _axes(state: StateLike, index: int, along: str, about: int | str | None, wha
             raise InvalidInput(f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only")
         return np.eye(3) if along == "inertial" else state.core.rotation_matrix[index]
     if about is None:
-        others = [k for k in range(len(state.core.position)) if k != index]
-        if len(others) != 1:
-            count = f"there are {len(others)} other bodies"
-            raise InvalidInput(f"about of {what} is not given, and {count}; expected one of them")
-        about = others[0]
-    other = _place(state, about, f"about of {what}")
+        count = len(state.core.position) - 1
+        if count != 1:
+            raise InvalidInput(
+                f"about of {what} is not given, and there are {count} other bodies; expected one of them"
+            )
+        about = 1 - index
+    other = _index(state, about, f"about of {what}")
     if other == index:
         raise InvalidInput(f"about of {what} is {about!r}, the body itself; expected another one")
     r = state.core.position[index] - state.core.position[other]

@@ -16,7 +16,7 @@ from ..base.units import UNITLESS, Units, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, Sphere, attached, core_shape, inferred_units, lengths_of, refuse_amount
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, inferred_units, refuse_amount
 
 #: The largest number of parts that the printed form of a composite lists one by one.
 SHOWN = 20
@@ -78,14 +78,14 @@ class Part(Declared):
         object.__setattr__(self, "attitude", tuple(quaternion.tolist()))
 
     def __repr__(self) -> str:
-        given = ((name, getattr(self, name)) for name in ("mass", "density", "GM"))
-        value = next(f"{name}={value!r}" for name, value in given if value is not None)
+        amounts = ((name, getattr(self, name)) for name in ("mass", "density", "GM"))
+        value = next(f"{name}={value!r}" for name, value in amounts if value is not None)
         position = "" if self.position is None else f", position={self.position!r}"
         attitude = "" if self.attitude == _UNTURNED else f", attitude={self.attitude!r}"
         return f"Part({self.shape!r}, {value}{position}{attitude})"
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
-        return {label: (value, "length") for label, value in lengths_of(self.shape).items()} | Declared._numbers(self)
+        return self.shape._numbers() | Declared._numbers(self)
 
     def _in(self, units: Units, what: str) -> tuple[Any, float | None, float | None, Any, Any]:
         """Return the part in the form that the core takes, in a system's units."""
@@ -93,7 +93,7 @@ class Part(Declared):
             raise InvalidInput(f"mass of {what} follows from its GM and the G of a system; expected its system's")
         numbers = self._unitless(units, of=what)
         position = [0.0, 0.0, 0.0] if self.position is None else numbers["position"]
-        return core_shape(self.shape, units, what), numbers["mass"], numbers["density"], position, self.attitude
+        return self.shape._core(units, what), numbers["mass"], numbers["density"], position, self.attitude
 
     def _with(self, units: Units, G: float) -> Part:
         numbers = Declared._numbers(self)
@@ -101,7 +101,7 @@ class Part(Declared):
         if self.GM is not None:
             mass = units.number(self.GM, "mu", "GM of a part") / G
             arguments |= {"mass": units.attach(mass, "mass"), "GM": None}
-        return replace(self, shape=attached(self.shape, units), **arguments)
+        return replace(self, shape=self.shape._with(units, G), **arguments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,8 +218,8 @@ class Composite:
         factor = wanted / self._core(units, "the composite").mass
 
         def scaled(part: Part) -> Part:
-            given = {name: getattr(part, name) for name in ("mass", "density", "GM")}
-            return replace(part, **{name: value * factor for name, value in given.items() if value is not None})
+            amounts = {name: getattr(part, name) for name in ("mass", "density", "GM")}
+            return replace(part, **{name: value * factor for name, value in amounts.items() if value is not None})
 
         return Composite([scaled(part) for part in self.parts])
 

@@ -87,9 +87,12 @@ class Force(Declared):
 
     def __repr__(self) -> str:
         entries = sorted(fields(self), key=lambda entry: entry.name == "name")
-        given = ((entry, getattr(self, entry.name)) for entry in entries)
-        given = (one for one in given if one[0].default is MISSING or not same(one[1], one[0].default))
-        parts = (f"{entry.name}={brief(value)}" for entry, value in given)
+        values = ((entry, getattr(self, entry.name)) for entry in entries)
+        parts = [
+            f"{entry.name}={brief(value)}"
+            for entry, value in values
+            if entry.default is MISSING or not same(value, entry.default)
+        ]
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _usual_name(self) -> str:
@@ -102,13 +105,13 @@ class Force(Declared):
 
     def _radius(self, context: Context, index: int, role: str = "radius") -> float:
         """Return a radius that the force was given, or that of the sphere with the body's volume."""
-        if (given := getattr(self, role, None)) is not None:
-            return context.units.number(given, "length", self._what(role), POSITIVE)
+        if (radius := getattr(self, role, None)) is not None:
+            return context.units.number(radius, "length", self._what(role), POSITIVE)
         volume = float(context.bodies[index].volume)
         if volume == 0.0:
             point = f"{context.names[index]} is a point"
             raise InvalidInput(f"{role} of {self.name} is not given, and {point}; expected a radius")
-        return float(cbrt(0.75 * volume / pi))
+        return radius_of(volume)
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description that the core takes, in numbers of a system's units."""
@@ -116,6 +119,7 @@ class Force(Declared):
             raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
 
         def name_of_body(body: Any, what: str) -> str:
+            # An index may add a name to those of the context of a new force.
             index = context.index(body, what)
             return context.names[index]
 
@@ -149,6 +153,11 @@ class Force(Declared):
         return None
 
 
+def radius_of(volume: float) -> float:
+    """Return the radius of the sphere of a volume."""
+    return float(cbrt(0.75 * volume / pi))
+
+
 def rebuilt(described: dict[str, Any], units: Units) -> Force:
     """Rebuild a force from its description in numbers of these units, which may come from a file."""
     kind = described["kind"]
@@ -170,5 +179,5 @@ def acted_on(alone: Context, forces: tuple[Force, ...]) -> Context:
 
 def forces_of(value: Any) -> tuple[Force, ...]:
     """Return external forces as a tuple, or raise an error that shows what is not a force."""
-    each = "forces of fullbody.forces, such as ThirdBody(...)"
-    return sequence(value, Force, "forces", "a sequence of forces, such as [ThirdBody(...)]", each)
+    expected = "forces of fullbody.forces, such as ThirdBody(...)"
+    return sequence(value, Force, "forces", "a sequence of forces, such as [ThirdBody(...)]", expected)

@@ -6,9 +6,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from .. import _core
 from ..base.attributes import Attribute
-from ..base.kinds import Number, whole
+from ..base.kinds import Number, united, whole
 from ..base.limits import POSITIVE
 from ..base.units import UNITLESS, Units, is_quantity, plain, strip_to
 from ..base.values import ScalarFields
@@ -22,7 +21,27 @@ from .polyhedron import Polyhedron
 _RATIO = 1e3, 1e9
 
 
-class HarmonicShape(Polyhedron):
+class _Series:
+    """What the shapes of a series of spherical harmonics have in common."""
+
+    __slots__ = ()
+
+    _coefficients: Floats
+    _reference_radius: Any
+
+    coefficients = Attribute[Floats]("_coefficients", "The coefficients ((L + 1)^2,) of the series.")
+    degree = Attribute[int](lambda shape: _degree(shape._coefficients), "The degree L of the series.")
+    reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
+
+    def _notes(self) -> dict[str, Any]:
+        return {"series": self._coefficients.tolist()}
+
+    def _text(self, count: str) -> str:
+        name = type(self).__name__
+        return f"{name}(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
+
+
+class HarmonicShape(_Series, Polyhedron):
     """A polyhedron whose vertices lie where the logarithm of the radius is a series of spherical harmonics.
 
     The radius in the direction u of the working frame is R exp(sum of c_lm Y_lm(u)), above zero everywhere, so that the
@@ -71,10 +90,6 @@ class HarmonicShape(Polyhedron):
         factors = _exponential(self._coefficients, parts, _RATIO[0], "radii of HarmonicShape")
         super().__init__(factors[:, None] * mesh.points * self._reference_radius, mesh.faces)
 
-    coefficients = Attribute[Floats]("_coefficients", "The coefficients ((L + 1)^2,) of the series.")
-    degree = Attribute[int](lambda shape: _degree(shape._coefficients), "The degree L of the series.")
-    reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
-
     @classmethod
     def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any, reference_radius: Any = None) -> HarmonicShape:
         """Return the shape of vertices in a file or a pickle, which are kept to the last bit."""
@@ -90,24 +105,19 @@ class HarmonicShape(Polyhedron):
         made._reference_radius = size if reference_radius is None else reference_radius
         return made
 
-    def _with(self, units: Units) -> Self:
-        other = super()._with(units)
-        if other is not self:
-            other._reference_radius = units.attach(self._reference_radius, "length")
+    def _with(self, units: Units, G: float) -> Self:
+        other = super()._with(units, G)
+        other._reference_radius = united(self._reference_radius, "length", units)
         return other
 
-    def _notes(self) -> dict[str, Any]:
-        return {"series": self._coefficients.tolist()}
-
     def __repr__(self) -> str:
-        count = f"{len(self.faces)} faces"
-        return f"HarmonicShape(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
+        return self._text(f"{len(self.faces)} faces")
 
     def __reduce__(self) -> Any:
         return HarmonicShape._rebuild, (self.vertices, self.faces, self._coefficients, self._reference_radius)
 
 
-class ConvexShape(ScalarFields):
+class ConvexShape(_Series, ScalarFields):
     """A convex shape that is known by its light: the areas of facets of given normals, without vertices.
 
     The normals n are the points of a geodesic mesh, and the area of a facet is R^2 exp(sum of c_lm Y_lm(n)) times the
@@ -159,9 +169,6 @@ class ConvexShape(ScalarFields):
         #: The areas in the square of the unit of the reference radius.
         self._areas: Floats = factors * self._mesh.solid_angles * float(plain(self._reference_radius)) ** 2
 
-    coefficients = Attribute[Floats]("_coefficients", "The coefficients ((L + 1)^2,) of the series.")
-    degree = Attribute[int](lambda shape: _degree(shape._coefficients), "The degree L of the series.")
-    reference_radius = Attribute[Any]("_reference_radius", "The radius to which the series refers.")
     normals = Attribute[Floats]("_mesh.points", "The outward unit normals (F, 3) of the facets.")
     areas = Attribute[Any](lambda shape: shape._areas * shape._unit**2, "The areas (F,) of the facets.")
     semi_axes = Attribute[None](lambda shape: None, "``None``, since the shape has no vertices.")
@@ -206,34 +213,35 @@ class ConvexShape(ScalarFields):
     def _rebuild(cls, normals: Any, areas: Any, coefficients: Any, reference_radius: Any = None) -> ConvexShape:
         """Return the shape of areas in a file or a pickle, which are kept to the last bit."""
         made = cls(coefficients, faces=len(normals))
-        given = np.array(areas, dtype=np.float64)
-        same = given.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)
-        ratio = float(given[0] / made._areas[0]) if same else 1.0
-        if not same or not np.allclose(ratio * made._areas, given, rtol=1e-9, atol=0.0):
+        stored = np.array(areas, dtype=np.float64)
+        same = stored.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)
+        ratio = float(stored[0] / made._areas[0]) if same else 1.0
+        if not same or not np.allclose(ratio * made._areas, stored, rtol=1e-9, atol=0.0):
             raise InvalidInput("coefficients of ConvexShape do not give its areas; expected those of one shape")
-        made._areas = given
-        made._reference_radius = float(np.sqrt(ratio)) if reference_radius is None else reference_radius
-        return made
+        radius = float(np.sqrt(ratio)) if reference_radius is None else reference_radius
+        return made._changed(stored, radius)
 
-    def _core(self, units: Units, name: str, mass: float) -> _core.Body:
-        """Return the core's body in a system's units."""
-        unit = units.number(1.0 * self._unit, "length", f"reference_radius of {name}")
-        return _core.Body.of_facets(name, self.normals, self._areas * unit**2, mass)
-
-    def _with(self, units: Units) -> ConvexShape:
-        if is_quantity(self._reference_radius):
-            return self
+    def _changed(self, areas: Any, reference_radius: Any) -> ConvexShape:
+        """Return the shape with other areas of its facets, as plain numbers, and another reference radius."""
         other = object.__new__(ConvexShape)
-        other._coefficients, other._mesh, other._areas = self._coefficients, self._mesh, self._areas
-        other._reference_radius = units.attach(self._reference_radius, "length")
+        other._coefficients, other._mesh = self._coefficients, self._mesh
+        other._areas, other._reference_radius = areas, reference_radius
         return other
 
-    def _notes(self) -> dict[str, Any]:
-        return {"series": self._coefficients.tolist()}
+    def _core(self, units: Units, name: str) -> Floats:
+        """Return the areas of the facets in a system's units."""
+        unit = units.number(1.0 * self._unit, "length", f"reference_radius of {name}")
+        return self._areas * unit**2
+
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        return {"reference_radius": (self._reference_radius, "length")}
+
+    def _with(self, units: Units, G: float) -> ConvexShape:
+        """Return the shape in a system with units: its plain numbers become Quantities in them."""
+        return self._changed(self._areas, united(self._reference_radius, "length", units))
 
     def __repr__(self) -> str:
-        count = f"{len(self.normals)} facets"
-        return f"ConvexShape(degree {self.degree}, reference_radius={self._reference_radius}, {count})"
+        return self._text(f"{len(self.normals)} facets")
 
     def _parts(self) -> tuple[Any, ...]:
         return (self._coefficients, self._reference_radius, self._areas)
@@ -247,11 +255,8 @@ class ConvexShape(ScalarFields):
 
 def with_areas(shape: ConvexShape, areas: Any) -> ConvexShape:
     """Return a shape with other areas (F,) of its facets and the coefficients of the first one, for derivatives."""
-    made = object.__new__(ConvexShape)
-    made._coefficients, made._mesh = shape._coefficients, shape._mesh
-    made._reference_radius = shape._reference_radius
-    made._areas = strip_to(areas, shape._unit**2, "areas") if is_quantity(areas) else np.asarray(areas)
-    return made
+    numbers = strip_to(areas, shape._unit**2, "areas") if is_quantity(areas) else np.asarray(areas)
+    return shape._changed(numbers, shape._reference_radius)
 
 
 def _series(coefficients: Any, degree: int | None, of: str) -> Floats:
@@ -259,18 +264,16 @@ def _series(coefficients: Any, degree: int | None, of: str) -> Floats:
     if isinstance(coefficients, list | tuple) and all(isinstance(number, float | int) for number in coefficients):
         # The checks of a list look at each of its numbers, which takes long.
         coefficients = np.array(coefficients)
-    found: Floats = UNITLESS.numbers(coefficients, "number", f"coefficients of {of}", ("C",))
-    size = int(np.sqrt(len(found)) + 0.5)
+    series: Floats = UNITLESS.numbers(coefficients, "number", f"coefficients of {of}", ("C",)).copy()
+    count, size = len(series), int(np.sqrt(len(series)) + 0.5)
+    expected = "(L + 1)^2 for a degree L from 0 to 60"
     if degree is not None:
-        wanted = (whole(degree, f"degree of {of}", 0, 60) + 1) ** 2
-        if len(found) != wanted:
-            raise InvalidInput(f"coefficients of {of} has {len(found)} numbers; expected {wanted} for degree {degree}")
-    if not len(found) or size**2 != len(found) or size > 61:
-        expected = "expected (L + 1)^2 for a degree L from 0 to 60"
-        raise InvalidInput(f"coefficients of {of} has {len(found)} numbers; {expected}")
-    found = found.copy()
-    found.flags.writeable = False
-    return found
+        size = whole(degree, f"degree of {of}", 0, 60) + 1
+        expected = f"{size**2} for degree {degree}"
+    if not count or size**2 != count or size > 61:
+        raise InvalidInput(f"coefficients of {of} has {count} numbers; expected {expected}")
+    series.flags.writeable = False
+    return series
 
 
 def _degree(coefficients: Floats) -> int:

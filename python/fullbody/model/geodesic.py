@@ -43,21 +43,21 @@ def geodesic_mesh(parts: int) -> GeodesicMesh:
     ]
     points: list[Floats] = []
     faces: list[list[int]] = []
-    places: dict[Any, int] = {}
+    indices: dict[Any, int] = {}
 
-    def place(point: Floats) -> int:
+    def index_of(point: Floats) -> int:
         key = tuple((np.round(point, 9) + 0.0).tolist())
-        if key not in places:
-            places[key] = len(points)
+        if key not in indices:
+            indices[key] = len(points)
             points.append(point)
-        return places[key]
+        return indices[key]
 
     for triple in triples:
         a, b, c = corners[list(triple if np.linalg.det(corners[list(triple)]) > 0.0 else triple[::-1])]
         grid = {}
         for i, j in _within(parts):
             point = a * (parts - i - j) + b * i + c * j
-            grid[i, j] = place(point / np.linalg.norm(point))
+            grid[i, j] = index_of(point / np.linalg.norm(point))
         for i, j in _within(parts - 1):
             faces.append([grid[i, j], grid[i + 1, j], grid[i, j + 1]])
             if i + j < parts - 1:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base.arguments import names_of
 from ..base.tables import Table, Tabled, head, number, vector
+from ..base.units import plain
 from ..base.values import ArrayFields, ByName, ScalarFields, block
 from ..typing import Array, Floats, Scalar
 from .context import SystemLike
@@ -43,7 +44,7 @@ class Interactions(ArrayFields, Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of force and torque, one body per row."""
-        columns = [np.asarray(getattr(value, "value", value)) for value in (self.force, self.torque)]
+        columns = [plain(value) for value in (self.force, self.torque)]
         units = [getattr(value, "unit", "") for value in (self.force, self.torque)]
         header = ("body", head("force", units[0]), head("torque, body frame", units[1]))
         rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(columns[0]))]

@@ -9,7 +9,7 @@ around the unit sphere.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -42,7 +42,7 @@ class _Polytope(NamedTuple):
 def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return vertices (V, 3) and triangles (T, 3) of the polytope with these normals (F, 3) and areas (F,)."""
     with need("analysis", "Minkowski's problem"):
-        from scipy.sparse import csc_matrix
+        from scipy.sparse import bmat, csc_matrix
         from scipy.sparse.linalg import spsolve
 
     wanted = closed(normals, areas)
@@ -51,7 +51,8 @@ def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int
     heights = np.ones(len(normals))
     here = _intersection(normals, heights)
     # Areas and heights have the unit in which the surface is one.
-    heights, here = _scaled(normals, here.areas.sum(), heights)
+    heights = heights / np.sqrt(here.areas.sum())
+    here = _intersection(normals, heights)
     least = 0.5 * min(float(here.areas.min()), float(wanted.min()))
     for _ in range(_STEPS):
         residual = wanted - here.areas
@@ -60,13 +61,13 @@ def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int
             return vertices * np.sqrt(surface), triangles
         size = len(normals)
         sine, cosine = np.sin(here.angle), np.cos(here.angle)
-        off, own = here.length / sine, -here.length * cosine / sine
+        across, along = here.length / sine, -here.length * cosine / sine
         rows = np.concatenate([here.left, here.right, here.left, here.right])
         columns = np.concatenate([here.right, here.left, here.left, here.right])
-        jacobian = csc_matrix((np.concatenate([off, off, own, own]), (rows, columns)), shape=(size, size))
+        jacobian = csc_matrix((np.concatenate([across, across, along, along]), (rows, columns)), shape=(size, size))
         # A shift of the polytope changes no area; the origin stays where the weighted heights of a shift vanish.
         border = csc_matrix(normals * wanted[:, None])
-        full = csc_matrix(_bordered(jacobian, border))
+        full = csc_matrix(bmat([[jacobian, border], [border.T, None]]))
         step = spsolve(full, np.concatenate([residual, np.zeros(3)]))[:size]
         share, norm = 1.0, np.linalg.norm(residual)
         while share > 1e-8:
@@ -97,12 +98,6 @@ def closed(normals: Floats, areas: Floats) -> Floats:
     return np.asarray(areas * factors)
 
 
-def _bordered(jacobian: Any, border: Any) -> Any:
-    from scipy.sparse import bmat
-
-    return bmat([[jacobian, border], [border.T, None]])
-
-
 def _intersection(normals: Floats, heights: Floats) -> _Polytope:
     """Return the polytope of points x with n_i.x <= h_i, whose dual is the convex hull of the points n_i / h_i."""
     from scipy.spatial import ConvexHull
@@ -118,19 +113,14 @@ def _intersection(normals: Floats, heights: Floats) -> _Polytope:
         left.append(facets[once, (k + 1) % 3])
         right.append(facets[once, (k + 2) % 3])
         length.append(np.linalg.norm(vertices[once] - vertices[other[once]], axis=1))
-    one, two, edge = np.concatenate(left), np.concatenate(right), np.concatenate(length)
-    across = np.linalg.norm(np.cross(normals[one], normals[two]), axis=1)
-    angle = np.arctan2(across, np.sum(normals[one] * normals[two], axis=1))
+    i, j, edge = np.concatenate(left), np.concatenate(right), np.concatenate(length)
+    across = np.linalg.norm(np.cross(normals[i], normals[j]), axis=1)
+    angle = np.arctan2(across, np.sum(normals[i] * normals[j], axis=1))
     sine, cosine = np.sin(angle), np.cos(angle)
     areas: Floats = np.zeros(len(normals))
-    areas += np.bincount(one, 0.5 * edge * (heights[two] - heights[one] * cosine) / sine, len(normals))
-    areas += np.bincount(two, 0.5 * edge * (heights[one] - heights[two] * cosine) / sine, len(normals))
-    return _Polytope(vertices, facets, areas, one, two, edge, angle)
-
-
-def _scaled(normals: Floats, surface: float, heights: Floats) -> tuple[Floats, _Polytope]:
-    heights = heights / np.sqrt(surface)
-    return heights, _intersection(normals, heights)
+    areas += np.bincount(i, 0.5 * edge * (heights[j] - heights[i] * cosine) / sine, len(normals))
+    areas += np.bincount(j, 0.5 * edge * (heights[i] - heights[j] * cosine) / sine, len(normals))
+    return _Polytope(vertices, facets, areas, i, j, edge, angle)
 
 
 def _centred(normals: Floats, heights: Floats, here: _Polytope) -> tuple[Floats, _Polytope]:

@@ -13,7 +13,7 @@ from .. import _core
 from ..base.atomic import other_reader
 from ..base.attributes import Attribute
 from ..base.kinds import Number
-from ..base.units import Units, is_quantity, need
+from ..base.units import Units, is_quantity, need, plain
 from ..base.values import same
 from ..errors import InvalidInput
 from ..typing import Floats, Scalar
@@ -64,17 +64,15 @@ class Polyhedron:
         self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
         expected = "expected whole numbers (F, 3)"
         try:
-            given = np.asarray(faces)
+            table = np.asarray(faces)
             # Text and nan become integers that differ from what was given, which the comparison below detects.
             with np.errstate(invalid="ignore"):
-                found = given.astype(np.int64)
+                self._faces: npt.NDArray[np.int64] = table.astype(np.int64)
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"faces is not a table of numbers; {expected}") from error
-        if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind == "b" or not np.all(found == given):
-            raise InvalidInput(f"faces is of shape {given.shape} and type {given.dtype}; {expected}")
-        self._faces: npt.NDArray[np.int64] = found
-        plain = np.ascontiguousarray(getattr(self._vertices, "value", self._vertices), dtype=np.float64)
-        self._made = _core.Polyhedron(plain, np.ascontiguousarray(found))
+        if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind == "b" or not np.all(self._faces == table):
+            raise InvalidInput(f"faces is of shape {table.shape} and type {table.dtype}; {expected}")
+        self._made = _core.Polyhedron(np.ascontiguousarray(plain(points)), np.ascontiguousarray(self._faces))
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 
@@ -152,7 +150,7 @@ class Polyhedron:
             raise InvalidInput(f"{path}: {error}{hint}") from error
 
     def _core(self, units: Units, name: str) -> _core.Polyhedron:
-        """Return the core's polyhedron in a system's units."""
+        """Return the core's form of the shape in a system's units."""
         first = self._vertices[:1]
         if not is_quantity(first) or not units.defined:
             units.strip(first, "length", f"vertices of {name}")
@@ -177,7 +175,11 @@ class Polyhedron:
         unit = self._vertices.unit if is_quantity(self._vertices) else None
         return Polyhedron(made if unit is None else made * unit, self._faces)
 
-    def _with(self, units: Units) -> Self:
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        return {"vertices": (self._vertices, "length")}
+
+    def _with(self, units: Units, G: float) -> Self:
+        """Return the shape in a system with units: its plain numbers become Quantities in them."""
         if is_quantity(self._vertices):
             return self
         other = object.__new__(type(self))
@@ -224,9 +226,11 @@ def _table(rows: list[list[str]]) -> tuple[Floats, _Indices]:
         expected = "expected the number of vertices, or the numbers of vertices and faces"
         raise ValueError(f"the first row is not a count; {expected}")
     count = int(rows[0][0])
-    points, rest = rows[1 : count + 1], rows[count + 1 :]
-    faces = int(rows[0][1]) if len(rows[0]) == 2 else int(rest[0][0])
-    corners = rest if len(rows[0]) == 2 else rest[1:]
+    points, corners = rows[1 : count + 1], rows[count + 1 :]
+    if len(rows[0]) == 2:
+        faces = int(rows[0][1])
+    else:
+        faces, corners = int(corners[0][0]), corners[1:]
     if len(points) != count or len(corners) != faces:
         raise ValueError(f"the table has {len(points)} of {count} vertices and {len(corners)} of {faces} faces")
     if any(len(row) not in (3, 4) for row in points + corners):
@@ -246,8 +250,8 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, _Indices]:
     vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
     if kind == "stl":
         # The format repeats each vertex for each of its faces.
-        vertices, places = np.unique(vertices, axis=0, return_inverse=True)
-        faces = places.reshape(-1)[faces]
+        vertices, indices = np.unique(vertices, axis=0, return_inverse=True)
+        faces = indices.reshape(-1)[faces]
     return vertices, faces
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Self, cast, get_args
 
-from .. import _core
 from ..base.arguments import refuse_mixture
+from ..base.attributes import Attribute
 from ..base.kinds import Declared, Number, of_kind, united
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
@@ -26,13 +26,25 @@ class _Ellipsoidal(Declared):
 
     @property
     def _lengths(self) -> tuple[Any, ...]:
-        given = self._parts()
-        return given if len(given) == 3 else given * 3
+        lengths = self._parts()
+        return lengths if len(lengths) == 3 else lengths * 3
 
     @property
     def semi_axes(self) -> Any:
         """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity."""
         return gathered(self._lengths, "semi_axes")
+
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        return {name: (length, "length") for name, length in zip(_AXES, self._lengths, strict=True)}
+
+    def _with(self, units: Units, G: float) -> Self:
+        """Return the shape in a system with units: its plain numbers become Quantities in them."""
+        return type(self)(*(united(length, "length", units) for length in self._parts()))
+
+    def _core(self, units: Units, name: str) -> tuple[float, ...]:
+        """Return the core's form of the shape in a system's units."""
+        labelled = zip(_AXES, self._lengths, strict=True)
+        return tuple(units.number(axis, "length", f"{label} of {name}") for label, axis in labelled)
 
     def _layer(self, fraction: float) -> Self:
         """Return the shape scaled about its centre."""
@@ -69,7 +81,7 @@ class Ellipsoid(_Ellipsoidal):
 
     def __post_init__(self) -> None:
         self._check_fields()
-        refuse_mixture(dict(zip(_AXES, self._lengths, strict=True)))
+        refuse_mixture({name: length for name, (length, _) in self._numbers().items()})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,11 +116,15 @@ class PointMass:
     Body(PointMass(), mass=1.0, name='probe')
     """
 
-    _lengths = None
+    semi_axes = Attribute[None](lambda shape: None, "``None``, since a point has no semi-axes.")
 
-    @property
-    def semi_axes(self) -> None:
-        """``None``, since a point has no semi-axes."""
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        return {}
+
+    def _with(self, units: Units, G: float) -> PointMass:
+        return self
+
+    def _core(self, units: Units, name: str) -> None:
         return None
 
 
@@ -123,65 +139,30 @@ WITHOUT_VOLUME: dict[type[Any], str] = {
 SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in get_args(Solid)}
 
 
-def lengths_of(shape: Solid) -> dict[str, Any]:
-    """Return the semi-axes by their names, the vertices or the radius; the dictionary is empty for a point."""
-    if isinstance(shape, Polyhedron):
-        return {"vertices": shape.vertices}
-    if isinstance(shape, StokesCoefficients):
-        return {"radius": shape.radius}
-    if isinstance(shape, ConvexShape):
-        return {"reference_radius": shape.reference_radius}
-    return dict(zip(_AXES, shape._lengths or (), strict=False))
-
-
-def inferred_units(known: dict[str, tuple[Any, str]]) -> Units:
+def inferred_units(numbers: dict[str, tuple[Any, str]]) -> Units:
     """Return the units of the first length and of the first mass or density among numbers, if they have units."""
-    if not refuse_mixture({label: value for label, (value, _) in known.items()}):
+    if not refuse_mixture({label: value for label, (value, _) in numbers.items()}):
         return Units()
     first: dict[str, Any] = {}
-    for value, dimension in known.values():
+    for value, dimension in numbers.values():
         first.setdefault(dimension, value.unit)
     length = first.get("length", unit_named("m"))
     mass = first["density"] * length**3 if "density" in first else "kg"
     return Units((length, "s", first.get("mass", mass)))
 
 
-def core_shape(
-    shape: Solid, units: Units, name: str
-) -> tuple[float, float, float] | _core.Polyhedron | _core.StokesCoefficients | None:
-    """Return the core's form of a shape in a system's units; a tuple of semi-axes, or ``None`` for a point."""
-    if isinstance(shape, Polyhedron | StokesCoefficients):
-        return shape._core(units, name)
-    # A body whose facets alone are known has no core's shape.
-    if isinstance(shape, ConvexShape) or shape._lengths is None:
-        return None
-    labelled = zip(shape._lengths, "abc", strict=True)
-    a, b, c = (units.number(axis, "length", f"semi-axis {label} of {name}") for axis, label in labelled)
-    return a, b, c
-
-
-def attached(shape: Solid, units: Units) -> Solid:
-    """Return the shape in a system with units: its plain numbers become Quantities in them."""
-    if isinstance(shape, Polyhedron | StokesCoefficients | ConvexShape):
-        return shape._with(units)
-    if isinstance(shape, PointMass):
-        return shape
-    numbers = shape._numbers().items()
-    return type(shape)(**{name: united(value, dimension, units) for name, (value, dimension) in numbers})
-
-
-def amounts(**given: Any) -> list[str]:
+def amounts(**values: Any) -> list[str]:
     """Return those of a mass, a density and a GM that are given, with an article."""
-    return [f"a {name}" for name, value in given.items() if value is not None]
+    return [f"a {name}" for name, value in values.items() if value is not None]
 
 
-def refuse_amount(called: str, shape: Any, **given: Any) -> None:
+def refuse_amount(called: str, shape: Any, **values: Any) -> None:
     """Raise an error unless one of a mass, a density and a GM is given, or if a density is given for a point."""
-    found = amounts(**given)
-    if len(found) != 1:
-        amount = f"both {' and '.join(found)}" if found else f"neither {' nor '.join(given)}"
+    names = amounts(**values)
+    if len(names) != 1:
+        amount = f"both {' and '.join(names)}" if names else f"neither {' nor '.join(values)}"
         raise InvalidInput(f"{called} is given {amount}; expected one of them")
-    if (density := given["density"]) is not None and isinstance(shape, tuple(WITHOUT_VOLUME)):
+    if (density := values["density"]) is not None and isinstance(shape, tuple(WITHOUT_VOLUME)):
         what = WITHOUT_VOLUME[type(shape)]
         raise InvalidInput(f"density of {called} is {density!r}; expected a mass: {what} has no volume")
 

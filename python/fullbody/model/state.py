@@ -15,7 +15,7 @@ from ..base.kinds import Number, choice
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.unit_names import unit_named
-from ..base.units import ANY, Units, gathered, is_quantity, numbers, scalar
+from ..base.units import ANY, UNITLESS, Units, gathered, is_quantity, numbers, plain, scalar
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Floats, Scalar
@@ -89,18 +89,18 @@ class State(Tabled):
     rotated = rotated
 
     def __init__(self, position: Any, velocity: Any, attitude: Any = None, spin: Any = None, time: Any = 0.0) -> None:
-        turn = None if attitude is None else numbers(attitude, "attitude")
-        self._fill(_core.State, turn, time=time, position=position, velocity=velocity, spin=spin)
-        if turn is not None:
-            _warn_of_lengths(turn)
+        quaternions = None if attitude is None else numbers(attitude, "attitude")
+        self._fill(_core.State, quaternions, time=time, position=position, velocity=velocity, spin=spin)
+        if quaternions is not None:
+            _warn_of_lengths(quaternions)
 
-    def _fill(self, make: Callable[..., _core.State], turn: Any, **given: Any) -> None:
+    def _fill(self, make: Callable[..., _core.State], attitude: Any, **arguments: Any) -> None:
         """Make the core's state from attitudes, none of which turns by default, or angles, and the other parts."""
         self.names: tuple[str, ...] = ()
-        parts, self.units = _strip(**given)
-        if turn is None:
-            turn = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(parts["position"])), 1))
-        self.core = make(scalar(parts["time"], "time"), parts["position"], parts["velocity"], turn, parts["spin"])
+        parts, self.units = _strip(**arguments)
+        if attitude is None:
+            attitude = np.tile([1.0, 0.0, 0.0, 0.0], (len(np.atleast_1d(parts["position"])), 1))
+        self.core = make(scalar(parts["time"], "time"), parts["position"], parts["velocity"], attitude, parts["spin"])
 
     @classmethod
     def from_tait_bryan(cls, position: Any, velocity: Any, angles: Any, spin: Any = None, time: Any = 0.0) -> State:
@@ -127,8 +127,8 @@ class State(Tabled):
         >>> (state.rotation_matrix[0] @ [1, 0, 0]).round(12)
         array([0., 1., 0.])
         """
-        state, turn = cls.__new__(cls), Units().strip(angles, "angle", "angles")
-        state._fill(_core.State.from_tait_bryan, turn, time=time, position=position, velocity=velocity, spin=spin)
+        state, radians = cls.__new__(cls), UNITLESS.strip(angles, "angle", "angles")
+        state._fill(_core.State.from_tait_bryan, radians, time=time, position=position, velocity=velocity, spin=spin)
         warn_if_degrees(angles, "angles")
         return state
 
@@ -202,18 +202,18 @@ class State(Tabled):
         choice(axis, "axis", ("z", "principal"))
         frame = body.working_frame
         # The axes of the working frame in the body frame.
-        turn = np.array([1.0, 0.0, 0.0, 0.0]) if frame is None else np.asarray(frame.attitude)
-        along = rotations.matrices(turn)[:, 2]
+        working = np.array([1.0, 0.0, 0.0, 0.0]) if frame is None else np.asarray(frame.attitude)
+        along = rotations.matrices(working)[:, 2]
         if axis == "principal":
             nearest = int(np.argmax(np.abs(along)))
             principal = np.eye(3)[nearest] * np.copysign(1.0, along[nearest])
-            turn, along = rotations.product(rotations.shortest(along, principal), turn), principal
+            working, along = rotations.product(rotations.shortest(along, principal), working), principal
         lon, lat, far = (
-            float(Units().strip(value, "angle", what))
+            float(UNITLESS.strip(value, "angle", what))
             for value, what in ((longitude, "longitude"), (latitude, "latitude"), (angle, "angle"))
         )
-        pole = [rotations.about_axis(2, lon + 0.5 * np.pi), rotations.about_axis(0, 0.5 * np.pi - lat)]
-        attitude = rotations.product(*pole, rotations.about_axis(2, far), rotations.inverse(turn))
+        equator = rotations.of_plane(lon + 0.5 * np.pi, 0.5 * np.pi - lat)
+        attitude = rotations.product(equator, rotations.about_axis(2, far), rotations.inverse(working))
         length = Number("time", POSITIVE)(period, "period")
         radian = unit_named("rad") if is_quantity(length) else 1.0
         spin = along[None] * (2.0 * np.pi * radian / length)
@@ -270,7 +270,7 @@ class State(Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
-        columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in PARTS]
+        columns = [plain(getattr(self, name)) for name in PARTS]
         header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in PARTS)]
         bodies = self.names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]

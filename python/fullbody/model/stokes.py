@@ -17,6 +17,7 @@ from ..base.units import Units, gathered, is_quantity, need, numbers
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
+from .geodesic import degrees
 
 #: The relative deviation of a tensor of inertia from the second degree that counts as rounding of published numbers.
 _ROUNDED = 1e-6
@@ -233,8 +234,11 @@ class StokesCoefficients(ScalarFields):
         inertia = units.attach(2.0 / 3.0 * trace * length**2, "area")
         return cls(C, S, reference_radius=radius, inertia=inertia)
 
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        return {"radius": (self._radius, "length")}
+
     def _core(self, units: Units, name: str) -> _core.StokesCoefficients:
-        """Return the core's shape in a system's units."""
+        """Return the core's form of the shape in a system's units."""
         if not is_quantity(self._reference_radius) or not units.defined:
             units.strip(self._reference_radius, "length", f"reference radius of {name}")
             return self._made
@@ -243,7 +247,7 @@ class StokesCoefficients(ScalarFields):
         mean = units.number(self._inertia, "area", f"inertia of {name}")
         return _core.StokesCoefficients(_packed(self._C, self._S), reference, mean, radius)
 
-    def _with(self, units: Units) -> StokesCoefficients:
+    def _with(self, units: Units, G: float) -> StokesCoefficients:
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
         if is_quantity(self._reference_radius):
             return self
@@ -279,7 +283,7 @@ def harmonics_of(body: _core.Body, degree: int, units: Units, radius: float | No
     """
     packed, reference, inertia, largest = body.harmonics(whole(degree, "degree", 2, 60)).given
     if radius is not None:
-        packed = packed * (reference / radius) ** np.floor(np.sqrt(np.arange(len(packed)) + 0.5))
+        packed = packed * (reference / radius) ** degrees(degree)
         reference = largest = radius
     lengths = map(units.attach, (reference, inertia, largest), ("length", "area", "length"))
     return from_packed(packed, *lengths)

@@ -14,20 +14,13 @@ from ..typing import Floats
 class Surface(NamedTuple):
     """The surface of a polyhedron, or of a :class:`fullbody.ConvexShape`, in numbers of a system's units.
 
-    The difference of two surfaces is a displacement, which has the same form.
-
-    Attributes
-    ----------
-    vertices : ndarray, (V, 3)
-        Vertices of a polyhedron in the body frame.
-    given : ndarray, (V, 3)
-        The same vertices in the working frame.
-    areas : ndarray, (F,)
-        Areas of the facets of a convex shape.
+    It has the ``vertices`` (V, 3) of a polyhedron in the body frame and the same ones in the ``working`` frame, or the
+    ``areas`` (F,) of the facets of a convex shape. The difference of two surfaces is a displacement, which has the same
+    form.
     """
 
     vertices: Floats
-    given: Floats
+    working: Floats
     areas: Floats
 
     def flat(self) -> Floats:

@@ -11,10 +11,11 @@ from .. import _core
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, numbers, scalar, strip_to, units_of
+from ..base.units import UNITLESS, gathered, is_quantity, numbers, plain, strip_to
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
+from .parameter import in_unit, mu_and_units
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -159,10 +160,10 @@ class KeplerElements(Generic[_T], Tabled):
     ) -> None:
         object.__setattr__(self, "frame", frame)
         if omega is None or M is None or any(other is not None for other in (f, T, l, pomega, theta, mu)):
-            from .anomalies import one_of, usual_angles
+            from .anomalies import since_periapsis, single_name, usual_angles
 
-            if one_of({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
-                M = _since_periapsis(a, T, mu, time)
+            if single_name({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
+                M = since_periapsis(a, T, mu, time)
             elif mu is not None:
                 expected = "expected it beside a time of the passage through periapsis"
                 raise InvalidInput(f"mu is {mu!r} without T; {expected}")
@@ -170,9 +171,9 @@ class KeplerElements(Generic[_T], Tabled):
             omega, M = usual_angles(e, i, Omega, {"omega": omega, "pomega": pomega}, anomaly)
         for name, value in zip(DIMENSIONS, (a, e, i, Omega, omega, M), strict=True):
             value = gathered(value, name, DIMENSIONS[name])
-            plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
+            is_array = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
             value = float(value) if isinstance(value, np.float64) else value
-            object.__setattr__(self, name, numbers(value, name) if plain else value)
+            object.__setattr__(self, name, numbers(value, name) if is_array else value)
         # The core checks the elements; the value of mu does not matter for this.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
         # The mean anomaly of a hyperbola is not an angle.
@@ -208,8 +209,8 @@ class KeplerElements(Generic[_T], Tabled):
         r, v : ndarray or Quantity, (3,) or (..., 3)
             Position and velocity, which are Quantities if ``mu`` is one.
         """
-        mu, length, rate = _mu_and_units(self.a, mu, "a")
-        rows, shape = self._rows(_in(length, self.a, "a"))
+        mu, length, rate = mu_and_units(self.a, mu, "a")
+        rows, shape = self._rows(in_unit(length, self.a, "a"))
         r, v = _core.elements_to_cartesian(rows, mu)
         position: Any = r.reshape(*shape, 3)
         velocity: Any = v.reshape(*shape, 3)
@@ -239,9 +240,9 @@ class KeplerElements(Generic[_T], Tabled):
         1.0
         """
         r, v = gathered(r, "r", "length"), gathered(v, "v", "velocity")
-        mu, length, rate = _mu_and_units(r, mu, "r")
+        mu, length, rate = mu_and_units(r, mu, "r")
         refuse_mixture({"r": r, "v": v})
-        r, v = _in(length, r, "r"), _in(None if length is None else length * rate, v, "v")
+        r, v = in_unit(length, r, "r"), in_unit(None if length is None else length * rate, v, "v")
         if r.shape != v.shape or r.ndim == 0 or r.shape[-1] != 3:
             raise InvalidInput(f"r and v have shapes {r.shape} and {v.shape}; expected (..., 3) for both")
         rows = _core.cartesian_to_elements(r.reshape(-1, 3), v.reshape(-1, 3), mu)
@@ -283,14 +284,14 @@ class KeplerElements(Generic[_T], Tabled):
             # A wrong guess would rotate the elements and give a result that looks plausible.
             expected = "expected origin='ecliptic', or another, or the elements of a run whose system has a frame"
             raise InvalidInput(f"the frame that these elements are in is not known; {expected}")
-        plain = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
-        r, v = plain.to_cartesian(1.0)
-        turned = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
+        unitless = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
+        r, v = unitless.to_cartesian(1.0)
+        rotated = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
         columns: list[Any] = [self.a, self.e]
         for name in _ANGLES:
-            value, given = getattr(turned, name), getattr(self, name)
-            if is_quantity(given):
-                value = (value * unit_named("rad")).to(given.unit)
+            value, angle = getattr(rotated, name), getattr(self, name)
+            if is_quantity(angle):
+                value = (value * unit_named("rad")).to(angle.unit)
             columns.append(value)
         return computed(columns, target)
 
@@ -313,8 +314,8 @@ class KeplerElements(Generic[_T], Tabled):
         >>> fullbody.KeplerElements(1.0, 0.0, 0.0, 0.0, 0.0, 0.0).period(mu=1.0)
         6.283185307179586
         """
-        mu, length, rate = _mu_and_units(self.a, mu, "a")
-        rows, shape = self._rows(_in(length, self.a, "a"))
+        mu, length, rate = mu_and_units(self.a, mu, "a")
+        rows, shape = self._rows(in_unit(length, self.a, "a"))
         period = _core.period(rows, mu).reshape(shape)
         value: Any = float(period) if period.ndim == 0 else period
         return value if length is None else value / rate
@@ -342,20 +343,20 @@ class KeplerElements(Generic[_T], Tabled):
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the elements: one value each, or the first, last, least and greatest; angles in degrees."""
         rows: list[Sequence[str]] = []
-        many = 0
+        count = 0
         for name in DIMENSIONS:
             value = getattr(self, name)
             unit = str(getattr(value, "unit", ""))
             if name not in "ae":
                 value = np.rad2deg(value.to_value("rad") if unit else value)
                 unit = "deg"
-            flat = np.ravel(np.asarray(getattr(value, "value", value), dtype=float))
+            flat = np.ravel(plain(value))
             shown = [flat[0]] if flat.size == 1 else [flat[0], flat[-1], flat.min(), flat.max()] if flat.size else []
-            many = max(many, flat.size)
+            count = max(count, flat.size)
             rows.append((head(name, unit), *(f"{x:.8g}" for x in shown)))
-        rows = [(*row, *[row[1]] * 3) if many > 1 and len(row) == 2 else row for row in rows]
-        header = ("", "first", "last", "least", "greatest") if many > 1 else ()
-        return (Table(f"Kepler elements, {many} sets" if many > 1 else "Kepler elements", header, rows),)
+        rows = [(*row, *[row[1]] * 3) if count > 1 and len(row) == 2 else row for row in rows]
+        header = ("", "first", "last", "least", "greatest") if count > 1 else ()
+        return (Table(f"Kepler elements, {count} sets" if count > 1 else "Kepler elements", header, rows),)
 
     def __repr__(self) -> str:
         parts = [f"{name}={brief(getattr(self, name))}" for name in DIMENSIONS]
@@ -379,43 +380,3 @@ def _length_number(a: Any) -> Any:
         strip_to(a, unit_named("m"), "a")
         return a.value
     return a
-
-
-def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
-    """Return mu as a number, and its units of length and of inverse time, which are ``None`` for plain numbers."""
-    mu = gathered(mu, "mu", "mu")
-    system = units_of(mu)
-    if not is_quantity(length) and system is not None:
-        # Plain numbers are in the units of the system to which mu belongs.
-        return float(mu.value), system.unit("length"), 1 / system.unit("time")
-    if is_quantity(length) != is_quantity(mu):
-        given, unit, plain = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
-        raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
-    if not is_quantity(length):
-        return scalar(numbers(mu, "mu"), "mu"), None, None
-    strip_to(length, unit_named("m"), what)
-    strip_to(mu, unit_named("m3 / s2"), "mu")
-    # Results are in the unit of time in which mu is given.
-    powers = zip(mu.unit.bases, mu.unit.powers, strict=True)
-    rate = 1 / next((base for base, power in powers if base.is_equivalent("s") and power), unit_named("s"))
-    return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate
-
-
-def _since_periapsis(a: Any, T: Any, mu: Any, time: Any) -> Any:
-    """Return the mean anomaly at a time after a passage through periapsis: that of the mean motion, of either sign."""
-    if mu is None:
-        raise InvalidInput(f"mu is not given beside T, which is {T!r}; expected G times the sum of the masses")
-    a = gathered(a, "a", "length")
-    mu, length, rate = _mu_and_units(a, mu, "a")
-    since = []
-    for name, value in (("time", time), ("T", T)):
-        value = gathered(value, name, "time")
-        if is_quantity(value) and rate is None:
-            raise InvalidInput(f"{name} has the unit {value.unit}, but mu has none; expected both or neither")
-        since.append(_in(None if rate is None else 1 / rate, value, name))
-    return np.sqrt(mu / np.abs(_in(length, a, "a")) ** 3) * (since[0] - since[1])
-
-
-def _in(unit: Any, value: Any, what: str) -> Any:
-    """Return a value as numbers in a unit; plain numbers are taken to be in it already."""
-    return strip_to(value, unit, what) if is_quantity(value) else numbers(value, what)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -20,8 +18,7 @@ from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
 from .component import Component, body_of, has_units
-from .masses import BinaryInput, BinarySolution, input_from, plain, solve
-from .mean_period import circular_orbit, start_with_period
+from .masses import numbers_of, solve
 from .start import Orbit, Start
 
 #: Fields of a component that may have units of length, time and mass.
@@ -74,24 +71,24 @@ class Binary(tuple[System, State]):
         >>> [f"{system.masses.sum():.3g}" for system, state in pair.draw(2, rng=1)]
         ['5.54e+11 kg', '5.53e+11 kg']
         """
-        source, found = generator(rng), []
+        source, binaries = generator(rng), []
         with once(), interruptible("draws of a binary"):
             for _ in range(whole(n, "n")):
                 drawn = {name: _drawn(value, name, source) for name, value in self._arguments.items()}
                 if all(drawn[name] is value for name, value in self._arguments.items()):
                     raise InvalidInput("no argument has a standard error; expected one such as '11.92 ± 0.01 h'")
                 free = {"mismatch_warning": np.inf, "mismatch_error": np.inf, "start_period": None}
-                found.append(binary(**(drawn | free)))
-        return found
+                binaries.append(binary(**(drawn | free)))
+        return binaries
 
 
 def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
     """Return a value drawn from the normal distribution of its standard error, and others unchanged."""
     if isinstance(value, Component):
         fields = {name: getattr(value, name) for name in value.__slots__}
-        changed = {name: _drawn(given, name, source) for name, given in fields.items()}
-        same = all(changed[name] is given for name, given in fields.items())
-        return value if same else replace(value, **changed)
+        drawn = {name: _drawn(part, name, source) for name, part in fields.items()}
+        same = all(drawn[name] is part for name, part in fields.items())
+        return value if same else replace(value, **drawn)
     if isinstance(value, tuple | list):
         parts = [_drawn(part, what, source) for part in value]
         if all(new is old for new, old in zip(parts, value, strict=True)):
@@ -107,9 +104,9 @@ def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
         return value
     signed = value.unit.is_equivalent("rad")
     while True:
-        found = source.normal(value.value, error)
-        if signed or ((found < 0.0) == (value.value < 0.0)).all():
-            return found * value.unit
+        number = source.normal(value.value, error)
+        if signed or ((number < 0.0) == (value.value < 0.0)).all():
+            return number * value.unit
 
 
 #: The semi-major axis relative to the primary's longest semi-axis, which only few binaries, beyond Neptune, exceed.
@@ -241,35 +238,44 @@ def binary(
     >>> print(f"{fullbody.observables.mutual_period(run).mean:.4f}")
     17.4200 h
     """
-    given = {**locals()}
-    given |= given.pop("options")
+    arguments = {**locals()}
+    arguments |= arguments.pop("options")
+    # Many sessions set up no binary, and need no integrations for one.
+    from .elements import mean_start, osculating_start
+
     components = (primary, secondary)
     _refuse_choices(components, at_rest, elements, options)
     if elements is None:
         elements = "osculating" if period is None else "mean"
     if start_period is not None and (elements != "mean" or period is None):
         raise InvalidInput(f"start_period is {start_period!r}; expected it beside a period of mean elements only")
-    swing = _libration(secondary, synchronous, libration)
+    if synchronous and secondary.rotation_period is not None:
+        raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
     convert, gravity = _units_and_gravity(units, G, (total_mass, GM, period, start_period, semi_major_axis), components)
-    orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
-    known = input_from(convert, gravity, components, total_mass, GM, mass_ratio, equal_density, period, semi_major_axis)
-    warn_above = plain("mismatch_warning", mismatch_warning, convert)
-    found = _found(known, warn_above, plain("mismatch_error", mismatch_error, convert))
-    system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
-    for text in _doubts(system, components, synchronous, found.semi_major_axis):
+    numbers = numbers_of(arguments, convert)
+    if numbers["libration"] != 0.0 and not synchronous:
+        which = f"{libration!r} of a secondary that is not synchronous"
+        raise InvalidInput(f"libration is {which}; expected rotation_angle")
+    if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
+        which = f"{secondary.rotation_angle!r} of a secondary that is synchronous"
+        raise InvalidInput(f"rotation_angle is {which}; expected libration=")
+    orbit, warn_above = Orbit.published(arguments, numbers), numbers["mismatch_warning"]
+    solution = solve(components, numbers, equal_density, gravity, convert)
+    system = System(_bodies(components, solution.masses, convert), G=gravity, units=convert.names, **options)
+    for text in _doubts(system, components, synchronous, solution.semi_major_axis):
         caution(text)
-    start = Start.of(system, components, found, orbit, swing if synchronous else None, at_rest)
+    start = Start.of(system, components, solution, orbit, numbers["libration"] if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        made, warning = _remembered(system, known, found, start, plain("start_period", start_period, convert))
+        made, warning = mean_start(system, solution, start, period is not None, numbers["start_period"])
         start.refuse_overlap(system, made.position[1] - made.position[0])
     else:
-        made, warning = _osculating(system, found, start, warn_above)
+        made, warning = osculating_start(system, solution, start, warn_above)
     if warning is not None:
         caution(warning)
     begin = convert.number(time, "time", "time")
     state = from_numbers(system.context, made.position, made.velocity, start.attitudes, made.spin, begin)
-    return Binary(system, state, given)
+    return Binary(system, state, arguments)
 
 
 def _refuse_choices(
@@ -279,35 +285,22 @@ def _refuse_choices(
     for component in components:
         if not isinstance(component, Component):
             raise InvalidInput(f"{component!r} is not a Component; expected fullbody.Component(...)")
-    own = options_of(binary)
-    refuse_unknown(options, [*own, *(o for o in options_of(System) if o not in (*own, "bodies"))], "binary")
+    names = options_of(binary)
+    refuse_unknown(options, [*names, *(o for o in options_of(System) if o not in (*names, "bodies"))], "binary")
     if "bodies" in options:
         raise InvalidInput("'bodies' is not an option of binary, which makes them; expected primary and secondary")
     choice(at_rest, "at_rest", ("barycentre", "primary"))
     choice(elements, "elements", (None, "osculating", "mean"))
 
 
-def _libration(secondary: Component, synchronous: bool, libration: Any) -> float:
-    """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
-    if synchronous and secondary.rotation_period is not None:
-        raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    swing: float = plain("libration", libration, UNITLESS)
-    if swing != 0.0 and not synchronous:
-        which = f"{libration!r} of a secondary that is not synchronous"
-        raise InvalidInput(f"libration is {which}; expected rotation_angle")
-    if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
-        which = f"{secondary.rotation_angle!r} of a secondary that is synchronous"
-        raise InvalidInput(f"rotation_angle is {which}; expected libration=")
-    return swing
-
-
 def _units_and_gravity(
-    units: Any, G: Any, given: tuple[Any, ...], components: tuple[Component, Component]
+    units: Any, G: Any, arguments: tuple[Any, ...], components: tuple[Component, Component]
 ) -> tuple[Units, float]:
     """Return the units of the system and its gravitational constant in them."""
     if G is None and not units:
-        given = (*given, *(getattr(component, name) for component in components for name in _WITH_UNITS))
-        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given)
+        fields = (getattr(component, name) for component in components for name in _WITH_UNITS)
+        values = (*arguments, *fields)
+        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in values)
         if named or any(map(has_units, components)):
             raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
@@ -315,67 +308,10 @@ def _units_and_gravity(
     return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")
 
 
-def _found(known: BinaryInput, warn_above: float, refuse_above: float) -> BinarySolution:
-    """Return masses, period and semi-major axis, after comparing values that are given twice."""
-    found, mismatches = solve(known)
-    for mismatch in mismatches:
-        if mismatch.relative > refuse_above:
-            raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={refuse_above:g}")
-        if mismatch.relative > warn_above:
-            caution(f"{mismatch}; the former is taken")
-    return found
-
-
 def _bodies(components: tuple[Component, Component], masses: tuple[float, float], convert: Units) -> list[Body]:
     # A mass without a unit is used if the sizes have none, so that the density makes sense.
     amounts = (convert.attach(m, "mass") if has_units(c) else m for c, m in zip(components, masses, strict=True))
     return [body_of(component, amount) for component, amount in zip(components, amounts, strict=True)]
-
-
-def _remembered(
-    system: System, known: BinaryInput, found: BinarySolution, start: Start, start_period: float | None
-) -> tuple[State, str | None]:
-    """Cache the result of :func:`_mean`, which takes tenths of a second, for equal arguments."""
-    try:
-        packed = pickle.dumps((system, known, found, start, start_period))
-    except (pickle.PicklingError, AttributeError, TypeError):
-        # A force may be a function that has no name.
-        return _mean(system, known, found, start, start_period)
-    return _of_packed(packed)
-
-
-@lru_cache(maxsize=64)
-def _of_packed(packed: bytes) -> tuple[State, str | None]:
-    return _mean(*pickle.loads(packed))
-
-
-def _mean(
-    system: System, known: BinaryInput, found: BinarySolution, start: Start, start_period: float | None
-) -> tuple[State, str | None]:
-    """Return a start in the bodies' actual attraction, and a warning if it does not keep its mean period."""
-    if known.period is None:
-        circle, mu = circular_orbit(system, found, start, keep="semi_major_axis")
-        return start.state(circle.semi_major_axis, mu, circle.period), None
-
-    def made_for(period: float) -> State:
-        circle, mu = circular_orbit(system, replace(found, period=period), start, keep="period")
-        return start.state(circle.semi_major_axis, mu, found.period)
-
-    if start_period is not None:
-        return made_for(start_period), None
-    return start_with_period(system, found.period, made_for, start.locked)
-
-
-def _osculating(system: System, found: BinarySolution, start: Start, warn_above: float) -> tuple[State, str | None]:
-    """Return the start of a Kepler orbit, and a warning if the bodies' figures force a larger eccentricity."""
-    mu = system.context.G * sum(found.masses)
-    state = start.state(found.semi_major_axis, mu, found.period)
-    # The attraction is that at the distance of the start, where the bodies do not overlap.
-    there = replace(found, semi_major_axis=float(np.linalg.norm(start.separation)))
-    _, attracting = circular_orbit(system, there, start, keep="semi_major_axis")
-    forced = abs(attracting / mu - 1.0)
-    given = start.orbit.eccentricity
-    return state, _too_round(state, given, forced, attracting) if forced - given > warn_above else None
 
 
 def _doubts(
@@ -396,14 +332,3 @@ def _doubts(
         if component.rotation_period is None and not (synchronous and k == 1):
             expected = "expected one, infinite if that is meant"
             yield f"the {called} has no rotation_period and starts without rotation; {expected}"
-
-
-def _too_round(start: State, given: float, forced: float, mu: float) -> str:
-    """Return a warning of an osculating eccentricity below the forced one, with mu of the bodies' actual attraction."""
-    r, v = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
-    free = np.linalg.norm(np.cross(v, np.cross(r, v)) / mu - r / np.linalg.norm(r))
-    return (
-        f"the eccentricity of {given:.3g} is osculating and below that of {forced:.3g} which the figures of the bodies "
-        f"force at this distance; the distance will vary as on an ellipse of eccentricity {free:.3g}; expected "
-        "elements='mean', with the eccentricity that the distance is to show"
-    )

@@ -20,7 +20,7 @@ from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.polyhedron import Polyhedron
-from ..model.shapes import Ellipsoid, amounts, lengths_of
+from ..model.shapes import Ellipsoid, amounts
 from ..model.stokes import StokesCoefficients
 
 #: The kind of a period, which is infinite for a body that does not turn.
@@ -92,8 +92,8 @@ class Component(ArrayFields, Tabled):
             expected = "a Composite, a Polyhedron or StokesCoefficients"
             raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
-            given = f"is given a density, and has a {type(self.composite).__name__}"
-            raise InvalidInput(f"{called} {given}; expected a mass, or what it follows from")
+            both = f"is given a density, and has a {type(self.composite).__name__}"
+            raise InvalidInput(f"{called} {both}; expected a mass, or what it follows from")
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
@@ -106,9 +106,9 @@ class Component(ArrayFields, Tabled):
         warn_if_degrees(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
             longitude_latitude(self.pole, f"pole of {called}")
-        given_amounts = amounts(mass=self.mass, density=self.density, GM=self.GM)
-        if len(given_amounts) > 1:
-            raise InvalidInput(f"{called} is given both {' and '.join(given_amounts)}; expected at most one of them")
+        masses = amounts(mass=self.mass, density=self.density, GM=self.GM)
+        if len(masses) > 1:
+            raise InvalidInput(f"{called} is given both {' and '.join(masses)}; expected at most one of them")
 
     def _tables(self) -> tuple[Table, ...]:
         """Return the given parameters of one body, without defaults."""
@@ -142,11 +142,7 @@ KINDS: dict[str, Any] = kinds_of(Component)
 
 def has_units(component: Component) -> bool:
     """Return whether the sizes are Quantities."""
-    if isinstance(component.composite, Composite):
-        return any(is_quantity(value) for value, _ in component.composite._numbers().values())
-    if component.composite is not None:
-        return any(map(is_quantity, lengths_of(component.composite).values()))
-    return is_quantity(component.shape.semi_axes)  # type: ignore[union-attr]
+    return any(is_quantity(value) for value, _ in component.shape._numbers().values())
 
 
 def body_of(component: Component, mass: Any) -> Body:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from ..base.kinds import Number
 from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.stokes import StokesCoefficients
@@ -33,94 +34,74 @@ KINDS = {
     "mismatch_warning": _TOLERANCE,
     "mismatch_error": _TOLERANCE,
 }
-_OPTIONAL = ("total_mass", "GM", "period", "start_period", "semi_major_axis")
+_OPTIONAL = ("total_mass", "GM", "mass_ratio", "period", "start_period", "semi_major_axis")
 
 
-def plain(name: str, value: Any, units: Units) -> Any:
-    """Return an argument of :func:`binary` as a number in a system's units; ``None`` for one that is not given."""
-    return None if value is None and name in _OPTIONAL else KINDS[name].unitless(value, name, units)
-
-
-@dataclass(frozen=True)
-class BinaryInput:
-    """The given numbers, with ``None`` for missing ones."""
-
-    G: float
-    masses: tuple[float | None, float | None]
-    total: float | None
-    ratio: float | None
-    period: float | None
-    semi_major_axis: float | None
+def numbers_of(arguments: Mapping[str, Any], units: Units) -> dict[str, Any]:
+    """Return the numbers among the arguments of :func:`binary` in a system's units; ``None`` for missing ones."""
+    missing = [name for name in _OPTIONAL if arguments[name] is None]
+    return {
+        name: None if name in missing else kind.unitless(arguments[name], name, units) for name, kind in KINDS.items()
+    }
 
 
 @dataclass(frozen=True)
 class BinarySolution:
-    """The numbers that follow from the given ones."""
+    """Masses, period and semi-major axis of a binary, in a system's units."""
 
     masses: tuple[float, float]
     period: float
     semi_major_axis: float
 
 
-@dataclass(frozen=True)
-class Mismatch:
-    """Two values of one quantity, each with its origin."""
+def solve(
+    components: tuple[Component, Component], numbers: Mapping[str, Any], equal_density: bool, G: float, convert: Units
+) -> BinarySolution:
+    """Solve for the missing numbers of a binary, if the given ones suffice.
 
-    what: str
-    first: float
-    of_first: str
-    second: float
-    of_second: str
-
-    @property
-    def relative(self) -> float:
-        """The difference of the values relative to the second."""
-        return abs(self.first - self.second) / abs(self.second)
-
-    def __str__(self) -> str:
-        return (
-            f"{self.what} is {self.first:.6g} by {self.of_first} and {self.second:.6g} by {self.of_second}, "
-            f"a difference of {100 * self.relative:.3g} %"
-        )
-
-
-def input_from(
-    convert: Units,
-    gravity: float,
-    components: tuple[Component, Component],
-    total_mass: Any,
-    GM: Any,
-    mass_ratio: Any,
-    equal_density: bool,
-    period: Any,
-    semi_major_axis: Any,
-) -> BinaryInput:
-    """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
-    volumes, masses = [], []
-    for place, component in enumerate(components):
-        called = component.name if component.name is not None else f"body {place}"
-        if isinstance(component.shape, Composite | StokesCoefficients):
-            volume = _volume(component.shape, convert, called) if equal_density else np.nan
-        else:
-            volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        mass, density, mu = (
-            None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
-            for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
-        )
-        volumes.append(volume)
-        mass = mass if mu is None else mu / gravity
-        masses.append(mass if density is None else density * volume)
-    if equal_density and mass_ratio is not None:
+    Where two values of one quantity differ by more than the relative limits among the ``numbers``, there is a warning
+    or an error.
+    """
+    amounts = [_mass_and_volume(component, k, equal_density, G, convert) for k, component in enumerate(components)]
+    ratio, total, mu = (numbers[name] for name in ("mass_ratio", "total_mass", "GM"))
+    if equal_density and ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
-    ratio = volumes[1] / volumes[0] if equal_density else None
-    if mass_ratio is not None:
-        ratio = plain("mass_ratio", mass_ratio, convert)
-    if total_mass is not None and GM is not None:
+    if total is not None and mu is not None:
         raise InvalidInput("both total_mass and GM are given; expected one of the two")
-    total, mu = plain("total_mass", total_mass, convert), plain("GM", GM, convert)
-    total = total if mu is None else mu / gravity
-    orbit = plain("period", period, convert), plain("semi_major_axis", semi_major_axis, convert)
-    return BinaryInput(gravity, (masses[0], masses[1]), total, ratio, *orbit)
+    ratio = amounts[1][1] / amounts[0][1] if equal_density else ratio
+    total = total if mu is None else mu / G
+    period, axis = numbers["period"], numbers["semi_major_axis"]
+    limits = numbers["mismatch_warning"], numbers["mismatch_error"]
+    implied = total
+    if total is None and period is not None and axis is not None:
+        implied = 4 * np.pi**2 * axis**3 / (G * period**2)
+    masses = _split((amounts[0][0], amounts[1][0]), total, ratio, implied, limits)
+    if period is not None:
+        by_period = float(np.cbrt(G * sum(masses) * (period / (2 * np.pi)) ** 2))
+        _compare("the semi-major axis", by_period, "the masses and the period", axis, "semi_major_axis", limits)
+        axis = by_period
+    elif axis is not None:
+        period = float(2 * np.pi * np.sqrt(axis**3 / (G * sum(masses))))
+    else:
+        raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
+    return BinarySolution(masses, period, axis)
+
+
+def _mass_and_volume(
+    component: Component, index: int, equal_density: bool, G: float, convert: Units
+) -> tuple[float | None, float]:
+    """Return the mass of a component, ``None`` if it is not given, and its volume, NaN where that is not needed."""
+    called = component.name if component.name is not None else f"body {index}"
+    if isinstance(component.shape, Composite | StokesCoefficients):
+        volume = _volume(component.shape, convert, called) if equal_density else np.nan
+    else:
+        volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
+    mass, density, mu = (
+        None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
+        for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
+    )
+    mass = mass if mu is None else mu / G
+    return (mass if density is None else density * volume), volume
 
 
 def _volume(composite: Composite | StokesCoefficients, convert: Units, called: str) -> float:
@@ -135,55 +116,49 @@ def _volume(composite: Composite | StokesCoefficients, convert: Units, called: s
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
-def solve(known: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
-    """Solve for the missing numbers, if the given ones suffice, and compare each two values of one quantity."""
-    mismatches: list[Mismatch] = []
-    kepler = None
-    if known.period is not None and known.semi_major_axis is not None:
-        kepler = 4 * np.pi**2 * known.semi_major_axis**3 / (known.G * known.period**2)
-    total = known.total if known.total is not None else kepler
-    masses = _split(known, total, mismatches)
-    mass = sum(masses)
-    if known.period is not None:
-        period = known.period
-        axis = float(np.cbrt(known.G * mass * (period / (2 * np.pi)) ** 2))
-        if known.semi_major_axis is not None:
-            given = known.semi_major_axis, "semi_major_axis"
-            mismatches.append(Mismatch("the semi-major axis", axis, "the masses and the period", *given))
-    elif known.semi_major_axis is not None:
-        axis = known.semi_major_axis
-        period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * mass)))
-    else:
-        raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
-    return BinarySolution(masses, period, axis), mismatches
-
-
-def _split(known: BinaryInput, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
-    first, second = known.masses
+def _split(
+    masses: tuple[float | None, float | None],
+    total: float | None,
+    ratio: float | None,
+    implied: float | None,
+    limits: tuple[float, float],
+) -> tuple[float, float]:
+    """Return both masses: those of the components have priority over a total mass, and that over the implied one."""
+    first, second = masses
     if first is not None and second is not None:
-        if known.total is not None:
-            mismatches.append(Mismatch("the total mass", first + second, "the components", known.total, "total_mass"))
-        if known.ratio is not None:
-            mismatches.append(Mismatch("the mass ratio", second / first, "the components", known.ratio, "mass_ratio"))
+        _compare("the total mass", first + second, "the components", total, "total_mass", limits)
+        _compare("the mass ratio", second / first, "the components", ratio, "mass_ratio", limits)
         return first, second
-    one = first if first is not None else second
-    if one is not None and known.ratio is not None:
-        both = (one, one * known.ratio) if second is None else (one / known.ratio, one)
-        if known.total is not None:
-            given = known.total, "total_mass"
-            mismatches.append(Mismatch("the total mass", sum(both), "a component and the ratio", *given))
+    mass = first if first is not None else second
+    if mass is not None and ratio is not None:
+        both = (mass, mass * ratio) if second is None else (mass / ratio, mass)
+        _compare("the total mass", sum(both), "a component and the ratio", total, "total_mass", limits)
         return both
-    if total is None:
+    if implied is None:
         raise InvalidInput(
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "
             "with mass_ratio, equal_density=True or one component's mass"
         )
-    if one is not None:
-        other = total - one
-        if other <= 0.0:
-            raise InvalidInput(f"a component's mass is {one:.6g} of {total:.6g} in all; expected less")
-        return (one, other) if second is None else (other, one)
-    if known.ratio is None:
+    if mass is not None:
+        if mass >= implied:
+            raise InvalidInput(f"a component's mass is {mass:.6g} of {implied:.6g} in all; expected less")
+        return (mass, implied - mass) if second is None else (implied - mass, mass)
+    if ratio is None:
         expected = "expected mass_ratio, equal_density=True, or a component's mass or density"
         raise InvalidInput(f"how the total mass is shared is not given; {expected}")
-    return total / (1 + known.ratio), total * known.ratio / (1 + known.ratio)
+    return implied / (1 + ratio), implied * ratio / (1 + ratio)
+
+
+def _compare(
+    what: str, first: float, of_first: str, second: float | None, of_second: str, limits: tuple[float, float]
+) -> None:
+    """Compare two values of one quantity, of which the first is taken, if there is a second one."""
+    if second is None:
+        return
+    relative, (warn_above, refuse_above) = abs(first - second) / abs(second), limits
+    values = f"{what} is {first:.6g} by {of_first} and {second:.6g} by {of_second}"
+    text = f"{values}, a difference of {100 * relative:.3g} %"
+    if relative > refuse_above:
+        raise InvalidInput(f"{text}; expected agreement to mismatch_error={refuse_above:g}")
+    if relative > warn_above:
+        caution(f"{text}; the former is taken")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,14 +10,13 @@ import numpy as np
 
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.units import UNITLESS
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..typing import Floats
 from .component import Component, attitude, pointing, rate
-from .masses import BinarySolution, plain
+from .masses import BinarySolution
 
 
 @dataclass(frozen=True)
@@ -30,17 +30,16 @@ class Orbit:
     anomaly: float
 
     @classmethod
-    def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
-        """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = plain("eccentricity", eccentricity, UNITLESS)
-        node, inclination = 0.0, 0.0
+    def published(cls, arguments: Mapping[str, Any], numbers: Mapping[str, float]) -> Orbit:
+        """Make an orbit from the arguments of :func:`binary`, of which the numbers are unitless."""
+        pole, node, inclination = arguments["pole"], 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
             node, inclination = longitude + np.pi / 2, np.pi / 2 - latitude
-        angles = {"argument_of_periapsis": periapsis, "mean_anomaly": anomaly}
-        for name, value in angles.items():
-            warn_if_degrees(value, name)
-        return cls(e, inclination, node, *(plain(name, value, UNITLESS) for name, value in angles.items()))
+        angles = ("argument_of_periapsis", "mean_anomaly")
+        for name in angles:
+            warn_if_degrees(arguments[name], name)
+        return cls(numbers["eccentricity"], inclination, node, *(numbers[name] for name in angles))
 
     def cartesian(self, semi_major_axis: float, mu: float) -> tuple[Floats, Floats]:
         """Return the secondary's position and velocity relative to the primary."""
@@ -50,7 +49,7 @@ class Orbit:
     @property
     def plane(self) -> Floats:
         """The attitude of the orbit's plane: x towards the node, z towards the pole."""
-        return rotations.product(rotations.about_axis(2, self.node), rotations.about_axis(0, self.inclination))
+        return rotations.of_plane(self.node, self.inclination)
 
 
 @dataclass(frozen=True)
@@ -75,24 +74,24 @@ class Start:
         cls,
         system: System,
         components: tuple[Component, Component],
-        found: BinarySolution,
+        solution: BinarySolution,
         orbit: Orbit,
         libration: float | None,
         at_rest: str,
     ) -> Start:
         """Make the start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
         primary, secondary = components
-        separation, _ = orbit.cartesian(found.semi_major_axis, system.context.G * sum(found.masses))
+        separation, _ = orbit.cartesian(solution.semi_major_axis, system.context.G * sum(solution.masses))
         plane = orbit.plane
         synchronous = libration is not None
         angle = None if libration is None else pointing(secondary, plane, -separation) + libration
         attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, angle)])
         rates = [rate(part, system.context.units, name) for part, name in zip(components, system.names, strict=True)]
-        turn = rates[0] * found.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
+        spin = rates[0] * solution.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
         shares = np.array([0.0, 1.0])
         if at_rest == "barycentre":
-            shares = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
-        rotates = bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6)
+            shares = np.array([-solution.masses[1], solution.masses[0]]) / sum(solution.masses)
+        rotates = bool(np.linalg.norm(spin - rotations.matrices(plane)[:, 2]) > 1e-6)
         return cls(orbit, separation, attitudes, (rates[0], None if synchronous else rates[1]), shares, rotates)
 
     @property
@@ -108,7 +107,7 @@ class Start:
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
         """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
         r, v = self.orbit.cartesian(semi_major_axis, mu)
-        spins = [2 * np.pi / period if own is None else own for own in self.rates]
+        spins = [2 * np.pi / period if rate is None else rate for rate in self.rates]
         shares = self.shares[:, None]
         return State(shares * r, shares * v, self.attitudes, [[0.0, 0.0, spin] for spin in spins])
 

@@ -93,12 +93,11 @@ describe a ready-made system (``title``, ``text``, ``example``, ``assumed``, ``s
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import normal
+from ..base.arguments import normal, options_of
 from ..base.atomic import as_path, check_suffix, content, other_reader
 from ..base.units import Units
 from ..base.values import ArrayFields
@@ -209,8 +208,8 @@ def build(top: TomlTable, options: dict[str, Any], planar: bool = False) -> tupl
     one. With ``planar`` the orbit of a binary is in the xy-plane with its node on the x-axis, whatever its pole is.
     """
     table, rows = top.table("system"), top.tables("body")
-    known_names = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
-    options = {**table.only(*known_names).content, **options}
+    names = [name for name in options_of(System) if name not in ("bodies", "forces")]
+    options = {**table.only(*names).content, **options}
     if isinstance(options.get("order"), list):
         options["order"] = tuple(options["order"])
     if "G" in table:
@@ -247,8 +246,8 @@ def parsed(written: bytes, path: Path) -> dict[str, Any]:
     # Python's limits on the digits of a number and on nested brackets raise these errors too.
     except (ValueError, RecursionError) as error:
         no_text = isinstance(error, UnicodeDecodeError)
-        found = "is not text; expected a file of TOML" if no_text else f"not valid TOML: {error}"
-        raise InvalidInput(f"{path}: {found}{other_reader(path, 'fullbody.read_toml')}") from error
+        problem = "is not text; expected a file of TOML" if no_text else f"not valid TOML: {error}"
+        raise InvalidInput(f"{path}: {problem}{other_reader(path, 'fullbody.read_toml')}") from error
 
 
 def _units(system: TomlTable) -> Units:

@@ -49,13 +49,13 @@ def pair(table: TomlTable, rows: list[TomlTable], G: float) -> dict[str, Any]:
     if len(rows) != 2:
         raise table.fault("", f"has {len(rows)} bodies; expected two")
     arguments: dict[str, Any] = {key: table.take(key, "a choice") for key in _CHOICES if key in table}
-    arguments |= table.given(OF_BINARIES)
-    if table.one_of("pole", "inclination") == "pole":
+    arguments |= table.numbers(OF_BINARIES)
+    if table.only_key("pole", "inclination") == "pole":
         arguments["pole"] = tuple(table.vector("pole", "angle", 2))
     if "inclination" in table or "ascending_node" in table:
         node, inclination = table.number("ascending_node", "angle"), table.number("inclination", "angle")
         arguments["pole"] = (node - np.pi / 2, np.pi / 2 - inclination)
-    if table.one_of("mean_anomaly", "mean_longitude") == "mean_longitude":
+    if table.only_key("mean_anomaly", "mean_longitude") == "mean_longitude":
         passed = table.number("ascending_node", "angle") + arguments.get("argument_of_periapsis", 0.0)
         arguments["mean_anomaly"] = table.number("mean_longitude", "angle") - passed
     primary, secondary = (_component(row, G) for row in rows)
@@ -85,7 +85,7 @@ def _component(table: TomlTable, G: float) -> dict[str, Any]:
             arguments["composite"] = shape
         case _:
             arguments["composite"] = Composite([Part(shape, mass=1.0)])
-    arguments |= table.given(_ROTATION)
+    arguments |= table.numbers(_ROTATION)
     if "pole" in table:
         arguments["pole"] = tuple(table.vector("pole", "angle", 2))
     return arguments
@@ -99,7 +99,7 @@ def _name(table: TomlTable) -> str | None:
 
 def _masses(table: TomlTable, G: float) -> dict[str, float]:
     """Return the mass or the density, or both if both are given, which is an error of the body."""
-    arguments = table.given(MASSES)
+    arguments = table.numbers(MASSES)
     if "GM" in arguments:
         arguments["mass"] = arguments.pop("GM") / G
     return arguments
@@ -124,7 +124,7 @@ def _solid(table: TomlTable, G: float) -> Solid | Composite:
 
 
 def _shape(table: TomlTable) -> Solid:
-    key = table.one_of(*SHAPES)
+    key = table.only_key(*SHAPES)
     if key is None:
         raise table.fault("", f"has none of {', '.join(SHAPES)}; expected one of them")
     if key != "diameter":
@@ -154,7 +154,7 @@ def _shape(table: TomlTable) -> Solid:
 
 def _axis_ratios(table: TomlTable) -> tuple[float, float]:
     """Return the axis ratios a/b and b/c: as they stand, from a/b and a/c, or of a spheroid with a J2."""
-    match table.one_of("axis_ratios", "a/c", "J2") or table.one_of("axis_ratios", "a/b", "J2"):
+    match table.only_key("axis_ratios", "a/c", "J2") or table.only_key("axis_ratios", "a/b", "J2"):
         case "J2":
             return (1.0, _spheroid(table.number("J2", "number")))
         case "axis_ratios":
@@ -189,12 +189,12 @@ def _stokes(table: TomlTable) -> StokesCoefficients:
     """Make a shape from Stokes coefficients, in the system's units, of a file beside this one or of the table."""
     lengths = dict.fromkeys(("reference_radius", "radius"), Number("length"))
     coefficients = table.table("stokes").only("file", "C", "S", *lengths, "inertia", "normalization")
-    arguments: dict[str, Any] = coefficients.given(lengths)
+    arguments: dict[str, Any] = coefficients.numbers(lengths)
     arguments["inertia"] = coefficients.number("inertia", "area")
     if "normalization" in coefficients:
         arguments["normalization"] = coefficients.text("normalization")
     with coefficients.naming(""):
-        if coefficients.one_of("file", "C") == "file":
+        if coefficients.only_key("file", "C") == "file":
             return StokesCoefficients.read(table.path.parent / coefficients.text("file"), **arguments)
         C = coefficients.content["C"]
         return StokesCoefficients(C, coefficients.content.get("S", np.zeros_like(C)), **arguments)

@@ -28,8 +28,8 @@ _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Ti
 
 def elements(table: TomlTable) -> KeplerElements[Any]:
     """Make the orbit of a table, in its units."""
-    given = [name for name in ELEMENTS if name in table or name in ("a", "e", "i", "Omega")]
-    numbers = {name: table.number(name, ELEMENTS[name]) for name in given}
+    names = [name for name in ELEMENTS if name in table or name in ("a", "e", "i", "Omega")]
+    numbers = {name: table.number(name, ELEMENTS[name]) for name in names}
     with table.naming(""):
         return KeplerElements(**numbers)
 
@@ -111,10 +111,8 @@ def _orbit(table: TomlTable, names: list[str], masses: Floats, G: float, k: int)
     """Return the orbit of a body, or ``None`` if its table has none."""
     if "orbit" not in table:
         return None
-    others = [key for key in ("position", "velocity") if key in table]
-    if others:
-        keys = " and ".join([*others, "orbit"])
-        raise table.fault("", f"has {keys}; expected an orbit, or position and velocity")
+    if keys := [key for key in ("position", "velocity") if key in table]:
+        raise table.fault("", f"has {' and '.join([*keys, 'orbit'])}; expected an orbit, or position and velocity")
     orbit = table.table("orbit").only("about", *ELEMENTS)
     named = orbit.take("about", "the name of a body, or a list of names")
     about = named if isinstance(named, list) else [named]
@@ -141,9 +139,7 @@ def _rotation(table: TomlTable, orbit: _Orbit | None, frame: str | None) -> tupl
         raise table.fault(key, "is given for a synchronous body; expected none")
     if orbit is None:
         raise table.fault("", "has no orbit; expected one for a pole of 'orbit' and for a synchronous body")
-    plane = rotations.product(
-        rotations.about_axis(2, float(orbit.shape.Omega)), rotations.about_axis(0, float(orbit.shape.i))
-    )
+    plane = rotations.of_plane(float(orbit.shape.Omega), float(orbit.shape.i))
     if not locked:
         return plane, spin(table)
     x, y, _ = -orbit.position @ rotations.matrices(plane)
@@ -156,7 +152,7 @@ def attitude(table: TomlTable, frame: str | None = None) -> Floats:
     for key in ("rotation_angle", "pole_frame"):
         if key in table and "pole" not in table:
             raise table.fault(key, "is given without a pole; expected both")
-    match table.one_of("attitude", "angles", "pole"):
+    match table.only_key("attitude", "angles", "pole"):
         case "attitude":
             value = table.vector("attitude", "number", 4)
             if not value.any():
@@ -187,7 +183,7 @@ def flag(table: TomlTable, key: str) -> bool:
 
 def spin(table: TomlTable) -> Floats:
     """Return the spin of a body in its own frame: none by default."""
-    match table.one_of("spin", "rotation_period"):
+    match table.only_key("spin", "rotation_period"):
         case "spin":
             return table.vector("spin", "spin", 3)
         case "rotation_period":

@@ -61,7 +61,7 @@ class TomlTable:
             raise self.fault(key, f"is {value!r}; expected one of {', '.join(map(repr, choices))}")
         return str(value)
 
-    def one_of(self, *keys: str) -> str | None:
+    def only_key(self, *keys: str) -> str | None:
         """Return which one of these keys is given, or ``None``; more than one is an error."""
         present = [key for key in keys if key in self]
         if len(present) > 1:
@@ -87,7 +87,7 @@ class TomlTable:
         """Return a number in the table's units, or a pure one, of the dimension "number"; a text may have a unit."""
         return self._number(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
 
-    def given(self, kinds: Mapping[str, Number]) -> dict[str, float]:
+    def numbers(self, kinds: Mapping[str, Number]) -> dict[str, float]:
         """Return those numbers of some kinds that are given, by their keys."""
         return {key: self.number(key, kind.dimension) for key, kind in kinds.items() if key in self}
 

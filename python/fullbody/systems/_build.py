@@ -8,10 +8,11 @@ import numpy as np
 
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
-from ..base.kinds import flag
+from ..base.kinds import choice, flag
 from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
+from ..forces.ephemeris import GM
 from ..frames import rotate_state, rotated, rotation
 from ..model.description import functions
 from ..model.force import rebuilt
@@ -29,9 +30,8 @@ _EXACT = ("focal", "harmonic", "surface")
 FRAMES = ("ecliptic", "equatorial", "orbit")
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2, to the last bit as astropy has it.
 _G = 6.67430e-11 * 0.01296
-#: G times the Sun's mass in km^3/hour^2, from DE440 (Park et al. 2021), and the astronomical unit in km.
-_MU = 132712440041.279419 * 3600.0**2
-_AU = 149597870.7
+#: G times the Sun's mass in km^3/hour^2.
+_MU = GM["sun"] * 3600.0**2
 
 
 def ready(
@@ -61,13 +61,14 @@ def ready(
     top = TomlTable(_files.path(name), "", described, Units(base))
     system, state = build(top, {**options, "units": base}, planar)
     system = system.with_options(frame=frame)
-    plane = _plane(described) if frame is not None else (0.0, 0.0)
-    if frame == "orbit" and not planar:
-        state = rotated(state, rotations.matrices(_into(plane)), _into(plane))
+    # The quaternion turns vectors into the axes of the orbit's plane.
+    into = rotations.inverse(rotations.of_plane(*_plane(described))) if frame == "orbit" else None
+    if into is not None and not planar:
+        state = rotated(state, rotations.matrices(into), into)
     elif frame not in (None, "orbit", published):
         state = rotate_state(state, published, frame)
     system, state = _in_units(system, state, units)
-    axes = (published, _into(plane)) if frame == "orbit" else (frame, None)
+    axes = (frame if into is None else published, into)
     return with_sun(system, content.get("sun"), sun, axes), state
 
 
@@ -79,20 +80,18 @@ def _frame(content: dict[str, Any], frame: Any) -> str | None:
         return None
     if frame is None:
         return str(content.get("default_frame", content["system"]["frame"]))
-    if not isinstance(frame, str) or frame not in FRAMES:
-        raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
-    return frame
+    return str(choice(frame, "frame", FRAMES))
 
 
 def _with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """Return the options of the system with its epoch: the published one, or the caller's if none is published."""
     fixed = ("bodies", "G", "frame")
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
-    own_epoch = options.get("epoch")
-    if epoch is not None and own_epoch is not None:
+    date = options.get("epoch")
+    if epoch is not None and date is not None:
         expected = f"expected none: the numbers of this system hold at its own, {epoch}"
-        raise InvalidInput(f"epoch is {own_epoch!r}; {expected}")
-    return {**options, "epoch": epoch if own_epoch is None else own_epoch}
+        raise InvalidInput(f"epoch is {date!r}; {expected}")
+    return {**options, "epoch": epoch if date is None else date}
 
 
 def _plane(described: dict[str, Any]) -> tuple[float, float]:
@@ -105,12 +104,6 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
     if binary:
         return binary["ascending_node"], binary["inclination"]
     return orbits[0]["Omega"], orbits[0]["i"]
-
-
-def _into(plane: tuple[float, float]) -> Floats:
-    """Return the quaternion that turns vectors into the axes of a plane: x towards its node, z its pole."""
-    node, inclination = plane
-    return rotations.product(rotations.about_axis(0, -inclination), rotations.about_axis(2, -node))
 
 
 def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
@@ -141,10 +134,11 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     if table is None:
         raise InvalidInput("sun is True; expected False: the heliocentric orbit of this system is not tabulated")
     a, e, *degrees = table["orbit"]["value"]
+    a = in_usual_units(a, "au")
     i, node, argument, mean = np.radians(degrees)
     if system.epoch is not None:
-        mean += np.sqrt(_MU / (a * _AU) ** 3) * 24.0 * (system.epoch.tdb.jd - table["epoch"]["value"])
-    r, v = KeplerElements(a * _AU, e, i, node, argument, np.remainder(mean, 2 * np.pi)).to_cartesian(_MU)
+        mean += np.sqrt(_MU / a**3) * 24.0 * (system.epoch.tdb.jd - table["epoch"]["value"])
+    r, v = KeplerElements(a, e, i, node, argument, np.remainder(mean, 2 * np.pi)).to_cartesian(_MU)
     frame, quaternion = axes
     matrix = rotation("ecliptic", frame)
     if quaternion is not None:

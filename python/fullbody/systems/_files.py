@@ -41,10 +41,10 @@ def changed(content: dict[str, Any], variant: Any, changes: dict[str, dict[str, 
 
     A change of a body removes the period that was found for the start, which belongs to the body as it was.
     """
-    if known_variants := variants(content):
-        option = content["variants"]["option"]
-        if not isinstance(variant, str) or variant not in known_variants:
-            raise InvalidInput(f"{option} is {variant!r}; expected {' or '.join(map(repr, known_variants))}")
+    if names := variants(content):
+        if not isinstance(variant, str) or variant not in names:
+            option = content["variants"]["option"]
+            raise InvalidInput(f"{option} is {variant!r}; expected {' or '.join(map(repr, names))}")
         content = _merged(content, content["variants"].get(variant, {}))
     if not changes:
         return content

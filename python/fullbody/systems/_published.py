@@ -130,8 +130,8 @@ def of_contents(content: dict[str, Any]) -> Published:
     parts = [(name, part) for name, item in items.items() for part in item.get("doubt", "").split(", ")]
 
     def doubtful(word: str) -> tuple[str, ...]:
-        found = ((name, part.startswith("error")) for name, part in parts if part.endswith(word))
-        return tuple(f"uncertainty of {name}" if of_error else name for name, of_error in found)
+        doubts = ((name, part.startswith("error")) for name, part in parts if part.endswith(word))
+        return tuple(f"uncertainty of {name}" if of_error else name for name, of_error in doubts)
 
     values = {}
     for name, item in items.items():

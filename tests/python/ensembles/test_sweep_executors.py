@@ -67,7 +67,7 @@ def processes():
 def test_processes_give_the_map_of_one_process(processes, tmp_path):
     # Functions that are no module's go there whole.
     power = 2.0
-    found = swept(
+    result = swept(
         executor=processes,
         setup=lambda mass, rng: random(mass, rng),
         measure=lambda run: {"angle": angle(run)["angle"] ** power, "process": float(os.getpid() == parent)},
@@ -75,8 +75,8 @@ def test_processes_give_the_map_of_one_process(processes, tmp_path):
         store=tmp_path / "map.nc",
     )
     here = swept(setup=random, rng=12)
-    np.testing.assert_array_equal(found.angle, here.angle**2)
-    assert (found.process == 0.0).all()
+    np.testing.assert_array_equal(result.angle, here.angle**2)
+    assert (result.process == 0.0).all()
 
 
 parent = os.getpid()
@@ -88,8 +88,8 @@ def test_what_goes_wrong_in_a_worker_stays_in_its_row(processes):
             raise SystemExit("no more")
         return circle(mass)
 
-    found = swept(executor=processes, setup=setup)
-    assert found.error.values.tolist() == [""] * 6 + ["SystemExit"]
+    result = swept(executor=processes, setup=setup)
+    assert result.error.values.tolist() == [""] * 6 + ["SystemExit"]
     with pytest.raises(InvalidInput, match=r"the sweep cannot be sent to other processes: .*lock"):
         swept(executor=processes, setup=lambda mass, lock=threading.Lock(): circle(mass))  # noqa: B008
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fullbody import observing
 from fullbody.fitting import Free
+from fullbody.fitting.free import Parameters
 from support import refused
 
 TRUE = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
@@ -31,20 +32,20 @@ PARAMETERS = {"place": Free(TRUE + 0.2, prior=(MEAN, PRIOR), max=[[np.inf, np.in
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return fullbody.fit(setup, PARAMETERS, DATA)
 
 
-def test_each_number_of_an_array_is_a_parameter_with_its_own_prior(found):
-    assert found.names[:4] == ("place[0, 0]", "place[0, 1]", "place[0, 2]", "place[1, 0]")
+def test_each_number_of_an_array_is_a_parameter_with_its_own_prior(result):
+    assert result.names[:4] == ("place[0, 0]", "place[0, 1]", "place[0, 2]", "place[1, 0]")
     # Each number has a normal measurement and a normal prior: the posterior has the sum of their weights.
     weights = SIGMA**-2 + PRIOR**-2.0
     expected = (TRUE * SIGMA**-2 + MEAN * PRIOR**-2.0) / weights
-    np.testing.assert_allclose(found.values["place"], expected, atol=1e-9)
-    np.testing.assert_allclose(found.sigma["place"], weights**-0.5, rtol=1e-8)
-    np.testing.assert_allclose(found.covariance, np.diag(1 / weights.ravel()), atol=1e-9)
-    assert found.dof == 6 + 4 - 6
-    assert not found.differenced
+    np.testing.assert_allclose(result.values["place"], expected, atol=1e-9)
+    np.testing.assert_allclose(result.sigma["place"], weights**-0.5, rtol=1e-8)
+    np.testing.assert_allclose(result.covariance, np.diag(1 / weights.ravel()), atol=1e-9)
+    assert result.dof == 6 + 4 - 6
+    assert not result.differenced
 
 
 def test_a_number_of_an_array_may_end_at_its_bound():
@@ -68,50 +69,50 @@ def test_arrays_and_numbers_may_stand_side_by_side_with_units():
     np.testing.assert_allclose(both.sigma["place"].to_value("m"), np.full((2, 3), 5**0.5), rtol=1e-6)
 
 
-def test_draws_are_arrays_that_sweeps_take(found):
-    draws = found.draw(2000, 1)
+def test_draws_are_arrays_that_sweeps_take(result):
+    draws = result.draw(2000, 1)
     assert draws.columns["place"].shape == (2000, 2, 3)
     spread = draws.columns["place"].std(axis=0)
-    np.testing.assert_allclose(spread, found.sigma["place"], rtol=0.1)
-    few = found.draw(3, 1)
+    np.testing.assert_allclose(spread, result.sigma["place"], rtol=0.1)
+    few = result.draw(3, 1)
     table = fullbody.sweep(setup, few, 1.0, measure=lambda run: {"x": run.position[0, 1, 0]})
     np.testing.assert_allclose(table.x.values, few.columns["place"][:, 1, 0])
     assert table.place.dims == ("row", "place_0", "place_1")
 
 
-def test_a_store_of_a_sweep_knows_rows_of_arrays_again(found, tmp_path):
-    few, options = found.draw(3, 1), {"measure": lambda run: {"x": run.position[0, 1, 0]}, "store": tmp_path / "s"}
+def test_a_store_of_a_sweep_knows_rows_of_arrays_again(result, tmp_path):
+    few, options = result.draw(3, 1), {"measure": lambda run: {"x": run.position[0, 1, 0]}, "store": tmp_path / "s"}
     first = fullbody.sweep(setup, few, 1.0, key="places", **options)
     second = fullbody.sweep(setup, few, 1.0, key="places", **options)
     assert first.identical(second)
 
 
-def test_files_keep_arrays(found, tmp_path):
-    found.save(tmp_path / "fit.nc")
+def test_files_keep_arrays(result, tmp_path):
+    result.save(tmp_path / "fit.nc")
     again = fullbody.load(tmp_path / "fit.nc")
-    assert again == found
-    np.testing.assert_array_equal(again.values["place"], found.values["place"])
-    np.testing.assert_array_equal(again.minima[0].values["place"], found.minima[0].values["place"])
-    np.testing.assert_array_equal(again.parameters.sigma, found.parameters.sigma)
-    np.testing.assert_array_equal(again.parameters.upper, found.parameters.upper)
+    assert again == result
+    np.testing.assert_array_equal(again.values["place"], result.values["place"])
+    np.testing.assert_array_equal(again.minima[0].values["place"], result.minima[0].values["place"])
+    np.testing.assert_array_equal(again.parameters.sigma, result.parameters.sigma)
+    np.testing.assert_array_equal(again.parameters.upper, result.parameters.upper)
 
 
-def test_the_posterior_takes_arrays_and_its_gradient_is_flat(found):
-    value, gradient = found.log_posterior({"place": found.values["place"] + 0.01}, gradient=True)
+def test_the_posterior_takes_arrays_and_its_gradient_is_flat(result):
+    value, gradient = result.log_posterior({"place": result.values["place"] + 0.01}, gradient=True)
     pulls = 0.01 * (SIGMA**-2 + PRIOR**-2.0).ravel()
     np.testing.assert_allclose(gradient, -pulls, atol=1e-6)
-    assert value == found.log_posterior((found.values["place"] + 0.01).ravel())
-    refused(r"value of place has shape \(6,\); expected \(2, 3\)", found.log_posterior, {"place": np.zeros(6)})
-    refused(r"values has 'place\[0, 0\]'", found.log_posterior, {"place[0, 0]": 1.0})
+    assert value == result.log_posterior((result.values["place"] + 0.01).ravel())
+    refused(r"value of place has shape \(6,\); expected \(2, 3\)", result.log_posterior, {"place": np.zeros(6)})
+    refused(r"values has 'place\[0, 0\]'", result.log_posterior, {"place[0, 0]": 1.0})
 
 
-def test_samples_have_the_dimensions_of_the_array(found):
-    samples = found.sample(steps=15, walkers=12, rng=3)
+def test_samples_have_the_dimensions_of_the_array(result):
+    samples = result.sample(steps=15, walkers=12, rng=3)
     assert samples.place.dims == ("chain", "draw", "place_dim_0", "place_dim_1")
-    np.testing.assert_allclose(samples.place.std(("chain", "draw")), found.sigma["place"], rtol=0.6)
-    mean = found.derived(lambda run: run.position[0].mean(), [0.0], samples=samples, n=20, rng=1)
-    assert abs(mean.sigma / np.sqrt(np.sum(found.sigma["place"] ** 2)) * 6 - 1) < 0.6
-    figure = found.plot.corner(samples)
+    np.testing.assert_allclose(samples.place.std(("chain", "draw")), result.sigma["place"], rtol=0.6)
+    mean = result.derived(lambda run: run.position[0].mean(), [0.0], samples=samples, n=20, rng=1)
+    assert abs(mean.sigma / np.sqrt(np.sum(result.sigma["place"] ** 2)) * 6 - 1) < 0.6
+    figure = result.plot.corner(samples)
     assert len(figure.axes) == 36
     plt.close(figure)
 
@@ -138,3 +139,10 @@ def test_observations_may_take_arrays():
     shifted = fullbody.fit(still, {"offset": Free([0.0, 0.1, 0.2])}, data)
     np.testing.assert_allclose(shifted.values["offset"], 0.5, atol=1e-9)
     np.testing.assert_allclose(shifted.sigma["offset"], SIGMA / np.sqrt(2), rtol=1e-6)
+
+
+def test_a_parameter_next_to_zero_has_the_size_of_its_prior():
+    # A tenth of its error: steps relative to a value of 1e-9 would change nothing.
+    parameters = Parameters({"x": Free(1e-9, prior=(0.0, 2.0)), "y": Free([3.0, 0.0], prior=(0.0, [np.inf, 0.5]))})
+    assert [parameters.size(k, value) for k, value in enumerate(parameters.start)] == [0.2, 3.0, 0.05]
+    assert parameters.size(1, -4.0) == 4.0

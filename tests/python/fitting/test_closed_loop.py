@@ -31,7 +31,7 @@ def check(fits, truth):
     """Pulls of the parameters have mean 0 and standard deviation 1 within their errors; p-values are uniform."""
     fits = list(fits)
     count = len(fits)
-    pulls = np.array([[(one.values[name] - truth[name]) / one.sigma[name] for name in truth] for one in fits])
+    pulls = np.array([[(item.values[name] - truth[name]) / item.sigma[name] for name in truth] for item in fits])
     names = ", ".join(truth)
     print(f"\n{count} fits of {names}: means {pulls.mean(axis=0).round(3)}, deviations {pulls.std(axis=0).round(3)}")
     # Five errors of a mean, and of a standard deviation, of normal numbers.
@@ -39,9 +39,9 @@ def check(fits, truth):
     assert np.abs(pulls.std(axis=0) - 1.0).max() < 5 / np.sqrt(2 * count)
     # All parameters together: chi2 of the truth is higher than the least one by a number with the distribution of
     # chi2, whatever the parameters are, where the distance in a covariance depends on how they are chosen.
-    apart = [2.0 * (one.log_posterior(one.minima[0].values) - one.log_posterior(truth)) for one in fits]
+    apart = [2.0 * (item.log_posterior(item.minima[0].values) - item.log_posterior(truth)) for item in fits]
     distances = kstest(apart, chi2_distribution(len(truth)).cdf)
-    uniform = kstest([one.p_value for one in fits], "uniform")
+    uniform = kstest([item.p_value for item in fits], "uniform")
     print(f"p of the rises of chi2 {distances.pvalue:.3f}, of the p-values {uniform.pvalue:.3f}")
     print(f"errors of the first {', '.join(f'{name} {fits[0].sigma[name]:.2g}' for name in truth)}")
     assert distances.pvalue > 1e-3
@@ -53,21 +53,21 @@ def radar(truth, hours, count):
     times = np.linspace(1.0, hours - 1.0, count) * u.h
     rng, geometry, (system, state) = np.random.default_rng(1), flyby(hours), kw4(**truth)
 
-    def data(ranges, rates, **places):
-        options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": geometry, **places}
+    def data(ranges, rates, **bodies):
+        options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": geometry, **bodies}
         return observing.RadarAstrometry(times, range=ranges, range_rate=rates, **options)
 
     zero, exact = np.zeros(count), []
     # What Alpha does about the barycentre tells the ratio of the masses.
-    for places in ({"body": "Beta", "about": "Alpha"}, {"body": "Alpha"}):
-        blank = data(zero * u.km, zero * u.cm / u.s, **places)
+    for bodies in ({"body": "Beta", "about": "Alpha"}, {"body": "Alpha"}):
+        blank = data(zero * u.km, zero * u.cm / u.s, **bodies)
         run = system.integrate(state, hours, output=blank.emission(system), integrator=LOOSE)
-        exact.append((places, blank.predict(run)))
+        exact.append((bodies, blank.predict(run)))
     while True:
         noise = [(rng.normal(size=count) * 75 * u.m, rng.normal(size=count) * u.cm / u.s) for _ in exact]
         both = [
-            data(one.range + more[0], one.range_rate + more[1], **places)
-            for (places, one), more in zip(exact, noise, strict=True)
+            data(item.range + more[0], item.range_rate + more[1], **bodies)
+            for (bodies, item), more in zip(exact, noise, strict=True)
         ]
         yield fullbody.fit(kw4, truth, both, integrator=LOOSE)
 
@@ -114,9 +114,9 @@ def light(truth, nights, points):
         if "polar" in truth:
             seen = [truth["polar"], truth["c"]] + errors * rng.normal(size=2)
             data.append(observing.Measured("figures", figures, seen, errors, times=[]))
-        found = fullbody.fit(setup, truth, data, integrator=LOOSE)
-        assert found.dof == sum(part.size for part in found.pulls) - len(truth) - nights
-        yield found
+        result = fullbody.fit(setup, truth, data, integrator=LOOSE)
+        assert result.dof == sum(part.size for part in result.pulls) - len(truth) - nights
+        yield result
 
 
 def test_light_curves_of_didymos_give_masses_shapes_and_pole():
@@ -150,6 +150,6 @@ def test_points_give_pulls_and_p_values_of_their_distributions():
         columns = {"range": exact.range + noise[0], "range_rate": exact.range_rate + noise[1]}
         fits.append(fullbody.fit(pair, truth, observing.RadarAstrometry(times, **columns, **options), integrator=QUICK))
     check(fits, truth)
-    scatter = np.cov([[one.values[name] for one in fits] for name in truth])
+    scatter = np.cov([[item.values[name] for item in fits] for name in truth])
     # Elements of a covariance from so many draws are known to the root of two over their number.
     np.testing.assert_allclose(scatter, fits[0].covariance, rtol=5 * np.sqrt(2 / len(fits)))

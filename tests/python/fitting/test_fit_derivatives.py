@@ -5,6 +5,8 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observing
+from fullbody.errors import InconsistentInput
+from fullbody.fitting import Free
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
 from support import body_list
@@ -179,3 +181,34 @@ def test_derivatives_of_system_parameters_by_fitted_parameters_follow_from_the_s
     assert derivatives.system.keys() == expected.keys()
     for name, row in expected.items():
         np.testing.assert_allclose(derivatives.system[name], row, rtol=1e-10, atol=0.0)
+
+
+def test_observations_without_exact_derivatives_are_differenced_and_listed():
+    class OnlyPulls:
+        def emission(self, system):
+            return [3.0]
+
+        def pulls(self, run):
+            return run.position[:, 1]
+
+    def setup(distance):
+        system = fullbody.System(body_list((fullbody.Sphere(1.0), 1.0), (fullbody.Sphere(0.5), 0.1)), G=1.0)
+        return system, fullbody.State([[0.0] * 3, [distance, 0.0, 0.0]], [[0.0] * 3, [0.0, 0.5, 0.0]])
+
+    far = observing.Geometry([0.0, 30.0], to_observer=[1e6, 0.0, 0.0], to_sun=[1e6, 4e5, 0.0], light_time=False)
+    times = np.linspace(1.0, 20.0, 8)
+    rough = observing.Photometry(times, np.zeros(8), 0.01, geometry=far, law=observing.Hapke(roughness="20 deg"))
+    ranges = observing.RadarAstrometry(times, range=np.zeros(8), sigma=1e-3, body=1, about=0, geometry=far)
+    observations = [rough, ranges, OnlyPulls()]
+    problem = Problem(setup, Parameters({"distance": 4.0}), observations, None)
+    jacobian = problem.jacobian(problem.point(np.array([4.0])))
+    assert not jacobian.differenced
+    assert list(jacobian.differenced_observations) == ["observations[0]", "observations[2]"]
+    assert "roughness of the scattering law" in jacobian.differenced_observations["observations[0]"]
+    assert "no derivatives of their own" in jacobian.differenced_observations["observations[2]"]
+    expected = central_differences(problem, np.array([4.0]), 0, 1e-3)
+    np.testing.assert_allclose(jacobian.rows[:, 0], expected, atol=1e-5 * np.abs(expected).max())
+    with pytest.warns(InconsistentInput, match="stopped after 1 proposals"):
+        fit = fullbody.fit(setup, {"distance": Free(4.0, prior=(4.1, 0.1))}, observations, proposals=1)
+    assert fit.differenced_observations == jacobian.differenced_observations
+    assert "observations[0] differenced" in repr(fit)

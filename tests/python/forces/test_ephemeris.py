@@ -28,8 +28,8 @@ def planet(name, days):
     """A planet from the Sun in km, ecliptic, by astropy's own turning of coordinates."""
     times = Time(DATE.split()[0], scale="tdb") + days * u.day
     away = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
-    turned = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
-    return turned.cartesian.xyz.to_value("km").T
+    rotated = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
+    return rotated.cartesian.xyz.to_value("km").T
 
 
 def spot(third, days, units=("km", "hour", "kg")):
@@ -63,20 +63,20 @@ def test_the_sun_is_opposite_the_orbit():
 
 def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
     quantities = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day)
-    plain = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=720.0, units=("km", "hour", "kg"))
-    np.testing.assert_allclose(plain.times, quantities.times.to_value("h"), rtol=1e-14)
-    np.testing.assert_allclose(plain.positions, quantities.positions.to_value("km"), rtol=1e-14)
-    assert plain.mu == pytest.approx(398600.435507 * 3600.0**2, rel=1e-15)
+    unitless = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=720.0, units=("km", "hour", "kg"))
+    np.testing.assert_allclose(unitless.times, quantities.times.to_value("h"), rtol=1e-14)
+    np.testing.assert_allclose(unitless.positions, quantities.positions.to_value("km"), rtol=1e-14)
+    assert unitless.mu == pytest.approx(398600.435507 * 3600.0**2, rel=1e-15)
     system, state = fullbody.systems.kw4(frame="ecliptic")
-    run = system.with_forces([plain]).integrate(state, 10.0)
+    run = system.with_forces([unitless]).integrate(state, 10.0)
     assert np.abs(run.energy_drift).max() < 1e-13
     with pytest.raises(fullbody.FullbodyError, match="Earth"):
-        system.with_forces([plain]).integrate(state, 1e4)
+        system.with_forces([unitless]).integrate(state, 1e4)
     # The equator, by name and by a matrix.
     named = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame="equatorial")
     matrix = fullbody.frames.rotation("ecliptic", "equatorial")
-    turned = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame=matrix)
-    np.testing.assert_allclose(turned.positions.value, named.positions.value, atol=1e-4)
+    rotated = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame=matrix)
+    np.testing.assert_allclose(rotated.positions.value, named.positions.value, atol=1e-4)
     np.testing.assert_allclose(named.positions.value, quantities.positions.value @ matrix.T, atol=1e-4)
     # Elements of another date.
     rate = np.sqrt(GM_SUN / (ELEMENTS[0] * 149597870.7) ** 3) * 86400.0
@@ -106,9 +106,9 @@ def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
 )
 @pytest.mark.filterwarnings("ignore")
 def test_ephemerides_that_cannot_be_had_are_refused(change, message):
-    given = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
+    arguments = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
     with pytest.raises((InvalidInput, ModuleNotFoundError), match=message):
-        ThirdBody.from_ephemeris(**given)
+        ThirdBody.from_ephemeris(**arguments)
 
 
 def test_a_missing_package_is_named(monkeypatch):

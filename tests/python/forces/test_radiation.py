@@ -9,7 +9,7 @@ from support import body_list, inertia, matrix, worst
 from support.scenes import body_alone
 
 
-def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
+def synchronous(rotated=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
     """A triaxial secondary on a circle of radius one, its long axis turned from the line of the centres."""
     bodies = body_list(A=(primary or fullbody.Sphere(0.3), 1.0), B=(fullbody.Ellipsoid(*axes), mass))
     system = fullbody.System(bodies, G=1.0, forces=forces)
@@ -19,7 +19,7 @@ def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary
     n = np.sqrt(pull)
     r, v = np.array([1.0, 0, 0]), np.array([0, n, 0])
     share = mass / (1 + mass)
-    q = np.array([np.cos(turned / 2), 0, 0, np.sin(turned / 2)])
+    q = np.array([np.cos(rotated / 2), 0, 0, np.sin(rotated / 2)])
     if tilt:
         q = [q[0] * np.cos(tilt / 2), q[0] * np.sin(tilt / 2), q[3] * np.sin(tilt / 2), q[3] * np.cos(tilt / 2)]
     state = fullbody.State(
@@ -62,8 +62,8 @@ def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, fa
     speed = np.array([3.0, 0.0, 1.0])
     angle = np.arctan2(r[1], r[0]) + 0.3
     # The body's z is its long axis, which the attitude turns into the plane, and its y is the short one.
-    turn = matrix([np.cos(angle / 2), 0, 0, np.sin(angle / 2)])
-    outwards, along, up = turn.T
+    rotation = matrix([np.cos(angle / 2), 0, 0, np.sin(angle / 2)])
+    outwards, along, up = rotation.T
     axes = np.stack([-along, up, -outwards] if facing == 0.0 else [along, up, outwards], axis=1)
     q = np.roll(Rotation.from_matrix(axes).as_quat(), 1)
     rate = np.cross(r, v)[2] / (r @ r)
@@ -72,24 +72,24 @@ def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, fa
     byorp = Byorp(on="B", about="A", force=force, torque=torque, name="BYORP")
     loads = system.with_forces([byorp]).loads(moved)["BYORP"]
     components = np.array([0.0, force, 0.0] if np.ndim(force) == 0 else force)
-    np.testing.assert_allclose(loads.force, [[0, 0, 0], turn @ components], rtol=0, atol=1e-15)
-    np.testing.assert_allclose(loads.torque, [[0, 0, 0], axes.T @ turn @ torque], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(loads.force, [[0, 0, 0], rotation @ components], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(loads.torque, [[0, 0, 0], axes.T @ rotation @ torque], rtol=0, atol=1e-15)
 
 
 # Locked or not.
 
 
-def swinging(turned, rate, until=100.0, **given):
-    system, state = synchronous(turned, rate, **given)
+def swinging(rotated, rate, until=100.0, **arguments):
+    system, state = synchronous(rotated, rate, **arguments)
     return system.with_forces([push()]).integrate(state, until)
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.5, 1.2, -1.4, np.pi - 1.2])
-def test_a_libration_of_any_size_stays_locked(turned):
-    run = swinging(turned, 1.0)
+@pytest.mark.parametrize("rotated", [0.0, 0.5, 1.2, -1.4, np.pi - 1.2])
+def test_a_libration_of_any_size_stays_locked(rotated):
+    run = swinging(rotated, 1.0)
     assert run.switched_off == {"BYORP": 0}
     # All the time: the work is the force times the way along the body's middle axis, turned along the motion.
-    middle = np.array([matrix(q)[:, 1] for q in run.attitude[:, 1]]) * np.sign(np.cos(turned))
+    middle = np.array([matrix(q)[:, 1] for q in run.attitude[:, 1]]) * np.sign(np.cos(rotated))
     power = 1e-9 * np.sum(run.velocity[:, 1] * middle, axis=1)
     assert run.work["BYORP"][-1] == pytest.approx(np.trapezoid(power, run.time), rel=1e-4)
 
@@ -133,11 +133,11 @@ def test_each_run_counts_its_own_losses_of_lock():
 C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
 
 
-def turning(eps, **given):
+def turning(eps, **arguments):
     """A sphere whose spin of 3 is at an obliquity, in the yz-plane, under a torque of radiation."""
     q = (np.cos(eps / 2), -np.sin(eps / 2), 0.0, 0.0)
     system, state = body_alone(fullbody.Sphere(0.5), spin=(0, 0, 3.0), attitude=q)
-    return system.with_forces([Yorp(on="A", name="YORP", **given)]), state
+    return system.with_forces([Yorp(on="A", name="YORP", **arguments)]), state
 
 
 def spin_of(run):

@@ -13,9 +13,9 @@ def pair(case, gravity, mass=(2.0, 3.0), G=0.5):
     """The system and state of a case, with bodies elsewhere than at the origin."""
     axes = [np.array(case[name], dtype=float) for name in ("axes_a", "axes_b")]
     bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
-    place = np.array([0.3, -0.1, 0.2])
+    point = np.array([0.3, -0.1, 0.2])
     state = fullbody.State.from_tait_bryan(
-        [place, place + np.array(case["separation"], dtype=float)],
+        [point, point + np.array(case["separation"], dtype=float)],
         np.zeros((2, 3)),
         np.array([case["angles_a"], case["angles_b"]], dtype=float),
     )
@@ -93,11 +93,11 @@ def test_derivatives_of_rates_are_differences(made, step, tolerance):
     actual = system.jacobian(state, names)
     assert worst(actual.flow, rates(system, state)) < 1e-12
     for k in (0, 4, 7, 14, 20):
-        place = (k // 12, k % 12 // 3, k % 3)
-        change = central_of_state(lambda by, place=place: rates(system, displaced(state, *place, by)), step * size[k])
-        if place[1] == 2:
+        point = (k // 12, k % 12 // 3, k % 3)
+        change = central_of_state(lambda by, point=point: rates(system, displaced(state, *point, by)), step * size[k])
+        if point[1] == 2:
             # A rotation by theta also moves the axes of the spin: d(theta)/dt = dspin - spin x theta.
-            change[12 * place[0] + 6 : 12 * place[0] + 9] -= np.cross(state.spin[place[0]], np.eye(3)[place[2]])
+            change[12 * point[0] + 6 : 12 * point[0] + 9] -= np.cross(state.spin[point[0]], np.eye(3)[point[2]])
         assert worst(actual.rates[:, k] / size, change / size) < tolerance
     for name in names:
         change = central_of_state(lambda by, name=name: rates(system.changed(name, by), state), 0.2 * step)
@@ -111,12 +111,12 @@ def test_far_bodies_lose_no_digits():
         np.array(state.position) * [[1.0], [3e4]], state.velocity, state.attitude, state.spin, time=state.time
     )
     moments = np.diag(inertia(system.bodies[1]))
-    turn = far.rotation_matrix[1]
-    x = turn.T @ (far.position[0] - far.position[1])
+    quaternion = far.rotation_matrix[1]
+    x = quaternion.T @ (far.position[0] - far.position[1])
     r = np.linalg.norm(x)
     rate = np.cross(np.eye(3), moments @ x) + np.cross(x, moments.T).reshape(3, 3)
     expected = 3.0 * (rate.T / r**5 - 5.0 * np.outer(np.cross(x, moments @ x), x) / r**7)
-    actual = system.jacobian(far).torque_by_position[1, :, 0] @ turn
+    actual = system.jacobian(far).torque_by_position[1, :, 0] @ quaternion
     assert worst(actual, expected) < 1e-8
 
 
@@ -164,7 +164,7 @@ def test_derivatives_by_semi_axes_beside_a_third_body_are_differences(axes, dist
     system, state = beside(axes, distance)
     for k, axis in enumerate("abc"):
         name, step = f"semi-axis {axis} of B", 2e-3 * axes[k]
-        both = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
+        both = (entry.jacobian(state, [name]).by_parameter[name] for entry in (system, system.with_forces([])))
         actual = np.subtract(*both)[[[15, 16, 17], [21, 22, 23]]]
         weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
         expected = sum(w * np.subtract(*(sunlit(axes + s * step * np.eye(3)[k]) for s in (m, -m))) for m, w in weights)

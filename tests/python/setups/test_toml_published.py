@@ -118,7 +118,7 @@ def test_a_start_period_takes_the_place_of_the_search(tmp_path, monkeypatch):
     def search(*_):
         raise AssertionError("the period was searched")
 
-    monkeypatch.setattr("fullbody.setups.binary.start_with_period", search)
+    monkeypatch.setattr("fullbody.setups.elements.start_with_period", search)
     text = (HEAD + BODIES + BINARY + RUN).replace("semi_major_axis = 6.0", "period = 60.0\nstart_period = 60.001")
     text = text.replace("diameter = 2.0", "diameters = [2.2, 2.0, 1.8]")
     read(tmp_path, text)
