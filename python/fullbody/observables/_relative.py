@@ -182,15 +182,14 @@ class RelativeMotion:
             f"{self.what} needs several samples in each ({self.closer()})"
         )
 
-    def check_rotation(self, speed: Floats, most: float, what: str) -> None:
+    def check_rotation(self, speed: Floats, most: float) -> None:
         """Raise an error if a direction or frame may turn by more than an angle between samples, at its speeds (K,)."""
         angle = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
         if len(angle) and angle.max() > most:
             k = int(angle.argmax())
             raise InvalidInput(
-                f"{self.name} turns by about {angle[k]:.3g} rad in the orbit's frame between the samples at "
-                f"{self.span(self.time[k])} and {self.span(self.time[k + 1])}; {what} needs less than {most:.3g} "
-                "(a smaller output=)"
+                f"{self.name} turns by about {angle[k]:.3g} rad in the orbit's frame {self._gap(k)}; "
+                f"{self.what} needs less than {most:.3g} ({self.closer(2 * angle[k] / most)})"
             )
 
     @property
