@@ -73,8 +73,8 @@ class Synodic:
         v = np.zeros(3) if velocity is None else self._units.strip(velocity, "velocity", "velocity")
         frame = self.frame
         moving = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
-        place, speed = frame.origin + x @ frame.rotation.T, frame.drift + moving @ frame.rotation.T
-        return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
+        position, speed = frame.origin + x @ frame.rotation.T, frame.drift + moving @ frame.rotation.T
+        return self._units.attach(position, "length"), self._units.attach(speed, "velocity")
 
     def jacobi(self, points: Any, velocity: Any = None) -> Array:
         """Compute Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
@@ -89,10 +89,10 @@ class Synodic:
         -------
         ndarray or Quantity, (...)
         """
-        found = self.frame.jacobi(points_in(points, self._units))
+        constant = self.frame.jacobi(points_in(points, self._units))
         if velocity is not None:
-            found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
-        return self._units.attach(found, "potential")
+            constant = constant - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
+        return self._units.attach(constant, "potential")
 
     def plane(self, extent: Any = None, *, n: int = 401) -> tuple[Array, Array, Array]:
         """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
@@ -134,9 +134,9 @@ class Synodic:
         with need("plot", "a zero-velocity curve"):
             from contourpy import contour_generator
 
-        x, y, found = self.plane(extent, n=n)
-        plain = [np.asarray(getattr(value, "value", value)) for value in (x, y, found)]
-        curves = contour_generator(*plain).lines(self._units.number(level, "potential", "level"))
+        x, y, constant = self.plane(extent, n=n)
+        numbers = [np.asarray(getattr(value, "value", value)) for value in (x, y, constant)]
+        curves = contour_generator(*numbers).lines(self._units.number(level, "potential", "level"))
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]
 
     def __repr__(self) -> str:
