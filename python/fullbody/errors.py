@@ -173,11 +173,11 @@ class WarnedOnce:
             with warnings.catch_warnings(record=True) as caught:
                 return self._function(*arguments, **options)
         finally:
-            for one in caught:
-                kind = _kind(one.category, str(one.message))
+            for warning in caught:
+                kind = _kind(warning.category, str(warning.message))
                 if kind not in self._shown:
                     self._shown.add(kind)
-                    warnings.showwarning(one.message, one.category, one.filename, one.lineno)
+                    warnings.showwarning(warning.message, warning.category, warning.filename, warning.lineno)
 
 
 def _kind(category: type[Warning], message: str) -> tuple[type[Warning], str]:

@@ -232,15 +232,15 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
     from xarray.backends.locks import HDF5_LOCK
 
     with replacing(path) as temporary:
-        whole = BytesIO()
+        buffer = BytesIO()
         # Otherwise xarray would ask a client of dask for a lock, which cannot refer to a file in memory.
-        store = H5NetCDFStore.open(whole, mode="w", lock=HDF5_LOCK)
+        store = H5NetCDFStore.open(buffer, mode="w", lock=HDF5_LOCK)
         try:
             dataset.dump_to_store(store)
         finally:
             store.close()
-        whole.write(checksum.line(whole, whole.seek(0, 2)))
-        temporary.write_bytes(whole.getbuffer())
+        buffer.write(checksum.line(buffer, buffer.seek(0, 2)))
+        temporary.write_bytes(buffer.getbuffer())
 
 
 def contents(content: Content, context: Context) -> dict[str, Any]:

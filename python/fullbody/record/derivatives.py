@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
 from ..base import rotations
 from ..base.differences import difference
+from ..base.kinds import function as check_function
 from ..base.units import is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -169,13 +170,10 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
     >>> found.start.shape, list(found.by_parameter)
     ((24,), ['mass of Alpha'])
     """
-    if not callable(function):
-        raise InvalidInput(f"function is {function!r}; expected a function of a Run")
-    value = function(run)
+    value = check_function(function, "function", "a function of a Run")(run)
     unit = value.unit if is_quantity(value) else None
     events = cache(run.at_event)
     size = run.transition.shape[-1]
-
     values = np.asarray(value if unit is None else value.value, dtype=np.float64)
 
     def by(name: str | int) -> Floats:
@@ -198,8 +196,8 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
 
     by_start = np.stack([by(column) for column in range(size)], axis=-1) if start else None
     derivatives = {name: by(name) for name in run.parameters}
-    plain = {name: numbers if numbers.ndim else float(numbers) for name, numbers in derivatives.items()}
-    return FunctionDerivatives(value, by_start, plain)
+    by_parameter = {name: numbers if numbers.ndim else float(numbers) for name, numbers in derivatives.items()}
+    return FunctionDerivatives(value, by_start, by_parameter)
 
 
 def _sizes(run: Any) -> Floats:
@@ -224,8 +222,8 @@ def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: Ca
         first = sample(record, 0)
         core = system.context.core
         start = np.concatenate([[first.time], core.energy(first), core.angular_momentum(first)])
-    rest = {"stop_reason": run.stop_reason, "switched_off": run.switched_off}
-    displaced = type(run)(system, run.integrator, record, start, run.statistics, **rest)
+    options = {"stop_reason": run.stop_reason, "switched_off": run.switched_off}
+    displaced = type(run)(system, run.integrator, record, start, run.statistics, **options)
     displaced.events = _Events(run, name, by, events)
     return displaced
 
@@ -268,14 +266,7 @@ class _Events(Sequence[Occurrence]):
     def __len__(self) -> int:
         return len(self._run.events)
 
-    def __iter__(self) -> Iterator[Occurrence]:
-        return (self._occurrence(k) for k in range(len(self)))
-
-    @overload
-    def __getitem__(self, k: int) -> Occurrence: ...
-    @overload
-    def __getitem__(self, k: slice) -> list[Occurrence]: ...
-    def __getitem__(self, k: int | slice) -> Occurrence | list[Occurrence]:
+    def __getitem__(self, k: Any) -> Any:
         indices = range(len(self))[k]
         return [*map(self._occurrence, indices)] if isinstance(indices, range) else self._occurrence(indices)
 

@@ -71,8 +71,8 @@ def spacing_warning(output: Any, length: float, units: Units) -> str | None:
     """Return a warning of a spacing of times that is longer than the run, or ``None``."""
     if not (isinstance(output, float) and np.inf > output > abs(length) > 0.0):
         return None
-    spacing, whole = (number(units.attach(np.float64(value), "time")) for value in (output, abs(length)))
+    spacing, length = (number(units.attach(np.float64(value), "time")) for value in (output, abs(length)))
     return (
-        f"output is {spacing}, a spacing of times, and the run is only {whole} long: its start and its end are "
+        f"output is {spacing}, a spacing of times, and the run is only {length} long: its start and its end are "
         "recorded; expected a shorter spacing, or 'ends'"
     )
