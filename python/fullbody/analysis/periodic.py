@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import sequence
 from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import NONZERO, POSITIVE
@@ -181,10 +182,11 @@ def periodic_orbit(
     pair = Pair(system)
     time = system.context.units.number(period, "time", "period", POSITIVE)
     within = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
-    held = (hold,) if isinstance(hold, str) else tuple(hold)
+    expected = f"some of {', '.join(_HELD)}"
+    held = (hold,) if isinstance(hold, str) else sequence(hold, str, "hold", expected, expected)
     for name in held:
         if name not in _HELD:
-            raise InvalidInput(f"hold has {name!r}; expected some of {', '.join(_HELD)}")
+            raise InvalidInput(f"hold has {name!r}; expected {expected}")
     start = upright(pair, state, "state")
     kept = {"period": time, "energy": start.energy, "angular_momentum": float(start.angular_momentum[2])}
     return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), held, kept, within))

@@ -80,11 +80,11 @@ class Differences:
         fourth and of second order agree, and those over an eighth of it too, which later calls use. A function that is
         not smooth, since it rounds or takes values from a table, changes over a long step and not over a short one, or
         its derivative over a short step differs from that over a long one by more than the formulas do there. If the
-        changes are not far above the noise, the step is lengthened as long as the formulas agree, so that an argument
-        that is zero up to rounding has the step of zero. What does not change at all has a derivative of zero, of which
-        no step is kept. A step holds for arguments of the same size to a factor of two. The ``noise`` is the rounding
-        errors of the values, and ``groups`` are equal for components of one quantity, whose derivative is as precise as
-        its largest.
+        changes are not far above the noise, the step is lengthened as long as the formulas agree, up to ``longest``, so
+        that an argument that is zero up to rounding has the step of zero. What does not change at all has a derivative
+        of zero, of which no step is kept. A step holds for arguments of the same size to a factor of two. The ``noise``
+        is the rounding errors of the values, and ``groups`` are equal for components of one quantity, whose derivative
+        is as precise as its largest.
         """
         if 0.5 * self._size <= size <= 2.0 * self._size:
             step = _SHORTER * self.length

@@ -227,8 +227,7 @@ class RelativeMotion:
     def longitude_at(self, moments: Floats) -> tuple[Floats, Floats]:
         """Return the longitude and its rate at given times of the run."""
         angle, rate = self.longitude
-        forward = np.sign(self.time[-1] - self.time[0])
-        k = np.clip(np.searchsorted(forward * self.path.time, forward * moments, side="right") - 1, 0, len(rate) - 1)
+        k = follow.interval(self.path.time, moments)
         here, sense = self.at(moments), np.sign(rate[k])
         start = follow.Path(*(values[k] for values in self.path))
         return angle[k] + step(start, here, sense, sense), sense * speed(here)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
+from ..base.arguments import integer
 from ..base.differences import difference
 from ..base.kinds import function as check_function
 from ..base.units import is_quantity
@@ -82,9 +83,10 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     >>> run.at_event(0).time.shape
     (24,)
     """
-    if not -len(run.events) <= k < len(run.events):
+    index = integer(k)
+    if index is None or not -len(run.events) <= index < len(run.events):
         raise InvalidInput(f"k is {k!r}; expected the index of one of the {len(run.events)} events of the run")
-    happened = run.events[k]
+    happened = run.events[index]
     if happened.derivatives is None:
         raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
     transition, sensitivity, flow = happened.derivatives
