@@ -7,7 +7,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import Any
 
@@ -221,6 +221,17 @@ class Interrupted(KeyboardInterrupt):
     run: Any = None
     runs: Any = None
     dataset: Any = None
+
+
+def keep_result(error: BaseException, name: str, result: Any) -> None:
+    """Give an error the result until it in an attribute, and the result a copy of the error.
+
+    With the error itself, the two would refer to each other and stay in memory until Python's search for cycles.
+    """
+    if isinstance(error, FullbodyError):
+        result.error = type(error)(*error.args)
+    with suppress(AttributeError):
+        setattr(error, name, result)
 
 
 @contextmanager

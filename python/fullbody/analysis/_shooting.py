@@ -9,7 +9,6 @@ from typing import TypeAlias
 import numpy as np
 
 from ..base import rotations
-from ..base.tables import number
 from ..base.units import plain
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Floats
@@ -137,7 +136,7 @@ def solved(
         step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
         shooting, ends = _stepped(shooting, step, count)
     if closure > within:
-        period = number(shooting.pair.context.units.attach(np.float64(shooting.period), "time"))
+        period = shooting.pair.context.units.text(shooting.period, "time")
         raise NotConverged(
             f"no periodic orbit found: the best that Newton's method came by misses its start by {best:.2g}, of the "
             f"separation or in radians, the last one after the period {period}; expected a start nearer to one, more "

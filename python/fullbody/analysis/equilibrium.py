@@ -246,12 +246,11 @@ def _distance(guess: Rotation, axes: Axes, kind: Kind, value: float) -> float:
     crossings = scanned.crossings(value)
     if len(crossings) == 0:
         least = int(scanned.angular_momentum.argmin())
-        attach = pair.context.units.attach
+        text = pair.context.units.text
         raise NotConverged(
-            f"no relative equilibrium of these axes has the angular momentum "
-            f"{number(attach(np.float64(value), 'angular momentum'))}; with the bodies apart the least is "
-            f"about {number(attach(scanned.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
-            f"{number(attach(scanned.separation[least], 'length'), 5)}"
+            f"no relative equilibrium of these axes has the angular momentum {text(value, 'angular momentum')}; with "
+            f"the bodies apart the least is about {text(scanned.angular_momentum[least], 'angular momentum', 5)}, at a "
+            f"separation of {text(scanned.separation[least], 'length', 5)}"
         )
     return float(crossings[-1])
 

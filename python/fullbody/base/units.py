@@ -292,6 +292,10 @@ class Units:
             return value
         return value << self.unit(dimension)
 
+    def text(self, value: float, dimension: str, digits: int = 8) -> str:
+        """Return a number in this system's units as text, with its unit if the system has units."""
+        return f"{float(value):.{digits}g} {self.unit(dimension) if self.defined else ''}".rstrip()
+
     def attach_mu(self, value: float) -> Scalar:
         """Return G times masses of a system as a Quantity that knows the system's units until it is computed with."""
         mu: Any = self.attach(value, "mu")

@@ -12,7 +12,7 @@ from ..base.arguments import integer, normal, refuse_unknown, sequence
 from ..base.attributes import Attribute
 from ..base.kinds import instance
 from ..base.limits import Limits
-from ..base.tables import Table, Tabled, head, number
+from ..base.tables import Table, Tabled, head
 from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
@@ -300,7 +300,7 @@ class System(Tabled):
         """Return tables of the constant, the method and the settings, the bodies and the forces, if there are any."""
         context, units = self.context, self.context.units
         rows: list[Sequence[str]] = [("units", ", ".join(units.names) if units.names else "none")]
-        rows.append(("G", number(units.attach(context.G, "G"), 12)))
+        rows.append(("G", units.text(context.G, "G", 12)))
         rows += [
             (name.replace("_", " "), f"{value}")
             for name, value in self._options.items()
