@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from itertools import permutations, product
 from typing import NamedTuple, TypeAlias
 
@@ -12,7 +12,7 @@ import numpy as np
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Floats
-from ._pair import Pair, Pose
+from ._pair import Pair, Pose, shortened
 from ._rotation import Kind, Rotation
 
 #: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.
@@ -76,7 +76,7 @@ def _solved(
             )
         step = -right.T @ ((left.T @ missing) / values)
         step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
-        rotation = _moved(rotation, step * columns)
+        rotation = shortened(partial(_moved, rotation), step * columns)
     raise NotConverged(
         f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance "
         f"by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
@@ -85,17 +85,10 @@ def _solved(
 
 
 def _moved(rotation: Rotation, step: Floats) -> Rotation:
-    """Return the rotation after a step, which is shortened where the bodies would overlap."""
-    for _ in range(8):
-        pose = rotation.pose.moved(step[:9])
-        try:
-            rotation.pair.loads(pose)
-        except BodiesOverlap as error:
-            overlap = error
-            step = step / 2
-        else:
-            return rotation.at(pose, rotation.rate + step[9])
-    raise overlap
+    """Return the rotation after a step, or raise the error of bodies that overlap."""
+    pose = rotation.pose.moved(step[:9])
+    rotation.pair.loads(pose)
+    return rotation.at(pose, rotation.rate + step[9])
 
 
 @cache

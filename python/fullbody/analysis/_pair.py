@@ -6,16 +6,17 @@ changes of dr/dt and of the spins. Pairs of nine numbers, such as loads and velo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from .. import _core
 from ..base import rotations
 from ..base.kinds import instance
-from ..errors import InvalidInput
+from ..errors import BodiesOverlap, InvalidInput
 from ..model.composite import Composite
 from ..model.failures import explaining
 from ..model.polyhedron import Polyhedron
@@ -24,6 +25,7 @@ from ..model.stokes import StokesCoefficients
 from ..motion.system import System
 from ..typing import Floats
 
+_T = TypeVar("_T")
 #: For each body its axis of symmetry (0, 1 or 2), 3 for a sphere or a point, and ``None`` for a body without one.
 SymmetryAxes: TypeAlias = tuple[int | None, int | None]
 #: For both bodies the components of a tangent vector that hold the rotation vector, and those that hold the spin.
@@ -43,11 +45,10 @@ def cross(v: Any) -> Floats:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def kernel(matrix: Floats, tolerance: float = 1e-10) -> Floats:
+def kernel(matrix: Floats) -> Floats:
     """Return orthonormal columns that span the null space of a matrix."""
     _, values, rows = np.linalg.svd(matrix)
-    rank = int(np.sum(values > tolerance * values.max(initial=0.0))) if len(values) else 0
-    return rows[rank:].T
+    return rows[int(np.sum(values > 1e-10 * values.max(initial=0.0))) :].T
 
 
 def even(rows: Floats) -> Floats:
@@ -62,6 +63,16 @@ def without_symmetries(conserved: Floats, symmetries: Floats, units: Floats) -> 
     """
     still = kernel(even(conserved * units))
     return still @ kernel(even((still.T @ (symmetries / units[:, np.newaxis])).T))
+
+
+def shortened(move: Callable[[Floats], _T], step: Floats, most: int = 8) -> _T:
+    """Return the result of a step, which is halved a few times where the bodies would overlap."""
+    for _ in range(most):
+        try:
+            return move(step)
+        except BodiesOverlap as error:
+            overlap, step = error, step / 2
+    raise overlap
 
 
 def _radius(core: _core.Body) -> float:

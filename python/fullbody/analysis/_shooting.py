@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 
 from ..base import rotations
 from ..base.units import plain
-from ..errors import BodiesOverlap, NotConverged
+from ..errors import NotConverged
 from ..typing import Floats
-from ._pair import SPINS, TURNS, Pair, PairPoint, SymmetryAxes, even
+from ._pair import SPINS, TURNS, Pair, PairPoint, SymmetryAxes, even, shortened
 
 #: The largest number of steps of Newton's method, and how many in a row may fail to improve the orbit.
 _STEPS, _LOST = 40, 6
@@ -134,7 +135,7 @@ def solved(
             break
         step: Floats = np.asarray(np.linalg.lstsq(matrix, -missing, rcond=_UNKNOWN)[0])
         step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
-        shooting, ends = _stepped(shooting, step, count)
+        shooting, ends = shortened(partial(_stepped, shooting), step, 6)
     if closure > within:
         period = shooting.pair.context.units.text(shooting.period, "time")
         raise NotConverged(
@@ -193,18 +194,14 @@ def _equations(
     return np.concatenate([matrix, still]), np.concatenate([missing, np.zeros(len(still))])
 
 
-def _stepped(shooting: Shooting, step: Floats, count: int) -> tuple[Shooting, Ends]:
-    """Return the orbit after a step, which is shortened where the bodies would overlap."""
-    units = shooting.units()
-    for _ in range(6):
-        points = [p.moved(step[18 * k : 18 * k + 18] * units) for k, p in enumerate(shooting.points)]
-        period = shooting.period * float(np.exp(step[18 * count]))
-        angle = shooting.angle + float(step[18 * count + 1])
-        body_angles = shooting.body_angles + step[18 * count + 2 :]
-        new = replace(shooting, points=points, period=period, angle=angle, body_angles=body_angles)
-        try:
-            return new, [flow(point, period / count) for point in points]
-        except BodiesOverlap as error:
-            overlap = error
-            step = step / 2
-    raise overlap
+def _stepped(shooting: Shooting, step: Floats) -> tuple[Shooting, Ends]:
+    """Return the orbit after a step, or raise the error of bodies that overlap."""
+    units, count = shooting.units(), len(shooting.points)
+    new = replace(
+        shooting,
+        points=[p.moved(by * units) for p, by in zip(shooting.points, step[: 18 * count].reshape(-1, 18), strict=True)],
+        period=shooting.period * float(np.exp(step[18 * count])),
+        angle=shooting.angle + float(step[18 * count + 1]),
+        body_angles=shooting.body_angles + step[18 * count + 2 :],
+    )
+    return new, [flow(point, new.period / count) for point in new.points]
