@@ -95,8 +95,6 @@ class _Fields:
     def __eq__(self, other: object) -> bool:
         return same(self._parts(), other._parts()) if type(other) is type(self) else NotImplemented
 
-    __hash__ = None  # type: ignore[assignment]
-
 
 class ScalarFields(_Fields):
     """Base class of dataclasses (``eq=False``) of scalars with or without units, with equal hashes of equal ones."""
@@ -128,6 +126,8 @@ class ArrayFields(_Fields):
     """Base class of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
 
     __slots__ = ()
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         parts = (f"{f.name}={brief(getattr(self, f.name))}" for f in fields(self))  # type: ignore[arg-type]
