@@ -247,9 +247,7 @@ class Function(Event):
     True
     """
 
-    f: Callable[[State], Any] = field(
-        default=lambda state: 1.0, metadata=of_kind(partial(function, expected="a function of a State"))
-    )
+    f: Callable[[State], Any] = field(metadata=of_kind(partial(function, expected="a function of a State")))
 
     def _condition(self, context: Context) -> _core.Condition:
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
