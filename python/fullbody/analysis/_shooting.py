@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
@@ -112,20 +111,15 @@ def begun(point: PairPoint, time: float, count: int) -> tuple[Shooting, Ends]:
 
 
 def solved(
-    shooting: Shooting,
-    ends: Ends,
-    held: Sequence[str],
-    kept: dict[str, float],
-    within: float,
-    across: Floats | None = None,
+    shooting: Shooting, ends: Ends, held: dict[str, float], within: float, across: Floats | None = None
 ) -> tuple[Shooting, Ends, float]:
-    """Return the orbit near a guess with the ends of its segments and its closure; the start may change only across
-    a tangent vector, if one is given.
+    """Return the orbit near a guess that has the values of the quantities held, with the ends of its segments and its
+    closure; the start may change only across a tangent vector, if one is given.
     """
     count = len(ends)
     best, lost = np.inf, 0
     for _ in range(_STEPS):
-        matrix, missing = _equations(shooting, ends, held, kept, across)
+        matrix, missing = _equations(shooting, ends, held, across)
         closure = float(np.abs(missing).max())
         if closure <= within and closure >= 0.1 * best:
             break
@@ -146,9 +140,7 @@ def solved(
     return shooting, ends, closure
 
 
-def _equations(
-    shooting: Shooting, ends: Ends, held: Sequence[str], kept: dict[str, float], across: Floats | None
-) -> tuple[Floats, Floats]:
+def _equations(shooting: Shooting, ends: Ends, held: dict[str, float], across: Floats | None) -> tuple[Floats, Floats]:
     """Return the linear equations of a step (E, 18 K + 4) and their residuals (E,), in units of tangent vectors.
 
     They say that the segments meet, that quantities are held, and that the start does not move along the orbit or by
@@ -177,16 +169,16 @@ def _equations(
             index = np.concatenate([numbers[:, TURNS[k]], numbers[:, SPINS[k]]], axis=1).ravel()
             matrix[index], matrix[:, index], missing[index] = 0.0, 0.0, 0.0
     point = shooting.points[0]
-    for row, name in enumerate(held, start=18 * count):
+    for row, (name, goal) in enumerate(held.items(), start=18 * count):
         if name == "period":
             matrix[row, 18 * count] = 1.0
-            missing[row] = np.log(shooting.period / kept[name])
+            missing[row] = np.log(shooting.period / goal)
             continue
         slope = point.energy_row() if name == "energy" else point.momentum_rows()[2]
         value = point.energy if name == "energy" else float(point.angular_momentum[2])
         unit = float(np.abs(slope * units).max())
         matrix[row, :18] = slope * units / unit
-        missing[row] = (value - kept[name]) / unit
+        missing[row] = (value - goal) / unit
     along = np.column_stack([point.rates(), point.symmetries(shooting.axes)]).T / units
     along = along if across is None else np.vstack([along, across / units])
     still = np.zeros((len(along), matrix.shape[1]))

@@ -221,14 +221,11 @@ class Touching(Tabled):
     """
 
     def __init__(self, pair: Pair, axes: Axes, distance: float, angular_momentum: float) -> None:
-        pose = aligned(axes, distance)
-        poles = [axes[k][1] for k in range(2)]
-        inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
-        rate = angular_momentum / inertia
-        self.rotation = Rotation(pair, pose, rate, (None, None), {})
+        # The angular momentum of uniform rotation is proportional to the rate.
+        unit = Rotation(pair, aligned(axes, distance), 1.0, (None, None), {})
+        self.rotation = unit.at(unit.pose, angular_momentum / unit.quantity("angular_momentum"))
         self.system: System = pair.system
         self.state: State = self.rotation.point.state
-        self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
 
     separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
     rate = WithUnit[Scalar]("Rate at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
@@ -237,7 +234,7 @@ class Touching(Tabled):
     @property
     def rests(self) -> bool:
         """Whether the bodies stay in contact: gravity exceeds what is needed to keep them on their circular paths."""
-        return bool(self._pressure < 0.0)
+        return bool(self.rotation.residual()[0] < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
         rows = facts(self, "separation", "rate", "energy")

@@ -188,8 +188,9 @@ def periodic_orbit(
         if name not in _HELD:
             raise InvalidInput(f"hold has {name!r}; expected {expected}")
     start = upright(pair, state, "state")
-    kept = {"period": time, "energy": start.energy, "angular_momentum": float(start.angular_momentum[2])}
-    return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), held, kept, within))
+    values = {"period": time, "energy": start.energy, "angular_momentum": float(start.angular_momentum[2])}
+    kept = {name: values[name] for name in held}
+    return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), kept, within))
 
 
 def periodic_family(
@@ -242,7 +243,7 @@ def periodic_family(
         start = centre.moved(deviation * (size / previous))
         count = _segments(start, time, segments)
         try:
-            orbit = PeriodicOrbit(*solved(*begun(start, time, count), tuple(kept), kept, _CLOSED, deviation))
+            orbit = PeriodicOrbit(*solved(*begun(start, time, count), kept, _CLOSED, deviation))
         except FullbodyError as error:
             error.orbits = tuple(orbits)  # type: ignore[attr-defined]
             raise

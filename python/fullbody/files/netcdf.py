@@ -249,22 +249,22 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
     start = [content.numbers(name, {dim: lengths[dim] for dim in dims}) for name, (_, dims, _) in _START.items()]
     time = content.numbers("time", {"time": None})
     sizes: dict[str, int | None] = {**lengths, "body": len(context), "time": len(time)}
-    kept = list(_VARIABLES)
     switched_off: dict[str, int] = {}
     parameters: tuple[str, ...] = ()
     if context.forces:
         sizes["force"] = len(context.forces)
-        kept += ["work", "impulse", "angular_impulse"]
         switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, context))
     if content.has_attribute("fullbody_parameters"):
         parameters = content.parsed("fullbody_parameters", _names)
-        sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": len(parameters)}
-        kept += ["transition", "sensitivity"] if parameters else ["transition"]
+        sizes |= dict.fromkeys(("tangent", "start_tangent"), 12 * len(context))
+        sizes |= {"parameter": len(parameters)} if parameters else {}
     if "chaos" in content:
         sizes["indicator"] = len(_INDICATORS)
-        kept.append("chaos")
-    dims_of = {name: ("time", *(_VARIABLES | _OPTIONAL)[name][0]) for name in kept}
-    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in dims}) for name, dims in dims_of.items()}
+    # A file has the variables whose dimensions it has.
+    dims_of = {name: dims for name, (dims, _, _) in (_VARIABLES | _OPTIONAL).items() if sizes.keys() >= set(dims)}
+    arrays = {
+        name: content.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)}) for name, dims in dims_of.items()
+    }
     check_order(time, "time", repeated=False)
     check_unit(arrays["attitude"], "attitude")
     reason = content.text("stop_reason")

@@ -109,13 +109,15 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
         return content.numbers(name, {dim: sizes[dim] for dim in dims}, missing=True)
 
     arrays: dict[str, Any] = {"time": time} | {name: numbers(name, *dims) for name, (dims, _, _) in _NUMBERS.items()}
-    integers = {name: content.numbers(name, {"particle": p}, integers=True) for name in _WHOLE}
-    ranges = {"fate": (0, len(FATES) - 1), "fate_body": (-1, len(context) - 1), "strikes": (0, 2**32 - 1)}
-    for name, (low, high) in ranges.items():
-        if p and not (low <= integers[name].min() and integers[name].max() <= high):
+    for name, kind, low, high in (
+        ("fate", np.int8, 0, len(FATES) - 1),
+        ("fate_body", np.int32, -1, len(context) - 1),
+        ("strikes", np.uint32, 0, 2**32 - 1),
+    ):
+        values = content.numbers(name, {"particle": p}, integers=True)
+        if p and not low <= values.min() <= values.max() <= high:
             raise InvalidInput(f"{name} has other values than whole numbers from {low} to {high}")
-    kinds = {"fate": np.int8, "fate_body": np.int32, "strikes": np.uint32}
-    arrays |= {name: integers[name].astype(kind) for name, kind in kinds.items()}
+        arrays[name] = values.astype(kind)
     arrays["event"] = index = content.numbers("event_index", {"event": None}, integers=True)
     sizes["event"] = len(index)
     if len(index) and not 0 <= index.min() <= index.max() < len(watched):
