@@ -103,20 +103,21 @@ class Content:
         """Return whether there is an attribute of this name."""
         return name in self._dataset.attrs
 
-    def check_format(self, name: str, expected: int) -> None:
-        """Raise an error if the attribute of this name is another format than the expected one."""
+    def _attribute(self, name: str) -> Any:
         if not self.has_attribute(name):
             raise InvalidInput(f"the file has no attribute {name}")
-        value = self._dataset.attrs[name]
+        return self._dataset.attrs[name]
+
+    def check_format(self, name: str, expected: int) -> None:
+        """Raise an error if the attribute of this name is another format than the expected one."""
+        value = self._attribute(name)
         if integer(value) != expected:
             wanted = f"expected {expected}, which this version reads"
             raise InvalidInput(f"the file's format is {value}, by its attribute {name}; {wanted}")
 
     def text(self, name: str) -> str:
         """Return a text attribute of the file."""
-        if not self.has_attribute(name):
-            raise InvalidInput(f"the file has no attribute {name}")
-        value = self._dataset.attrs[name]
+        value = self._attribute(name)
         if not isinstance(value, str):
             raise InvalidInput(f"attribute {name} is {value}; expected text")
         return value
