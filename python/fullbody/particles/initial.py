@@ -198,7 +198,7 @@ class Particles:
         system, state, body, area_to_mass
             As for :meth:`from_surface`.
         longitude, latitude : float or Quantity
-            Direction of the crater, as in :meth:`from_surface`, whose notes say which side leads.
+            Direction of the crater, as in :meth:`from_surface`, which says which side leads, and with the same warning.
         speed : float, Quantity or array_like, () or (n,)
             Speed relative to the rotating surface.
         n : int
@@ -209,11 +209,6 @@ class Particles:
             Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
-
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
         count, units, random = whole(n, "n"), system.context.units, generator(rng)
         cones = Limits(least=0.0, most=np.pi, text="an angle from 0 to pi")
