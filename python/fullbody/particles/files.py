@@ -120,9 +120,10 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
         arrays[name] = values.astype(kind)
     arrays["event"] = index = content.numbers("event_index", {"event": None}, integers=True)
     sizes["event"] = len(index)
-    if len(index) and not 0 <= index.min() <= index.max() < len(watched):
-        raise InvalidInput("event_index counts beyond the events of the file")
     for name in _EVENT_WHOLE[1:]:
         arrays[name] = content.numbers(name, {"event": len(index)}, integers=True)
+    for name, values, count in (("event", index, len(watched)), ("particle", arrays["event_particle"], p)):
+        if len(values) and not 0 <= values.min() <= values.max() < count:
+            raise InvalidInput(f"the {name}s of occurrences are not all from 0 to {count - 1}, those of the file")
     arrays |= {name: numbers(name, "event", *dims) for name, (dims, _) in _OF_EVENTS.items()}
     return {"arrays": arrays, "watched": watched}
