@@ -186,7 +186,7 @@ class Task:
         self.output = sampling(output, self.context.units)
         bodies, parameters = len(self.context), self.derivatives
         followed = 0 if parameters is None else 12 * bodies * (12 * bodies + len(parameters))
-        refuse_flood(self.output, self.until - start, 13 * bodies + 8 + followed, self.context.units)
+        refuse_flood(self.output, start, self.until, 13 * bodies + 8 + followed, self.context.units)
         self.events = watched(events)
         self.conditions = [event._event_spec(self.context) for event in self.events]
         self.dense = bool(dense)

@@ -85,7 +85,7 @@ class FlightTask:
         end = last if until is None and duration is None else end_of_run(until, duration, time, units)
         if (warning := spacing_warning(output, end - time, units)) is not None:
             caution(warning)
-        refuse_flood(output, end - time, 6 * len(self._numbers[0]), units)
+        refuse_flood(output, time, end, 6 * len(self._numbers[0]), units)
         record, error = _core.fly(
             self._context.core,
             dense.core,

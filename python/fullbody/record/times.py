@@ -65,13 +65,14 @@ def sampling(output: Any, units: Units) -> Any:
     return values if values.ndim else float(values)
 
 
-def refuse_flood(output: Any, length: float, numbers: int, units: Units) -> None:
+def refuse_flood(output: Any, start: float, end: float, numbers: int, units: Units) -> None:
     """Raise an error for more samples of so many numbers than the memory can hold, before the process is killed."""
     most = 2.0**34 / (8.0 * numbers)
-    if isinstance(output, float) and (count := abs(length) / output) > most:
+    if isinstance(output, float) and (count := abs(end - start) / output) > most:
+        until, spacing = (units.attach(value, "time") for value in (end, output))
         raise InvalidInput(
-            f"output is {units.text(output, 'time')} and the run is {units.text(abs(length), 'time')} long, which ask "
-            f"for {count:.3g} samples; expected a spacing and a length with at most {most:.3g}, which take 17 GB"
+            f"until is {until} and output is {spacing}, which ask for {count:.3g} samples; expected a time and a "
+            f"spacing with at most {most:.3g}, which take 17 GB"
         )
 
 
