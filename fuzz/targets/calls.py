@@ -207,7 +207,8 @@ def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
     for name, values in watched:
         event = getattr(events, name)
         known = event.__dataclass_fields__
-        asked.append(event(**{key: value for key, value in ({"body": 1, "by": 0} | values).items() if key in known}))
+        needed = {"body": 1, "by": 0, "f": lambda state: 1.0} | values
+        asked.append(event(**{key: value for key, value in needed.items() if key in known}))
         assert repr(asked[-1])
     run = system.integrate(
         state, until, output=output, integrator=integrator, events=asked, dense=dense, progress=_stop

@@ -7,7 +7,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import Any
 
@@ -173,11 +173,11 @@ class WarnedOnce:
             with warnings.catch_warnings(record=True) as caught:
                 return self._function(*arguments, **options)
         finally:
-            for one in caught:
-                kind = _kind(one.category, str(one.message))
+            for warning in caught:
+                kind = _kind(warning.category, str(warning.message))
                 if kind not in self._shown:
                     self._shown.add(kind)
-                    warnings.showwarning(one.message, one.category, one.filename, one.lineno)
+                    warnings.showwarning(warning.message, warning.category, warning.filename, warning.lineno)
 
 
 def _kind(category: type[Warning], message: str) -> tuple[type[Warning], str]:
@@ -222,6 +222,17 @@ class Interrupted(KeyboardInterrupt):
     run: Any = None
     runs: Any = None
     dataset: Any = None
+
+
+def keep_result(error: BaseException, name: str, result: Any) -> None:
+    """Give an error the result until it in an attribute, and the result a copy of the error.
+
+    With the error itself, the two would refer to each other and stay in memory until Python's search for cycles.
+    """
+    if isinstance(error, FullbodyError):
+        result.error = type(error)(*error.args)
+    with suppress(AttributeError):
+        setattr(error, name, result)
 
 
 @contextmanager

@@ -50,19 +50,9 @@ def run_in(content: Content) -> Run[System]:
 
 
 def load_flight(path: Any) -> Flight[System]:
-    """Read a flight that :meth:`fullbody.Flight.save` wrote, with names for functions of events; see :func:`load`.
+    """Read a flight that :meth:`fullbody.Flight.save` wrote, with names for functions of events.
 
-    Raises
-    ------
-    InvalidInput
-        If the file is not a flight of this package, or is damaged; the message says what is wrong.
-    FileNotFoundError
-        If there is no such file.
-
-    Warns
-    -----
-    UncheckedFile
-        For a file without a checksum.
+    The errors and the warning are those of :func:`load`.
     """
     return read(path, "flight", _flight)
 

@@ -1,21 +1,20 @@
-"""Uniform rotations of a pair: their equations, initial guesses with aligned principal axes, and Newton's method."""
+"""Newton's method for uniform rotations of a pair, and initial guesses with aligned principal axes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import permutations, product
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Floats
-from ._pair import TURNS, Pair, Pose, Rotation, cross
+from ._pair import Pair, Pose, shortened
+from ._rotation import Kind, Rotation
 
-Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 #: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.
 Axes: TypeAlias = tuple[tuple[int, int], tuple[int, int]]
 
@@ -30,129 +29,28 @@ _SINGULAR = 1e-9
 _RATIO, _FARTHEST = 1.12, 100.0
 
 
-@dataclass(frozen=True)
-class EquilibriumProblem:
-    """The equations of uniform rotation, with the total spins about their axes of the bodies that are not locked."""
-
-    pair: Pair
-    axes: tuple[int | None, int | None]
-    spin: dict[int, float]
-
-    def rotation(self, pose: Pose, rate: float) -> Rotation:
-        """Return the uniform rotation at a rate in a pose."""
-        free = (0 in self.spin, 1 in self.spin)
-        bare = Rotation(self.pair, pose, rate, self.axes, np.zeros(2), free)
-        spins = [self.spin[k] - bare.frame_spins[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
-        return Rotation(self.pair, pose, rate, self.axes, np.array(spins), free)
-
-    def residual(self, rotation: Rotation) -> Floats:
-        """Return the residual (9,) of uniform rotation: unbalanced force on the second body and torques."""
-        pair, omega = self.pair, rotation.omega
-        missing, _ = pair.loads(rotation.pose)
-        missing[:3] -= pair.mass * cross(omega) @ rotation.velocity
-        for k in range(2):
-            missing[TURNS[k]] -= cross(rotation.frame_spins[k]) @ rotation.momenta[k]
-        return missing
-
-    def jacobian(self, rotation: Rotation) -> Floats:
-        """Return the Jacobian (9, 10) of the residual with respect to the pose and the rate."""
-        pair, pose = self.pair, rotation.pose
-        derivatives = np.zeros((9, 10))
-        derivatives[:, :9] = pair.derivatives(pose)
-        spin = cross(rotation.omega)
-        derivatives[:3, :3] -= pair.mass * spin @ spin
-        derivatives[:3, 9] = 2 * pair.mass * rotation.rate * pose.r * [1.0, 1.0, 0.0]
-        for k in range(2):
-            if self.axes[k] == 3:
-                continue
-            frame_spin_by, spun = self._spin_derivatives(rotation, k)
-            by_momentum = cross(rotation.frame_spins[k]) @ (pair.inertia[k][:, np.newaxis] * spun)
-            derivatives[TURNS[k]] += cross(rotation.momenta[k]) @ frame_spin_by - by_momentum
-        return derivatives
-
-    def _spin_derivatives(self, rotation: Rotation, body: int) -> tuple[Floats, Floats]:
-        """Return the derivatives (3, 10) of Omega and of the spin in a body's frame by the pose and the rate."""
-        frame_spin_by = np.zeros((3, 10))
-        frame_spin_by[:, TURNS[body]] = cross(rotation.frame_spins[body])
-        frame_spin_by[:, 9] = rotation.pose.rotation[body][2]
-        if body not in self.spin:
-            return frame_spin_by, frame_spin_by
-        axis = rotation.axis(body)
-        return frame_spin_by, frame_spin_by - np.outer(axis, axis @ frame_spin_by)
-
-    def quantity(self, kind: Kind, rotation: Rotation) -> float:
-        """Return the value of a quantity that selects a rotation."""
-        if kind == "separation":
-            return rotation.pose.distance
-        return float(rotation.angular_momentum[2]) if kind == "angular_momentum" else rotation.rate
-
-    def quantity_gradient(self, kind: Kind, rotation: Rotation) -> Floats:
-        """Return the gradient (10,) of a quantity with respect to the pose and the rate."""
-        derivatives = np.zeros(10)
-        pose = rotation.pose
-        if kind == "separation":
-            derivatives[:3] = pose.r / pose.distance
-        elif kind == "rate":
-            derivatives[9] = 1.0
-        else:
-            across = pose.r * [1.0, 1.0, 0.0]
-            derivatives[:3] = 2 * self.pair.mass * rotation.rate * across
-            derivatives[9] = self.pair.mass * across @ across
-            for k in range(2):
-                pole = pose.rotation[k][2]
-                derivatives += (pole * self.pair.inertia[k]) @ self._spin_derivatives(rotation, k)[1]
-                derivatives[TURNS[k]] += rotation.momenta[k] @ cross(pole)
-        return derivatives
-
-    def scales(self, rotation: Rotation) -> tuple[Floats, Floats]:
-        """Return the units of the residual (9,) and of the pose and the rate (10,)."""
-        d = rotation.pose.distance
-        force = self.pair.strength / d**2
-        rate = np.sqrt(force / (self.pair.mass * d))
-        return np.repeat([force, force * d], [3, 6]), np.repeat([d, 1.0, rate], [3, 6, 1])
-
-    def equations(self, rotation: Rotation) -> tuple[Floats, Floats]:
-        """Return the linear equations of Newton's step: matrix (9 + S, 10) and residuals (9 + S,).
-
-        The last S rows keep the step from moving along symmetries. The equations are in the units of :meth:`scales`,
-        but torques in units in which they change by about one in a radian.
-        """
-        rows, columns = self.scales(rotation)
-        jacobian = self.jacobian(rotation) * columns
-        for k in range(2):
-            if self.axes[k] != 3:
-                rows[TURNS[k]] = np.abs(jacobian[TURNS[k]]).max()
-        jacobian /= rows[:, np.newaxis]
-        still = rotation.symmetries() / columns[:9, np.newaxis]
-        gauge = np.zeros((still.shape[1], 10))
-        gauge[:, :9] = np.linalg.qr(still)[0].T
-        missing = np.concatenate([self.residual(rotation) / rows, np.zeros(len(gauge))])
-        return np.concatenate([jacobian, gauge]), missing
-
-
-def converged(problem: EquilibriumProblem, guess: Rotation, kind: Kind, value: float) -> Rotation:
+def converged(guess: Rotation, kind: Kind, value: float) -> Rotation:
     """Find by Newton's method the uniform rotation near a guess at which a quantity has a given value."""
 
     def row(rotation: Rotation, columns: Floats) -> tuple[Floats, float]:
-        slope = problem.quantity_gradient(kind, rotation) * columns
+        slope = rotation.quantity_gradient(kind) * columns
         unit = max(abs(value), np.abs(slope).max())
-        return slope / unit, (problem.quantity(kind, rotation) - value) / unit
+        return slope / unit, (rotation.quantity(kind) - value) / unit
 
     quantity = kind.replace("_", " ")
-    return _solved(problem, guess, row, f"{quantity} {value:.9g}", quantity)
+    return _solved(guess, row, f"{quantity} {value:.9g}", quantity)
 
 
-def corrected(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, length: float) -> Rotation:
+def corrected(rotation: Rotation, tangent: Floats, length: float) -> Rotation:
     """Find the uniform rotation in the plane across a step (10,), which is in units of `scales`."""
     if length == 0.0:
         return rotation
-    step = length * tangent * problem.scales(rotation)[1]
-    guess = problem.rotation(rotation.pose.moved(step[:9]), rotation.rate + step[9])
-    return _solved(problem, guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
+    step = length * tangent * rotation.scales()[1]
+    guess = rotation.at(rotation.pose.moved(step[:9]), rotation.rate + step[9])
+    return _solved(guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
 
 
 def _solved(
-    problem: EquilibriumProblem,
     rotation: Rotation,
     row: Callable[[Rotation, Floats], tuple[Floats, float]],
     wanted: str,
@@ -162,9 +60,9 @@ def _solved(
     """Apply Newton's method with one additional equation, given by its row (10,) and its residual."""
     size = np.inf
     for _ in range(most):
-        _, columns = problem.scales(rotation)
+        _, columns = rotation.scales()
         last, lack = row(rotation, columns)
-        matrix, missing = problem.equations(rotation)
+        matrix, missing = rotation.equations()
         matrix, missing = np.concatenate([matrix, [last]]), np.append(missing, lack)
         previous, size = size, float(np.abs(missing).max())
         if size <= _ROUNDING or (size <= _SOLVED and size >= 0.5 * previous):
@@ -178,7 +76,7 @@ def _solved(
             )
         step = -right.T @ ((left.T @ missing) / values)
         step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
-        rotation = _moved(problem, rotation, step * columns)
+        rotation = shortened(partial(_moved, rotation), step * columns)
     raise NotConverged(
         f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance "
         f"by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
@@ -186,18 +84,11 @@ def _solved(
     )
 
 
-def _moved(problem: EquilibriumProblem, rotation: Rotation, step: Floats) -> Rotation:
-    """Return the rotation after a step, which is shortened where the bodies would overlap."""
-    for _ in range(8):
-        pose = rotation.pose.moved(step[:9])
-        try:
-            problem.pair.loads(pose)
-        except BodiesOverlap as error:
-            overlap = error
-            step = step / 2
-        else:
-            return problem.rotation(pose, rotation.rate + step[9])
-    raise overlap
+def _moved(rotation: Rotation, step: Floats) -> Rotation:
+    """Return the rotation after a step, or raise the error of bodies that overlap."""
+    pose = rotation.pose.moved(step[:9])
+    rotation.pair.loads(pose)
+    return rotation.at(pose, rotation.rate + step[9])
 
 
 @cache
@@ -229,13 +120,6 @@ def alignments(pair: Pair) -> Iterator[Axes]:
         kinds = {(shares[line], shares[pole]): (line, pole) for line, pole in [*permutations(range(3), 2)][::-1]}
         choices.append(sorted(kinds.values()))
     yield from product(*choices)
-
-
-def rotation_at(problem: EquilibriumProblem, pose: Pose) -> Rotation | None:
-    """Return the rotation whose rate balances the force along the line, or ``None`` where that force repels."""
-    loads, _ = problem.pair.loads(pose)
-    inward = -float(loads[:3] @ pose.r) / (problem.pair.mass * float(pose.r[:2] @ pose.r[:2]))
-    return problem.rotation(pose, np.sqrt(inward)) if inward > 0.0 else None
 
 
 def contact(pair: Pair, axes: Axes) -> float:
@@ -270,9 +154,9 @@ class Scan(NamedTuple):
         return d[indices] + (value - j[indices]) / (j[indices + 1] - j[indices]) * (d[indices + 1] - d[indices])
 
 
-def scan(problem: EquilibriumProblem, axes: Axes, touching: float, until: float) -> Scan:
+def scan(rotation: Rotation, axes: Axes, touching: float, until: float) -> Scan:
     """Scan separations from contact outwards until the angular momentum exceeds a value and grows."""
-    pair = problem.pair
+    pair = rotation.pair
     distance = max(touching, 1e-3 * sum(pair.reach))
     if distance == 0.0:
         # For points J^2 = m^2 G M d.
@@ -281,8 +165,8 @@ def scan(problem: EquilibriumProblem, axes: Axes, touching: float, until: float)
     samples: list[tuple[float, float]] = []
 
     def evaluate(distance: float) -> None:
-        if (rotation := rotation_at(problem, aligned(axes, distance))) is not None:
-            samples.append((distance, float(rotation.angular_momentum[2])))
+        if (sample := rotation.balanced(aligned(axes, distance))) is not None:
+            samples.append((distance, sample.quantity("angular_momentum")))
 
     while distance <= farthest and not (len(samples) > 1 and samples[-1][1] > max(until, samples[-2][1])):
         evaluate(distance)

@@ -1,29 +1,36 @@
-"""Two bodies in plain numbers of their system's units: poses, loads, symmetries, and motion near uniform rotation.
+"""Two bodies in plain numbers of their system's units: poses, motions, loads and symmetries.
 
-A tangent vector has 18 components: changes of the separation r, rotation vectors v_k of the bodies in their own frames,
-changes of p = m dr/dt and of pi_k = I_k omega_k. They are measured in a frame that turns at Omega about z; the frame of
-a body that is not locked turns back at its spin s_k about its axis e_k.
+A tangent vector has 18 components: changes of the separation r, rotation vectors of the bodies in their own frames, and
+changes of dr/dt and of the spins. Pairs of nine numbers, such as loads and velocities, have the order of its halves.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from .. import _core
 from ..base import rotations
 from ..base.kinds import instance
-from ..errors import InvalidInput
+from ..errors import BodiesOverlap, InvalidInput
 from ..model.composite import Composite
 from ..model.failures import explaining
 from ..model.polyhedron import Polyhedron
+from ..model.state import State, strip, wrap
 from ..model.stokes import StokesCoefficients
 from ..motion.system import System
 from ..typing import Floats
 
+_T = TypeVar("_T")
+#: For each body its axis of symmetry (0, 1 or 2), 3 for a sphere or a point, and ``None`` for a body without one.
+SymmetryAxes: TypeAlias = tuple[int | None, int | None]
+#: For both bodies the components of a tangent vector that hold the rotation vector, and those that hold the spin.
+TURNS = (slice(3, 6), slice(6, 9))
+SPINS = (slice(12, 15), slice(15, 18))
 #: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is zero.
 _EQUAL = 1e-10
 #: Test angles in radians, not fractions of a full turn, by which a body is turned to test its symmetry about an axis.
@@ -36,6 +43,36 @@ def cross(v: Any) -> Floats:
     """Return the matrix of the vector product with v on the left."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def kernel(matrix: Floats) -> Floats:
+    """Return orthonormal columns that span the null space of a matrix."""
+    _, values, rows = np.linalg.svd(matrix)
+    return rows[int(np.sum(values > 1e-10 * values.max(initial=0.0))) :].T
+
+
+def even(rows: Floats) -> Floats:
+    """Return the rows scaled to length one."""
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def without_symmetries(conserved: Floats, symmetries: Floats, units: Floats) -> Floats:
+    """Return a basis (18, 2 M), in units, of tangent vectors that change nothing conserved and are no symmetry.
+
+    The rows of ``conserved`` are gradients of conserved quantities, the columns of ``symmetries`` tangent vectors.
+    """
+    still = kernel(even(conserved * units))
+    return still @ kernel(even((still.T @ (symmetries / units[:, np.newaxis])).T))
+
+
+def shortened(move: Callable[[Floats], _T], step: Floats, most: int = 8) -> _T:
+    """Return the result of a step, which is halved a few times where the bodies would overlap."""
+    for _ in range(most):
+        try:
+            return move(step)
+        except BodiesOverlap as error:
+            overlap, step = error, step / 2
+    raise overlap
 
 
 def _radius(core: _core.Body) -> float:
@@ -72,11 +109,7 @@ class Pose:
 
 
 class Pair:
-    """A system of two bodies without external forces.
-
-    With m the reduced mass and r the separation, everything is a function of r, the attitudes, p = m dr/dt and the
-    bodies' angular momenta pi_k = I_k omega_k in their own frames.
-    """
+    """A system of two bodies without external forces, with their reduced mass ``mass``."""
 
     def __init__(self, system: System) -> None:
         instance(system, "system", System)
@@ -86,19 +119,21 @@ class Pair:
             names = ", ".join(force.name for force in system.forces)
             raise InvalidInput(f"the system has external forces ({names}); expected system.with_forces([])")
         self.system, self.context = system, system.context
-        self.masses: Floats = np.asarray(self.context.masses)
-        self.total = float(self.masses.sum())
-        self.mass = float(self.masses.prod() / self.total)
-        self.strength = float(self.context.G * self.masses.prod())
+        masses: Floats = np.asarray(self.context.masses)
+        #: The positions of both bodies from the barycentre, in units of the separation.
+        self.shares: Floats = np.array([-masses[1], masses[0]]) / masses.sum()
+        self.mass = float(masses.prod() / masses.sum())
+        self.strength = float(self.context.G * masses.prod())
         self.inertia: Floats = np.array([np.asarray(core.inertia) for core in self.context.bodies])
+        #: The mass three times and both bodies' moments of inertia (9,), by which velocities become momenta.
+        self.weights: Floats = np.concatenate([np.full(3, self.mass), self.inertia.ravel()])
         self.reach = [_radius(core) for core in self.context.bodies]
 
-    def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None, time: float = 0.0) -> _core.State:
+    def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None) -> _core.State:
         """Return the core's state of a pose, with the barycentre at rest in the origin."""
-        shares = np.array([-self.masses[1], self.masses[0]])[:, np.newaxis] / self.total
-        spin = np.zeros((2, 3)) if spin is None else np.asarray(spin)
+        shares, spin = self.shares[:, np.newaxis], np.zeros((2, 3)) if spin is None else spin
         attitude = np.ascontiguousarray(pose.attitude)
-        return _core.State(time, shares * pose.r, shares * np.asarray(velocity), attitude, spin)
+        return _core.State(0.0, shares * pose.r, shares * np.asarray(velocity), attitude, spin)
 
     def loads(self, pose: Pose) -> tuple[Floats, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""
@@ -115,12 +150,15 @@ class Pair:
         kept = [6, 7, 8, 3, 4, 5, 9, 10, 11]
         return full[np.ix_(kept, kept)]
 
-    def is_point(self, body: int) -> bool:
-        """Return whether a body is a point, which has no attitude."""
-        return not self.inertia[body].any()
+    def orbital_rate(self, distance: float) -> float:
+        """Return the rate of a circular orbit of points at a distance."""
+        return float(np.sqrt(self.strength / (self.mass * distance**3)))
 
-    def axis(self, body: int, pose: Pose) -> int | None:
-        """Return a body's axis of symmetry, by its inertia and its torques: ``None`` without one, 3 for a sphere."""
+    def axes(self, pose: Pose) -> SymmetryAxes:
+        """Return the bodies' axes of symmetry, by their inertia and their torques near a pose."""
+        return self._axis(0, pose), self._axis(1, pose)
+
+    def _axis(self, body: int, pose: Pose) -> int | None:
         if isinstance(self.system.bodies[body].shape, Composite | Polyhedron | StokesCoefficients):
             axes = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]
         else:
@@ -141,210 +179,106 @@ class Pair:
         return bool(torque <= _EQUAL * self.strength / inclined.distance)
 
 
-#: The matrix of the vector product with the unit vector along z.
-_UP = cross((0.0, 0.0, 1.0))
-#: For both bodies the components of a tangent vector that hold the rotation vector, and those of the angular momentum.
-TURNS = (slice(3, 6), slice(6, 9))
-MOMENTA = (slice(12, 15), slice(15, 18))
-
-
-def kernel(matrix: Floats, tolerance: float = 1e-10) -> Floats:
-    """Return orthonormal columns that span the null space of a matrix."""
-    _, values, rows = np.linalg.svd(matrix)
-    rank = int(np.sum(values > tolerance * values.max(initial=0.0))) if len(values) else 0
-    return rows[rank:].T
-
-
-def complement(vectors: Floats) -> Floats:
-    """Return orthonormal columns orthogonal to the given columns, which may be linearly dependent."""
-    return kernel(vectors.T)
-
-
 def free_rotations(axis: int | None) -> Floats:
     """Return rotation vectors (S, 3) of a body with an axis of symmetry that leave its gravity as it is."""
     return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
 
 
 @dataclass(frozen=True)
-class Rotation:
-    """A pose that turns uniformly about z, and the additional spins s_k of bodies about their axes of symmetry.
-
-    ``axes`` has for each body its axis of symmetry, 3 for a sphere or a point, and ``None`` for a body without one;
-    ``spin`` (2,) the s_k, which are zero for locked bodies; ``free`` whether each body is not locked.
-    """
+class PairPoint:
+    """A state of a pair whose barycentre is at rest, which gives conserved quantities and their derivatives."""
 
     pair: Pair
     pose: Pose
-    rate: float
-    axes: tuple[int | None, int | None]
+    velocity: Floats
     spin: Floats
-    free: tuple[bool, bool]
+
+    @classmethod
+    def of(cls, pair: Pair, state: State, what: str = "state") -> PairPoint:
+        """Return the point that belongs to a state of the system, whose barycentre may move."""
+        core = strip(state, pair.context)
+        if len(core.position) != 2:
+            raise InvalidInput(f"{what} has {len(core.position)} bodies; expected two")
+        r, v = (values[1] - values[0] for values in (core.position, core.velocity))
+        return cls(pair, Pose(r, core.attitude), v, core.spin)
 
     @property
-    def omega(self) -> Floats:
-        return np.array([0.0, 0.0, self.rate])
+    def state(self) -> State:
+        return wrap(self.pair.state(self.pose, self.velocity, self.spin), self.pair.context)
 
     @property
-    def frame_spins(self) -> Floats:
-        """The angular velocity Omega in both body frames (2, 3)."""
-        return np.einsum("kji,j->ki", self.pose.rotation, self.omega)
+    def velocities(self) -> Floats:
+        """The velocity dr/dt and both spins (9,)."""
+        return np.concatenate([self.velocity, self.spin.ravel()])
 
-    def axis(self, body: int) -> Floats:
-        """Return the unit vector e_k (3,) of a body's additional spin in its frame; for a sphere it is along Omega."""
-        axis = self.axes[body]
-        return self.pose.rotation[body].T @ [0.0, 0.0, 1.0] if axis in (None, 3) else np.eye(3)[axis]
+    def moved(self, by: Floats) -> PairPoint:
+        """Return the point displaced by a tangent vector (18,)."""
+        return PairPoint(
+            self.pair, self.pose.moved(by[:9]), self.velocity + by[9:12], self.spin + by[12:].reshape(2, 3)
+        )
 
-    @property
-    def spins(self) -> Floats:
-        """Return the angular velocities (2, 3) of the bodies in their frames."""
-        return self.frame_spins + np.array([self.spin[k] * self.axis(k) for k in range(2)])
+    def rotated(self, rotation: Floats, body_rotations: Floats | None = None) -> PairPoint:
+        """Return the point turned by a quaternion, after turning the bodies in their frames by quaternions (2, 4)."""
+        R = rotations.matrices(rotation)
+        attitude, spin = self.pose.attitude, self.spin
+        if body_rotations is not None:
+            attitude = rotations.products(attitude, body_rotations)
+            spin = np.einsum("kji,kj->ki", rotations.matrices(body_rotations), spin)
+        return PairPoint(
+            self.pair, Pose(R @ self.pose.r, rotations.products(rotation, attitude)), R @ self.velocity, spin
+        )
 
-    @property
-    def momenta(self) -> Floats:
-        """Return the angular momenta pi_k (2, 3) of the bodies in their frames."""
-        return self.pair.inertia * self.spins
+    def less(self, other: PairPoint) -> Floats:
+        """Return the tangent vector (18,) from another point to this one, to first order in their difference."""
+        way = rotations.between(other.pose.attitude, self.pose.attitude)
+        return np.concatenate([self.pose.r - other.pose.r, way.ravel(), self.velocities - other.velocities])
 
-    @property
-    def velocity(self) -> Floats:
-        """The rate of change dr/dt of the separation."""
-        return cross(self.omega) @ self.pose.r
+    @cached_property
+    def energy(self) -> float:
+        return float(0.5 * self.pair.weights @ self.velocities**2 + self.pair.loads(self.pose)[1])
 
     @property
     def angular_momentum(self) -> Floats:
         """The total angular momentum (3,)."""
-        spin_momentum = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
-        return self.pair.mass * cross(self.pose.r) @ self.velocity + spin_momentum
-
-    @cached_property
-    def energy(self) -> float:
-        kinetic = self.pair.mass * self.velocity @ self.velocity + np.sum(self.momenta * self.spins)
-        return float(0.5 * kinetic + self.pair.loads(self.pose)[1])
-
-    @property
-    def units(self) -> Floats:
-        """Units (18,) of tangent vectors: d, u_k = sqrt(m d^2 / I_k), m d n and m d^2 n / u_k, with n Kepler's rate."""
-        d, m = self.pose.distance, self.pair.mass
-        n = np.sqrt(self.pair.strength / (m * d**3))
-        largest = self.pair.inertia.max(axis=1)
-        rotation_sizes = np.sqrt(m * d * d / np.where(largest > 0.0, largest, m * d * d))
-        return np.repeat([d, *rotation_sizes, m * d * n, *(m * d * d * n / rotation_sizes)], 3)
-
-    def symmetries(self) -> Floats:
-        """Return changes (9, S) of the pose that leave the system as it is: turns of the whole and about its axes."""
-        columns = [np.concatenate([_UP @ self.pose.r, *(R[2] for R in self.pose.rotation)])]
-        for body in range(2):
-            for way in free_rotations(self.axes[body]):
-                column = np.zeros(9)
-                column[TURNS[body]] = way
-                columns.append(column)
-        return np.array(columns).T
+        spin_momentum = np.einsum("kij,kj->i", self.pose.rotation, self.pair.inertia * self.spin)
+        return np.asarray(self.pair.mass * np.cross(self.pose.r, self.velocity) + spin_momentum)
 
     def rates(self) -> Floats:
-        """The matrix (18, 18) of the linear equations of motion of tangent vectors."""
-        pair, omega = self.pair, cross(self.omega)
-        jacobian = pair.derivatives(self.pose)
-        A = np.zeros((18, 18))
-        A[:3, :3], A[:3, 9:12] = -omega, np.eye(3) / pair.mass
-        A[9:12, :9], A[9:12, 9:12] = jacobian[:3], -omega
-        for k, (v, p) in enumerate(zip(TURNS, MOMENTA, strict=True)):
-            A[p, :9] = jacobian[v]
-            if pair.is_point(k):
-                continue
-            inverse, frame_spin = np.diag(1.0 / pair.inertia[k]), cross(self.frame_spins[k])
-            A[v, v], A[v, p] = -frame_spin, inverse
-            A[p, p] = cross(self.momenta[k]) @ inverse - frame_spin
-        return A
+        """Return the time derivatives of the point's numbers (18,)."""
+        change, weights = self.pair.loads(self.pose)[0], self.pair.weights
+        change[3:] -= np.cross(self.spin, self.pair.inertia * self.spin).ravel()
+        # A point has no moments of inertia, and its spin is constant.
+        accelerations = np.divide(change, weights, out=np.zeros(9), where=weights > 0.0)
+        return np.concatenate([self.velocities, accelerations])
 
-    def energy_form(self) -> Floats:
-        """The matrix (18, 18) of twice the energy of tangent vectors, less Omega and s_k times their momenta."""
+    def energy_row(self) -> Floats:
+        """Return the gradient of the total energy (18,) with respect to a tangent vector."""
+        return np.concatenate([-self.pair.loads(self.pose)[0], self.pair.weights * self.velocities])
+
+    def momentum_rows(self, axes: SymmetryAxes = (None, None)) -> Floats:
+        """Return the derivatives (3 + S, 18) of the total angular momentum and of the spins about axes of symmetry."""
         pair = self.pair
-        jacobian = pair.derivatives(self.pose)
-        Q = np.zeros((18, 18))
-        Q[:9, :9] = -(jacobian + jacobian.T) / 2
-        Q[9:12, 9:12] = np.eye(3) / pair.mass
-        # This is -Omega . (dr x dp).
-        Q[:3, 9:12] = cross(self.omega)
-        Q[9:12, :3] = -cross(self.omega)
-        for k, (v, p) in enumerate(zip(TURNS, MOMENTA, strict=True)):
-            if pair.is_point(k):
-                continue
-            frame_spin, momentum = self.frame_spins[k], self.momenta[k]
-            # These are -Omega_k . (v x dpi) and -Omega_k . (v x (v x pi)) / 2.
-            Q[p, p] = np.diag(1.0 / pair.inertia[k])
-            Q[v, p], Q[p, v] = cross(frame_spin), -cross(frame_spin)
-            both = np.outer(frame_spin, momentum)
-            Q[v, v] += (frame_spin @ momentum) * np.eye(3) - (both + both.T) / 2
-        return Q
-
-    def momentum_rows(self) -> Floats:
-        """Return the derivatives (3 + S, 18) of the total angular momentum and of conserved momenta of free bodies."""
         rows = np.zeros((3, 18))
-        rows[:, :3] = -self.pair.mass * cross(self.velocity)
-        rows[:, 9:12] = cross(self.pose.r)
-        more = []
+        rows[:, :3], rows[:, 9:12] = -pair.mass * cross(self.velocity), pair.mass * cross(self.pose.r)
+        spins = [np.zeros((len(free_rotations(axis)), 18)) for axis in axes]
         for k, R in enumerate(self.pose.rotation):
-            by_momenta = np.zeros((3, 18))
-            by_momenta[:, TURNS[k]], by_momenta[:, MOMENTA[k]] = -cross(self.momenta[k]), np.eye(3)
-            rows += R @ by_momenta
-            more.append(free_rotations(self.axes[k]) @ by_momenta)
-        return np.concatenate([rows, *more])
+            rows[:, TURNS[k]] = -R @ cross(pair.inertia[k] * self.spin[k])
+            rows[:, SPINS[k]] = R * pair.inertia[k]
+            spins[k][:, SPINS[k]] = free_rotations(axes[k])
+            if axes[k] == 3:
+                # The spin of a sphere is counted in the inertial frame.
+                spins[k][:, TURNS[k]] = -cross(self.spin[k])
+        return np.concatenate([rows, *spins])
 
-    def generators(self) -> Floats:
-        """Return tangent vectors (18, S) of the turns in :meth:`symmetries`, which leave all rates as they are."""
-        matrix = np.zeros((18, self.symmetries().shape[1]))
-        matrix[:9] = self.symmetries()
-        matrix[9:12, 0] = self.pair.mass * _UP @ self.velocity
-        for k in range(2):
-            # When a body turns, its angular momentum keeps its inertial direction and so turns back in the body frame.
-            matrix[MOMENTA[k], 1:] = cross(self.momenta[k]) @ matrix[TURNS[k], 1:]
-        return matrix
-
-    def reduced(self) -> tuple[Floats, Floats, Floats]:
-        """Return a basis (18, 2 M) of tangent vectors that change no conserved momentum and are no symmetry.
-
-        With it, in :attr:`units`, come the matrices (2 M, 2 M) of their rates and of their energy.
-        """
-        units = self.units
-        still = kernel(even(self.momentum_rows() * units))
-        basis = still @ complement(still.T @ (self.generators() / units[:, np.newaxis]))
-        A = self.rates() * units / units[:, np.newaxis]
-        Q = self.energy_form() * np.outer(units, units)
-        return basis * units[:, np.newaxis], basis.T @ A @ basis, basis.T @ Q @ basis
-
-    def amended_hessian(self) -> tuple[Floats, Floats]:
-        """Return eigenvalues (D,) of the Hessian of the amended potential, ascending, and its eigenvectors (9, D).
-
-        V = U + J . I^-1 J / 2, with I the tensor of inertia of the whole, is the least energy of a pose with the total
-        angular momentum J; bodies that are not locked keep theirs about their axes.
-        """
-        units = self.units
-        Q = self.energy_form() * np.outer(units, units) / (units[9] ** 2 / self.pair.mass)
-        rows = [row * units for row in self.momentum_rows()[:3]]
-        kept = [9, 10, 11]
-        for k, (v, p) in enumerate(zip(TURNS, MOMENTA, strict=True)):
-            if self.pair.is_point(k) or (self.free[k] and self.axes[k] == 3):
-                # A point has no angular momentum, and the one of a sphere that is not locked stays constant.
-                Q[v], Q[:, v] = 0.0, 0.0
-                for row in rows:
-                    row[v] = 0.0
-                continue
-            kept += range(p.start, p.stop)
-            if self.free[k]:
-                row = np.zeros(18)
-                row[p] = self.axis(k)
-                rows.append(row)
-        conserved = even(np.array(rows))
-        P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], conserved[:, kept]
-        # The momenta of least energy at a given pose are a particular solution that keeps the conserved momenta,
-        # minimised over the remaining ones.
-        free, best = kernel(R), -np.linalg.pinv(R) @ conserved[:, :9]
-        best -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ best))
-        V = Q[:9, :9] + mixed @ best + best.T @ mixed.T + best.T @ P @ best
-        ways = complement(self.symmetries() / units[:9, np.newaxis])
-        values, vectors = np.linalg.eigh(ways.T @ (V + V.T) @ ways / 2)
-        return values, (ways @ vectors) * units[:9, np.newaxis]
-
-
-def even(rows: Floats) -> Floats:
-    """Return the rows scaled to length one."""
-    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    def symmetries(self, axes: SymmetryAxes = (None, None)) -> Floats:
+        """Return tangent vectors (18, 1 + S) of a turn of the pair about z and of bodies about their symmetry axes."""
+        up = cross((0.0, 0.0, 1.0))
+        poles = self.pose.rotation[:, 2].ravel()
+        columns = [np.concatenate([up @ self.pose.r, poles, up @ self.velocity, np.zeros(6)])]
+        for k, axis in enumerate(axes):
+            for way in free_rotations(axis):
+                column = np.zeros(18)
+                # The spin keeps its inertial direction while the body turns beneath it.
+                column[TURNS[k]], column[SPINS[k]] = way, -np.cross(way, self.spin[k])
+                columns.append(column)
+        return np.array(columns).T

@@ -17,12 +17,13 @@ from ..base.units import plain
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
-from ..model.state import State, strip
+from ..model.state import State
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._newton import Axes, EquilibriumProblem, Kind, aligned, contact, converged, long_axes, rotation_at, scan
-from ._pair import Pair, Pose, Rotation
-from .modes import Modes, displaced, modes_of
+from ._newton import Axes, aligned, contact, converged, long_axes, scan
+from ._pair import Pair, PairPoint, Pose
+from ._rotation import Kind, Rotation
+from .modes import Modes, modes_of
 
 #: Curvatures below this belong to directions in which the system does not change.
 _FLAT = 1e-10
@@ -42,40 +43,38 @@ class RelativeEquilibrium(Tabled):
         half plane of the positive x-axis as seen from the first.
     """
 
-    def __init__(self, problem: EquilibriumProblem, rotation: Rotation) -> None:
+    def __init__(self, rotation: Rotation) -> None:
         # The frame's x-axis runs through the projection of the separation.
-        angle = -np.arctan2(rotation.pose.r[1], rotation.pose.r[0])
-        to_frame = rotations.about_axis(2, angle)
-        attitude = np.array([rotations.product(to_frame, q) for q in rotation.pose.attitude])
-        r = np.array([np.hypot(*rotation.pose.r[:2]), 0.0, rotation.pose.r[2]])
-        self.problem = problem
-        self.rotation = problem.rotation(Pose(r, attitude), rotation.rate)
-        self.system: System = problem.pair.system
-        self.state: State = displaced(self.rotation, np.zeros(18))
+        x, y, z = rotation.pose.r
+        to_frame = rotations.about_axis(2, -np.arctan2(y, x))
+        pose = Pose(np.array([np.hypot(x, y), 0.0, z]), rotations.products(to_frame, rotation.pose.attitude))
+        self.rotation = rotation.at(pose, rotation.rate)
+        self.system: System = rotation.pair.system
+        self.state: State = self.rotation.point.state
 
     separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
     rate = WithUnit[Scalar]("Rate Omega at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
 
     period = WithUnit[Scalar](
-        "Period of the rotation, 2 pi divided by the rate.", lambda one: 2 * np.pi / one.rotation.rate, "time"
+        "Period of the rotation, 2 pi divided by the rate.", lambda owner: 2 * np.pi / owner.rotation.rate, "time"
     )
     angular_momentum = WithUnit[Scalar](
         "Total angular momentum about the barycentre, which is along z.",
-        lambda one: float(one.rotation.angular_momentum[2]),
+        lambda owner: owner.rotation.quantity("angular_momentum"),
         "angular momentum",
     )
-    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.energy", "energy")
+    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.point.energy", "energy")
 
     @property
     def locked(self) -> tuple[str, ...]:
         """Names of the locked bodies, which always show the other body the same face."""
-        return tuple(name for k, name in enumerate(self.system.names) if k not in self.problem.spin)
+        return tuple(name for k, name in enumerate(self.system.names) if k not in self.rotation.spin)
 
     @cached_property
     def residual(self) -> float:
         """The largest residual of the balance: forces relative to G m m / r^2, torques relative to G m m / r."""
-        rows, _ = self.problem.scales(self.rotation)
-        return float(np.abs(self.problem.residual(self.rotation) / rows).max())
+        rows, _ = self.rotation.scales()
+        return float(np.abs(self.rotation.residual() / rows).max())
 
     @cached_property
     def modes(self) -> Modes:
@@ -109,7 +108,7 @@ class RelativeEquilibrium(Tabled):
     def _free(self) -> dict[str, Scalar]:
         """Return the spins of the bodies that are not locked, by their names."""
         attach, names = self.system.context.units.attach, self.system.names
-        return {names[body]: attach(spin, "spin") for body, spin in sorted(self.problem.spin.items())}
+        return {names[body]: attach(spin, "spin") for body, spin in sorted(self.rotation.spin.items())}
 
     def _tables(self) -> tuple[Table, ...]:
         rows = facts(self, "separation", "rate", "period", "angular_momentum", "energy")
@@ -188,23 +187,22 @@ def relative_equilibrium(
     if len(wanted) != 1:
         names = ", ".join(wanted) or "none"
         raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
-    [(kind, given)] = wanted.items()
-    value = system.context.units.number(given, _DIMENSIONS[kind], kind, POSITIVE)
+    [(kind, quantity)] = wanted.items()
+    value = system.context.units.number(quantity, _DIMENSIONS[kind], kind, POSITIVE)
     if start is not None and axes is not None:
         raise InvalidInput("axes and start are both given; expected one of the two")
     body_axes = _axes(pair, axes)
     if start is not None:
-        pose = pose_of(pair, start, "start")[0]
+        pose = upright(pair, start, "start").pose
     else:
         # This separation is a placeholder; the first guess for it is computed below.
         pose = aligned(body_axes, 2.0 * max(contact(pair, body_axes), 1e-3))
-    problem = _problem(pair, pose, spin)
+    guess = _guess(pair, pose, spin)
     if start is None:
-        pose = aligned(body_axes, _distance(problem, body_axes, kind, value))
+        pose = aligned(body_axes, _distance(guess, body_axes, kind, value))
     # Kepler's rate is the first guess where gravity repels along the line.
-    kepler = np.sqrt(pair.strength / (pair.mass * pose.distance**3))
-    guess = rotation_at(problem, pose) or problem.rotation(pose, kepler)
-    return RelativeEquilibrium(problem, converged(problem, guess, kind, value))
+    guess = guess.balanced(pose) or guess.at(pose, pair.orbital_rate(pose.distance))
+    return RelativeEquilibrium(converged(guess, kind, value))
 
 
 def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
@@ -219,9 +217,9 @@ def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
     return axes_of_bodies[0], axes_of_bodies[1]
 
 
-def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> EquilibriumProblem:
-    """Return the equations of a pair with the given spins of the bodies that are not locked."""
-    axes = (pair.axis(0, pose), pair.axis(1, pose))
+def _guess(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Rotation:
+    """Return a pose that does not turn, with the spins of the bodies that are not locked."""
+    axes = pair.axes(pose)
     if spin is not None:
         instance(spin, "spin", Mapping, "spins by names of bodies, such as {'Alpha': 2.3}")
     spins = {}
@@ -234,38 +232,33 @@ def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Equilibr
                 f"(fullbody.analysis.averaged(system, {called!r}) is the mean over its turns, of copies= enough)"
             )
         spins[body] = pair.context.units.number(value, "spin", f"spin of {called}")
-    return EquilibriumProblem(pair, axes, spins)
+    return Rotation(pair, pose, 0.0, axes, spins)
 
 
-def _distance(problem: EquilibriumProblem, axes: Axes, kind: Kind, value: float) -> float:
+def _distance(guess: Rotation, axes: Axes, kind: Kind, value: float) -> float:
     """Return the first guess for the separation."""
-    pair = problem.pair
+    pair = guess.pair
     if kind == "separation":
         return value
     if kind == "rate":
         return max(contact(pair, axes), float(np.cbrt(pair.strength / (pair.mass * value**2))))
-    scanned = scan(problem, axes, contact(pair, axes), value)
+    scanned = scan(guess, axes, contact(pair, axes), value)
     crossings = scanned.crossings(value)
     if len(crossings) == 0:
         least = int(scanned.angular_momentum.argmin())
-        attach = pair.context.units.attach
+        text = pair.context.units.text
         raise NotConverged(
-            f"no relative equilibrium of these axes has the angular momentum "
-            f"{number(attach(np.float64(value), 'angular momentum'))}; with the bodies apart the least is "
-            f"about {number(attach(scanned.angular_momentum[least], 'angular momentum'), 5)}, at a separation of "
-            f"{number(attach(scanned.separation[least], 'length'), 5)}"
+            f"no relative equilibrium of these axes has the angular momentum {text(value, 'angular momentum')}; with "
+            f"the bodies apart the least is about {text(scanned.angular_momentum[least], 'angular momentum', 5)}, at a "
+            f"separation of {text(scanned.separation[least], 'length', 5)}"
         )
     return float(crossings[-1])
 
 
-def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Floats]:
-    """Return a state's pose in axes with z along the angular momentum, and the matrix that turns vectors into them."""
-    core = strip(state, pair.context)
-    if len(core.position) != 2:
-        raise InvalidInput(f"{what} has {len(core.position)} bodies; expected two")
-    r = core.position[1] - core.position[0]
-    v = core.velocity[1] - core.velocity[0]
-    total = pair.mass * np.cross(r, v) + np.einsum("kij,kj->i", core.rotation_matrix, pair.inertia * core.spin)
+def upright(pair: Pair, state: State, what: str) -> PairPoint:
+    """Return a state of a pair in axes with z along the angular momentum and the second body beside the first on x."""
+    point = PairPoint.of(pair, state, what)
+    r, total = point.pose.r, point.angular_momentum
     size = float(np.linalg.norm(total))
     if size == 0.0:
         raise InvalidInput(f"{what} has no angular momentum, which gives the axis that all turns about; expected some")
@@ -274,9 +267,7 @@ def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Floats]:
     if np.linalg.norm(x) <= 1e-12 * np.linalg.norm(r):
         raise InvalidInput(f"{what} has its bodies along its angular momentum; expected them beside it")
     x /= np.linalg.norm(x)
-    rotation = np.array([x, np.cross(z, x), z])
-    q = rotations.quaternion(rotation)
-    return Pose(rotation @ r, np.array([rotations.product(q, attitude) for attitude in core.attitude])), rotation
+    return point.rotated(rotations.quaternion([x, np.cross(z, x), z]))
 
 
 def averaged(system: System, body: int | str, *, copies: int = 12) -> System:

@@ -16,19 +16,22 @@ from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, facts, head, number
 from ..base.units import need, plain
 from ..errors import BodiesOverlap, NotConverged
-from ..model.state import State, wrap
+from ..model.state import State
 from ..motion.system import System
 from ..typing import Array, Floats, Scalar
 from . import pictures
-from ._newton import Axes, EquilibriumProblem, aligned, alignments, contact, converged, corrected, rotation_at, scan
-from ._pair import Pair, Rotation
+from ._newton import Axes, aligned, alignments, contact, converged, corrected, scan
+from ._pair import Pair
+from ._rotation import Rotation
 from .equilibrium import RelativeEquilibrium
 
-#: Step lengths along the branch in the units of :meth:`EquilibriumProblem.scales`: the first, the longest and the
+#: Step lengths along the branch in the units of :meth:`Rotation.scales`: the first, the longest and the
 #: shortest.
 _FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
 #: Quantities that may fold, which means that they have an extreme along a branch.
 _FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
+#: The energy of an equilibrium, by which they are sorted.
+_ENERGY = attrgetter("rotation.point.energy")
 #: Energies and separations whose relative difference is less than this are equal.
 _SAME = 1e-12
 
@@ -48,7 +51,7 @@ class Fold:
 def _column(text: str, name: str, dimension: str) -> WithUnit[Array]:
     """Return a property of branches: numbers of each equilibrium (K, ...)."""
     get = attrgetter(name)
-    return WithUnit(text, lambda branch: np.array([plain(get(one)) for one in branch.equilibria]), dimension)
+    return WithUnit(text, lambda branch: np.array([plain(get(member)) for member in branch.equilibria]), dimension)
 
 
 class Branch(Tabled):
@@ -83,12 +86,12 @@ class Branch(Tabled):
     @property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:
         """Whether each equilibrium (K,) is linearly stable: no mode grows."""
-        return np.array([one.linearly_stable for one in self.equilibria])
+        return np.array([member.linearly_stable for member in self.equilibria])
 
     @property
     def energetically_stable(self) -> npt.NDArray[np.bool_]:
         """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
-        return np.array([one.energetically_stable for one in self.equilibria])
+        return np.array([member.energetically_stable for member in self.equilibria])
 
     plot = pictures.branch
 
@@ -150,62 +153,62 @@ def branch(
     dimension = "length" if over == "separation" else "angular momentum"
     goal = equilibrium.system.context.units.number(until, dimension, "until", POSITIVE)
     count = whole(steps, "steps")
-    problem, rotation = equilibrium.problem, equilibrium.rotation
-    towards = np.sign(goal - problem.quantity(over, rotation))
-    found, folds = [equilibrium], list[Fold]()
+    rotation = equilibrium.rotation
+    towards = np.sign(goal - rotation.quantity(over))
+    members, folds = [equilibrium], list[Fold]()
     if towards == 0.0:
-        return Branch(found, folds, "reached")
-    tangent = _tangent(problem, rotation)
-    tangent = tangent * towards * (np.sign(_slope(problem, rotation, tangent, over)) or 1.0)
+        return Branch(members, folds, "reached")
+    tangent = _tangent(rotation)
+    tangent = tangent * towards * (np.sign(_slope(rotation, tangent, over)) or 1.0)
     length, end = _FIRST, "steps"
-    while len(found) <= count:
+    while len(members) <= count:
         try:
-            following = corrected(problem, rotation, tangent, length)
+            following = corrected(rotation, tangent, length)
         except (BodiesOverlap, NotConverged) as error:
             length /= 2
             if length >= _SHORTEST:
                 continue
             end = "contact" if isinstance(error, BodiesOverlap) else "lost"
             break
-        next_tangent = _tangent(problem, following)
+        next_tangent = _tangent(following)
         next_tangent = next_tangent * np.sign(next_tangent @ tangent)
         if next_tangent @ tangent < 0.95 and length > _FIRST / 10:
             length /= 2
             continue
         for quantity in _FOLDING:
-            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, next_tangent, quantity) < 0.0:
-                fold = _fold(problem, rotation, tangent, length, quantity)
-                folds.append(Fold(quantity, RelativeEquilibrium(problem, fold)))
-        if (problem.quantity(over, following) - goal) * towards >= 0.0:
-            found.append(RelativeEquilibrium(problem, converged(problem, following, over, goal)))
+            if _slope(rotation, tangent, quantity) * _slope(following, next_tangent, quantity) < 0.0:
+                fold = _fold(rotation, tangent, length, quantity)
+                folds.append(Fold(quantity, RelativeEquilibrium(fold)))
+        if (following.quantity(over) - goal) * towards >= 0.0:
+            members.append(RelativeEquilibrium(converged(following, over, goal)))
             end = "reached"
             break
-        found.append(RelativeEquilibrium(problem, following))
+        members.append(RelativeEquilibrium(following))
         rotation, tangent, length = following, next_tangent, min(1.3 * length, _LONGEST)
-    return Branch(found, folds, end)
+    return Branch(members, folds, end)
 
 
-def _tangent(problem: EquilibriumProblem, rotation: Rotation) -> Floats:
-    """Return the unit vector (10,) along which the equilibria continue, in the units of the problem's scales."""
-    return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
+def _tangent(rotation: Rotation) -> Floats:
+    """Return the unit vector (10,) along which the equilibria continue, in the units of its scales."""
+    return np.linalg.svd(rotation.equations()[0])[2][-1]
 
 
-def _slope(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, quantity: Any) -> float:
+def _slope(rotation: Rotation, tangent: Floats, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
-    return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
+    return float(rotation.quantity_gradient(quantity) @ (tangent * rotation.scales()[1]))
 
 
-def _fold(problem: EquilibriumProblem, rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
+def _fold(rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
     """Find the extreme of a quantity within a step."""
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq
 
     def slope(part: float) -> float:
-        between = corrected(problem, rotation, tangent, part)
-        tangent_between = _tangent(problem, between)
-        return _slope(problem, between, tangent_between * np.sign(tangent_between @ tangent), quantity)
+        between = corrected(rotation, tangent, part)
+        tangent_between = _tangent(between)
+        return _slope(between, tangent_between * np.sign(tangent_between @ tangent), quantity)
 
-    return corrected(problem, rotation, tangent, brentq(slope, 0.0, length, xtol=1e-14, rtol=1e-14))
+    return corrected(rotation, tangent, brentq(slope, 0.0, length, xtol=1e-14, rtol=1e-14))
 
 
 class Touching(Tabled):
@@ -218,23 +221,20 @@ class Touching(Tabled):
     """
 
     def __init__(self, pair: Pair, axes: Axes, distance: float, angular_momentum: float) -> None:
-        pose = aligned(axes, distance)
-        poles = [axes[k][1] for k in range(2)]
-        inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
-        rate = angular_momentum / inertia
-        self.rotation = rotation = EquilibriumProblem(pair, (None, None), {}).rotation(pose, rate)
+        # The angular momentum of uniform rotation is proportional to the rate.
+        unit = Rotation(pair, aligned(axes, distance), 1.0, (None, None), {})
+        self.rotation = unit.at(unit.pose, angular_momentum / unit.quantity("angular_momentum"))
         self.system: System = pair.system
-        self.state: State = wrap(pair.state(pose, rotation.velocity, rotation.spins), pair.context)
-        self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
+        self.state: State = self.rotation.point.state
 
     separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
     rate = WithUnit[Scalar]("Rate at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
-    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.energy", "energy")
+    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.point.energy", "energy")
 
     @property
     def rests(self) -> bool:
         """Whether the bodies stay in contact: gravity exceeds what is needed to keep them on their circular paths."""
-        return bool(self._pressure < 0.0)
+        return bool(self.rotation.residual()[0] < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
         rows = facts(self, "separation", "rate", "energy")
@@ -263,13 +263,13 @@ class Equilibria(Tabled):
         self, angular_momentum: Any, apart: list[RelativeEquilibrium], touching: list[Touching], missed: list[str]
     ) -> None:
         self.angular_momentum = angular_momentum
-        self.apart = tuple(sorted(apart, key=_energy))
-        self.touching = tuple(sorted(touching, key=_energy))
+        self.apart = tuple(sorted(apart, key=_ENERGY))
+        self.touching = tuple(sorted(touching, key=_ENERGY))
         self.missed = tuple(missed)
 
     @cached_property
     def _all(self) -> list[RelativeEquilibrium | Touching]:
-        return sorted([*self.apart, *self.touching], key=_energy)
+        return sorted([*self.apart, *self.touching], key=_ENERGY)
 
     @property
     def least(self) -> RelativeEquilibrium | Touching:
@@ -280,9 +280,9 @@ class Equilibria(Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         names = ("separation", "energy")
-        units = [getattr(getattr(one, name), "unit", "") for one in self._all[:1] for name in names] or ["", ""]
-        rows = [(*(number(float(plain(getattr(one, name)))) for name in names), _kind(one)) for one in self._all]
-        header = (head("separation", units[0]), head("energy", units[1]), "kind")
+        units = [getattr(getattr(state, name), "unit", "") for state in self._all[:1] for name in names] or ["", ""]
+        rows = [(*(number(float(plain(getattr(state, name)))) for name in names), _kind(state)) for state in self._all]
+        header = (*map(head, names, units), "kind")
         return (Table(f"Equilibria of angular momentum {number(self.angular_momentum)}", header, list(rows)),)
 
     def __repr__(self) -> str:
@@ -290,10 +290,6 @@ class Equilibria(Tabled):
             f"Equilibria({len(self.apart)} apart, {len(self.touching)} touching, "
             f"angular_momentum={number(self.angular_momentum)}, least: {self.least!r})"
         )
-
-
-def _energy(candidate: RelativeEquilibrium | Touching) -> float:
-    return candidate.rotation.energy
 
 
 def _kind(candidate: RelativeEquilibrium | Touching) -> str:
@@ -335,14 +331,14 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     missed: list[str] = []
     for axes in alignments(pair):
         distance = contact(pair, axes)
-        start = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
-        problem = EquilibriumProblem(pair, (pair.axis(0, start), pair.axis(1, start)), {})
-        for separation in scan(problem, axes, distance, value).crossings(value):
-            guess = rotation_at(problem, aligned(axes, float(separation)))
+        pose = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
+        start = Rotation(pair, pose, 0.0, pair.axes(pose), {})
+        for separation in scan(start, axes, distance, value).crossings(value):
+            guess = start.balanced(aligned(axes, float(separation)))
             if guess is None:
                 continue
             try:
-                candidate = RelativeEquilibrium(problem, converged(problem, guess, "angular_momentum", value))
+                candidate = RelativeEquilibrium(converged(guess, "angular_momentum", value))
             except (NotConverged, BodiesOverlap) as error:
                 missed.append(str(error))
                 continue
@@ -357,5 +353,5 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
 
 def _same(candidate: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
     """Return whether two equilibria are the same."""
-    first, second = (np.array([e.rotation.pose.distance, e.rotation.energy]) for e in (candidate, other))
+    first, second = (np.array([e.rotation.pose.distance, _ENERGY(e)]) for e in (candidate, other))
     return bool(np.all(np.abs(first - second) <= _SAME * np.abs(first)))

@@ -11,11 +11,11 @@ from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import UNITLESS, plain
 from ..errors import InvalidInput
-from ..model.state import State, wrap
+from ..model.state import State
 from ..motion.system import System
-from ..typing import Array, Floats, Scalar
+from ..typing import Array, Scalar
 from . import pictures
-from ._pair import MOMENTA, Rotation
+from ._rotation import Rotation
 
 _Complex = npt.NDArray[np.complex128]
 #: Growth of a mode, relative to the fastest rate, that may be rounding of nearly equal eigenvalues.
@@ -94,7 +94,7 @@ class Modes(Tabled):
         if index is None or not -len(self) <= index < len(self):
             raise InvalidInput(f"mode is {mode!r}; expected 0 to {len(self) - 1}, one of the {len(self)} modes")
         size, angle = UNITLESS.number(amplitude, "number", "amplitude"), UNITLESS.number(phase, "number", "phase")
-        return displaced(self._rotation, np.real(size * np.exp(1j * angle) * self._deviations[:, index]))
+        return self._rotation.moved(np.real(size * np.exp(1j * angle) * self._deviations[:, index])).state
 
     plot = pictures.modes
 
@@ -124,17 +124,6 @@ class Modes(Tabled):
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 
 
-def displaced(rotation: Rotation, deviation: Floats) -> State:
-    """Return the state of a uniform rotation displaced by a tangent vector (18,)."""
-    pair = rotation.pair
-    velocity = rotation.velocity + deviation[9:12] / pair.mass
-    spins = rotation.spins.copy()
-    for k in range(2):
-        if not pair.is_point(k):
-            spins[k] += deviation[MOMENTA[k]] / pair.inertia[k]
-    return wrap(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins), pair.context)
-
-
 def modes_of(rotation: Rotation) -> Modes:
     """Compute the modes of a uniform rotation."""
     basis, rates, energy = rotation.reduced()
@@ -144,13 +133,13 @@ def modes_of(rotation: Rotation) -> Modes:
     values = np.where(np.abs(values.imag) <= 1e-12 * steady / STEADY, values.real + 0j, values)
     values = np.where(np.abs(values) <= steady, 0.0, values)
     kept = _of_pairs(values)
-    whole = (basis @ vectors)[:, kept]
+    deviations = (basis @ vectors)[:, kept]
     # A rotation about the pole is subtracted, so that the line of the bodies keeps its longitude.
     about_pole = rotation.generators()[:, :1]
-    whole = whole - about_pole * (whole[1] / about_pole[1])
-    parts = whole[:9] / np.repeat([rotation.pose.distance, 1.0], [3, 6])[:, np.newaxis]
+    deviations = deviations - about_pole * (deviations[1] / about_pole[1])
+    parts = deviations[:9] / np.repeat([rotation.pose.distance, 1.0], [3, 6])[:, np.newaxis]
     scale = np.array([column[np.abs(column).argmax()] for column in parts.T])
-    whole, parts = whole / scale, parts / scale
+    deviations, parts = deviations / scale, parts / scale
     signs = []
     for index, k in enumerate(kept):
         amount = np.real(vectors[:, k].conj() @ energy @ vectors[:, k]) / abs(scale[index]) ** 2
@@ -168,7 +157,7 @@ def modes_of(rotation: Rotation) -> Modes:
         np.array(signs, dtype=np.int64),
         np.maximum(np.abs(parts[2]), np.abs(inertial[:, :, :2]).max(axis=(1, 2))) < 1e-6,
         rotation,
-        whole,
+        deviations,
     )
 
 

@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import sequence
 from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import NONZERO, POSITIVE
 from ..base.tables import Table, Tabled, facts, number
 from ..base.units import UNITLESS, plain
 from ..errors import FullbodyError, InvalidInput
-from ..model.state import State, strip, wrap
+from ..model.state import State
 from ..motion.system import System
 from ..typing import Floats, Scalar
-from ._pair import Pair, Pose, complement, cross, even, free_rotations, kernel
-from ._shooting import ROTATIONS, SPINS, Ends, PairPoint, Shooting, begun, generators, momentum_rows, solved
-from .equilibrium import RelativeEquilibrium, pose_of
+from ._pair import Pair, PairPoint, without_symmetries
+from ._shooting import Ends, Shooting, begun, solved
+from .equilibrium import RelativeEquilibrium, upright
 
 #: The largest closure of members of a family.
 _CLOSED = 1e-12
@@ -44,27 +45,26 @@ class PeriodicOrbit(Tabled):
     """
 
     def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
-        pair, point = shooting.pair, shooting.points[0]
-        self.system: System = pair.system
-        self.state: State = wrap(pair.state(point.pose, point.velocity, point.spin), pair.context)
+        self.system: System = shooting.pair.system
+        self.state: State = shooting.points[0].state
         self.closure, self._shooting = closure, shooting
-        self._transition = reduce(lambda whole, end: end[1] @ whole, ends, np.eye(18))
+        self._transition = reduce(lambda product, end: end[1] @ product, ends, np.eye(18))
 
     period = WithUnit[Scalar]("The time after which the motion repeats.", "_shooting.period", "time")
 
     turn = WithUnit[Scalar](
         "The angle, -pi to pi, by which the pair has turned about the angular momentum after a period.",
-        lambda one: float(np.remainder(one._shooting.angle + np.pi, 2 * np.pi) - np.pi),
+        lambda orbit: float(np.remainder(orbit._shooting.angle + np.pi, 2 * np.pi) - np.pi),
         "angle",
     )
     energy = WithUnit[Scalar](
         "Total energy with the barycentre at rest.",
-        lambda one: one._shooting.points[0].energy(one._shooting.pair),
+        lambda orbit: orbit._shooting.points[0].energy,
         "energy",
     )
     angular_momentum = WithUnit[Scalar](
         "Total angular momentum, which is along z.",
-        lambda one: float(one._shooting.points[0].angular_momentum(one._shooting.pair)[2]),
+        lambda orbit: float(orbit._shooting.points[0].angular_momentum[2]),
         "angular momentum",
     )
 
@@ -81,6 +81,12 @@ class PeriodicOrbit(Tabled):
         The turn of the orbit is taken back. A tangent vector contains the changes of the separation and its rate, and
         for each body a rotation vector in its frame and the change of its spin, in the system's units.
         """
+        order = np.arange(18).reshape(2, 3, 3).swapaxes(0, 1).ravel()
+        return self._monodromy[np.ix_(order, order)]
+
+    @cached_property
+    def _monodromy(self) -> Floats:
+        """The monodromy matrix with the pose before the velocities."""
         return np.asarray(np.linalg.solve(self._shooting.target_derivatives()[0], self._transition))
 
     @cached_property
@@ -91,21 +97,10 @@ class PeriodicOrbit(Tabled):
         about their axes, and for the energy, the angular momentum and the angular momenta of bodies about their axes.
         Two bodies without axes of symmetry have 12 multipliers left.
         """
-        shooting, pair = self._shooting, self._shooting.pair
-        point, units = shooting.points[0], shooting.units()
-        rows = [point.energy_row(pair), *momentum_rows(pair, point)]
-        for k, axis in enumerate(shooting.axes):
-            for way in free_rotations(axis):
-                row = np.zeros(18)
-                row[SPINS[k]] = way
-                if axis == 3:
-                    # The spin of a sphere is counted in the inertial frame.
-                    row[ROTATIONS[k]] = -way @ cross(point.spin[k])
-                rows.append(row)
-        moves = np.column_stack([point.rates(pair), generators(point, shooting.axes)])
-        still = kernel(even(np.array(rows) * units))
-        basis = still @ complement(even((still.T @ (moves / units[:, np.newaxis])).T).T)
-        values = np.linalg.eigvals(basis.T @ (self.monodromy * units / units[:, np.newaxis]) @ basis)
+        point, units, axes = self._shooting.points[0], self._shooting.units(), self._shooting.axes
+        rows = np.vstack([point.energy_row(), point.momentum_rows(axes)])
+        basis = without_symmetries(rows, np.column_stack([point.rates(), point.symmetries(axes)]), units)
+        values = np.linalg.eigvals(basis.T @ (self._monodromy * units / units[:, np.newaxis]) @ basis)
         return values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
 
     @property
@@ -187,17 +182,15 @@ def periodic_orbit(
     pair = Pair(system)
     time = system.context.units.number(period, "time", "period", POSITIVE)
     within = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
-    held = (hold,) if isinstance(hold, str) else tuple(hold)
+    expected = f"some of {', '.join(_HELD)}"
+    held = (hold,) if isinstance(hold, str) else sequence(hold, str, "hold", expected, expected)
     for name in held:
         if name not in _HELD:
-            raise InvalidInput(f"hold has {name!r}; expected some of {', '.join(_HELD)}")
-    pose, rotation = pose_of(pair, state, "state")
-    count = _segments(pair, pose, time, segments)
-    start = PairPoint.of(strip(state, system.context))
-    shooting, ends = begun(pair, PairPoint(pose, rotation @ start.velocity, start.spin), time, count)
-    first = shooting.points[0]
-    kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
-    return PeriodicOrbit(*solved(shooting, ends, held, kept, within))
+            raise InvalidInput(f"hold has {name!r}; expected {expected}")
+    start = upright(pair, state, "state")
+    values = {"period": time, "energy": start.energy, "angular_momentum": float(start.angular_momentum[2])}
+    kept = {name: values[name] for name in held}
+    return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), kept, within))
 
 
 def periodic_family(
@@ -239,21 +232,18 @@ def periodic_family(
     sizes = UNITLESS.numbers(amplitudes, "number", "amplitudes", ("A",), NONZERO)
     if not len(sizes):
         raise InvalidInput("amplitudes is empty; expected one or more")
-    pair, modes = equilibrium.problem.pair, equilibrium.modes
-    centre = PairPoint.of(strip(equilibrium.state, pair.context))
-    deviation = PairPoint.of(strip(modes.excited(mode, sizes[0]), pair.context)).less(centre)
+    centre, modes = equilibrium.rotation.point, equilibrium.modes
+    deviation = PairPoint.of(centre.pair, modes.excited(mode, sizes[0])).less(centre)
     time = float(plain(modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
-    momentum = float(equilibrium.rotation.angular_momentum[2])
+    kept = {"angular_momentum": float(centre.angular_momentum[2])}
     orbits: list[PeriodicOrbit] = []
     for previous, size in zip((sizes[0], *sizes), sizes, strict=False):
         start = centre.moved(deviation * (size / previous))
-        count = _segments(pair, start.pose, time, segments)
+        count = _segments(start, time, segments)
         try:
-            kept = {"angular_momentum": momentum}
-            begin = begun(pair, start, time, count)
-            orbit = PeriodicOrbit(*solved(*begin, tuple(kept), kept, _CLOSED, deviation))
+            orbit = PeriodicOrbit(*solved(*begun(start, time, count), kept, _CLOSED, deviation))
         except FullbodyError as error:
             error.orbits = tuple(orbits)  # type: ignore[attr-defined]
             raise
@@ -263,9 +253,9 @@ def periodic_family(
     return tuple(orbits)
 
 
-def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
+def _segments(start: PairPoint, time: float, segments: Any) -> int:
     """Return the number of segments: the given one, or one for each revolution of a circular orbit."""
     if segments is None:
-        revolution = 2 * np.pi * np.sqrt(pair.mass * pose.distance**3 / pair.strength)
-        return int(np.clip(np.ceil(time / revolution - 0.5), 1, _MOST))
+        revolutions = time * start.pair.orbital_rate(start.pose.distance) / (2 * np.pi)
+        return int(np.clip(np.ceil(revolutions - 0.5), 1, _MOST))
     return whole(segments, "segments")

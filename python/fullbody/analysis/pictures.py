@@ -39,8 +39,8 @@ def branch(
     **kwargs
         Passed to ``Axes.plot``.
     """
-    for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
-        choice(name, what, known)
+    choice(x, "x", _QUANTITIES)
+    choice(y, "y", (*_QUANTITIES, "frequency"))
     kwargs = full_option_names(kwargs)
     ax = single(ax, (6.0, 4.0))
     across, up = (plain(in_si(getattr(branch, name))) for name in (x, y))
@@ -85,30 +85,30 @@ def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
     The largest component of a mode is 1: an angle in radians, or the change of the distance relative to it.
     """
     count = len(modes)
-    flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
+    flat, panel_axes = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     turns = [f"{escaped(name)} about {axis}" for name in modes.system.names for axis in "xyz"]
     labels = ["relative distance", "longitude", "latitude", *turns]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
-    for place, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
-        frequency = float(plain(modes.frequency)[place])
+    for mode, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
+        frequency = float(plain(modes.frequency)[mode])
         periods = phase if frequency > 0.0 else np.zeros_like(phase)
         for k, part in enumerate(shape):
             if abs(part) > _SEEN:
                 ax.plot(phase, np.real(part * np.exp(2j * np.pi * periods)), label=labels[k], **styles[k])
         if frequency > 0.0:
-            title = f"period {number(modes.period[place], 4)}"
+            title = f"period {number(modes.period[mode], 4)}"
         else:
-            title = f"no oscillation, grows at {number(modes.growth[place], 4)}"
-        plane = "in" if modes.in_plane[place] else "out of"
+            title = f"no oscillation, grows at {number(modes.growth[mode], 4)}"
+        plane = "in" if modes.in_plane[mode] else "out of"
         ax.set_title(f"{title}, {plane} the plane", fontsize="small", loc="left")
         ax.set(ylim=(-1.15, 1.15), ylabel="amplitude")
         grid(ax)
         style = {"fontsize": "small", "handlelength": 1.8, "labelspacing": 0.1, "borderaxespad": 0.2}
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, **style)
     flat[-1].set_xlabel("periods of the mode")
-    return np.asarray(given, dtype=object)
+    return np.asarray(panel_axes, dtype=object)
 
 
 def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arguments import sequence
 from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
-from ..base.units import plain
+from ..base.units import UNITLESS
 from ..base.values import ArrayFields, block
 from ..ensembles.members import integrate_many
 from ..errors import FullbodyError, InvalidInput
@@ -99,7 +100,10 @@ def section(
     >>> len(found.crossings[0])
     3
     """
-    members = [(system, state) for state in ([states] if isinstance(states, State) else states)]
+    starts = (
+        [states] if isinstance(states, State) else sequence(states, State, "states", "a State or several", "States")
+    )
+    members = [(system, state) for state in starts]
     watched: Event = instance(event, "event", Event, "one of fullbody.events")
     answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
     crossings, errors = [], []
@@ -156,12 +160,10 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     >>> fullbody.analysis.frequencies(run, yaw, n=2).frequency.shape
     (2,)
     """
+    time = instance(run, "run", Record, "a fullbody.Run").arrays["time"]
     values = quantity(run) if callable(quantity) else quantity
-    unit, numbers, time = getattr(values, "unit", None), plain(values), run.arrays["time"]
-    if numbers.shape != time.shape or not np.isfinite(numbers).all():
-        raise InvalidInput(
-            f"quantity has shape {numbers.shape}; expected {time.shape}, finite numbers, one for a sample"
-        )
+    unit = getattr(values, "unit", None)
+    numbers = UNITLESS.numbers(getattr(values, "value", values), "number", "quantity", time.shape)
     if len(time) < 8:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
     columns, amplitude = lines(time, numbers, whole(n, "n"))

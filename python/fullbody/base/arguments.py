@@ -60,14 +60,14 @@ def normal(text: Any) -> Any:
     return unicodedata.normalize("NFC", text) if isinstance(text, str) else text
 
 
-def argument_names(given: Mapping[Any, _T]) -> dict[Any, _T]:
+def argument_names(parameters: Mapping[Any, _T]) -> dict[Any, _T]:
     """Return parameters by names in the normal form of Python's identifiers, NFKC; others are refused."""
-    found = {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in given.items()}
-    for name in found:
+    names = {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in parameters.items()}
+    for name in names:
         if not isinstance(name, str) or not name.isidentifier():
             expected = "expected one that an argument of a function may have"
             raise InvalidInput(f"parameters has the name {name!r}; {expected}")
-    return found
+    return names
 
 
 def integer(value: object) -> int | None:
@@ -85,14 +85,14 @@ def generator(rng: object) -> np.random.Generator:
 
 def seed_of(value: object, what: str = "seed") -> int:
     """Return a seed of random numbers: a whole number, zero or above, which a numpy generator draws."""
-    found = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
-    if found is None or found < 0:
+    seed = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
+    if seed is None or seed < 0:
         raise InvalidInput(f"{what} is {value!r}; expected a whole number, zero or above, or a numpy.random.Generator")
-    return found
+    return seed
 
 
-def place(value: object, names: Sequence[str], what: str) -> int:
-    """Return the place of a body from its place or name, or raise an error that lists what is known."""
+def index_of(value: object, names: Sequence[str], what: str) -> int:
+    """Return the index of a body from its index or name, or raise an error that lists all."""
     if isinstance(value, str):
         value = normal(value)
         if value in names:
@@ -100,29 +100,29 @@ def place(value: object, names: Sequence[str], what: str) -> int:
         raise InvalidInput(f"{what} is {value!r}; {suggestion(str(value), names, 'one')}")
     index = integer(value)
     if index is None or not 0 <= index < len(names):
-        places = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
-        raise InvalidInput(f"{what} is {value!r}; expected {places}")
+        indices = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
+        raise InvalidInput(f"{what} is {value!r}; expected {indices}")
     return index
 
 
-def sequence(given: Any, kind: type[_T], what: str, expected: str, each: str) -> tuple[_T, ...]:
+def sequence(value: Any, kind: type[_T], what: str, expected: str, members_expected: str) -> tuple[_T, ...]:
     """Return a sequence of objects of one kind, or raise an error that names what is not of that kind."""
     try:
-        found = tuple(given)
+        members = tuple(value)
     except TypeError as error:
-        raise InvalidInput(f"{what} is {given!r}; expected {expected}") from error
-    for one in found:
-        if not isinstance(one, kind):
-            raise InvalidInput(f"{what} has {one!r}; expected {each}")
-    return found
+        raise InvalidInput(f"{what} is {value!r}; expected {expected}") from error
+    for member in members:
+        if not isinstance(member, kind):
+            raise InvalidInput(f"{what} has {member!r}; expected {members_expected}")
+    return members
 
 
-def names_of(given: Any, what: str) -> list[str]:
+def names_of(value: Any, what: str) -> list[str]:
     """Return a list of names, or raise an error that shows what is not a name."""
     expected = "a list of names such as ['G', 'mass of Alpha']"
-    if isinstance(given, str):
-        raise InvalidInput(f"{what} is {given!r}, which is text; expected {expected}")
-    return [normal(name) for name in sequence(given, str, what, expected, "names")]
+    if isinstance(value, str):
+        raise InvalidInput(f"{what} is {value!r}, which is text; expected {expected}")
+    return [normal(name) for name in sequence(value, str, what, expected, "names")]
 
 
 def name_of(value: object) -> str | None:
@@ -139,21 +139,21 @@ def name_of(value: object) -> str | None:
 
 def refuse_mixture(values: dict[str, Any]) -> bool:
     """Return whether all of these values have units, and raise an error if only some have."""
-    united = [name for name, value in values.items() if is_quantity(value)]
-    plain = [name for name in values if name not in united]
-    if united and plain:
-        expected = "expected both or neither"
-        raise InvalidInput(f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; {expected}")
-    return bool(united)
+    with_units = [name for name, value in values.items() if is_quantity(value)]
+    unitless = [name for name in values if name not in with_units]
+    if with_units and unitless:
+        unit = f"{with_units[0]} has the unit {values[with_units[0]].unit}"
+        raise InvalidInput(f"{unit}, but {unitless[0]} has none; expected both or neither")
+    return bool(with_units)
 
 
 def directions(value: Any, what: str, single: bool = False) -> Floats:
     """Return vectors (..., 3), or one (3,), of any length above zero and in any unit as numbers."""
     value = gathered(value, what)
-    plain = UNITLESS.numbers(getattr(value, "value", value), "number", what, (3,) if single else ("...", 3))
-    if not plain.any(axis=-1).all():
+    vectors = UNITLESS.numbers(getattr(value, "value", value), "number", what, (3,) if single else ("...", 3))
+    if not vectors.any(axis=-1).all():
         raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
-    return plain
+    return vectors
 
 
 def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
@@ -190,20 +190,20 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
     return lon, lat
 
 
-def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
+def suggestion(name: str, names: Iterable[str], wanted: str = "some") -> str:
     """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
-    known = list(known)
-    synonyms = [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
-    close = synonyms or close_to(name, known)
-    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
+    names = list(names)
+    synonyms = [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in names]
+    close = synonyms or close_to(name, names)
+    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(names)}"
 
 
-def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
+def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> None:
     """Raise an error for the first unknown name."""
-    known = list(known)
-    for name in given:
-        if name not in known:
-            raise InvalidInput(f"{name!r} is not an option of {owner}; {suggestion(name, known)}")
+    options = list(options)
+    for name in names:
+        if name not in options:
+            raise InvalidInput(f"{name!r} is not an option of {owner}; {suggestion(name, options)}")
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:

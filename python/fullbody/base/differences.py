@@ -59,13 +59,10 @@ def difference(function: Callable[[float], Floats], step: float) -> Floats:
 
 
 class Differences:
-    """Derivatives of a function of one argument at its values, which share what was found out about the step.
-
-    A derivative takes six values of the function, and two if the step of an earlier one can be used; ``length`` is the
-    step that was found last, zero before.
-    """
+    """Derivatives of a function of one argument at its values, of six values each, or of two with an earlier step."""
 
     def __init__(self) -> None:
+        #: The step of the last derivative, zero if there is none, and the size of its argument.
         self.length = self._size = 0.0
 
     def derivative(
@@ -76,27 +73,18 @@ class Differences:
         groups: npt.NDArray[np.intp],
         longest: float,
     ) -> Floats | None:
-        """Return the derivative (M,), or ``None`` where the function is not smooth.
+        """Return the derivative (M,) of a function of a shift, or ``None`` where the function is not smooth.
 
-        The step is shortened until differences of fourth and of second order agree, and those over an eighth of it too,
-        which later calls use. A function that is not smooth, since it rounds or takes values from a table, changes over
-        a long step and not over a short one, or its derivative over a short step differs from that over a long one by
-        more than the formulas do there. If the changes are not far above the noise, the step is lengthened as long as
-        the formulas agree, so that an argument that is zero up to rounding has the step of zero. What does not change
-        at all has a derivative of zero, of which no step is kept. A step holds for arguments of the same size to a
-        factor of two.
-
-        Parameters
-        ----------
-        function : callable
-            The change (M,) of the function when its argument is shifted; an error of ``REFUSALS`` means that there is
-            no value. If there is none next to zero, InvalidInput is raised.
-        size, longest : float
-            The length over which the function is smooth, or longer; and the longest step, if nothing changes over
-            shorter.
-        noise, groups : ndarray, (M,)
-            The rounding errors of the values; and numbers that are equal for components of one quantity, whose
-            derivative is as precise as its largest.
+        An error of ``REFUSALS`` means that the function has no value; if it has none next to zero, InvalidInput is
+        raised. It is smooth over the length ``size``, or a shorter one. The step is shortened until differences of
+        fourth and of second order agree, and those over an eighth of it too, which later calls use. A function that is
+        not smooth, since it rounds or takes values from a table, changes over a long step and not over a short one, or
+        its derivative over a short step differs from that over a long one by more than the formulas do there. If the
+        changes are not far above the noise, the step is lengthened as long as the formulas agree, up to ``longest``, so
+        that an argument that is zero up to rounding has the step of zero. What does not change at all has a derivative
+        of zero, of which no step is kept. A step holds for arguments of the same size to a factor of two. The ``noise``
+        is the rounding errors of the values, and ``groups`` are equal for components of one quantity, whose derivative
+        is as precise as its largest.
         """
         if 0.5 * self._size <= size <= 2.0 * self._size:
             step = _SHORTER * self.length

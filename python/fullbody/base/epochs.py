@@ -62,59 +62,65 @@ def _time_of(text: str) -> Any:
     return Time(day, scale=scale.lower())
 
 
-def date(given: Any, what: str) -> Any:
+def date(value: Any, what: str) -> Any:
     """Return one date of any kind as a ``Time`` of the scale TDB."""
-    return to_time(to_text(given, what), what).tdb
+    return to_time(to_text(value, what), what).tdb
 
 
-def dates(given: Any, what: str, scale: str = "utc") -> Any:
+def dates(value: Any, what: str, scale: str = "utc") -> Any:
     """Return dates of any kind as one ``Time``, and values that are not dates unchanged.
 
     Dates are a ``Time`` or a list of them, texts with their time scale, and dates of Python, numpy and pandas, which
     have the ``scale`` unless they have a time zone.
     """
-    if are_dates(given):
-        return given
-    plain = given.to_numpy() if hasattr(given, "to_numpy") else given
-    kind = getattr(getattr(plain, "dtype", None), "kind", "")
-    parts = plain.ravel().tolist() if kind in ("O", "U", "T") else plain if isinstance(plain, list | tuple) else [plain]
-    found: Any = parts
+    if are_dates(value):
+        return value
+    array = value.to_numpy() if hasattr(value, "to_numpy") else value
+    kind = getattr(getattr(array, "dtype", None), "kind", "")
+    parts = array.ravel().tolist() if kind in ("O", "U", "T") else array if isinstance(array, list | tuple) else [array]
+    entries: Any = parts
     if kind == "M":
-        found = np.asarray(plain, dtype="datetime64[ns]").ravel()
+        entries = np.asarray(array, dtype="datetime64[ns]").ravel()
     elif all(isinstance(part, str) or are_dates(part) for part in parts):
         if not any(are_dates(part) or _DAY.match(part.strip()) for part in parts):
-            return given
-        found = [part if are_dates(part) else to_time(to_text(part, what), what) for part in parts]
+            return value
+        entries = [part if are_dates(part) else to_time(to_text(part, what), what) for part in parts]
     elif not all(isinstance(part, datetime | np.datetime64) for part in parts):
-        return given
+        return value
     with need("units", "dates"):
         from astropy.time import Time
 
     try:
-        times = Time(found, scale=None if are_dates(found[0]) else scale)
+        times = Time(entries, scale=None if are_dates(entries[0]) else scale)
     except (ValueError, TypeError) as error:
-        raise InvalidInput(f"{what} is {shown(given)}, which cannot be read as dates: {error}") from error
-    return times.reshape(np.shape(plain)) if np.ndim(plain) != 1 else times
+        raise InvalidInput(f"{what} is {shown(value)}, which cannot be read as dates: {error}") from error
+    return times.reshape(np.shape(array)) if np.ndim(array) != 1 else times
 
 
-def refuse_coarse(given: Any, seconds: Any, what: str) -> None:
+def refuse_coarse(value: Any, seconds: Any, what: str) -> None:
     """Raise an error for times as numbers whose type rounds them to more than a second, or makes several of them equal.
 
     The numbers are those that were given, before a conversion to floats of 64 bits; ``seconds`` is a function that
     returns the time in s between two of them, without which only equal times of a short type count.
     """
-    plain = np.ravel(np.asarray(getattr(given, "value", given)))
-    if plain.dtype.kind not in ("fiu" if seconds is not None else "f") or not plain.size or plain.dtype == np.float64:
+    numbers = np.ravel(np.asarray(getattr(value, "value", value)))
+    if (
+        numbers.dtype.kind not in ("fiu" if seconds is not None else "f")
+        or not numbers.size
+        or numbers.dtype == np.float64
+    ):
         return
-    largest = plain[np.nanargmax(np.abs(plain))]
-    after = np.nextafter(largest, type(largest)(np.inf)) if plain.dtype.kind == "f" else largest + 1
-    apart = np.diff(np.unique(plain).astype(np.float64))
+    largest = numbers[np.nanargmax(np.abs(numbers))]
+    after = np.nextafter(largest, type(largest)(np.inf)) if numbers.dtype.kind == "f" else largest + 1
+    apart = np.diff(np.unique(numbers).astype(np.float64))
     spacing = float(after) - float(largest)
     rounded = (
-        plain.size > 1 and plain.dtype.kind == "f" and apart.min(initial=np.inf if apart.size else 0.0) < 4 * spacing
+        numbers.size > 1
+        and numbers.dtype.kind == "f"
+        and apart.min(initial=np.inf if apart.size else 0.0) < 4 * spacing
     )
     if rounded or (seconds is not None and seconds(float(largest), float(after)) > _COARSE):
         raise InvalidInput(
-            f"{what} are numbers of the type {plain.dtype}, which near {largest} are {spacing:.3g} apart; expected "
+            f"{what} are numbers of the type {numbers.dtype}, which near {largest} are {spacing:.3g} apart; expected "
             "float64, in which the data have to be read"
         )

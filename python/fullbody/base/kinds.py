@@ -17,20 +17,20 @@ from .values import ScalarFields
 
 def whole(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
     """Return a whole number within bounds as an ``int``; ``other`` says what else an argument may be."""
-    found = integer(value)
-    if found is None or not least <= found <= most:
+    number = integer(value)
+    if number is None or not least <= number <= most:
         bounds = {0: ", zero or above", 1: " above zero"}.get(least, f", {least} or more")
         bounds = bounds if most == np.inf else f" from {least} to {most}"
         raise InvalidInput(f"{what} is {value!r}; expected a whole number{bounds}{other}")
-    return found
+    return number
 
 
 def choice(value: Any, what: str, words: Iterable[Any]) -> Any:
     """Return a value that is one of a few texts, or ``None`` where that is one of them."""
     if not any(type(value) is type(word) and value == word for word in words):
-        *others, last = map(repr, words)
-        others = [", ".join(others)] if others else []
-        raise InvalidInput(f"{what} is {value!r}; expected {' or '.join([*others, last])}")
+        *first, last = map(repr, words)
+        first = [", ".join(first)] if first else []
+        raise InvalidInput(f"{what} is {value!r}; expected {' or '.join([*first, last])}")
     return value
 
 
@@ -67,9 +67,9 @@ def direction(value: Any, what: str) -> tuple[float, ...]:
 
 def sense(value: object, what: str) -> int:
     """Return the direction in which a function has to go through zero."""
-    if (found := integer(value)) not in (-1, 0, 1):
+    if (number := integer(value)) not in (-1, 0, 1):
         raise InvalidInput(f"{what} is {value!r}; expected -1, 0 or 1")
-    return found
+    return number
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,18 +143,18 @@ class Declared(ScalarFields):
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         """Return all numbers that are given and have a dimension, by their names, with their dimensions."""
         kinds = {name: kind for name, kind in kinds_of(self).items() if isinstance(kind, Number)}
-        given = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
-        return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
+        values = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
+        return {name: entry for name, entry in values.items() if entry[0] is not None and entry[1] != "number"}
 
     def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
         """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, ``None`` for
         missing.
         """
-        found = {}
+        numbers = {}
         for name, kind in kinds_of(self).items():
             value = getattr(self, name)
             if isinstance(kind, Number):
-                found[name] = None if value is None else kind.unitless(value, self._what(name, of), units)
+                numbers[name] = None if value is None else kind.unitless(value, self._what(name, of), units)
             elif kind is body_index and index is not None:
-                found[name] = None if value is None else index(value, self._what(name))
-        return found
+                numbers[name] = None if value is None else index(value, self._what(name))
+        return numbers

@@ -33,27 +33,27 @@ class Limits:
             holds &= (abs(values) < inf) & (values > self.above) & (values < self.below)
         return holds & (values != 0.0) if self.nonzero else holds
 
-    def expected(self, many: bool = False) -> str:
+    def expected(self, plural: bool = False) -> str:
         """Return what is expected in words, for one number or for many."""
         if self.text:
             return self.text
         low, high = max(self.least, self.above), min(self.most, self.below)
-        noun = "numbers" if many else "number"
+        noun = "numbers" if plural else "number"
         if -inf < low and high < inf:
             first = f"from {low:g} to" if self.least == low else f"above {low:g} and"
             last = (
                 f" below {high:g}" if self.below == high else f" {high:g}" if self.least == low else f" up to {high:g}"
             )
-            return f"{noun if many else f'a {noun}'} {first}{last}"
-        whole = f"finite {noun}" if many else f"a finite {noun}"
+            return f"{noun if plural else f'a {noun}'} {first}{last}"
+        finite = f"finite {noun}" if plural else f"a finite {noun}"
         if self.nonzero:
-            return f"{whole} that {'are' if many else 'is'} not zero"
+            return f"{finite} that {'are' if plural else 'is'} not zero"
         if low > -inf:
             edge = "zero" if low == 0.0 else f"{low:g}"
-            return f"{whole} above {edge}" if self.above == low else f"{whole}, {edge} or above"
+            return f"{finite} above {edge}" if self.above == low else f"{finite}, {edge} or above"
         if high < inf:
-            return f"{whole} below {high:g}" if self.below == high else f"{whole}, {high:g} or below"
-        return whole
+            return f"{finite} below {high:g}" if self.below == high else f"{finite}, {high:g} or below"
+        return finite
 
 
 FINITE = Limits()

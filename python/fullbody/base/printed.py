@@ -35,28 +35,23 @@ _TIMES_TEN = re.compile(r"\s*(?:\u00d7|\bx|\*)\s*10\s*(?:\^|\*\*)?\s*([+-]?\d+)"
 def printed(text: str, what: str) -> Any:
     """Return the Quantity of a text: a number with a unit, with its standard error, or a sum of such terms.
 
-    Raises
-    ------
-    InvalidInput
-        For terms of different dimensions.
-    TypeError, ValueError
-        For a unit that is not known.
+    A unit that is not known is a TypeError or a ValueError.
     """
-    plain = _TIMES_TEN.sub(r"e\1", text.strip().replace("\N{MINUS SIGN}", "-"))
-    unsigned = plain.removeprefix("-")
+    number = _TIMES_TEN.sub(r"e\1", text.strip().replace("\N{MINUS SIGN}", "-"))
+    unsigned = number.removeprefix("-")
     terms = [match[0] for match in _TERM.finditer(unsigned)]
     if len(terms) < 2 or "".join(terms) != unsigned:
-        return _one(plain)
-    parts = [_one(term) for term in terms]
+        return _quantity(number)
+    parts = [_quantity(term) for term in terms]
     try:
-        total = sum(parts[1:], parts[0]) * (1.0 if unsigned == plain else -1.0)
+        total = sum(parts[1:], parts[0]) * (1.0 if unsigned == number else -1.0)
     except ValueError as error:
         raise InvalidInput(f"{what} is {text!r}, a sum of terms that do not go together: {error}") from error
     errors = [error_of(part) * part.unit.to(total.unit) for part in parts if error_of(part) is not None]
     return with_error(total, hypot(*errors)) if errors else total
 
 
-def _one(text: str) -> Any:
+def _quantity(text: str) -> Any:
     """Return the Quantity of a text of one number."""
     from astropy import units as u
 

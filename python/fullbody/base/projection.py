@@ -21,23 +21,8 @@ _NAMED = 0.1
 class Projection:
     """The factorisation A = Q R of a design A (M, L), whose product with L unknowns approximates M numbers.
 
-    Parameters
-    ----------
-    design : ndarray, (M, L)
-    names : sequence of str
-        The names of the unknowns, for errors.
-
-    Attributes
-    ----------
-    basis : ndarray, (M, L)
-        The orthonormal columns of Q.
-    log_determinant : float
-        The logarithm of the determinant of A^T A.
-
-    Raises
-    ------
-    InvalidInput
-        If the data leave a combination of the unknowns undetermined; the error names these.
+    If the data leave a combination of the unknowns undetermined, the error has the names of these. The ``basis`` (M, L)
+    is Q, and ``log_determinant`` the logarithm of the determinant of A^T A.
     """
 
     def __init__(self, design: Floats, names: Sequence[str]) -> None:
@@ -79,15 +64,9 @@ class Projection:
     def derivative(self, explicit: Floats, crossed: Floats, curvature: Floats | None = None) -> Floats:
         """Return the derivatives (M, P) of a solution's residuals (Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413).
 
-        Parameters
-        ----------
-        explicit : ndarray, (M, P)
-            Derivatives of the residuals r for constant unknowns.
-        crossed : ndarray, (L, P)
-            Derivatives of A^T psi for constant psi, half the derivatives of the losses: r for least squares.
-        curvature : ndarray, (M,), optional
-            The derivatives of psi with respect to r, where the sum of losses is minimised instead of squares; then the
-            implicit function theorem gives the formula.
+        The derivatives of the residuals r for constant unknowns are ``explicit`` (M, P), and those of A^T psi for
+        constant psi, half the derivatives of the losses, ``crossed`` (L, P): psi is r for least squares. If a sum of
+        losses is minimised, the implicit function theorem takes the ``curvature`` (M,), the derivatives of psi by r.
         """
         lower = np.linalg.solve(self._factor.T, crossed) if len(self._factor) else crossed
         if curvature is None:

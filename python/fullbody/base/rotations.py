@@ -33,8 +33,8 @@ def of_plane(node: float, inclination: float) -> Floats:
 
 def shortest(first: Any, second: Any) -> Floats:
     """Return the quaternion (4,) of the smallest turn from one unit vector (3,) to another that is not opposite."""
-    turn = np.append(1.0 + np.dot(first, second), np.cross(first, second))
-    return np.asarray(turn / np.linalg.norm(turn))
+    rotation = np.append(1.0 + np.dot(first, second), np.cross(first, second))
+    return np.asarray(rotation / np.linalg.norm(rotation))
 
 
 def product(*quaternions: Any) -> Floats:

@@ -117,12 +117,12 @@ def gathered(value: Any, what: str, dimension: str = "any", expected: str = "num
     from astropy import units as u
 
     try:
-        found = u.Quantity(parts)
+        quantity = u.Quantity(parts)
     except (u.UnitConversionError, ValueError, TypeError) as error:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
     if any(error_of(part) is not None for part in parts):
-        with_error(found, [(error_of(part) or 0.0) * part.unit.to(found.unit) for part in parts])
-    return found
+        with_error(quantity, [(error_of(part) or 0.0) * part.unit.to(quantity.unit) for part in parts])
+    return quantity
 
 
 def refuse_masked(value: Any, what: str) -> None:
@@ -160,10 +160,10 @@ def from_text(text: str, what: str, dimension: str = "any", expected: str = "num
     except (TypeError, ValueError) as error:
         unknown, number = "", _NUMBER.match(text)
         if number:
-            given = text[number.end() :]
-            better = meant(given)
+            name = text[number.end() :]
+            better = meant(name)
             guess = f"; did you mean '{number[0].strip()} {better}'?" if better else ";"
-            unknown = f", whose unit {given!r} is not known{guess}"
+            unknown = f", whose unit {name!r} is not known{guess}"
         raise InvalidInput(f"{what} is {text!r}{unknown or ';'} expected {wanted}") from error
     if quantity.unit == u.dimensionless_unscaled:
         if dimension == "number":
@@ -188,13 +188,7 @@ def need(extra: str | None, what: str) -> Iterator[None]:
 
 
 class Units:
-    """The units of length, time and mass of a system, or none for plain numbers.
-
-    Parameters
-    ----------
-    names : (length, time, mass), bool or None
-        Units in any form that ``astropy.units.Unit`` accepts; ``True`` for km, hour, kg.
-    """
+    """The units of length, time and mass of a system, or none for plain numbers; ``True`` stands for km, hour, kg."""
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
         if isinstance(names, bool | np.bool_):
@@ -297,6 +291,10 @@ class Units:
         if self._base is None:
             return value
         return value << self.unit(dimension)
+
+    def text(self, value: float, dimension: str, digits: int = 8) -> str:
+        """Return a number in this system's units as text, with its unit if the system has units."""
+        return f"{float(value):.{digits}g} {self.unit(dimension) if self.defined else ''}".rstrip()
 
     def attach_mu(self, value: float) -> Scalar:
         """Return G times masses of a system as a Quantity that knows the system's units until it is computed with."""

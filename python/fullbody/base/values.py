@@ -84,8 +84,8 @@ def hashed(value: Any) -> int:
     return hash(value.item() if isinstance(value, np.ndarray) else value)
 
 
-class ScalarFields:
-    """Base class of dataclasses (``eq=False``) of scalars with or without units, with equal hashes of equal ones."""
+class _Fields:
+    """Base class of dataclasses (``eq=False``) that are equal if their fields are."""
 
     __slots__ = ()
 
@@ -94,6 +94,12 @@ class ScalarFields:
 
     def __eq__(self, other: object) -> bool:
         return same(self._parts(), other._parts()) if type(other) is type(self) else NotImplemented
+
+
+class ScalarFields(_Fields):
+    """Base class of dataclasses (``eq=False``) of scalars with or without units, with equal hashes of equal ones."""
+
+    __slots__ = ()
 
     def __hash__(self) -> int:
         return hash((type(self), *map(hashed, self._parts())))
@@ -116,15 +122,10 @@ class UnstoredFunction:
         raise InvalidInput(f"the function {self.name} is not in the file, only its name; {self.advice}")
 
 
-class ArrayFields:
+class ArrayFields(_Fields):
     """Base class of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
 
     __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
 
     __hash__ = None  # type: ignore[assignment]
 

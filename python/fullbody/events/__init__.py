@@ -170,8 +170,8 @@ class PlaneCrossing(Event):
     normal: Any = field(default=(0.0, 0.0, 1.0), metadata=of_kind(direction))
 
     def _condition(self, context: Context) -> _core.Condition:
-        plain = self._unitless(context.units, context.index)
-        return _core.Condition.PlaneCrossing(plain["body"], plain["about"], self.normal)
+        numbers = self._unitless(context.units, context.index)
+        return _core.Condition.PlaneCrossing(numbers["body"], numbers["about"], self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,9 +247,7 @@ class Function(Event):
     True
     """
 
-    f: Callable[[State], Any] = field(
-        default=lambda state: 1.0, metadata=of_kind(partial(function, expected="a function of a State"))
-    )
+    f: Callable[[State], Any] = field(metadata=of_kind(partial(function, expected="a function of a State")))
 
     def _condition(self, context: Context) -> _core.Condition:
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
@@ -341,14 +339,14 @@ class Occultation(Event):
     def _condition(self, context: Context) -> _core.Condition:
         toward, times = self.toward, self.times
         toward = toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
-        places = np.atleast_2d(toward)
+        vectors = np.atleast_2d(toward)
         if times is None:
-            places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
+            vectors, when = np.repeat(vectors, 4, axis=0), np.arange(4.0)
         else:
             when = context.units.numbers(times, "time", "times of Occultation")
-        path = _core.Toward(when.tolist(), places.tolist(), self.slowness, self.distant, times is not None)
-        plain = self._unitless(context.units, context.index)
-        return _core.Condition.Occultation(plain["body"], plain["by"], self.total, path)
+        path = _core.Toward(when.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
+        numbers = self._unitless(context.units, context.index)
+        return _core.Condition.Occultation(numbers["body"], numbers["by"], self.total, path)
 
 
 def _tuples(values: Any) -> Any:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import place
 from ..base.kinds import whole
 from ..base.units import Units, need
 from ..base.values import ArrayFields
@@ -73,9 +72,9 @@ class Frame:
         }
         large = ", and ".join(text for text, share in told.items() if share > _STEADY)
         deviations = [f"the bodies are not on a circular orbit ({large})"] if large else []
-        for k, (turn, name) in enumerate(zip(core.rotation_matrix, self.context.names, strict=True)):
-            spin, inertia = core.spin[k], turn @ np.diag(self.context.bodies[k].inertia) @ turn.T
-            cross = np.cross(np.eye(3), turn @ spin - self.rate * self.rotation[:, 2])
+        for k, (rotation, name) in enumerate(zip(core.rotation_matrix, self.context.names, strict=True)):
+            spin, inertia = core.spin[k], rotation @ np.diag(self.context.bodies[k].inertia) @ rotation.T
+            cross = np.cross(np.eye(3), rotation @ spin - self.rate * self.rotation[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self.rate * float(np.abs(inertia).max()):
                 deviations.append(f"{name} turns in the rotating frame, and its figure with it")
@@ -132,18 +131,18 @@ def equilibria(pair: Any) -> list[Equilibrium]:
     Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.
     """
     frame = pair.frame
-    found: list[tuple[str, Floats]] = []
+    points: list[tuple[str, Floats]] = []
     # The grid is in separations, too.
     angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     grid = [r * np.array([np.cos(a), np.sin(a), 0.0]) for r in (0.4, 0.7, 1.1) for a in angles]
     for name, seed in [*_of_points(frame), *(("", seed) for seed in grid)]:
         x = _root(frame, seed)
-        if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in found):
+        if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in points):
             continue
         # The extent of the bodies may remove a classical point; the search then finds another point.
         classical = name and np.linalg.norm(x - seed) < 0.3
-        found.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in found)}", x))
-    return [_described(frame, name, x * frame.distance) for name, x in found]
+        points.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in points)}", x))
+    return [_described(frame, name, x * frame.distance) for name, x in points]
 
 
 def _of_points(frame: Frame) -> list[tuple[str, Floats]]:
@@ -232,7 +231,7 @@ def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
     rows : int
         Number of rows of the mesh from end to end.
     """
-    frame, rows, index = pair.frame, whole(rows, "rows", 4), place(body, pair.frame.context.names, "body")
+    frame, rows, index = pair.frame, whole(rows, "rows", 4), pair.frame.context.index(body, "body")
     inner = _root(frame, _of_points(frame)[0][1])
     if inner is None:
         raise InvalidInput(

@@ -164,7 +164,7 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     rotation, spin = core.rotation_matrix[index], core.spin[index]
     here, pose = core.position[index], (core.position[None], core.attitude[None])
     all_bodies = gravity_at(context.attraction, *pose, here + r @ rotation.T, Units())
-    others = sum(
+    other_potential = sum(
         float(gravity_at(context.attraction, *pose, here, Units(), k).potential)
         for k in range(len(context))
         if k != index
@@ -175,7 +175,7 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     rotation_velocity = np.cross(spin, r)
     spin_up = (torque - np.cross(spin, this_body.inertia * spin)) / this_body.inertia
     acceleration = all_bodies.field @ rotation - centre - np.cross(spin, rotation_velocity) - np.cross(spin_up, r)
-    geopotential = others - all_bodies.potential + r @ centre - 0.5 * (rotation_velocity**2).sum(axis=1)
+    geopotential = other_potential - all_bodies.potential + r @ centre - 0.5 * (rotation_velocity**2).sum(axis=1)
     across = np.linalg.norm(np.cross(acceleration, normals), axis=1)
     diagonals = (cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
     return SurfaceField(
@@ -210,18 +210,18 @@ def samples(body: _core.Body, rows: int) -> Samples:
     matter = [part for part in body.parts if part[0] is not None and part[1] > 0.0]
     if any(isinstance(shape, _core.StokesCoefficients) for shape, *_ in matter):
         raise InvalidInput("the body is given by its Stokes coefficients; expected one with a surface")
-    found = [Samples(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3)))]
+    parts = [Samples(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3)))]
     for part in matter:
-        one = _of_part(*part, rows)
+        sampled = _of_part(*part, rows)
         if len(matter) > 1:
-            outside = ~np.any([_within(other, one.points) for other in matter if other is not part], axis=0)
-            one = Samples(*(values[outside] for values in one))
-        found.append(one)
-    return Samples(*map(np.concatenate, zip(*found, strict=True)))
+            outside = ~np.any([_within(other, sampled.points) for other in matter if other is not part], axis=0)
+            sampled = Samples(*(values[outside] for values in sampled))
+        parts.append(sampled)
+    return Samples(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -> Samples:
-    turn = np.array(rotation)
+    matrix = np.array(rotation)
     if isinstance(shape, _core.Polyhedron):
         cells = shape.vertices[shape.faces]
         normals = np.cross(cells[:, 1] - cells[:, 0], cells[:, 2] - cells[:, 0])
@@ -233,7 +233,7 @@ def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -
         middle = _ball(np.arange(rows) + 0.5, np.arange(2 * rows) + 0.5, rows).reshape(-1, 3)
         points, cells, normals = axes * middle, axes * corners.reshape(-1, 4, 3), middle / axes
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    return Samples(points @ turn.T + position, normals @ turn.T, cells @ turn.T + position)
+    return Samples(points @ matrix.T + position, normals @ matrix.T, cells @ matrix.T + position)
 
 
 def _ball(row: Any, column: Any, rows: int) -> Floats:

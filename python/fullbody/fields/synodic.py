@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..base.attributes import WithUnit
+from ..base.kinds import whole
+from ..base.limits import POSITIVE
 from ..base.tables import number
-from ..base.units import need
+from ..base.units import need, plain
 from ..model.context import SystemLike
-from ..model.gravity import points_in
 from ..model.state import State, strip
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from .frame import Frame, equilibria, roche_lobe
 
 
@@ -69,12 +70,12 @@ class Synodic:
         -------
         position, velocity : ndarray or Quantity, (..., 3)
         """
-        x = points_in(points, self._units)
-        v = np.zeros(3) if velocity is None else self._units.strip(velocity, "velocity", "velocity")
+        x = self._vectors(points, "length", "points")
+        v = np.zeros(3) if velocity is None else self._vectors(velocity, "velocity", "velocity")
         frame = self.frame
         moving = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
-        place, speed = frame.origin + x @ frame.rotation.T, frame.drift + moving @ frame.rotation.T
-        return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
+        position, speed = frame.origin + x @ frame.rotation.T, frame.drift + moving @ frame.rotation.T
+        return self._units.attach(position, "length"), self._units.attach(speed, "velocity")
 
     def jacobi(self, points: Any, velocity: Any = None) -> Array:
         """Compute Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
@@ -89,10 +90,13 @@ class Synodic:
         -------
         ndarray or Quantity, (...)
         """
-        found = self.frame.jacobi(points_in(points, self._units))
+        constant = self.frame.jacobi(self._vectors(points, "length", "points"))
         if velocity is not None:
-            found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
-        return self._units.attach(found, "potential")
+            constant = constant - (self._vectors(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
+        return self._units.attach(constant, "potential")
+
+    def _vectors(self, values: Any, dimension: str, what: str) -> Floats:
+        return self._units.numbers(values, dimension, what, ("...", 3))
 
     def plane(self, extent: Any = None, *, n: int = 401) -> tuple[Array, Array, Array]:
         """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
@@ -111,8 +115,10 @@ class Synodic:
             Rows along y.
         """
         golden = 0.5 * (1.0 + np.sqrt(5.0))
-        half = golden * self.frame.distance if extent is None else self._units.number(extent, "length", "extent")
-        ticks = np.linspace(-half, half, n)
+        half = golden * self.frame.distance
+        if extent is not None:
+            half = self._units.number(extent, "length", "extent", POSITIVE)
+        ticks = np.linspace(-half, half, whole(n, "n", 2))
         grid = np.stack([*np.meshgrid(ticks, ticks), np.zeros((n, n))], axis=-1)
         sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
         return *sides, self._units.attach(self.frame.jacobi(grid), "potential")
@@ -134,9 +140,8 @@ class Synodic:
         with need("plot", "a zero-velocity curve"):
             from contourpy import contour_generator
 
-        x, y, found = self.plane(extent, n=n)
-        plain = [np.asarray(getattr(value, "value", value)) for value in (x, y, found)]
-        curves = contour_generator(*plain).lines(self._units.number(level, "potential", "level"))
+        x, y, constant = self.plane(extent, n=n)
+        curves = contour_generator(*map(plain, (x, y, constant))).lines(self._units.number(level, "potential", "level"))
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]
 
     def __repr__(self) -> str:

@@ -232,15 +232,15 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
     from xarray.backends.locks import HDF5_LOCK
 
     with replacing(path) as temporary:
-        whole = BytesIO()
+        buffer = BytesIO()
         # Otherwise xarray would ask a client of dask for a lock, which cannot refer to a file in memory.
-        store = H5NetCDFStore.open(whole, mode="w", lock=HDF5_LOCK)
+        store = H5NetCDFStore.open(buffer, mode="w", lock=HDF5_LOCK)
         try:
             dataset.dump_to_store(store)
         finally:
             store.close()
-        whole.write(checksum.line(whole, whole.seek(0, 2)))
-        temporary.write_bytes(whole.getbuffer())
+        buffer.write(checksum.line(buffer, buffer.seek(0, 2)))
+        temporary.write_bytes(buffer.getbuffer())
 
 
 def contents(content: Content, context: Context) -> dict[str, Any]:
@@ -249,22 +249,22 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
     start = [content.numbers(name, {dim: lengths[dim] for dim in dims}) for name, (_, dims, _) in _START.items()]
     time = content.numbers("time", {"time": None})
     sizes: dict[str, int | None] = {**lengths, "body": len(context), "time": len(time)}
-    kept = list(_VARIABLES)
     switched_off: dict[str, int] = {}
     parameters: tuple[str, ...] = ()
     if context.forces:
         sizes["force"] = len(context.forces)
-        kept += ["work", "impulse", "angular_impulse"]
         switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, context))
     if content.has_attribute("fullbody_parameters"):
         parameters = content.parsed("fullbody_parameters", _names)
-        sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": len(parameters)}
-        kept += ["transition", "sensitivity"] if parameters else ["transition"]
+        sizes |= dict.fromkeys(("tangent", "start_tangent"), 12 * len(context))
+        sizes |= {"parameter": len(parameters)} if parameters else {}
     if "chaos" in content:
         sizes["indicator"] = len(_INDICATORS)
-        kept.append("chaos")
-    dims_of = {name: ("time", *(_VARIABLES | _OPTIONAL)[name][0]) for name in kept}
-    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in dims}) for name, dims in dims_of.items()}
+    # A file has the variables whose dimensions it has.
+    dims_of = {name: dims for name, (dims, _, _) in (_VARIABLES | _OPTIONAL).items() if sizes.keys() >= set(dims)}
+    arrays = {
+        name: content.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)}) for name, dims in dims_of.items()
+    }
     check_order(time, "time", repeated=False)
     check_unit(arrays["attitude"], "attitude")
     reason = content.text("stop_reason")

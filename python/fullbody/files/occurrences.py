@@ -73,7 +73,7 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
     watched = content.parsed("fullbody_events", lambda described: _event_spec(described, context))
     if not watched:
         return []
-    indices = content.numbers("event_index", {"event": None}, whole=True)
+    indices = content.numbers("event_index", {"event": None}, integers=True)
     sizes = {"event": len(indices), "body": len(context), "axis": 3, "quaternion": 4}
     sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": parameters}
 
@@ -84,9 +84,9 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
     derivatives: list[Any] = [None] * len(indices)
     if "event_transition" in content:
         kept = [name for name in _DERIVATIVES if parameters or name != "sensitivity"]
-        found = {name: numbers(name, _DERIVATIVES[name][0]) for name in kept}
+        values = {name: numbers(name, _DERIVATIVES[name][0]) for name in kept}
         none = np.zeros((len(indices), 0, sizes["tangent"]))
-        derivatives = list(zip(found["transition"], found.get("sensitivity", none), found["flow"], strict=True))
+        derivatives = list(zip(values["transition"], values.get("sensitivity", none), values["flow"], strict=True))
     check_order(record["time"], "event_time", repeated=True)
     check_unit(record["attitude"], "event_attitude")
     happened = []

@@ -50,14 +50,14 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
             # The open file is read that was checked, even if another file has its name by now.
             checked, dataset = _dataset(file)
             attributes = dataset.attrs
-            found = build(Content(dataset))
+            result = build(Content(dataset))
     except InvalidInput as error:
         other = other_reader(path, "fullbody.load_flight" if kind == "flight" else "fullbody.load", attributes)
         raise InvalidInput(f"{path} is not a readable {kind} of fullbody: {error}{other}") from error
     if not checked:
         text = "another program wrote it, and damage may go unseen"
         caution(f"{path} has no checksum of the whole file: {text}", UncheckedFile)
-    return found
+    return result
 
 
 def _dataset(file: Any) -> tuple[bool, Any]:
@@ -79,8 +79,8 @@ def _of_netcdf(xr: Any, file: Any, size: int) -> Any:
         with h5py.File(file, "r") as content:
             for name, variable in content.items():
                 if isinstance(variable, h5py.Dataset) and variable.nbytes > size * _DEFLATE_RATIO:
-                    found = f"{name} has {variable.nbytes} bytes by its header"
-                    raise InvalidInput(f"{found}, more than a file of {size} bytes can hold")
+                    header = f"{name} has {variable.nbytes} bytes by its header"
+                    raise InvalidInput(f"{header}, more than a file of {size} bytes can hold")
         with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as dataset:
             return dataset.load()
     except (InvalidInput, MemoryError):
@@ -103,20 +103,21 @@ class Content:
         """Return whether there is an attribute of this name."""
         return name in self._dataset.attrs
 
-    def check_format(self, name: str, expected: int) -> None:
-        """Raise an error if the attribute of this name is another format than the expected one."""
+    def _attribute(self, name: str) -> Any:
         if not self.has_attribute(name):
             raise InvalidInput(f"the file has no attribute {name}")
-        found = self._dataset.attrs[name]
-        if integer(found) != expected:
+        return self._dataset.attrs[name]
+
+    def check_format(self, name: str, expected: int) -> None:
+        """Raise an error if the attribute of this name is another format than the expected one."""
+        value = self._attribute(name)
+        if integer(value) != expected:
             wanted = f"expected {expected}, which this version reads"
-            raise InvalidInput(f"the file's format is {found}, by its attribute {name}; {wanted}")
+            raise InvalidInput(f"the file's format is {value}, by its attribute {name}; {wanted}")
 
     def text(self, name: str) -> str:
         """Return a text attribute of the file."""
-        if not self.has_attribute(name):
-            raise InvalidInput(f"the file has no attribute {name}")
-        value = self._dataset.attrs[name]
+        value = self._attribute(name)
         if not isinstance(value, str):
             raise InvalidInput(f"attribute {name} is {value}; expected text")
         return value
@@ -137,42 +138,42 @@ class Content:
             raise InvalidInput(f"attribute {name}: {error}") from error
 
     def numbers(
-        self, name: str, sizes: dict[str, int | None], whole: bool = False, missing: bool = False
+        self, name: str, sizes: dict[str, int | None], integers: bool = False, missing: bool = False
     ) -> npt.NDArray[Any]:
         """Return a variable after checking its type, dimensions, shape and values.
 
         The names of its dimensions have their lengths, with ``None`` for any length. The numbers are integers
-        (``whole``) or finite floats; with ``missing`` NaN is accepted for missing values.
+        (``integers``) or finite floats; with ``missing`` NaN is accepted for missing values.
         """
         if name not in self:
             raise InvalidInput(f"the file has no variable {name}")
         variable = self._dataset.variables[name]
-        if variable.dtype.kind not in ("iu" if whole else "f"):
-            wanted = "whole numbers" if whole else "floating-point numbers"
+        if variable.dtype.kind not in ("iu" if integers else "f"):
+            wanted = "whole numbers" if integers else "floating-point numbers"
             raise InvalidInput(f"{name} is of the type {variable.dtype}; expected {wanted}")
         if variable.dims != tuple(sizes):
-            found = ", ".join(map(str, variable.dims)) or "of no name"
-            raise InvalidInput(f"{name} has the dimensions {found}; expected {', '.join(sizes)}")
+            dims = ", ".join(map(str, variable.dims)) or "of no name"
+            raise InvalidInput(f"{name} has the dimensions {dims}; expected {', '.join(sizes)}")
         if any(size not in (None, length) for size, length in zip(sizes.values(), variable.shape, strict=True)):
             expected = ", ".join("any" if size is None else str(size) for size in sizes.values())
             raise InvalidInput(f"{name} has shape {variable.shape}; expected ({expected})")
-        values = np.array(variable.values, dtype=np.int64 if whole else np.float64, order="C")
+        values = np.array(variable.values, dtype=np.int64 if integers else np.float64, order="C")
         wrong = np.isinf(values) | (values == _NEVER) | (np.isnan(values) & (not missing))
         if wrong.any():
-            place = tuple(np.argwhere(wrong)[0].tolist())
-            raise InvalidInput(f"{name}{list(place)} is {values[place]}; expected finite numbers")
+            index = tuple(np.argwhere(wrong)[0].tolist())
+            raise InvalidInput(f"{name}{list(index)} is {values[index]}; expected finite numbers")
         return values
 
 
 def check_order(times: Floats, name: str, repeated: bool) -> None:
     """Raise an error for times that are not in order; ``repeated`` says whether some may be equal."""
-    before, after = times[:-1], times[1:]
-    forward = len(after) > 0 and times[-1] > times[0]
-    right = (after > before if forward else after < before) | ((after == before) & repeated)
+    previous, following = times[:-1], times[1:]
+    forward = len(following) > 0 and times[-1] > times[0]
+    right = (following > previous if forward else following < previous) | ((following == previous) & repeated)
     if not right.all():
         k = int(np.argmin(right))
         expected = "times in the direction of the run" + ("" if repeated else ", none twice")
-        raise InvalidInput(f"{name}[{k + 1}] is {after[k]}, after {before[k]}; expected {expected}")
+        raise InvalidInput(f"{name}[{k + 1}] is {following[k]}, after {previous[k]}; expected {expected}")
 
 
 def check_unit(attitudes: Floats, name: str) -> None:
@@ -180,5 +181,5 @@ def check_unit(attitudes: Floats, name: str) -> None:
     lengths = np.hypot.reduce(attitudes, axis=-1)
     wrong = np.abs(lengths - 1.0) > 1e-6
     if wrong.any():
-        place = tuple(np.argwhere(wrong)[0].tolist())
-        raise InvalidInput(f"{name}{list(place)} has the length {lengths[place]}; expected quaternions of length 1")
+        index = tuple(np.argwhere(wrong)[0].tolist())
+        raise InvalidInput(f"{name}{list(index)} has the length {lengths[index]}; expected quaternions of length 1")

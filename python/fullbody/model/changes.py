@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _core
 from ..base import rotations
-from ..base.arguments import directions, place, warn_if_degrees
+from ..base.arguments import directions, index_of, warn_if_degrees
 from ..base.kinds import Number, choice
 from ..base.limits import LATITUDE, POSITIVE
 from ..base.tables import number
@@ -246,7 +246,7 @@ def _index(state: StateLike, body: object, what: str) -> int:
             f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
             f"ready-made systems do); expected an index, 0 to {len(state.core.position) - 1}"
         )
-    return place(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
+    return index_of(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
 
 
 def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> Floats:

@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from .. import _core
-from ..base.arguments import normal, place, suggestion
+from ..base.arguments import index_of, normal, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
@@ -89,7 +89,7 @@ class Context:
 
     def index(self, body: object, what: str = "body") -> int:
         """Return the index of a body from its index or name, or raise an error that lists the bodies."""
-        return place(body, self.names, what)
+        return index_of(body, self.names, what)
 
     def pair(self, body: object, about: object, of: str = "") -> tuple[int, int]:
         """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import _core
-from ..base import tables
 from ..base.unit_names import unit_named
 from ..base.units import Units
 from ..model.context import Context
@@ -59,7 +58,7 @@ def start_warnings(context: Context, start: _core.State, tolerance: float | None
 
 def _unbound(context: Context, body: int, speed: float, escape: float, limit: float) -> str:
     """Return the warning that a body is much faster than its speed of escape and cannot be bound."""
-    fast, held = (tables.number(context.units.attach(np.float64(value), "velocity"), 4) for value in (speed, escape))
+    fast, held = (context.units.text(value, "velocity", 4) for value in (speed, escape))
     who = f"{' and '.join(context.names)} start" if len(context) == 2 else f"{context.names[body]} starts"
     whom = "each other" if len(context) == 2 else "the barycentre of the others"
     return (
@@ -75,10 +74,8 @@ def _far(
     """Return the warning that bodies near each other are far from the barycentre, the origin of the integration."""
     distance, rounding, enough, limit = sizes
 
-    def length(value: float, digits: int = 4) -> str:
-        return tables.number(context.units.attach(np.float64(value), "length"), digits)
-
-    who = context.names[heavy]
+    digits, who = ((distance, 4), (apart, 4), (rounding, 2)), context.names[heavy]
+    far, near, least = (context.units.text(value, "length", count) for value, count in digits)
     follows = "Every step loses that much"
     remedy = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
     if tolerance is not None:
@@ -86,8 +83,8 @@ def _far(
         follows += "may never end"
         remedy += f", or rtol and atol of {enough:g} or more"
     return (
-        f"{who} is {length(distance)} from {' and '.join(context.names[index] for index in sorted(pair))}, which are "
-        f"{length(apart)} apart, and so heavy that the barycentre, which positions are counted from, is far from these "
-        f"two: their coordinates round at {length(rounding, 2)}, {rounding / apart:.2g} of their distance. "
+        f"{who} is {far} from {' and '.join(context.names[index] for index in sorted(pair))}, which are "
+        f"{near} apart, and so heavy that the barycentre, which positions are counted from, is far from these "
+        f"two: their coordinates round at {least}, {rounding / apart:.2g} of their distance. "
         f"{follows}; expected bodies within {limit:g} such distances, or {remedy}"
     )

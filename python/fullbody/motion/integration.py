@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from .. import _core
 from ..base.arguments import names_of, sequence
 from ..base.atomic import as_path, replacing
 from ..base.progress import Progress, over_time
-from ..errors import FullbodyError, Interrupted, InvalidInput, caution
+from ..errors import Interrupted, InvalidInput, caution, keep_result
 from ..events import Event, Occurrence
 from ..model.context import Context, S
 from ..model.failures import explained, explaining
@@ -27,7 +26,7 @@ from ..particles.task import FlightTask
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
 from ..record.record import Statistics
-from ..record.times import end_of_run, sampling, spacing_warning
+from ..record.times import end_of_run, refuse_flood, sampling, spacing_warning
 from .input_warnings import start_warnings
 from .run import Run
 
@@ -185,25 +184,14 @@ class Task:
         self.until = end_of_run(until, duration, start, self.context.units)
         self.derivatives = differentiated(derivatives)
         self.output = sampling(output, self.context.units)
-        if isinstance(self.output, float):
-            self._refuse_flood((self.until - start) / self.output, duration if until is None else until, output)
+        bodies, parameters = len(self.context), self.derivatives
+        followed = 0 if parameters is None else 12 * bodies * (12 * bodies + len(parameters))
+        refuse_flood(self.output, start, self.until, 13 * bodies + 8 + followed, self.context.units)
         self.events = watched(events)
         self.conditions = [event._event_spec(self.context) for event in self.events]
         self.dense = bool(dense)
         #: The parameters of derivatives and whether chaos is measured, as the core takes them.
         self.following = (self.derivatives, bool(chaos))
-
-    def _refuse_flood(self, count: float, until: Any, output: Any) -> None:
-        """Raise an error for more samples than the memory can hold, instead of letting the process be killed."""
-        bodies = len(self.context)
-        numbers = 13 * bodies + 8
-        if self.derivatives is not None:
-            numbers += 12 * bodies * (12 * bodies + len(self.derivatives))
-        most = 2.0**34 / (8.0 * numbers)
-        if abs(count) > most:
-            asked = f"which ask for {abs(count):.3g} samples"
-            expected = f"expected a time and a spacing with at most {most:.3g}, which take 17 GB"
-            raise InvalidInput(f"until is {until!r} and output is {output!r}, {asked}; {expected}")
 
     def run(self, arrays: dict[str, Any], counts: Iterable[int]) -> Run[Any]:
         """Return the run of the core's arrays."""
@@ -227,12 +215,7 @@ class Task:
             # This is also the case if Ctrl-C arrived within a function of the caller.
             run.stop_reason = "interrupted"
             error = Interrupted(f"interrupted at time {time}; the run so far is in .run")
-        if isinstance(error, FullbodyError):
-            # A copy of the error is kept: with the error itself, the two would refer to each other and stay in memory
-            # until Python's search for cycles.
-            run.error = type(error)(*error.args)
-        with contextlib.suppress(AttributeError):
-            cast(Any, error).run = run
+        keep_result(error, "run", run)
         return error
 
 

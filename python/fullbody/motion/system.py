@@ -12,7 +12,7 @@ from ..base.arguments import integer, normal, refuse_unknown, sequence
 from ..base.attributes import Attribute
 from ..base.kinds import instance
 from ..base.limits import Limits
-from ..base.tables import Table, Tabled, head, number
+from ..base.tables import Table, Tabled, head
 from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
@@ -112,23 +112,23 @@ class System(Tabled):
         frame: str | None = None,
         forces: Sequence[Force] = (),
     ) -> None:
-        own, several = Units(units), "a sequence of Body"
-        given = sequence(bodies, Body, "bodies", several, several)
-        if G is None and not own.defined:
+        unit_system, several = Units(units), "a sequence of Body"
+        checked = sequence(bodies, Body, "bodies", several, several)
+        if G is None and not unit_system.defined:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
-        constant = own.gravitational_constant if G is None else own.number(G, "G", "G")
-        self._bodies = tuple(body._with(own, constant) for body in given)
+        constant = unit_system.gravitational_constant if G is None else unit_system.number(G, "G", "G")
+        self._bodies = tuple(body._with(unit_system, constant) for body in checked)
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         texts = {"attitude_chart": attitude_chart, "vector_path": vector_path}
         settings = _settings(gravity, gravity_tolerance, order, **texts)
-        core = tuple(body._core(own, index) for index, body in enumerate(self._bodies))
+        core = tuple(body._core(unit_system, index) for index, body in enumerate(self._bodies))
         self._forces = forces_of(forces)
         date = None if epoch is None else epochs.to_text(epoch)
         names = tuple(body.name if body.name is not None else f"body {k}" for k, body in enumerate(self._bodies))
         handle = _core.System(core, constant, settings, [], {})
-        notes = notes_of(own, date, frame, self._bodies, self._forces)
-        alone = Context(own, constant, names, core, handle, date, frame, notes=notes)
+        notes = notes_of(unit_system, date, frame, self._bodies, self._forces)
+        alone = Context(unit_system, constant, names, core, handle, date, frame, notes=notes)
         #: Units, names and bodies, with the core's handle, for the package's own modules.
         self.context = acted_on(alone, self._forces)
         pair = handle.settings["order"]
@@ -300,7 +300,7 @@ class System(Tabled):
         """Return tables of the constant, the method and the settings, the bodies and the forces, if there are any."""
         context, units = self.context, self.context.units
         rows: list[Sequence[str]] = [("units", ", ".join(units.names) if units.names else "none")]
-        rows.append(("G", number(units.attach(context.G, "G"), 12)))
+        rows.append(("G", units.text(context.G, "G", 12)))
         rows += [
             (name.replace("_", " "), f"{value}")
             for name, value in self._options.items()
@@ -348,9 +348,9 @@ class System(Tabled):
         return tuple(self.context.core.parameters)
 
 
-def system_of(described: dict[str, Any], given: dict[str, Force] | None = None) -> System:
+def system_of(described: dict[str, Any], replacements: dict[str, Force] | None = None) -> System:
     """Rebuild a system from its description, which may come from a file; forces that are functions are given."""
-    return System(**arguments(described, given))
+    return System(**arguments(described, replacements))
 
 
 def _settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:

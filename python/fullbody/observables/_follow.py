@@ -54,6 +54,12 @@ def harmonics(path: Path, mu: float) -> float:
     return max(float(_LEAST), _FALL / float(np.arctanh(s) - s))
 
 
+def interval(time: Floats, moments: Floats) -> npt.NDArray[np.intp]:
+    """Return the indices of the steps between times in which moments are."""
+    forward = np.sign(time[-1] - time[0])
+    return np.clip(np.searchsorted(forward * time, forward * moments, side="right") - 1, 0, len(time) - 2)
+
+
 def along(path: Path, mu: float, moments: Floats) -> tuple[Path, Floats]:
     """Interpolate a path; return it with the relative misses (K - 1,) of each sample's Kepler orbit at the next sample.
 
@@ -72,8 +78,7 @@ def along(path: Path, mu: float, moments: Floats) -> tuple[Path, Floats]:
     steps = np.diff(time)
     near, speed = moved(np.arange(len(steps)), steps)
     off, slip = r[1:] - near, v[1:] - speed
-    forward = np.sign(steps[0])
-    k = np.clip(np.searchsorted(forward * time, forward * moments, side="right") - 1, 0, len(steps) - 1)
+    k = interval(time, moments)
     h = steps[k, None]
     x = (moments - time[k])[:, None] / h
     near, speed = moved(k, moments - time[k])

@@ -91,12 +91,7 @@ class RelativeMotion:
                 f"{self.what} takes {_POINTS:.0e} at most; expected a shorter run"
             )
         path, miss = follow.along(samples, self._mu, np.linspace(self.time[0], self.time[-1], count))
-        if miss.max() > _MISS:
-            k = int(miss.argmax())
-            raise InvalidInput(
-                f"{self._gap(k)} the orbit changes by {miss[k]:.2g} of the distance; "
-                f"{self.what} needs less than {_MISS:g} ({self.closer()})"
-            )
+        self._check_gaps(miss, _MISS, "the orbit changes", "of the distance")
         return path
 
     def _check_directions(self) -> None:
@@ -105,13 +100,16 @@ class RelativeMotion:
         cosine = np.sum(self.r[1:] * self.r[:-1], axis=1)
         sine = np.linalg.norm(np.cross(self.r[1:], self.r[:-1]), axis=1)
         fastest = np.maximum(rate[1:], rate[:-1]) * np.abs(np.diff(self.time))
-        angle = np.maximum(np.arctan2(sine, cosine), fastest)
-        if angle.max() > _TURN:
-            k = int(angle.argmax())
+        angle, reason = np.maximum(np.arctan2(sine, cosine), fastest), ", and its motion is not near to a Kepler orbit"
+        self._check_gaps(angle, _TURN, f"the direction of {self.name} turns", "rad", reason)
+
+    def _check_gaps(self, sizes: Floats, most: float, change: str, unit: str, reason: str = "") -> None:
+        """Raise an error for the two samples between which a change is largest, if it is above a limit."""
+        if len(sizes) and sizes.max() > most:
+            k = int(sizes.argmax())
             raise InvalidInput(
-                f"{self._gap(k)} the direction of {self.name} turns by about {angle[k]:.2g} rad, "
-                f"and its motion is not near to a Kepler orbit; "
-                f"{self.what} needs less than {_TURN:g} ({self.closer(2 * angle[k] / _TURN)})"
+                f"{change} by about {sizes[k]:.3g} {unit} {self._gap(k)}{reason}; {self.what} needs less than "
+                f"{most:.3g} ({self.closer(2 * sizes[k] / most)})"
             )
 
     def at(self, moments: Floats) -> follow.Path:
@@ -182,16 +180,10 @@ class RelativeMotion:
             f"{self.what} needs several samples in each ({self.closer()})"
         )
 
-    def check_rotation(self, speed: Floats, most: float, what: str) -> None:
+    def check_rotation(self, speed: Floats, most: float) -> None:
         """Raise an error if a direction or frame may turn by more than an angle between samples, at its speeds (K,)."""
         angle = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
-        if len(angle) and angle.max() > most:
-            k = int(angle.argmax())
-            raise InvalidInput(
-                f"{self.name} turns by about {angle[k]:.3g} rad in the orbit's frame between the samples at "
-                f"{self.span(self.time[k])} and {self.span(self.time[k + 1])}; {what} needs less than {most:.3g} "
-                "(a smaller output=)"
-            )
+        self._check_gaps(angle, most, f"{self.name} turns", "rad in the orbit's frame")
 
     @property
     def relative_spin(self) -> Floats:
@@ -228,8 +220,7 @@ class RelativeMotion:
     def longitude_at(self, moments: Floats) -> tuple[Floats, Floats]:
         """Return the longitude and its rate at given times of the run."""
         angle, rate = self.longitude
-        forward = np.sign(self.time[-1] - self.time[0])
-        k = np.clip(np.searchsorted(forward * self.path.time, forward * moments, side="right") - 1, 0, len(rate) - 1)
+        k = follow.interval(self.path.time, moments)
         here, sense = self.at(moments), np.sign(rate[k])
         start = follow.Path(*(values[k] for values in self.path))
         return angle[k] + step(start, here, sense, sense), sense * speed(here)

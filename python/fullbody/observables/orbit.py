@@ -155,7 +155,6 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        A run of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
@@ -230,7 +229,6 @@ def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     Parameters
     ----------
     run : Run
-        A run of two revolutions or more.
     mu : float or Quantity, optional
         Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
@@ -265,7 +263,6 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     Parameters
     ----------
     run : Run
-        A run of two revolutions or more.
     body, about : int or str
 
     Raises
@@ -302,12 +299,12 @@ def passages(motion: RelativeMotion) -> Floats:
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
         after = int(np.argmax(angle >= target))
         moments.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
-    found: Floats = np.array(moments)
+    times: Floats = np.array(moments)
     # A spline errs on eccentric orbits; Newton's method along the Kepler orbits refines its times.
     for _ in range(3):
-        angle, rate = motion.longitude_at(found)
-        found = found - (np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi) / rate
-    return found
+        angle, rate = motion.longitude_at(times)
+        times = times - (np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi) / rate
+    return times
 
 
 def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, about: int | str = 0) -> Precession:
@@ -322,8 +319,7 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     Parameters
     ----------
     run : Run
-        A run of five revolutions or more; more give better means. The apsidal rate from every second sample has to
-        agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
+        More revolutions than five give better means.
     axis : array_like, (3,), optional
         The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ..base.limits import POSITIVE
 from ..base.values import ArrayFields
 from ..errors import BodiesOverlap, InvalidInput
 from ..events import Contact, Escape
@@ -100,9 +100,9 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     """
     check_run(run, "a fate")
     context = run.context
-    first, second = context.index(body, "body"), context.index(about, "about")
+    first, second = context.pair(body, about)
     far = _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (first, second)))
-    limit = far if beyond is None else context.units.number(beyond, "length", "beyond")
+    limit = far if beyond is None else context.units.number(beyond, "length", "beyond", POSITIVE)
     contact = _contact(run, first)
     if contact is not None:
         return Fate("contact", contact)
@@ -113,7 +113,10 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
         raise InvalidInput(
             "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
         )
-    gone = _gone(run, first, second, limit)
+    # The samples at which the body is far away and unbound.
+    r, v = (run.arrays[name][:, first] - run.arrays[name][:, second] for name in ("position", "velocity"))
+    distance = np.linalg.norm(r, axis=1)
+    gone = (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * context.mu(first, second))
     if gone[-1]:
         since = len(gone) - int(np.argmin(gone[::-1])) if not gone.all() else 0
         return Fate("escape", run.time[since])
@@ -134,14 +137,6 @@ def _contact(run: Record, body: int) -> Any:
     if isinstance(run.error, BodiesOverlap) and run.context.names[body] in run.error.bodies:
         return run.context.units.attach(np.float64(run.error.time), "time")
     return None
-
-
-def _gone(run: Record, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
-    """Return at which samples a body is far away and unbound."""
-    arrays = run.arrays
-    r, v = (arrays[name][:, body] - arrays[name][:, about] for name in ("position", "velocity"))
-    distance, mu = np.linalg.norm(r, axis=1), run.context.mu(body, about)
-    return (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * mu)
 
 
 def drift(run: Record) -> Drift:

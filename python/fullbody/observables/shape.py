@@ -83,7 +83,6 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     Parameters
     ----------
     run : Run
-        A run of one revolution or more.
     body, about : int or str
 
     Raises
@@ -156,7 +155,7 @@ def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int
     Parameters
     ----------
     run : Run
-        A run of five revolutions or more; more give better means.
+        More revolutions than five give better means.
     mu : float or Quantity, optional
         Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str

@@ -222,7 +222,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
             "nowhere in the orbit's plane"
         )
     # Both ends of the axis are equivalent.
-    motion.check_rotation(np.linalg.norm(np.cross(motion.relative_spin, axis), axis=1), np.pi / 2, "a libration")
+    motion.check_rotation(np.linalg.norm(np.cross(motion.relative_spin, axis), axis=1), np.pi / 2)
     angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
     fine = _between(motion, angle)
@@ -251,7 +251,7 @@ def _between(motion: RelativeMotion, angle: Floats) -> Floats:
 
 def in_orbit_frame(motion: RelativeMotion) -> Floats:
     """Return the body's attitude (K, 3, 3) in its orbit's frame, after checking that samples are close enough."""
-    motion.check_rotation(np.linalg.norm(motion.relative_spin, axis=1), np.pi, motion.what)
+    motion.check_rotation(np.linalg.norm(motion.relative_spin, axis=1), np.pi)
     return np.einsum("kji,kjl->kil", orbit_frame(motion), motion.matrix)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import place
+from ..base.arguments import index_of
 from ..base.epochs import dates
 from ..base.foreign import are_dates, shown
 from ..base.unit_names import unit_named
@@ -227,7 +227,7 @@ class ObservedChords(Observations):
     def may_be(self, system: SystemLike, body: int) -> Any:
         """Return which of the K rows may be due to a body."""
         names = system.context.names
-        known = [None if one is None else place(one, names, f"body of {_OWNER}") for one in self.body]
+        known = [None if one is None else index_of(one, names, f"body of {_OWNER}") for one in self.body]
         return np.array([known[station] in (None, body) for station in self.station])
 
     def _described(self) -> list[tuple[str, str]]:

@@ -101,7 +101,7 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
     """Return the arguments of ``Flight``, except its system, by name."""
     watched = content.parsed("fullbody_events", lambda described: [rebuilt(event) for event in described])
     time = content.numbers("time", {"time": None})
-    fate = content.numbers("fate", {"particle": None}, whole=True)
+    fate = content.numbers("fate", {"particle": None}, integers=True)
     k, p = len(time), len(fate)
     sizes: dict[str, int | None] = {"time": k, "particle": p, "axis": 3}
 
@@ -109,18 +109,21 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
         return content.numbers(name, {dim: sizes[dim] for dim in dims}, missing=True)
 
     arrays: dict[str, Any] = {"time": time} | {name: numbers(name, *dims) for name, (dims, _, _) in _NUMBERS.items()}
-    whole = {name: content.numbers(name, {"particle": p}, whole=True) for name in _WHOLE}
-    ranges = {"fate": (0, len(FATES) - 1), "fate_body": (-1, len(context) - 1), "strikes": (0, 2**32 - 1)}
-    for name, (low, high) in ranges.items():
-        if p and not (low <= whole[name].min() and whole[name].max() <= high):
+    for name, kind, low, high in (
+        ("fate", np.int8, 0, len(FATES) - 1),
+        ("fate_body", np.int32, -1, len(context) - 1),
+        ("strikes", np.uint32, 0, 2**32 - 1),
+    ):
+        values = content.numbers(name, {"particle": p}, integers=True)
+        if p and not low <= values.min() <= values.max() <= high:
             raise InvalidInput(f"{name} has other values than whole numbers from {low} to {high}")
-    kinds = {"fate": np.int8, "fate_body": np.int32, "strikes": np.uint32}
-    arrays |= {name: whole[name].astype(kind) for name, kind in kinds.items()}
-    arrays["event"] = index = content.numbers("event_index", {"event": None}, whole=True)
+        arrays[name] = values.astype(kind)
+    arrays["event"] = index = content.numbers("event_index", {"event": None}, integers=True)
     sizes["event"] = len(index)
-    if len(index) and not 0 <= index.min() <= index.max() < len(watched):
-        raise InvalidInput("event_index counts beyond the events of the file")
     for name in _EVENT_WHOLE[1:]:
-        arrays[name] = content.numbers(name, {"event": len(index)}, whole=True)
+        arrays[name] = content.numbers(name, {"event": len(index)}, integers=True)
+    for name, values, count in (("event", index, len(watched)), ("particle", arrays["event_particle"], p)):
+        if len(values) and not 0 <= values.min() <= values.max() < count:
+            raise InvalidInput(f"the {name}s of occurrences are not all from 0 to {count - 1}, those of the file")
     arrays |= {name: numbers(name, "event", *dims) for name, (dims, _) in _OF_EVENTS.items()}
     return {"arrays": arrays, "watched": watched}

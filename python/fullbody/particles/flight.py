@@ -52,28 +52,6 @@ class Flight(Tabled, Generic[S]):
     Attributes
     ----------
     system : System
-    time : ndarray or Quantity, (K,)
-        Times of the samples.
-    position, velocity : ndarray or Quantity, (K, P, 3)
-        Samples in the inertial frame. Particles that lie on a body move with it.
-    fate : ndarray of str, (P,)
-        ``"flying"`` at the end; ``"impact"`` on a body; ``"escape"``; ``"rest"`` on a body; or ``"lost"``, if a
-        particle comes so close to a point mass that its steps no longer advance the time, or becomes more distant or
-        faster than 1e75 of the system's units.
-    fate_time : ndarray or Quantity, (P,)
-        The time at which the particle reached its fate; NaN for particles that fly.
-    fate_body : ndarray of int, (P,)
-        The index of the body of the fate in the system; -1 if there is none.
-    longitude, latitude : ndarray or Quantity, (P,)
-        Body-fixed coordinates of the point of impact or rest, as directions from the body's centre in its frame.
-    speed, incidence : ndarray or Quantity, (P,)
-        The last impact's speed relative to the surface, and its angle between the path and the normal.
-    strikes : ndarray of int, (P,)
-        The number of times that a particle has struck a surface.
-    last_time, last_position, last_velocity : ndarray or Quantity, (P,) and (P, 3)
-        The time up to which each particle was integrated, and its inertial position and velocity then.
-    events : list of ParticleOccurrence
-        Occurrences ordered by particle, and along the flight of each.
     error : FullbodyError or None
         The error that ended the flight early, or ``None``.
     """
@@ -87,23 +65,33 @@ class Flight(Tabled, Generic[S]):
 
     context = Attribute[Context]("system.context", "The units and the bodies of the system.")
     fate = Attribute[npt.NDArray[np.str_]](
-        lambda flight: np.array(FATES)[flight.arrays["fate"]], "The fate (P,) of each particle, as a text."
+        lambda flight: np.array(FATES)[flight.arrays["fate"]],
+        """The fate (P,) of each particle, as a text.
+
+        It is ``"flying"`` at the end; ``"impact"`` on a body; ``"escape"``; ``"rest"`` on a body; or ``"lost"``, if a
+        particle comes so close to a point mass that its steps no longer advance the time, or becomes more distant or
+        faster than 1e75 of the system's units.
+        """,
     )
     fate_body = Attribute[npt.NDArray[np.int32]](
         lambda flight: flight.arrays["fate_body"],
-        "Index (P,) of the body on which each particle ended; -1 if there is none.",
+        "Index (P,) in the system of the body on which each particle ended; -1 if there is none.",
     )
     strikes = Attribute[npt.NDArray[np.uint32]](
         lambda flight: flight.arrays["strikes"], "Number of times (P,) that each particle has struck a surface."
     )
     time = Column("Times (K,) of the samples.", "time", "time")
-    position = Column("Inertial positions (K, P, 3) of the particles at the samples.", "position", "length")
+    position = Column(
+        "Inertial positions (K, P, 3) at the samples. Particles that lie on a body move with it.", "position", "length"
+    )
     velocity = Column("Inertial velocities (K, P, 3) of the particles at the samples.", "velocity", "velocity")
     fate_time = Column(
         "Times (P,) at which the particles reached their fate; NaN for particles that fly.", "fate_time", "time"
     )
-    longitude = Column("Longitudes (P,) of impact or rest in the body frame.", "longitude", "angle")
-    latitude = Column("Latitudes (P,) of impact or rest in the body frame.", "latitude", "angle")
+    longitude = Column(
+        "Longitudes (P,) of impact or rest, as directions from the body's centre in its frame.", "longitude", "angle"
+    )
+    latitude = Column("Latitudes (P,) of impact or rest, like the longitudes.", "latitude", "angle")
     speed = Column("Speeds (P,) of the last impacts relative to the surface.", "speed", "velocity")
     incidence = Column("Angles (P,) between path and surface normal at the last impacts.", "incidence", "angle")
     last_time = Column("Times (P,) up to which the particles were integrated.", "last_time", "time")
@@ -112,7 +100,7 @@ class Flight(Tabled, Generic[S]):
 
     @property
     def events(self) -> list[ParticleOccurrence]:
-        """The detected events, ordered by particle."""
+        """The detected events, ordered by particle, and along the flight of each."""
         names, attach = ("particle", "time", "position", "velocity", "rising"), self.context.units.attach
         columns = zip(self.arrays["event"], *(self.arrays[f"event_{name}"] for name in names), strict=True)
         return [

@@ -15,7 +15,7 @@ from ..base.rotations import towards
 from ..base.units import UNITLESS, AnyUnits, Units, fits, gathered
 from ..base.values import same
 from ..errors import InvalidInput
-from ..model.context import SystemLike
+from ..model.context import Context, SystemLike
 from ..model.state import State, strip
 from ..typing import Floats
 
@@ -54,9 +54,9 @@ class Particles:
     """
 
     def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
-        given = {"position": position, "velocity": velocity, "area_to_mass": area_to_mass}
-        given |= {} if time is None else {"time": time}
-        self._values = {name: gathered(value, name, _DIMENSIONS[name]) for name, value in given.items()}
+        values = {"position": position, "velocity": velocity, "area_to_mass": area_to_mass}
+        values |= {} if time is None else {"time": time}
+        self._values = {name: gathered(value, name, _DIMENSIONS[name]) for name, value in values.items()}
         # Numbers that are invalid in every system are refused when the particles are made.
         self._numbers(AnyUnits())
         self._time(AnyUnits())
@@ -167,13 +167,13 @@ class Particles:
         >>> len(up)
         2
         """
-        site = LaunchSite(system, state, body)
         angles = {"longitude": longitude, "latitude": latitude, "azimuth": azimuth, "elevation": elevation}
         numbers = {name: system.context.units.strip(value, "angle", name) for name, value in angles.items()}
         for name, value in angles.items():
             warn_if_degrees(value, name)
         numbers["speed"] = system.context.units.strip(speed, "velocity", "speed")
-        return cls(*launched(site, **numbers), area_to_mass=area_to_mass, time=state.time)
+        motion = _launched(system.context, state, system.context.index(body, "body"), numbers)
+        return cls(*motion, area_to_mass=area_to_mass, time=state.time)
 
     @classmethod
     def ejecta(
@@ -198,7 +198,7 @@ class Particles:
         system, state, body, area_to_mass
             As for :meth:`from_surface`.
         longitude, latitude : float or Quantity
-            Direction of the crater, as in :meth:`from_surface`, whose notes say which side leads.
+            Direction of the crater, as in :meth:`from_surface`, which says which side leads, and with the same warning.
         speed : float, Quantity or array_like, () or (n,)
             Speed relative to the rotating surface.
         n : int
@@ -209,65 +209,37 @@ class Particles:
             Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
-
-        Warns
-        -----
-        InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
-        count = whole(n, "n")
-        site, units = LaunchSite(system, state, body), system.context.units
+        count, units, random = whole(n, "n"), system.context.units, generator(rng)
         cones = Limits(least=0.0, most=np.pi, text="an angle from 0 to pi")
-        opening = units.number(opening_angle, "angle", "opening_angle", cones)
-        azimuth, elevation = cone(count, opening, bool(filled), rng)
-        angles = {"longitude": longitude, "latitude": latitude}
-        numbers = {name: units.number(value, "angle", name) for name, value in angles.items()}
-        warn_if_degrees(longitude, "longitude")
-        speeds = units.strip(speed, "velocity", "speed")
-        if speeds.ndim and speeds.shape != (count,):
-            raise InvalidInput(f"speed has shape {speeds.shape}; expected one number, or ({count},)")
-        start = launched(site, **numbers, azimuth=azimuth, elevation=elevation, speed=speeds)
-        return cls(*start, area_to_mass=area_to_mass, time=state.time)
+        half = 0.5 * units.number(opening_angle, "angle", "opening_angle", cones)
+        site = {"longitude": longitude, "latitude": latitude}
+        for name, value in site.items():
+            units.number(value, "angle", name)
+        shape = units.strip(speed, "velocity", "speed").shape
+        if shape not in ((), (count,)):
+            raise InvalidInput(f"speed has shape {shape}; expected one number, or ({count},)")
+        azimuth = random.uniform(0.0, 2.0 * np.pi, count)
+        elevation = np.arcsin(random.uniform(np.cos(half), 1.0, count)) if filled else np.full(count, np.pi / 2 - half)
+        directions = {"azimuth": azimuth, "elevation": elevation}
+        return cls.from_surface(system, state, body, **site, speed=speed, **directions, area_to_mass=area_to_mass)
 
 
-class LaunchSite:
-    """The surface of a body, with the motion of the body in a state."""
-
-    def __init__(self, system: SystemLike, state: State, body: int | str) -> None:
-        self.system, self.index = system, system.context.index(body, "body")
-        core = strip(state, system.context)
-        if len(core.position) != len(system.context):
-            count = len(system.context)
-            raise InvalidInput(f"state has {len(core.position)} bodies; expected {count}, as the system has")
-        self.position, self.velocity = core.position[self.index], core.velocity[self.index]
-        self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
-
-    def surface(self, directions: Floats) -> tuple[Floats, Floats]:
-        """Return points (P, 3) of the surface in directions from the centre and their outward normals (body frame)."""
-        return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
-
-    def moved(self, point: Floats, velocity: Floats) -> tuple[Any, Any]:
-        """Return inertial positions and velocities of points that move relative to the body, with units."""
-        attach, moving = self.system.context.units.attach, velocity + np.cross(self.spin, point)
-        position, velocity = self.position + point @ self.rotation.T, self.velocity + moving @ self.rotation.T
-        return attach(position, "length"), attach(velocity, "velocity")
-
-
-def launched(
-    site: LaunchSite, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any
-) -> tuple[Any, Any]:
-    """Return inertial positions and velocities, with units, of particles that leave a surface, from plain numbers."""
-    angles = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
+def _launched(context: Context, state: State, index: int, numbers: dict[str, Floats]) -> tuple[Any, Any]:
+    """Return inertial positions and velocities, with units, of particles that leave the surface of a body."""
+    core = strip(state, context)
+    if len(core.position) != len(context):
+        raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(context)}, as the system has")
     limits = {"latitude": LATITUDE, "speed": NOT_NEGATIVE}
-    for name, values in angles.items():
+    for name, values in numbers.items():
         UNITLESS.numbers(values, "number", name, None, limits.get(name, FINITE))
     try:
-        both = np.broadcast_arrays(*angles.values())
+        arrays = np.broadcast_arrays(*numbers.values())
     except ValueError as error:
-        shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in angles.items())
+        shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in numbers.items())
         raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
-    lon, lat, rate, az, el = (np.ravel(values).astype(np.float64) for values in both)
-    point, normal = site.surface(towards(lon, lat))
+    lon, lat, az, el, speed = (np.ravel(values).astype(np.float64) for values in arrays)
+    point, normal = _core.surface(context.core, index, np.ascontiguousarray(towards(lon, lat)))
     east = np.cross([0.0, 0.0, 1.0], normal)
     length = np.linalg.norm(east, axis=1, keepdims=True)
     # At a pole, the longitude defines the direction of east.
@@ -275,15 +247,9 @@ def launched(
     east = np.where(length > 1e-12, east / np.maximum(length, 1e-300), towards_east)
     north = np.cross(normal, east)
     horizontal = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
-    velocity = rate[:, None] * (np.cos(el)[:, None] * horizontal + np.sin(el)[:, None] * normal)
-    return site.moved(point, velocity)
-
-
-def cone(n: int, opening: float, filled: bool, rng: Any) -> tuple[Floats, Floats]:
-    """Return azimuths and elevations of random directions in a cone about the normal."""
-    random = generator(rng)
-    azimuth = random.uniform(0.0, 2.0 * np.pi, n)
-    half = 0.5 * opening
-    if not filled:
-        return azimuth, np.full(n, np.pi / 2 - half)
-    return azimuth, np.arcsin(random.uniform(np.cos(half), 1.0, n))
+    velocity = speed[:, None] * (np.cos(el)[:, None] * horizontal + np.sin(el)[:, None] * normal)
+    matrix, moving = core.rotation_matrix[index], velocity + np.cross(core.spin[index], point)
+    return (
+        context.units.attach(core.position[index] + point @ matrix.T, "length"),
+        context.units.attach(core.velocity[index] + moving @ matrix.T, "velocity"),
+    )

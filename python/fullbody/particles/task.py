@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -12,12 +11,11 @@ from .. import _core
 from ..base.arguments import sequence
 from ..base.kinds import instance, whole
 from ..base.progress import Progress, Report, over_time
-from ..base.tables import number
-from ..errors import FullbodyError, Interrupted, InvalidInput, caution
+from ..errors import Interrupted, InvalidInput, caution, keep_result
 from ..model.context import Context, S
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
-from ..record.times import end_of_run, sampling, spacing_warning
+from ..record.times import end_of_run, refuse_flood, sampling, spacing_warning
 from .events import ParticleEvent, Shadow
 from .flight import Flight
 from .initial import Particles
@@ -54,7 +52,7 @@ class FlightTask:
         self._contact = contact._describe(context) if isinstance(contact, Bounce) else contact
         for name, value, kind in (("escape", escape, EscapeDistance), ("radiation", radiation, Radiation)):
             if value is not None:
-                instance(value, f"{name}", kind, f"a fullbody.particles.{kind.__name__}")
+                instance(value, name, kind, f"a fullbody.particles.{kind.__name__}")
         self._escape = None if escape is None else escape._describe(context)
         self._radiation = None if radiation is None else radiation._describe(context)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
@@ -87,8 +85,7 @@ class FlightTask:
         end = last if until is None and duration is None else end_of_run(until, duration, time, units)
         if (warning := spacing_warning(output, end - time, units)) is not None:
             caution(warning)
-        if isinstance(output, float) and abs(end - time) / output * len(self._numbers[0]) * 48.0 > 2.0**34:
-            raise InvalidInput(f"output is {output!r}, which asks for more than 17 GB; expected a longer spacing")
+        refuse_flood(output, time, end, 6 * len(self._numbers[0]), units)
         record, error = _core.fly(
             self._context.core,
             dense.core,
@@ -113,10 +110,7 @@ class FlightTask:
             return flight
         if isinstance(error, KeyboardInterrupt):
             error = Interrupted("interrupted in a flight of particles; what there is of it is in .flight")
-        if isinstance(error, FullbodyError):
-            flight.error = type(error)(*error.args)
-        with contextlib.suppress(AttributeError):
-            error.flight = flight  # type: ignore[attr-defined]
+        keep_result(error, "flight", flight)
         raise error
 
     def _start(self, start: Any) -> float:
@@ -126,10 +120,10 @@ class FlightTask:
             return given_time
         time = units.number(start, "time", "start")
         if given_time is not None and abs(time - given_time) > 1e-12 * max(abs(time), abs(given_time)):
-            there, here = (number(units.attach(np.float64(value), "time"), 12) for value in (given_time, time))
             raise InvalidInput(
-                f"the particles are those of time {there}, but the flight starts at {here}; expected the state, run or "
-                "start of that time, or Particles(particles.position, particles.velocity), which have no time"
+                f"the particles are those of time {units.text(given_time, 'time', 12)}, but the flight starts at "
+                f"{units.text(time, 'time', 12)}; expected the state, run or start of that time, or "
+                "Particles(particles.position, particles.velocity), which have no time"
             )
         return time
 

@@ -203,10 +203,10 @@ class _Config(Text):
 
 def _rotations(cfg: _Config, euler: str | None) -> list[Floats]:
     """Return the rotations A into N and B into A, and warn of angles whose unit is in doubt."""
-    given = [_rotation_matrix(cfg, name) for name in ("A into N", "B into A")]
-    if euler is None and any(one.shape == (3,) and one.any() for one in given):
+    orientations = [_rotation_matrix(cfg, name) for name in ("A into N", "B into A")]
+    if euler is None and any(matrix.shape == (3,) and matrix.any() for matrix in orientations):
         euler = _unit_of_angles(cfg)
-    return [one if one.ndim == 2 else _from_angles(one, euler) for one in given]
+    return [matrix if matrix.ndim == 2 else _from_angles(matrix, euler) for matrix in orientations]
 
 
 def _shape(cfg: _Config, name: str) -> Ellipsoid | Sphere | Polyhedron:
@@ -227,7 +227,7 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
     if helio and hill:
         what = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
         cfg.fail(cfg.line(_FORCES, "Solar Gravity"), what)
-    found: list[Force] = []
+    forces: list[Force] = []
     told = []
 
     def value(option: str, limits: Limits = NUMBER) -> float:
@@ -239,7 +239,7 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
         time = value(periapsis)
         with naming(cfg.path):
             orbit = KeplerElements(a, e, i, node, argument, 0.0)
-            found.append(ThirdBody(mass=size, orbit=orbit, of="body", time=time, name=name))
+            forces.append(ThirdBody(mass=size, orbit=orbit, of="body", time=time, name=name))
 
     if flyby:
         third("flyby", "Planetary Mass", "", "Flyby Time")
@@ -252,7 +252,7 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
         distance = value("Solar Orbit Radius", POSITIVE) * value("AU Definition", POSITIVE) / 1000.0
         mass = value("Sun Mass" if cfg.has(_FORCES, "Sun Mass") else "Solar Mass", POSITIVE)
         orbit = KeplerElements(distance, 0.0, 0.0, 0.0, 0.0, 0.0)
-        found.append(ThirdBody(mass=mass, orbit=orbit, of="system", time=start, name="Sun"))
+        forces.append(ThirdBody(mass=mass, orbit=orbit, of="system", time=start, name="Sun"))
         told.append(
             "the Sun of Hill's problem: GUBAS holds its direction fixed along x and adds the Coriolis acceleration of "
             "axes that turn, which its state has not; here the Sun goes round on a circle, and turns the bodies"
@@ -267,14 +267,14 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
             frequency = max(2.0 * np.linalg.norm(spin - orbital), np.linalg.norm(orbital))
             lag = float(np.sin(2.0 * angle) / frequency)
             with naming(cfg.path):
-                found.append(Tide(name.lower(), other.lower(), k2, lag, radius=radius))
+                forces.append(Tide(name.lower(), other.lower(), k2, lag, radius=radius))
         told.append(
             "tidal torques: GUBAS's have the sign that drives spins away from the orbit's rate, which adds energy, and "
             "take a radius in metres beside kilometres; here tides of a constant time lag dissipate"
         )
     for text in told:
         caution(f"{cfg.path} asks for {text}", UserWarning)
-    return found
+    return forces
 
 
 def _mesh(cfg: _Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Polyhedron:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
 from ..base import rotations
+from ..base.arguments import integer
 from ..base.differences import difference
+from ..base.kinds import function as check_function
 from ..base.units import is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -81,9 +83,10 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     >>> run.at_event(0).time.shape
     (24,)
     """
-    if not -len(run.events) <= k < len(run.events):
+    index = integer(k)
+    if index is None or not -len(run.events) <= index < len(run.events):
         raise InvalidInput(f"k is {k!r}; expected the index of one of the {len(run.events)} events of the run")
-    happened = run.events[k]
+    happened = run.events[index]
     if happened.derivatives is None:
         raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
     transition, sensitivity, flow = happened.derivatives
@@ -169,13 +172,10 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
     >>> found.start.shape, list(found.by_parameter)
     ((24,), ['mass of Alpha'])
     """
-    if not callable(function):
-        raise InvalidInput(f"function is {function!r}; expected a function of a Run")
-    value = function(run)
+    value = check_function(function, "function", "a function of a Run")(run)
     unit = value.unit if is_quantity(value) else None
     events = cache(run.at_event)
     size = run.transition.shape[-1]
-
     values = np.asarray(value if unit is None else value.value, dtype=np.float64)
 
     def by(name: str | int) -> Floats:
@@ -198,8 +198,8 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
 
     by_start = np.stack([by(column) for column in range(size)], axis=-1) if start else None
     derivatives = {name: by(name) for name in run.parameters}
-    plain = {name: numbers if numbers.ndim else float(numbers) for name, numbers in derivatives.items()}
-    return FunctionDerivatives(value, by_start, plain)
+    by_parameter = {name: numbers if numbers.ndim else float(numbers) for name, numbers in derivatives.items()}
+    return FunctionDerivatives(value, by_start, by_parameter)
 
 
 def _sizes(run: Any) -> Floats:
@@ -224,8 +224,8 @@ def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: Ca
         first = sample(record, 0)
         core = system.context.core
         start = np.concatenate([[first.time], core.energy(first), core.angular_momentum(first)])
-    rest = {"stop_reason": run.stop_reason, "switched_off": run.switched_off}
-    displaced = type(run)(system, run.integrator, record, start, run.statistics, **rest)
+    options = {"stop_reason": run.stop_reason, "switched_off": run.switched_off}
+    displaced = type(run)(system, run.integrator, record, start, run.statistics, **options)
     displaced.events = _Events(run, name, by, events)
     return displaced
 
@@ -268,14 +268,7 @@ class _Events(Sequence[Occurrence]):
     def __len__(self) -> int:
         return len(self._run.events)
 
-    def __iter__(self) -> Iterator[Occurrence]:
-        return (self._occurrence(k) for k in range(len(self)))
-
-    @overload
-    def __getitem__(self, k: int) -> Occurrence: ...
-    @overload
-    def __getitem__(self, k: slice) -> list[Occurrence]: ...
-    def __getitem__(self, k: int | slice) -> Occurrence | list[Occurrence]:
+    def __getitem__(self, k: Any) -> Any:
         indices = range(len(self))[k]
         return [*map(self._occurrence, indices)] if isinstance(indices, range) else self._occurrence(indices)
 

@@ -55,18 +55,7 @@ _R = TypeVar("_R", bound="Record[Any]")
 
 
 class Record(Tabled, Generic[S]):
-    """K samples of the motion of N bodies, and how they came about.
-
-    Attributes
-    ----------
-    system : System
-    arrays : dict of ndarray
-        Times, positions and so on as numbers in the system's units, with a row per sample.
-    invariants : ndarray, (8,)
-        The conserved quantities at the start as numbers; see :mod:`fullbody.record.conserved`.
-    parameters : tuple of str
-        The names of the parameters by which the run was differentiated.
-    """
+    """K samples of the motion of N bodies, and how they came about: what :class:`fullbody.Run` describes."""
 
     def __init__(
         self,
@@ -82,7 +71,9 @@ class Record(Tabled, Generic[S]):
         switched_off: dict[str, int] | None = None,
         parameters: tuple[str, ...] = (),
     ) -> None:
-        self.system, self.integrator, self.arrays, self.invariants = system, integrator, arrays, start
+        self.system, self.integrator, self.arrays = system, integrator, arrays
+        #: The conserved quantities at the start, eight numbers; see :mod:`fullbody.record.conserved`.
+        self.invariants = start
         self.statistics, self.stop_reason, self.dense = statistics, stop_reason, dense
         self.events, self.switched_off, self.parameters = list(events), switched_off or {}, parameters
         self.error: FullbodyError | None = None
@@ -355,9 +346,9 @@ class Record(Tabled, Generic[S]):
 def joined(later: _R, earlier: _R) -> _R:
     """Return the record with the samples of one forward and one backward from the same start, without events."""
     # A record without samples keeps no derivatives.
-    whole, first, last = later if len(later) else earlier, earlier.arrays, later.arrays
+    source, first, last = later if len(later) else earlier, earlier.arrays, later.arrays
     arrays = {name: np.concatenate([part[::-1], last.get(name, part[:0])]) for name, part in first.items()}
-    record = whole._with(arrays)
+    record = source._with(arrays)
     counts = (astuple(item.statistics) for item in (later, earlier))
     record.statistics = Statistics(*(sum(both) for both in zip(*counts, strict=True)))
     record.events, record.dense = [], None

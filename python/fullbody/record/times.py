@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..base.limits import Limits
-from ..base.tables import number
 from ..base.units import Units, gathered
 from ..errors import InvalidInput, caution
 
@@ -30,10 +29,9 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
     end = units.number(until, "time", "until")
     _warn_of_date(until, end, start, units)
     if isinstance(until, str) and end < start:
-        begin, length = (number(units.attach(np.float64(value), "time")) for value in (start, start - end))
         caution(
-            f"until is {until!r}, a time before that of the start, {begin}: the run goes backwards by {length}; a run "
-            f"of that length has duration={until!r}"
+            f"until is {until!r}, a time before that of the start, {units.text(start, 'time')}: the run goes backwards "
+            f"by {units.text(start - end, 'time')}; a run of that length has duration={until!r}"
         )
     return end
 
@@ -47,10 +45,10 @@ def _warn_of_date(until: Any, end: float, start: float, units: Units) -> None:
     factor = units.unit("time").to(unit) if unit else 1.0
     first, last = ranges[unit]
     if first <= end * factor <= last and not first <= start * factor <= last:
-        length = number(units.attach(np.float64(end - start), "time"))
         caution(
-            f"until is {until}, which looks like a date, and is taken as a time since time zero: the run is {length} "
-            "long; expected the time of a date since the system's epoch, such as date - system.epoch"
+            f"until is {until}, which looks like a date, and is taken as a time since time zero: the run is "
+            f"{units.text(end - start, 'time')} long; expected the time of a date since the system's epoch, such as "
+            "date - system.epoch"
         )
 
 
@@ -67,12 +65,23 @@ def sampling(output: Any, units: Units) -> Any:
     return values if values.ndim else float(values)
 
 
+def refuse_flood(output: Any, start: float, end: float, numbers: int, units: Units) -> None:
+    """Raise an error for more samples of so many numbers than the memory can hold, before the process is killed."""
+    most = 2.0**34 / (8.0 * numbers)
+    if isinstance(output, float) and (count := abs(end - start) / output) > most:
+        until, spacing = (units.attach(value, "time") for value in (end, output))
+        raise InvalidInput(
+            f"until is {until} and output is {spacing}, which ask for {count:.3g} samples; expected a time and a "
+            f"spacing with at most {most:.3g}, which take 17 GB"
+        )
+
+
 def spacing_warning(output: Any, length: float, units: Units) -> str | None:
     """Return a warning of a spacing of times that is longer than the run, or ``None``."""
     if not (isinstance(output, float) and np.inf > output > abs(length) > 0.0):
         return None
-    spacing, whole = (number(units.attach(np.float64(value), "time")) for value in (output, abs(length)))
     return (
-        f"output is {spacing}, a spacing of times, and the run is only {whole} long: its start and its end are "
-        "recorded; expected a shorter spacing, or 'ends'"
+        f"output is {units.text(output, 'time')}, a spacing of times, and the run is only "
+        f"{units.text(abs(length), 'time')} long: its start and its end are recorded; expected a shorter spacing, or "
+        "'ends'"
     )

@@ -34,7 +34,6 @@ _CLOCK_RANGE = 2**32
 _MAX_NAME_LENGTH = 26
 #: A function from samples of a run to values (K, N, C) in SPICE's units and their rates per second.
 Curve = Callable[[dict[str, Floats]], tuple[Floats, Floats]]
-
 #: The number of nodes of which a polynomial fits value and rate: its degree is 11, which all versions of SPICE read.
 _WINDOW = 6
 #: The maximum number of doublings of the nodes, from one node for two steps of the run.
@@ -96,9 +95,8 @@ def to_spk(run: Record, path: Any, ids: dict[str, int], barycentre: int) -> Path
     bodies, centre = body_numbers(ids, run.context.names), number(barycentre, "barycentre")
     if centre in bodies.values():
         raise InvalidInput(f"barycentre is {centre}, the id of a body; expected the number of the system as a whole")
-    result = nodes(
-        run, conventions, position_curve(conventions, run.context.masses), _POSITION_TOLERANCE, "{:.1e} km".format
-    )
+    curve = position_curve(conventions, run.context.masses)
+    result = nodes(run, conventions, curve, _POSITION_TOLERANCE, "{:.1e} km".format)
     spice = spiceypy()
     first, last = float(result.et[0]), float(result.et[-1])
     with new_kernel(path, "spkopn", run) as handle:

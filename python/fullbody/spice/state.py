@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from ..base import epochs, rotations
-from ..base.arguments import integer, suggestion
+from ..base.arguments import integer, sequence, suggestion
+from ..base.kinds import instance
 from ..base.units import need
 from ..errors import InvalidInput
 from ..frames import rotation
@@ -76,9 +77,10 @@ def state(
     numbers, observer = body_numbers(ids, context.names), number(barycentre, "barycentre")
     if missing := [name for k, name in enumerate(context.names) if k not in numbers]:
         raise InvalidInput(f"ids has no number of {missing[0]}; expected those of {', '.join(context.names)}")
-    named = dict(frames or {})
-    for name in named:
+    named = dict(instance(frames or {}, "frames", Mapping, "names of frames by those of bodies"))
+    for name, frame in named.items():
         context.index(name, "a body in frames")
+        instance(frame, f"frame of {name}", str, "the name of a frame")
     moment = context.units.number(time, "time", "time")
     et = float(conventions.et(moment))
     position, velocity, spin = (np.zeros((len(context), 3)) for _ in range(3))
@@ -119,9 +121,10 @@ def loaded(kernels: Sequence[Any]) -> Iterator[None]:
     spice = spiceypy()
     if isinstance(kernels, str | bytes | os.PathLike):
         raise InvalidInput(f"kernels is {kernels!r}; expected a sequence of paths")
+    kind: Any = str | bytes | os.PathLike
     added: list[str] = []
     try:
-        for name in map(os.fspath, kernels):
+        for name in map(os.fspath, sequence(kernels, kind, "kernels", "a sequence of paths", "paths")):
             try:
                 spice.furnsh(name)
             except spice.utils.exceptions.SpiceyError as error:

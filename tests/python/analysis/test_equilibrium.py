@@ -42,6 +42,16 @@ def test_roll_and_yaw_in_the_limit_of_small_figures():
     np.testing.assert_allclose(np.sort(out), np.sort(expected), rtol=1e-5)
 
 
+def test_a_body_of_revolution_along_the_line_has_one_mode_out_of_the_plane():
+    # The quartic above for B = C: its other root belongs to turns about the axis, which change nothing.
+    a, b = 1.0, 0.8
+    A, B = 2 * b * b, a * a + b * b
+    bodies = body_list((fullbody.PointMass(), 1.0), (fullbody.Ellipsoid(1e-3 * a, 1e-3 * b, 1e-3 * b), 1e-9))
+    found = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=1.0)
+    out = found.modes.frequency[~found.modes.in_plane] / found.rate
+    np.testing.assert_allclose(out, [np.sqrt(1 + 3 * (B - A) / B)], rtol=1e-5)
+
+
 def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
     # A light sphere about a heavy spheroid: the radial and the vertical frequency of a particle in its field.
     a, c, r = 1.0, 0.7, 1.9
@@ -124,7 +134,7 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     masses, inertia = ellipsoids.masses, [body.inertia for body in ellipsoids]
 
     def amended(pose):
-        state = locked.problem.pair.state(pose)
+        state = locked.rotation.pair.state(pose)
         total = np.zeros((3, 3))
         m = masses.prod() / masses.sum()
         total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))

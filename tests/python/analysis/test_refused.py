@@ -91,6 +91,7 @@ def test_points_have_equilibria_too():
         ({"period": -1.0}, "period is -1.0; expected a finite number above zero"),
         ({"period": 5.0, "segments": 0}, "segments is 0; expected a whole number above zero"),
         ({"period": 5.0, "tolerance": 0.0}, "tolerance is 0.0; expected a finite number above zero"),
+        ({"period": 5.0, "hold": 3}, "hold is 3; expected some of period, energy, angular_momentum"),
         ({"period": 5.0, "hold": "momentum"}, "hold has 'momentum'; expected some of period, energy, angular_momentum"),
         ({"period": 11.0, "hold": ["energy", "period", "angular_momentum"]}, "no periodic orbit found"),
     ],
@@ -112,4 +113,8 @@ def test_bad_arguments_of_branches_and_sections_are_refused(ellipsoids, locked):
     refused("mode is 9; expected 0 to 6", lambda: locked.modes.excited(9, 0.1))
     refused(r"event is 3; expected one of fullbody\.events", lambda: analysis.section(ellipsoids, locked.state, 1.0, 3))
     run = ellipsoids.integrate(locked.state, 5.0, output=0.5)
+    event = fullbody.events.Periapsis("A", "B")
+    refused("states is 3; expected a State", lambda: analysis.section(ellipsoids, 3, 1.0, event))
     refused(r"quantity has shape \(3,\); expected \(11,\)", lambda: analysis.frequencies(run, np.zeros(3)))
+    refused("quantity is 'yaw'; expected finite numbers", lambda: analysis.frequencies(run, "yaw"))
+    refused(r"run is 3; expected a fullbody\.Run", lambda: analysis.frequencies(3, np.zeros(3)))

@@ -244,6 +244,11 @@ def test_bad_events_are_refused(make, message):
     refused(r"events is .*; expected a list", lambda: system.integrate(state, 1.0, events=events.Contact()))
 
 
+def test_a_function_event_needs_its_function():
+    with pytest.raises(TypeError, match="'f'"):
+        events.Function()
+
+
 def test_numpy_integers_are_places():
     system, state = ellipse()
     event = events.Periapsis(np.int64(0), np.int32(1), direction=np.int8(1))

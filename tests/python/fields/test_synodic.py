@@ -156,6 +156,16 @@ def test_systems_without_a_circling_pair_are_refused():
         fields.Synodic(system, state.replace(velocity=1.2 * state.velocity))
 
 
+def test_bad_arguments_of_the_rotating_frame_are_refused():
+    pair = circling(0.3)
+    refused("n is 1; expected a whole number, 2 or more", lambda: pair.plane(n=1))
+    refused("extent is -1.0; expected a finite number above zero", lambda: pair.plane(-1.0))
+    for velocity in ([np.nan, 0.0, 0.0], [1.0, 0.0]):
+        for method in (pair.jacobi, pair.to_inertial):
+            refused("velocity .*; expected .*finite numbers", method, [3.0, 0.0, 0.0], velocity)
+    refused("points is .*; expected finite numbers", pair.to_inertial, [np.inf, 0.0, 0.0])
+
+
 def test_the_warning_tells_what_is_off_and_no_rounding():
     """At the end of an ellipse v^2 = G M (1 + e)/r, so that the pull is 1/(1 + e) of v^2/r."""
     bodies = [Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]

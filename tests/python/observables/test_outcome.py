@@ -92,6 +92,8 @@ def test_fates_have_units():
 def test_a_run_that_tells_nothing_is_refused():
     run = answer(spheres(6.0, 0.0, 0.4), 1.0, output=[])
     refused("no samples", lambda: fate(run))
+    refused("body and about are 1 and 1, both", lambda: fate(run, about=1))
+    refused("beyond is 0.0; expected a finite number above zero", lambda: fate(run, beyond=0.0))
     for measure in (fate, drift):
         with pytest.raises(InvalidInput, match=r"is a ValueError; expected a fullbody\.Run"):
             measure(ValueError("in the place of a run"))

@@ -245,6 +245,13 @@ def test_a_damaged_file_is_refused(flight, tmp_path):
     refused("readable flight", lambda: fullbody.load_flight(path))
 
 
+def test_a_file_with_an_event_of_no_particle_is_refused(flight, tmp_path):
+    data = flight.to_xarray()
+    data["event_particle"][-1] = 3
+    data.to_netcdf(tmp_path / "flight.nc", engine="h5netcdf")
+    refused("particles of occurrences are not all from 0 to 2", lambda: fullbody.load_flight(tmp_path / "flight.nc"))
+
+
 def test_a_dataset_of_a_flight_has_names_and_units(flight):
     data = flight.to_xarray()
     assert data.position.dims == ("time", "particle", "axis")

@@ -111,6 +111,7 @@ def test_parts_of_a_run_and_files_keep_the_derivatives_of_events(tmp_path):
         assert np.array_equal(other.at_event().time, run.at_event().time)
         assert other.at_event().time_sensitivity == run.at_event().time_sensitivity
     refused("one of the 1 events", lambda: run.at_event(1))
+    refused("k is 0.5; expected the index", lambda: run.at_event(0.5))
     refused("derivatives=True", lambda: system.integrate(state, 30.0, events=[event]).at_event())
 
 

@@ -262,7 +262,11 @@ def test_a_moment_and_plain_numbers_are_no_run_for_a_kernel(system, start, tmp_p
         ({"frames": {"Gamma": "X"}}, "a body in frames is 'Gamma'"),
         ({"ids": {"Alpha": 5}}, "ids has no number of Beta; expected those of Alpha, Beta"),
         ({"kernels": ["none.bsp"]}, "none.bsp is not a kernel that SPICE can load"),
+        ({"frames": 3}, "frames is 3; expected names of frames"),
+        ({"frames": {"Alpha": 3}}, "frame of Alpha is 3; expected the name of a frame"),
         ({"kernels": "kw4.bsp"}, "kernels is 'kw4.bsp'; expected a sequence of paths"),
+        ({"kernels": 3}, "kernels is 3; expected a sequence of paths"),
+        ({"kernels": [3]}, "kernels has 3; expected paths"),
     ],
 )
 def test_kernels_that_lack_a_body_or_frame_are_named(system, kernels, options, message):
