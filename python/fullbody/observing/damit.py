@@ -350,7 +350,7 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
         text.fail(rows[1 + sum(counts)][0], "the line is after the last facet; expected the end of the file")
     points = np.array(vertices)
     with naming(text.path):
-        plain = Polyhedron(points, faces)
+        solid = Polyhedron(points, faces)
     if diameter is None:
         try:
             return Polyhedron(points * unit_named(unit), faces)
@@ -360,4 +360,4 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
         raise InvalidInput(f"diameter is {diameter!r}; expected a Quantity, or text with a unit, such as '77 km'")
     km = Units(("km", "s", "kg")).number(diameter, "length", "diameter", POSITIVE)
     with naming(text.path):
-        return Polyhedron(points * (km / np.cbrt(6.0 * plain.volume / np.pi)) * u.km, faces)
+        return Polyhedron(points * (km / np.cbrt(6.0 * solid.volume / np.pi)) * u.km, faces)

@@ -107,10 +107,10 @@ class Event:
         """Return the solution at values of the unknowns."""
         east, north = self.fixed if self.fixed is not None else values[:2] * self.scale
         shift = east * self.axes[0] + north * self.axes[1]
-        found = {
+        solved = {
             body: (of, contacts.solve(self.seen(body, shift).of(of))) for body, (of, contacts) in self.passages.items()
         }
-        chosen = self._chosen(found)
+        chosen = self._chosen(solved)
         columns = []
         for axis in self.axes if self.fixed is None else ():
             moved = shift + 1j * _STEP * self.scale * axis
@@ -120,13 +120,13 @@ class Event:
             }
             columns.append(picked(changes, chosen))
         design = np.column_stack([*columns, self.clocks])
-        return Solution(values, picked(found, chosen), design, chosen, shift, self.passages)
+        return Solution(values, picked(solved, chosen), design, chosen, shift, self.passages)
 
-    def _chosen(self, found: dict[int, tuple[Indices, Floats]]) -> Indices:
+    def _chosen(self, solved: dict[int, tuple[Indices, Floats]]) -> Indices:
         """Return the body of each row: for each station the one whose predictions are nearest to what was observed."""
-        bodies = np.array(list(found), dtype=np.intp)
+        bodies = np.array(list(solved), dtype=np.intp)
         cost = np.full((len(bodies), len(self.sign)), np.inf)
-        for row, (of, predictions) in zip(cost, found.values(), strict=True):
+        for row, (of, predictions) in zip(cost, solved.values(), strict=True):
             # If several bodies should have been missed, the one that hides the star most counts.
             row[of] = np.where(self.sign[of] == 0.0, -np.abs(predictions), predictions**2)
         chosen = np.empty(len(self.sign), dtype=np.intp)
@@ -136,12 +136,12 @@ class Event:
         return chosen
 
 
-def picked(found: dict[int, tuple[Indices, Any]], chosen: Indices) -> Any:
+def picked(predictions_of: dict[int, tuple[Indices, Any]], chosen: Indices) -> Any:
     """Return the numbers (..., K) of the chosen bodies, from those (..., M) of the rows of each body."""
-    parts = list(found.values())
+    parts = list(predictions_of.values())
     kind = np.result_type(*(numbers for _, numbers in parts))
     values = np.zeros((*np.shape(parts[0][1])[:-1], len(chosen)), dtype=kind)
-    for body, (of, numbers) in found.items():
-        own = chosen[of] == body
-        values[..., of[own]] = numbers[..., own]
+    for body, (of, numbers) in predictions_of.items():
+        chosen_rows = chosen[of] == body
+        values[..., of[chosen_rows]] = numbers[..., chosen_rows]
     return values

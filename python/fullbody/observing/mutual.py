@@ -130,14 +130,14 @@ def mutual_events(
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in keys]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
     intervals = {key: _intervals(*crossing, span, start < stop) for key, crossing in zip(keys, crossings, strict=True)}
-    events_found = []
+    contacts_of_events = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
         seen, totals = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
-        events_found += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
-    events_found.sort(key=lambda event: event[0][:2])
-    times = np.array([contacts for contacts, _, _, _ in events_found]).reshape(-1, 6)
-    hidden = np.array([i for _, _, i, _ in events_found], dtype=np.intp)
-    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in events_found], dtype=bool)
+        contacts_of_events += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
+    contacts_of_events.sort(key=lambda event: event[0][:2])
+    times = np.array([contacts for contacts, _, _, _ in contacts_of_events]).reshape(-1, 6)
+    hidden = np.array([i for _, _, i, _ in contacts_of_events], dtype=np.intp)
+    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in contacts_of_events], dtype=bool)
     # Ends of the span are no contacts.
     is_contact = ~(np.isnan(times) | np.isin(times, span))
     rows = np.nonzero(is_contact)[0]
@@ -148,7 +148,7 @@ def mutual_events(
 
     events = [
         MutualEvent(kind, system.context.names[i], system.context.names[j], *map(attached, row, mask))
-        for (_, kind, i, j), row, mask in zip(events_found, times, is_contact, strict=True)
+        for (_, kind, i, j), row, mask in zip(contacts_of_events, times, is_contact, strict=True)
     ]
     if law is not None:
         edges = local.arrival(np.array(span))

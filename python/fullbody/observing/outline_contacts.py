@@ -9,7 +9,8 @@ import numpy as np
 
 from ..typing import Floats
 from .contacts import Body, Contacts, EllipsoidContacts, Passage, Paths, Rows, continued, into_body
-from .limbs import EllipsoidLimb, Limb, Span, dense_nodes, spans_below_zero, union
+from .limbs import EllipsoidLimb, Limb, dense_nodes
+from .spans import Span, spans_below_zero, union
 
 #: The number of intervals of a passage, and its length relative to the time in which the body's reach passes.
 _PASSAGE, _LONG = 64, 1.05
@@ -19,7 +20,7 @@ _POLISHED, _CLOSE = 4, 1e-7
 _NEAREST = 6
 
 
-class _Found(NamedTuple):
+class _Passed(NamedTuple):
     """The contacts of a row: the ends of the chord with the limbs there, or the nearest time with the limb.
 
     Where the body misses the station, both ends are the nearest time.
@@ -36,22 +37,22 @@ class OutlineContacts(Passage):
 
     def __init__(self, rows: Rows, path: Paths, limbs: Sequence[Limb]) -> None:
         super().__init__(rows, path, limbs)
-        self._found: list[_Found] = []
+        self._passed: list[_Passed] = []
         self._speed = rows.times
 
     def solve(self, body: Body) -> Floats:
         """Find the contacts, and return predictions (K,) relative to the times of the rows."""
         self._speed = self.speed(body)
-        self._found = [self._row(body, k) for k in range(len(self.every))]
+        self._passed = [self._row(body, k) for k in range(len(self.every))]
         return np.asarray(self.linearised(body))
 
-    def _row(self, body: Body, k: int) -> _Found:
+    def _row(self, body: Body, k: int) -> _Passed:
         """Return the chord of a row that overlaps most with the observed one, or is nearest to it."""
         rows, width = self.rows, self.reach / float(self._speed[k])
         middle = float(rows.times[k])
         for _ in range(_NEAREST):
-            before, value, after = (self._square(body, k, middle + step * width) for step in (-1.0, 0.0, 1.0))
-            middle -= 0.5 * width * (after - before) / (after - 2.0 * value + before)
+            earlier, value, after = (self._square(body, k, middle + step * width) for step in (-1.0, 0.0, 1.0))
+            middle -= 0.5 * width * (after - earlier) / (after - 2.0 * value + earlier)
         first, last = middle - _LONG * width, middle + _LONG * width
         if rows.sign[k] == 0.0:
             first, last = max(first, float(rows.interval[k, 0])), min(last, float(rows.interval[k, 1]))
@@ -66,14 +67,14 @@ class OutlineContacts(Passage):
             def measure(times: Floats, limb: Limb = limb) -> Floats:
                 return np.asarray(limb.measure(*self.sight(body, np.full(len(times), k), times)))
 
-            found = self._straight(body, k, limb, (first, last), measure)
-            if found is None:
-                found = spans_below_zero(measure, dense_nodes(limb, nodes, *places))
-            spans += [(span, number) for span in found]
+            passed = self._straight(body, k, limb, (first, last), measure)
+            if passed is None:
+                passed = spans_below_zero(measure, dense_nodes(limb, nodes, *places))
+            spans += [(span, number) for span in passed]
         if not spans:
             lengths = np.array([limb.length(limb.measure(*places)) for limb in self.limbs])
             nearest, node = np.unravel_index(np.argmin(lengths), lengths.shape)
-            return _Found(float(nodes[node]), float(nodes[node]), (int(nearest), int(nearest)), True)
+            return _Passed(float(nodes[node]), float(nodes[node]), (int(nearest), int(nearest)), True)
         observed = np.clip(rows.interval[k], first, last)
 
         def overlap(span: Span) -> float:
@@ -81,7 +82,7 @@ class OutlineContacts(Passage):
 
         begin, end = max(union([span for span, _ in spans]), key=overlap)
         first_limb = next(number for span, number in spans if span[0] == begin)
-        return _Found(begin, end, (first_limb, next(number for span, number in spans if span[1] == end)), False)
+        return _Passed(begin, end, (first_limb, next(number for span, number in spans if span[1] == end)), False)
 
     def _straight(
         self, body: Body, k: int, limb: Limb, ends: Span, measure: Callable[[Floats], Floats]
@@ -93,8 +94,8 @@ class OutlineContacts(Passage):
         """
         index = np.array([k, k, k])
         w, u, attitude = self.lines(body, index, np.array([*ends, 0.5 * sum(ends)]))
-        turned, toward = into_body(attitude[[2, 2]], w[:2]), into_body(attitude[2], u[2])
-        shares = limb.crossings(turned[0], toward, turned[1] - turned[0])
+        ends_in_body, toward = into_body(attitude[[2, 2]], w[:2]), into_body(attitude[[2]], u[[2]])
+        _, shares = limb.crossings(ends_in_body[:1], toward, ends_in_body[1:] - ends_in_body[:1])
         if not len(shares):
             return None
         length = ends[1] - ends[0]
@@ -121,10 +122,10 @@ class OutlineContacts(Passage):
         rows = self.rows
         ends = []
         for side in (0, 1):
-            times = np.array([found[side] for found in self._found])
-            which = np.array([found.limbs[side] for found in self._found])
+            times = np.array([passed[side] for passed in self._passed])
+            which = np.array([passed.limbs[side] for passed in self._passed])
             ends.append((times, *self._measured(body, times, which, self.limbs if limbs is None else limbs)))
-        missed = np.array([found.missed for found in self._found])
+        missed = np.array([passed.missed for passed in self._passed])
         begin, end = (times - value / np.where(missed, np.inf, rate) for times, value, rate, _ in ends)
         half = 0.5 * (end - begin)
         away, later = ends[0][3], self._later(body, ends[0][0])
@@ -141,10 +142,10 @@ class OutlineContacts(Passage):
         values = np.zeros(w.shape[:-1], dtype=w.dtype)
         lengths, rates = np.zeros_like(values), np.ones(len(times))
         for number in set(which.tolist()):
-            own = np.flatnonzero(which == number)
-            measure = limbs[number].measure(w[..., own, :], u[..., own, :])
-            values[..., own], lengths[..., own] = measure, limbs[number].length(measure)
-            rates[own] = self.rates(body, own, times[own], self.limbs[number])
+            rows_of_limb = np.flatnonzero(which == number)
+            measure = limbs[number].measure(w[..., rows_of_limb, :], u[..., rows_of_limb, :])
+            values[..., rows_of_limb], lengths[..., rows_of_limb] = measure, limbs[number].length(measure)
+            rates[rows_of_limb] = self.rates(body, rows_of_limb, times[rows_of_limb], self.limbs[number])
         return values, rates, lengths
 
     def _later(self, body: Body, times: Floats) -> Any:

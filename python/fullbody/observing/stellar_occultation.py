@@ -8,12 +8,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..base.arguments import options_of, refuse_unknown
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..record.record import Record
 from .chord_picture import draw_chords
-from .chord_tables import from_table, to_table
+from .chord_tables import COLUMNS, arguments_of_columns, to_table
 from .koala import read_koala
 from .occult import read_occult, write_occult
 from .predicted_chords import PredictedChords
@@ -85,6 +84,8 @@ class StellarOccultation(PredictedChords):
     >>> data.residuals(run).shape, list(data.linear_values(run))
     ((5,), ['offset east', 'offset north'])
     """
+
+    _columns = COLUMNS
 
     def __init__(
         self,
@@ -260,36 +261,8 @@ class StellarOccultation(PredictedChords):
         return to_table(self.stations, chords, watched, self.errors_of_chords, self.body)
 
     @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        columns: Mapping[str, Any] | None = None,
-        unit: Any = None,
-        dates: tuple[str, str] | None = None,
-        **options: Any,
-    ) -> Self:
-        """Make an occultation from a table with a row for each station, of astropy or pandas.
-
-        Parameters
-        ----------
-        table : Table, QTable or DataFrame
-            A table with the columns of :meth:`to_table`.
-        columns : dict, optional
-            Names of columns where they differ from these.
-        unit : unit, optional
-            The unit of times and standard errors that have none.
-        dates : (format, scale), optional
-            The format and scale of dates given as numbers or texts, such as ``("isot", "utc")``.
-        **options
-            ``star``, ``geometry`` and other arguments of the class, among them those that the table lacks.
-
-        Returns
-        -------
-        StellarOccultation
-        """
-        refuse_unknown(options, options_of(cls), cls.__name__)
-        return cls(**from_table(table, columns, unit, dates, options), **options)
+    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
+        return arguments_of_columns(read)
 
     def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Compute the times of the contacts that were observed, from a run.
