@@ -46,10 +46,9 @@ impl PyLimb {
     ) -> Result<(Array<'py>, Array<'py>, Array<'py>)> {
         let [points, directions] = rays([("points", &points), ("directions", &directions)])?;
         let all = py.detach(|| self.inner.distances(&points, &directions));
-        let [by_point, by_direction] =
-            [|d: &fullbody::photometry::LimbDistance| d.by_point, |d| d.by_direction]
-                .map(|part| all.iter().map(part).collect::<Vec<_>>());
-        let distance = array(py, all.iter().map(|d| d.distance).collect(), &[all.len()])?;
+        let by_point: Vec<_> = all.iter().map(|ray| ray.by_point).collect();
+        let by_direction: Vec<_> = all.iter().map(|ray| ray.by_direction).collect();
+        let distance = array(py, all.iter().map(|ray| ray.distance).collect(), &[all.len()])?;
         Ok((distance, from_vectors(py, &by_point)?, from_vectors(py, &by_direction)?))
     }
 

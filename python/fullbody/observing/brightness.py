@@ -69,9 +69,9 @@ class BrightnessDerivatives(ArrayFields):
             for partials, kind in zip(pair, ("vertices", "areas"), strict=True):
                 moving = [(d, deformation[body]) for d, deformation in enumerate(deformations) if body in deformation]
                 if moving and partials.size:
-                    places, displacements = zip(*moving, strict=True)
-                    columns = np.stack([getattr(deformation, kind).ravel() for deformation in displacements], axis=1)
-                    derivatives[:, places] += partials.sum(axis=1).reshape(len(derivatives), -1) @ columns
+                    indices, displacements = zip(*moving, strict=True)
+                    columns = np.stack([getattr(displacement, kind).ravel() for displacement in displacements], axis=1)
+                    derivatives[:, indices] += partials.sum(axis=1).reshape(len(derivatives), -1) @ columns
         return derivatives
 
 
@@ -129,12 +129,7 @@ class Photometer:
     """
 
     def __init__(
-        self,
-        system: SystemLike,
-        law: Law | dict[str, Law],
-        albedo: Any,
-        mutual: bool,
-        sun_radius: Any,
+        self, system: SystemLike, law: Law | dict[str, Law], albedo: Any, mutual: bool, sun_radius: Any
     ) -> None:
         flag(mutual, "mutual")
         names = system.context.names
@@ -157,20 +152,21 @@ class Photometer:
 
     def brightness(self, epochs: Epochs) -> Floats:
         """Return the brightness (K, N) at epochs."""
-        light: Floats = self._core.brightness(epochs.core())
-        light *= self.albedo
-        if any(law.phase_function is not None for law in self.laws):
-            light *= self._by_law(_phase_angle(*epochs.ways()))
-        return light
+        return self._multiplied(self._core.brightness(epochs.core()), epochs)
 
     def moments(self, epochs: Epochs) -> Floats:
         """Return the brightness and its first moments (K, N, 4), sums over the surface of the light and of it times the
         components of the vector from the body's centre.
         """
-        light: Floats = self._core.moments(epochs.core())
-        light *= self.albedo[:, None]
+        return self._multiplied(self._core.moments(epochs.core()), epochs)
+
+    def _multiplied(self, light: Floats, epochs: Epochs) -> Floats:
+        """Return light (K, N, ...) of bodies times their albedos and their phase functions."""
+        factors = [self.albedo]
         if any(law.phase_function is not None for law in self.laws):
-            light *= self._by_law(_phase_angle(*epochs.ways()))[..., None]
+            factors.append(self._by_law(_phase_angle(*epochs.ways())))
+        for factor in factors:
+            light *= factor.reshape(*factor.shape, *[1] * (light.ndim - 2))
         return light
 
     def _by_law(self, angle: Floats) -> Floats:
@@ -342,11 +338,8 @@ def brightness_derivatives(
         for name in BrightnessDerivatives.__dataclass_fields__
         if name not in ("vertices", "areas")
     }
-    by_vertex, by_area = (
-        (attach(part[0], "length") for part in derivatives.vertices),
-        (part[0] for part in derivatives.areas),
-    )
-    return BrightnessDerivatives(**values, vertices=tuple(by_vertex), areas=tuple(by_area))
+    by_vertex = tuple(attach(part[0], "length") for part in derivatives.vertices)
+    return BrightnessDerivatives(**values, vertices=by_vertex, areas=tuple(part[0] for part in derivatives.areas))
 
 
 def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:

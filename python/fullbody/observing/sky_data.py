@@ -35,7 +35,7 @@ class SkyObservations(Observations):
         owner = type(self).__name__
         turn("equatorial", frame)
         if unit is None:
-            warn_if_wide(values, f"the angles of {owner}")
+            warn_if_wide(values, f"the offsets of {owner}")
         self.unit, self.frame = unit, frame
         self._values, self._sigma = values, positive_rows(sigma, f"sigma of {owner}")
 
