@@ -99,21 +99,21 @@ class ObservedChords(Observations):
 
     def _numbers(self, source: Any, what: str, count: int) -> Floats:
         """Return times (S,) as numbers: seconds since the first date, or numbers in a unit; NaN for those not timed."""
-        times = dates(source, what)
+        times, unit, mask = dates(source, what), None, None
         if are_dates(times):
-            times, mask = unmasked(times)
+            values, mask = unmasked(times)
         else:
             values, unit = column(times, f"{what} of {_OWNER}", "s" if is_quantity(times) else None)
-        if (shape := np.shape(times)) != (count,):
-            raise InvalidInput(f"{what} has shape {shape}; expected ({count},), one for each of stations")
-        if are_dates(times):
+        if values.shape != (count,):
+            raise InvalidInput(f"{what} has shape {values.shape}; expected ({count},), one for each of stations")
+        if mask is not None:
             if self._origin is None:
                 if mask.all():
                     return np.full(count, np.nan)
-                self._origin, self._time_scale = times[int(np.argmin(mask))].tdb, times.scale
+                self._origin, self._time_scale = values[int(np.argmin(mask))].tdb, values.scale
             elif not are_dates(self._origin):
                 raise InvalidInput(f"{what} has dates, and other times have none; expected dates for all of them")
-            return np.where(mask, np.nan, (times.tdb - self._origin).to_value("s"))
+            return np.where(mask, np.nan, (values.tdb - self._origin).to_value("s"))
         if np.isnan(values).all():
             return values
         kind = "numbers" if unit is None else "seconds"
@@ -213,9 +213,9 @@ class ObservedChords(Observations):
         times_of_kind = in_system(self._restored(filled.ravel()), system, f"times of {_OWNER}").reshape(filled.shape)
         return np.where(finite, times_of_kind, numbers)
 
-    def errors_in(self, system: SystemLike, values: bool = False) -> Floats:
-        """Return the standard errors (K,) in a system's unit of time, with a jitter or as they were ``given``."""
-        sigma = self._sigmas[self.station, np.where(self.sign > 0.0, 1, 0)] if values else self._sigma
+    def errors_in(self, system: SystemLike, without_jitter: bool = False) -> Floats:
+        """Return the standard errors (K,) in a system's unit of time, with a jitter or without it."""
+        sigma = self._sigmas[self.station, np.where(self.sign > 0.0, 1, 0)] if without_jitter else self._sigma
         sigma = sigma * unit_named("s") if self.is_united else sigma
         return system.context.units.strip(sigma, "time", f"sigma of {_OWNER}")
 

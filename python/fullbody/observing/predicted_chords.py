@@ -71,7 +71,7 @@ class PredictedChords(ObservedChords):
         self._at: Floats | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_known": None}
+        return {**self.__dict__, "_kept": None}
 
     @staticmethod
     def _fixed_offset(offset: Any) -> Floats:

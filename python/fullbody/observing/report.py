@@ -24,7 +24,7 @@ class Report(NamedTuple):
     name : str
     date : tuple of int, (3,)
         The year, the month and the day, in UTC, from whose beginning times count.
-    place : tuple of float, (3,)
+    position : tuple of float, (3,)
         Longitude and latitude in degrees, and the height in m, on the ellipsoid of WGS84.
     times, errors : tuple of float, (2,)
         The times of disappearance and reappearance in s, NaN where they were not timed, with their standard errors.
@@ -36,7 +36,7 @@ class Report(NamedTuple):
 
     name: str
     date: tuple[int, int, int]
-    geodetic: tuple[float, float, float]
+    position: tuple[float, float, float]
     times: tuple[float, float]
     errors: tuple[float, float]
     watched: tuple[float, float] | None

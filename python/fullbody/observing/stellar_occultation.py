@@ -225,7 +225,7 @@ class StellarOccultation(PredictedChords):
         InvalidInput
             For stations that are not on the Earth, times that are no dates, and a star that is a vector.
         """
-        write_occult(path, *self.star.place, self._reports(satellite, names), asteroid)
+        write_occult(path, *self.star.coordinates, self._reports(satellite, names), asteroid)
 
     def write_sodis(self, folder: Any, *, asteroid: tuple[Any, str], star: str, names: Any = None) -> list[Path]:
         """Write the report of each station to SODIS, a text file, into a folder, and return their paths.

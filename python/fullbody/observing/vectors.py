@@ -187,7 +187,7 @@ class Vectors:
         return (*scales, self._times, self._observer, self._sun)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_known": {}}
+        return {**self.__dict__, "_cache": {}}
 
     def __repr__(self) -> str:
         first, last = self.span

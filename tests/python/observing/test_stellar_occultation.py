@@ -385,7 +385,7 @@ def test_files_of_occult_are_read_back(event, tmp_path):
     found = observing.StellarOccultation.read_occult(path, geometry=common["geometry"], body="A", satellite="B")
     alike(found, data)
     assert found.body == ("A", "A", "B", None)
-    assert found.star.place == pytest.approx(data.star.place, abs=1e-8)
+    assert found.star.coordinates == pytest.approx(data.star.coordinates, abs=1e-8)
 
 
 #: An event as the description of the format has it, with misses, clouds, a second star and default errors.
@@ -414,7 +414,7 @@ def test_an_event_of_occult_has_its_star_stations_misses_and_default_errors(tmp_
     )
     with pytest.warns(fullbody.errors.InconsistentInput, match="the observers 4 are left out"):
         data = observing.StellarOccultation.read_occult(path, geometry=geometry, body="Hertha")
-    assert data.star.place == pytest.approx((15.0 * 2.7904481530, 19.846293622), abs=1e-9)
+    assert data.star.coordinates == pytest.approx((15.0 * 2.7904481530, 19.846293622), abs=1e-9)
     assert [time.isot for time in data.times[data.sign != 0.0]] == [
         "2008-12-11T07:43:50.250",
         "2008-12-11T07:43:51.100",
