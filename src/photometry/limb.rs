@@ -16,6 +16,9 @@ use super::silhouette::Silhouette;
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Part, Polyhedron, Shape};
 
+/// The distance of a ray from an edge, in units of the edge's length, that is none but for rounding.
+const ROUNDING: f64 = 1e-10;
+
 /// The limb of a polyhedron, in its own frame.
 #[derive(Debug, Clone)]
 pub struct Limb {
@@ -59,13 +62,7 @@ impl Limb {
                 _ => last.insert((*direction, self.silhouette(direction))),
             };
             let nearest = silhouette.nearest(point);
-            let found = along_edge(self.ends(nearest.line), nearest.share, point, direction);
-            let sign = if nearest.inside { -1.0 } else { 1.0 };
-            LimbDistance {
-                distance: sign * found.distance,
-                by_point: found.by_point * sign,
-                by_direction: found.by_direction * sign,
-            }
+            along_edge(self.ends(nearest.line), nearest.share, nearest.inside, point, direction)
         })
         .collect()
     }
@@ -90,27 +87,40 @@ impl Limb {
     }
 }
 
-/// The distance of a ray from an edge whose nearest point is at this share of it.
-fn along_edge([from, to]: [Vec3; 2], share: f64, point: &Vec3, direction: &Vec3) -> LimbDistance {
+/// The distance of a ray from an edge whose nearest point is at this share of it, negative for a ray inside.
+fn along_edge(
+    [from, to]: [Vec3; 2],
+    share: f64,
+    inside: bool,
+    point: &Vec3,
+    direction: &Vec3,
+) -> LimbDistance {
     if share == 0.0 || share == 1.0 {
         let from_end = point - if share == 0.0 { from } else { to };
         let depth = from_end.dot(direction);
         let across = from_end - direction * depth;
         let distance = across.norm();
         if distance > 0.0 {
-            let by_point = across / distance;
-            return LimbDistance { distance, by_point, by_direction: by_point * -depth };
+            let by_point = across * (if inside { -1.0 } else { 1.0 } / distance);
+            return LimbDistance {
+                distance: if inside { -distance } else { distance },
+                by_point,
+                by_direction: by_point * -depth,
+            };
         }
     }
     let (side, from_end) = (to - from, point - from);
-    let normal = direction.cross(&side);
+    // Edges run counterclockwise, so that this normal is an outward one.
+    let normal = side.cross(direction);
     let size = normal.norm();
     let normal = normal / size;
     let height = normal.dot(&from_end);
-    let sign = 1f64.copysign(height);
+    // An edge within the silhouette has the body on both sides. On the edge itself rounding does not tell them.
+    let is_between = (height < 0.0) != inside && height.abs() > ROUNDING * side.norm();
+    let sign = if is_between { -1.0 } else { 1.0 };
     LimbDistance {
-        distance: height.abs(),
+        distance: sign * height,
         by_point: normal * sign,
-        by_direction: side.cross(&(from_end - normal * height)) * (sign / size),
+        by_direction: (from_end - normal * height).cross(&side) * (sign / size),
     }
 }
