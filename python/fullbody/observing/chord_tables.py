@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import are_dates
-from ..base.units import need
 from .columns import DataColumn
+from .event_tables import table_of
 
 _TIMES, _WATCH = ("disappearance", "reappearance"), ("watched_from", "watched_until")
 #: The columns of stations on the Earth, and of vectors; those of vectors at the second time have the suffix.
@@ -27,9 +27,6 @@ COLUMNS = (
 
 def to_table(stations: Any, chords: Any, watched: Any, errors: Any, bodies: tuple[Any, ...]) -> Any:
     """Return an astropy ``QTable`` of chords: dates, masked where they were not timed, or others (S, 2) with NaN."""
-    with need("observing", "a table"):
-        from astropy.table import QTable
-
     columns: dict[str, Any] = {name: _masked(chords[:, side]) for side, name in enumerate(_TIMES)}
     columns |= {f"sigma_{name}": errors[:, side] for side, name in enumerate(_TIMES)}
     columns["body"] = ["" if body is None else str(body) for body in bodies]
@@ -43,7 +40,7 @@ def to_table(stations: Any, chords: Any, watched: Any, errors: Any, bodies: tupl
         parts = [vectors] if vectors.ndim == 2 else [vectors[:, 0], vectors[:, 1]]
         for part, suffix in zip(parts, ("", _LATER), strict=False):
             columns |= {f"{_VECTOR[k]}{suffix}": part[:, k] for k in range(part.shape[1])}
-    return QTable(columns)
+    return table_of(columns)
 
 
 def _masked(times: Any) -> Any:

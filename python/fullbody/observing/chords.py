@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.kinds import instance
-from ..base.units import need
 from ..errors import interruptible
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
+from .event_tables import masked_times, table_of, time_column
 from .limbs import Limb, dense_nodes, limbs_of
 from .sightlines import SightLines, span_of
-from .spans import Span, spans_below_zero, union
+from .spans import Span, lowest, spans_below_zero, union
 from .star import Star
 from .stations import Stations
-from .time_columns import masked_times, time_column
 from .times import in_system
 from .vectors import Vectors
 
@@ -123,10 +122,7 @@ class Chords(list[Chord]):
         >>> chords.to_table()["station", "body"].pformat()[-1].split()
         ['0', 'Dimorphos']
         """
-        with need("observing", "a table"):
-            from astropy.table import QTable
-
-        table = QTable({name: [getattr(chord, name) for chord in self] for name in ("station", "body")})
+        table = table_of({name: [getattr(chord, name) for chord in self] for name in ("station", "body")})
         for name in ("disappearance", "reappearance"):
             table[name] = time_column([getattr(chord, name) for chord in self], self._system)
         table["duration"] = masked_times([chord.duration for chord in self], self._system)
@@ -265,12 +261,11 @@ class _Search:
             nodes, least = min(self._encounters, key=lambda encounter: encounter[1][station].min())
             k = int(np.argmin(least[station]))
             low, high = nodes[max(k - 1, 0)], nodes[min(k + 2, len(nodes) - 1)]
-        for _ in range(_SEARCHES):
-            trial = np.linspace(low, high, _TRIALS)
-            distances = self._lines.distances(self._body, trial, np.full(len(trial), station))
-            k = int(np.argmin(distances))
-            low, high = trial[max(k - 1, 0)], trial[min(k + 1, _TRIALS - 1)]
-        return float(trial[k]), float(distances[k])
+
+        def distances(times: Floats) -> Floats:
+            return self._lines.distances(self._body, times, np.full(len(times), station))
+
+        return lowest(distances, low, high, _TRIALS, _SEARCHES)
 
     def _passage(self, limb: Limb, station: int, begin: float, end: float) -> list[Span]:
         """Return the spans within an encounter in which a part of the body hides the star."""

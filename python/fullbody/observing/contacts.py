@@ -13,7 +13,7 @@ the speed at which it passes: zero where the body does not hide the star.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -160,6 +160,14 @@ class Passage:
         """Return the derivatives (M,) of the measure of a limb with respect to time."""
         return np.asarray(limb.measure(*self.sight(body.real, index, times, 1j * _STEP)).imag / _STEP)
 
+    def solve(self, body: Body) -> Floats:
+        """Find the contacts, and return predictions (K,) relative to the times of the rows."""
+        raise NotImplementedError
+
+    def linearised(self, body: Body, limbs: Sequence[Limb] | None = None) -> Any:
+        """Return predictions (..., K) for changes of the body, or of its limbs, to first order about the contacts."""
+        raise NotImplementedError
+
     def speed(self, body: Body) -> Floats:
         """Return the speeds (K,) of the lines of sight past the body."""
         path = self._path(self.every, self.rows.times)
@@ -171,21 +179,6 @@ class Passage:
                 "change with time"
             )
         return np.asarray(speed)
-
-
-class Contacts(Protocol):
-    """The finder of the contacts of K rows with a body."""
-
-    limbs: Sequence[Limb]
-
-    def lines(self, body: Body, index: Indices, times: Floats, step: complex = 0.0) -> tuple[Any, Any, Any]:
-        """Return places and directions of rays from the body's centre, and the body's attitudes."""
-
-    def solve(self, body: Body) -> Floats:
-        """Find the contacts, and return predictions (K,) relative to the times of the rows."""
-
-    def linearised(self, body: Body, limbs: Sequence[Limb] | None = None) -> Any:
-        """Return predictions (..., K) for changes of the body, or of its limbs, to first order about what was found."""
 
 
 def continued(least: Floats, square: Any) -> Any:

@@ -11,12 +11,12 @@ import numpy as np
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import instance
 from ..base.tables import Table, Tabled
-from ..base.units import need
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn, Rows, column, jitter_of, read_table, refuse_rounded
+from .event_tables import table_of
 from .pictures import draw, time_axis
 from .predictions import Predictions
 from .vectors import Vectors
@@ -142,11 +142,8 @@ class Observations(Predictions, Tabled):
 
     def to_table(self) -> Any:
         """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
-        with need("observing", "a table"):
-            from astropy.table import QTable
-
         columns, meta = self._in_table()
-        return QTable({"times": self.times} | columns, meta=meta)
+        return table_of({"times": self.times} | columns, meta)
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the columns of a table besides ``times``, and what else it holds."""

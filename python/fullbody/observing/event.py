@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..base.units import need
 from ..typing import Floats
-from .contacts import Body, Contacts
+from .contacts import Body, Passage
 
 #: The relative changes at which the search for the unknowns ends.
 _TOLERANCES = {"xtol": 1e-9, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
@@ -35,7 +35,7 @@ class Solution(NamedTuple):
         The body of each row.
     shift : ndarray, (K, 3)
         The displacement of the bodies by the offset.
-    contacts : dict of int to (ndarray of int, Contacts)
+    contacts : dict of int to (ndarray of int, Passage)
         For each body the rows that it was compared with, and their contacts.
     """
 
@@ -44,7 +44,7 @@ class Solution(NamedTuple):
     design: Floats
     chosen: Indices
     shift: Floats
-    contacts: dict[int, tuple[Indices, Contacts]]
+    contacts: dict[int, tuple[Indices, Passage]]
 
 
 @dataclass
@@ -55,7 +55,7 @@ class Event:
     ----------
     station, sign, sigma : ndarray, (K,)
         The station of each row; -1 for a disappearance, 1 for a reappearance, 0 for a miss; standard errors.
-    passages : dict of int to (ndarray of int, Contacts)
+    passages : dict of int to (ndarray of int, Passage)
         For each body the rows that may be due to it, and what finds their contacts.
     seen : callable
         The function from a body and displacements (..., K, 3) of all bodies to the body as it is seen.
@@ -72,7 +72,7 @@ class Event:
     station: Indices
     sign: Floats
     sigma: Floats
-    passages: dict[int, tuple[Indices, Contacts]]
+    passages: dict[int, tuple[Indices, Passage]]
     seen: Callable[[int, Any], Body]
     axes: tuple[Floats, Floats]
     scale: float

@@ -10,7 +10,7 @@ take complex numbers, so that a step along the imaginary axis gives their deriva
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,51 +35,66 @@ class LimbPoints(NamedTuple):
     normals: Floats
 
 
-class Limb(Protocol):
-    """The limb of a part of a body, whose centre and rotation matrix are given in the body's frame."""
+class Limb:
+    """The limb of a part of a body, whose centre and rotation matrix are given in the body's frame.
 
-    position: Floats
-    rotation: Floats
-    #: An upper bound of the distance of the part's points from the body's centre.
-    reach: float
+    Attributes
+    ----------
+    position : ndarray, (3,)
+    rotation : ndarray, (3, 3)
+    reach : float
+        An upper bound of the distance of the part's points from the body's centre.
+    """
+
+    def __init__(self, position: Floats, rotation: Floats, reach: float) -> None:
+        self.position, self.rotation, self.reach = position, rotation, reach
 
     def measure(self, w: Any, u: Any) -> Any:
         """Return the measure (...) of rays: negative where they pass through the part."""
+        raise NotImplementedError
 
     def distance(self, w: Any, u: Any) -> Any:
         """Return the distances (...) of rays from the outline along its normal, negative inside it."""
+        return self.measure(w, u)
+
+    def length(self, measure: Any) -> Any:
+        """Return about how far rays with a measure pass outside the limb, as a length."""
+        return measure
 
     def depth(self, w: Floats, u: Floats) -> Floats:
         """Return numbers (...) that are negative where the part is ahead of the point on its ray."""
+        return np.asarray(np.sum((w - self.position) * u, axis=-1))
 
     def extent(self, normals: Any) -> Any:
         """Return how far (M,) the part reaches along unit vectors (M, 3)."""
+        raise NotImplementedError
 
     def rim(self, u: Floats) -> Floats:
         """Return points (R, 3) on the outline along a direction (3,), with rows of NaN between separate lines."""
+        raise NotImplementedError
 
     def outermost(self, u: Floats, axes: Floats, rays: Floats) -> LimbPoints:
         """Return the outermost points on rays from the body's centre across a direction (3,).
 
         The rays (n, 2) are unit vectors along the ``axes`` (2, 3), which are perpendicular to the direction.
         """
-
-    def length(self, measure: Any) -> Any:
-        """Return about how far rays with a measure pass outside the limb, as a length."""
+        raise NotImplementedError
 
     def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
         """Return where displacements ``ways`` (M, 3) of rays may cross the limb: indices of rays, and shares of them.
 
-        The shares are between 0 and 1, in their order for each ray.
+        The shares are between 0 and 1, in their order for each ray. There are none for a smooth measure, whose extrema
+        show all crossings.
         """
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
 
 
-class EllipsoidLimb:
+class EllipsoidLimb(Limb):
     """The limb of an ellipsoid with semi-axes (3,)."""
 
     def __init__(self, semi_axes: Any, position: Floats, rotation: Floats) -> None:
-        self.semi_axes, self.position, self.rotation = np.asarray(semi_axes), position, rotation
-        self.reach = float(np.linalg.norm(position) + self.semi_axes.real.max())
+        self.semi_axes = np.asarray(semi_axes)
+        super().__init__(position, rotation, float(np.linalg.norm(position) + self.semi_axes.real.max()))
 
     def _scaled(self, w: Any, u: Any) -> tuple[Any, Any]:
         """Return points and directions of rays in the unit sphere of the ellipsoid."""
@@ -135,12 +150,8 @@ class EllipsoidLimb:
         """Return the distance from the limb of a sphere of the same volume."""
         return (np.sqrt(measure + 1.0) - 1.0) * np.cbrt(self.semi_axes.real.prod())
 
-    def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
-        """Return nothing, since the measure is smooth and its extrema show all crossings."""
-        return np.zeros(0, dtype=np.int64), np.zeros(0)
 
-
-class MeshLimb:
+class MeshLimb(Limb):
     """The limb of a polyhedron of the core.
 
     The outline consists of the edges between a face that is turned to the ray's source and one that is turned away.
@@ -148,10 +159,9 @@ class MeshLimb:
     """
 
     def __init__(self, polyhedron: _core.Polyhedron, position: Floats, rotation: Floats) -> None:
-        self.polyhedron, self.position, self.rotation = polyhedron, position, rotation
-        self._core = _core.Limb(polyhedron)
+        self.polyhedron, self._core = polyhedron, _core.Limb(polyhedron)
         self.vertices = position + polyhedron.vertices @ rotation.T
-        self.reach = float(np.linalg.norm(self.vertices, axis=1).max())
+        super().__init__(position, rotation, float(np.linalg.norm(self.vertices, axis=1).max()))
 
     def measure(self, w: Any, u: Any) -> Any:
         """Return the distance of the rays from the outline, negative inside it."""
@@ -163,14 +173,6 @@ class MeshLimb:
             return distance
         changes = (np.sum(by.reshape(v.shape) * v.imag, axis=-1) for by, v in ((by_w, w), (by_u, u)))
         return distance + 1j * sum(changes)
-
-    def distance(self, w: Any, u: Any) -> Any:
-        """Return the measure, which is a distance."""
-        return self.measure(w, u)
-
-    def depth(self, w: Floats, u: Floats) -> Floats:
-        """Return the positions along the rays of the points from the centre."""
-        return np.asarray(np.sum((w - self.position) * u, axis=-1))
 
     def extent(self, normals: Any) -> Any:
         """Return how far (M,) the vertices reach along unit vectors (M, 3)."""
@@ -199,10 +201,6 @@ class MeshLimb:
         sides = edges[edge, 1] - edges[edge, 0]
         points = edges[edge, 0] + share[rows, edge, None] * sides
         return LimbPoints(np.maximum(reach[rows, edge], 0.0), points, np.cross(sides, u))
-
-    def length(self, measure: Any) -> Any:
-        """Return the measure, which is a distance."""
-        return measure
 
     def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
         """Return the indices of rays, and the shares of their displacements, at which they cross the outline."""

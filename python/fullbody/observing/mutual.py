@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from ..record.record import Record
 from ..typing import Array, Floats
 from .light_curve import light_curve
 from .mutual_event import MutualEvent, MutualEvents
+from .spans import lowest
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
 
@@ -154,15 +154,15 @@ def mutual_events(
         edges = local.arrival(np.array(span))
         ends = [np.where(is_contact[:, k], times[:, k], edges[k]) for k in (0, 1)]
 
-        def loss(moments: Floats) -> Floats:
+        def gain(moments: Floats) -> Floats:
             options: dict[str, Any] = {"law": law, "albedo": albedo, "sun_radius": sun_radius}
             when = system.context.units.attach(moments, "time")
             dimmed, undimmed = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
-            return dimmed - undimmed
+            return undimmed - dimmed
 
         for k, (first, last) in enumerate(zip(*ends, strict=True)):
-            moment, depth = _deepest(loss, first, last)
-            events[k] = replace(events[k], depth=depth, deepest=attached(moment, True))
+            moment, gained = lowest(gain, first, last, _DEPTHS, _SEARCHES)
+            events[k] = replace(events[k], depth=-gained, deepest=attached(moment, True))
     return MutualEvents(events, system)
 
 
@@ -222,16 +222,6 @@ def _extreme(times: Floats, sign: float, span: list[float]) -> float:
         middle = times.mean()
         times = middle + np.fft.irfft(np.fft.rfft(times - middle), _FINE * len(times)) * _FINE
     return float(sign * np.nanmax(sign * times))
-
-
-def _deepest(loss: Callable[[Floats], Floats], first: float, last: float) -> tuple[float, float]:
-    """Return the time between two at which a loss of light is largest, and the loss."""
-    for _ in range(_SEARCHES):
-        times = np.linspace(first, last, _DEPTHS)
-        losses = loss(times)
-        k = int(np.argmax(losses))
-        first, last = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
-    return float(times[k]), float(losses[k])
 
 
 def _arrivals(

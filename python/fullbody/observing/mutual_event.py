@@ -6,9 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..base.units import need
 from ..model.context import SystemLike
-from .time_columns import time_column
+from .event_tables import table_of, time_column
 
 if TYPE_CHECKING:
     from ..typing import Scalar
@@ -103,16 +102,15 @@ class MutualEvents(list[MutualEvent]):
         >>> events.to_table()["kind", "body", "end"][:1].pformat()[-1].split()[:3]
         ['eclipse', 'Didymos', '2022-09-26']
         """
-        with need("observing", "a table"):
-            from astropy.table import MaskedColumn, QTable
-
-        table = QTable({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
+        table = table_of({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
         for name in (*_CONTACTS, "deepest"):
             times = [getattr(event, name) for event in self]
             if any(time is not None for time in times) or name in ("begin", "end"):
                 table[name] = time_column(times, self._system)
         depths = [event.depth for event in self]
         if any(depth is not None for depth in depths):
-            table["depth"] = MaskedColumn([0.0 if depth is None else depth for depth in depths], unit="mag")
-            table["depth"].mask = [depth is None for depth in depths]
+            from astropy.table import MaskedColumn
+
+            is_missing = [depth is None for depth in depths]
+            table["depth"] = MaskedColumn([depth or 0.0 for depth in depths], mask=is_missing, unit="mag")
         return table

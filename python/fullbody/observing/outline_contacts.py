@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..typing import Floats
-from .contacts import Body, Contacts, EllipsoidContacts, Passage, Paths, Rows, continued, into_body
+from .contacts import Body, EllipsoidContacts, Passage, Paths, Rows, continued, into_body
 from .limbs import EllipsoidLimb, Limb, dense_nodes
 from .spans import Span, spans_below_zero, union
 
@@ -156,7 +156,7 @@ class OutlineContacts(Passage):
         return -changed / np.sum(way * way, axis=-1)
 
 
-def contacts_of(rows: Rows, path: Paths, limbs: Sequence[Limb]) -> Contacts:
+def contacts_of(rows: Rows, path: Paths, limbs: Sequence[Limb]) -> Passage:
     """Return what finds the contacts of rows with a body of one part or several."""
     is_ellipsoid = len(limbs) == 1 and isinstance(limbs[0], EllipsoidLimb)
     return (EllipsoidContacts if is_ellipsoid else OutlineContacts)(rows, path, limbs)

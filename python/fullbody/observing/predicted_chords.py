@@ -17,7 +17,7 @@ from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
 from .columns import jitter_of
-from .contacts import Contacts, Rows, body_of
+from .contacts import Passage, Rows, body_of
 from .event import Event, Solution, picked
 from .limbs import limbs_of
 from .linear import Held, LinearUnknown
@@ -152,7 +152,7 @@ class PredictedChords(ObservedChords):
         retarded = self._retarded(system, states, masses)
         self._refuse(system, states, retarded)
         rows, every = self._rows(system), np.arange(len(self))
-        passages: dict[int, tuple[Any, Contacts]] = {}
+        passages: dict[int, tuple[Any, Passage]] = {}
         for body in range(len(system.context)):
             of = every[self.may_be(system, body)]
             if len(of) and (limbs := limbs_of(system, body)):

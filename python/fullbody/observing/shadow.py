@@ -10,17 +10,17 @@ import numpy as np
 from ..base.figures import LINES, grid, legend, single
 from ..base.kinds import instance, whole
 from ..base.unit_names import unit_named
-from ..base.units import gathered, is_quantity, need, strip_to
+from ..base.units import gathered, is_quantity, strip_to
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from ..typing import Floats
 from .contacts import into_body
 from .earth import Earth
+from .event_tables import table_of, time_column
 from .limbs import Limb, limbs_of
 from .sightlines import Sight, SightLines, span_of
 from .sky import east_and_north, pole_of
 from .star import Star
-from .time_columns import time_column
 from .times import in_system, kilometres, seconds
 from .vectors import Vectors
 
@@ -75,10 +75,9 @@ class ShadowPath:
         the suffixes ``_north`` and ``_south`` (and ``_error_north``, ``_error_south``), ``duration``,
         ``star_altitude`` and ``sun_altitude``. What is not on the Earth is masked.
         """
-        with need("observing", "a table"):
-            from astropy.table import MaskedColumn, QTable
+        table = table_of({"time": time_column(self.times, self.system)})
+        from astropy.table import MaskedColumn
 
-        table = QTable({"time": time_column(self.times, self.system)})
         for name in self.longitude:
             suffix = "" if name == "centre" else f"_{name}"
             for what, lines in (("longitude", self.longitude), ("latitude", self.latitude)):

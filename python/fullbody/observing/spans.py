@@ -67,6 +67,19 @@ def _extremum(measure: Callable[[Floats], Floats], times: Floats, values: Floats
     return best, least
 
 
+def lowest(function: Callable[[Floats], Floats], first: float, last: float, trials: int, searches: int) -> Span:
+    """Return the time between two at which a function of times is least, and the function there.
+
+    Each search takes a number of ``trials`` and narrows the time down to the two intervals about the least of them.
+    """
+    for _ in range(searches):
+        times = np.linspace(first, last, trials)
+        values = function(times)
+        k = int(np.argmin(values))
+        first, last = times[max(k - 1, 0)], times[min(k + 1, trials - 1)]
+    return float(times[k]), float(values[k])
+
+
 def union(spans: Sequence[Span]) -> list[Span]:
     """Return spans of time without overlaps, in order."""
     joined: list[Span] = []

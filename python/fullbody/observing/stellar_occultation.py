@@ -11,10 +11,10 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..record.record import Record
-from .chord_picture import draw_chords
 from .chord_tables import COLUMNS, arguments_of_columns, to_table
 from .koala import read_koala
 from .occult import read_occult, write_occult
+from .pictures import draw_chords
 from .predicted_chords import PredictedChords
 from .report import Report, reports_of, timed
 from .sodis import read_sodis, write_sodis

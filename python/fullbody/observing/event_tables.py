@@ -1,15 +1,24 @@
-"""Columns of times in tables of events, in which times that an event does not have are masked."""
+"""Tables, and columns of times in which those that an event does not have are masked."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..base.epochs import to_time
+from ..base.units import need
 from ..model.context import SystemLike
 from .times import seconds
+
+
+def table_of(columns: Mapping[str, Any], meta: Mapping[str, Any] | None = None) -> Any:
+    """Return an astropy ``QTable`` of columns."""
+    with need("observing", "a table"):
+        from astropy.table import QTable
+
+    return QTable(dict(columns), meta=meta)
 
 
 def masked_times(times: Sequence[Any], system: SystemLike) -> Any:
