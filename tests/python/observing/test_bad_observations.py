@@ -106,8 +106,14 @@ def test_bad_jitter_is_refused_by_name(jitter, message):
         ({"photocentre": 1}, "photocentre is 1; expected True or False"),
         ({"times": [np.nan] * 3 * u.h}, "no row without masked or missing values"),
         ({"frame": "sky"}, "cannot rotate from the frame 'equatorial' to 'sky'"),
-        ({"east": [1.0, 2.0, 3.0] * u.Unit(1e-70 * u.mas)}, "east of Astrometry has a unit that cannot be used: its scale is"),
-        ({"east": [1.0, 2.0, 1e70] * u.mas}, "east of Astrometry has the value .*; expected numbers of at most 1e.60 in size"),
+        (
+            {"east": [1.0, 2.0, 3.0] * u.Unit(1e-70 * u.mas)},
+            "east of Astrometry has a unit that cannot be used: its scale is",
+        ),
+        (
+            {"east": [1.0, 2.0, 1e70] * u.mas},
+            "east of Astrometry has the value .*; expected numbers of at most 1e.60 in size",
+        ),
     ],
 )
 def test_bad_astrometry_is_refused_by_name(options, message):

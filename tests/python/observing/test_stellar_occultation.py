@@ -317,6 +317,10 @@ def test_bad_input_is_refused_by_name(options, message):
             {"geometry": observing.Geometry([400.0, 600.0] * u.s, to_observer=[0.0, 0.0, -FAR] * u.km)},
             "do not move past",
         ),
+        (
+            {"geometry": observing.Geometry([400.0, 600.0] * u.s, to_observer=[[0, 0, -9.0], [0, 0.01, -9.0]] * u.km)},
+            "the observer of the geometry is inside A",
+        ),
     ],
 )
 def test_what_only_a_run_shows_is_refused_by_name(options, message):
@@ -376,6 +380,19 @@ def test_tables_of_chords_are_read_back(event):
     again = observing.StellarOccultation.from_table(plain.to_table(), star=STAR, geometry=plain.geometry, offset=0.0)
     assert np.array_equal(again.times, plain.times)
     assert again.sign.tolist() == plain.sign.tolist()
+
+
+def test_other_names_of_columns_are_read_from_a_table(event):
+    data, common = event
+    table = data.to_table()
+    names = {"sigma": ("first error", "last error"), "disappearance": "D"}
+    table.rename_columns(
+        ["sigma_disappearance", "sigma_reappearance", "disappearance"], ["first error", "last error", "D"]
+    )
+    alike(observing.StellarOccultation.from_table(table, columns=names, **common), data, 1e-6)
+    refused(
+        "'D' is not an option of columns", lambda: observing.StellarOccultation.from_table(table, columns={"D": "D"})
+    )
 
 
 def test_files_of_occult_are_read_back(event, tmp_path):
