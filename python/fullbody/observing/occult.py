@@ -37,8 +37,8 @@ class OccultEvent(NamedTuple):
     reports: list[Report]
 
 
-def read_occult(path: Any, event: int | None) -> tuple[dict[str, Any], list[str]]:
-    """Return arguments of an event, and for each station ``"main"`` or ``"satellite"``."""
+def read_occult(path: Any, event: int | None) -> tuple[dict[str, Any], list[str | None]]:
+    """Return arguments of an event, and for each station ``"main"`` or ``"satellite"``, ``None`` for a miss."""
     try:
         root = ElementTree.fromstring(content(path))
     except ElementTree.ParseError as error:
@@ -50,7 +50,8 @@ def read_occult(path: Any, event: int | None) -> tuple[dict[str, Any], list[str]
         from astropy.coordinates import SkyCoord
 
     star = SkyCoord(parsed.ra * u.deg, parsed.dec * u.deg)
-    return {"star": star} | arguments_of(parsed.reports), [report.body for report in parsed.reports]
+    bodies = [report.body if np.isfinite(report.times).any() else None for report in parsed.reports]
+    return {"star": star} | arguments_of(parsed.reports), bodies
 
 
 def _items(parent: ElementTree.Element, tag: str, what: str) -> list[str]:

@@ -107,13 +107,6 @@ def selected(events: Sequence[Any], event: int | None, path: Any) -> Any:
     return events[index]
 
 
-def timed(arguments: dict[str, Any]) -> Any:
-    """Return which contacts (S, 2) of arguments with dates were timed: 1, or NaN."""
-    masks = [np.asarray(getattr(arguments[name], "mask", False)) for name in ("disappearance", "reappearance")]
-    count = len(arguments["sigma"])
-    return np.where(np.stack([np.broadcast_to(mask, (count,)) for mask in masks], axis=1), np.nan, 1.0)
-
-
 def _dates(days: Any, seconds: Any) -> Any:
     """Return days plus seconds, masked where these are NaN."""
     from astropy import units as u

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..record.record import Record
@@ -16,7 +14,7 @@ from .koala import read_koala
 from .occult import read_occult, write_occult
 from .pictures import draw_chords
 from .predicted_chords import PredictedChords
-from .report import Report, reports_of, timed
+from .report import Report, reports_of
 from .sodis import read_sodis, write_sodis
 
 
@@ -177,11 +175,8 @@ class StellarOccultation(PredictedChords):
         InvalidInput
             For a file in another format, and one with several events if none is chosen.
         """
-        arguments, seen = read_occult(path, event)
-        missed = [not np.isfinite(row).any() for row in timed(arguments)]
-        bodies = [
-            None if miss else {"main": body}.get(kind, satellite) for kind, miss in zip(seen, missed, strict=True)
-        ]
+        arguments, kinds = read_occult(path, event)
+        bodies = [{"main": body, "satellite": satellite}.get(kind or "") for kind in kinds]
         return cls(geometry=geometry, body=bodies, **arguments, **options)
 
     @classmethod
