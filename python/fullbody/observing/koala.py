@@ -28,7 +28,8 @@ def read_koala(path: Any, event: int | None, scale: str) -> dict[str, Any]:
     """Return arguments of an event; see :meth:`fullbody.observing.StellarOccultation.read_koala`."""
     text = Text(path)
     text.lines = [line.split("<-")[0].split("#")[0] for line in text.lines]
-    return _arguments(*selected(_events(text), event, path), scale)
+    to_earth, velocity, chords = selected(_events(text), event, path)
+    return _arguments(to_earth, velocity, chords, scale)
 
 
 def _events(text: Text) -> list[_Event]:

@@ -45,7 +45,7 @@ class OutlineContacts(Passage):
         self._speed = self.speed(body)
         ends = self._ends(body)
         passages = [self._straight(body, limb, ends) for limb in self.limbs]
-        self._passed = [self._row(body, k, ends[k], [spans[k] for spans in passages]) for k in self.every]
+        self._passed = [self._row(body, k, ends[k], [spans[k] for spans in passages]) for k in range(len(ends))]
         return np.asarray(self.linearised(body))
 
     def _ends(self, body: Body) -> Floats:
@@ -60,7 +60,7 @@ class OutlineContacts(Passage):
 
     def _row(self, body: Body, k: int, ends: Floats, passages: list[list[Span] | None]) -> _Passed:
         """Return the chord of a row that overlaps most with the observed one, or is nearest to it."""
-        nodes = np.linspace(*ends, _PASSAGE + 1)
+        nodes = np.linspace(ends[0], ends[1], _PASSAGE + 1)
         spans: list[tuple[Span, int]] = []
         for number, (limb, passage) in enumerate(zip(self.limbs, passages, strict=True)):
 

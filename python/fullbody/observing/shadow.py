@@ -262,9 +262,9 @@ class _Shadow:
     def is_on_earth(self, times: Floats) -> Any:
         """Return at which times (M,) the shadow touches the Earth."""
         sight, _, across = self._track(times)
-        edges = [sign * self._extent(sight, sign * across)[:, None] * across for sign in (1.0, -1.0)]
-        ground = [self._ground(times, sight.u, edge - sight.w) for edge in (0.0, *edges)]
-        return np.any([hit for _, hit in ground], axis=0)
+        lines = [-sight.w]
+        lines += [sign * self._extent(sight, sign * across)[:, None] * across - sight.w for sign in (1.0, -1.0)]
+        return np.any([self._ground(times, sight.u, line)[1] for line in lines], axis=0)
 
     def path(self, times: Floats) -> ShadowPath:
         """Return the path at times."""
