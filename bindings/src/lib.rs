@@ -10,6 +10,7 @@ mod events;
 mod forces;
 mod gravity;
 mod harmonics;
+mod limbs;
 mod listening;
 mod orbits;
 mod particles;
@@ -37,6 +38,8 @@ mod _core {
     use super::gravity::PyAttraction;
     #[pymodule_export]
     use super::harmonics::solid_harmonics;
+    #[pymodule_export]
+    use super::limbs::PyLimb;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]

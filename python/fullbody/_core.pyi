@@ -94,6 +94,15 @@ class Body:
 _Epochs = tuple[_Array, _Array, _Array, _Array, _Array, _Array, bool]
 
 @final
+class Limb:
+    def __new__(cls, polyhedron: Polyhedron) -> Limb: ...
+    def distances(self, points: _Array, directions: _Array) -> tuple[_Array, _Array, _Array]: ...
+    def crossings(
+        self, points: _Array, directions: _Array, ways: _Array
+    ) -> tuple[npt.NDArray[np.int64], _Array]: ...
+    def edges(self, direction: _Array) -> _Array: ...
+
+@final
 class Photometer:
     def __new__(
         cls,

@@ -8,14 +8,18 @@ is to the west of these axes by 0.2 to 0.3 km/s for stations in North America at
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import astropy.units as u
 import fullbody
+import numpy as np
+from astropy.time import Time
 from fullbody import observing
+
+from . import model
 
 CHORDS = Path(__file__).parents[2] / "tests" / "data" / "observations" / "hertha" / "occultations.occ"
 #: Diameters of a sphere of the same volume in km with their errors, and where they were published; all are second-hand,
@@ -32,7 +36,11 @@ POLE, PERIOD = (272.0 * u.deg, 52.0 * u.deg), 8.40060 * u.h
 RATIOS = (1.1, 1.5)
 #: An error in s, added to those of the file, for what the shape leaves out: three kilometres at 5.6 km/s.
 MODEL_ERROR = 0.5 * u.s
-EPOCH = "2008-12-11T07:30:00 UTC"
+EPOCH = Time("2008-12-11T07:30:00", scale="utc").tdb
+#: The time from the epoch in s in which the light of all chords leaves Hertha.
+DURATION = 700.0
+#: The diameter in km from which fits start.
+START = 77.0
 
 
 @dataclass(frozen=True)
@@ -43,21 +51,28 @@ class Size:
     sigma: float
     fit: Any
 
+    @property
+    def rms(self) -> float:
+        """The root of the mean square of the residuals of the contacts in s."""
+        return float(np.sqrt(np.mean(self.fit.residuals[0].to_value("s") ** 2)))
+
 
 def occultation() -> observing.StellarOccultation:
     """Return the chords, with the error of the shape added to those of the times."""
     return observing.StellarOccultation.read_koala(CHORDS, body="Hertha").with_jitter(MODEL_ERROR)
 
 
-def rotating(shape: Any, angle: float) -> tuple[fullbody.System, fullbody.State]:
-    """Return Hertha with a shape, turned about its pole by an angle in radians at the epoch.
+def rotating(
+    shape: Any, angle: float, pole: tuple[Any, Any] = POLE, period: Any = PERIOD
+) -> tuple[fullbody.System, fullbody.State]:
+    """Return Hertha with a shape, rotated about its pole by an angle in radians at the epoch.
 
     The pole is the z-axis of an ellipsoid, and that of the frame in which the vertices of a polyhedron are given.
     """
     # The mass has no effect on a body alone.
     body = fullbody.Body(shape, mass=1e18 * u.kg, name="Hertha")
     system = fullbody.System([body], units=("km", "s", "kg"), epoch=EPOCH, frame="ecliptic")
-    return system, fullbody.State.rotating(body, *POLE, PERIOD, angle)
+    return system, fullbody.State.rotating(body, *pole, period, angle)
 
 
 def ellipsoid(diameter: float, ratios: tuple[float, float]) -> fullbody.Ellipsoid:
@@ -82,30 +97,50 @@ def size(
     return Size(float(fit.values["diameter"]), float(fit.sigma["diameter"] * widened), fit)
 
 
+def rotation_angle(period: Any) -> float:
+    """Return the rotation angle in radians at the epoch of the chords, from zero at that of the light curves."""
+    return float(2.0 * np.pi * ((EPOCH - model.EPOCH).to_value("h") / period.to_value("h") % 1.0))
+
+
+def of_light(values: Mapping[str, Any], free_angle: bool = False) -> Size:
+    """Return the size of the shape that an inversion of light found, at its pole and its rotation angle.
+
+    Parameters
+    ----------
+    values : dict
+        The pole, the period and the coefficients of a minimum of the fit to the light curves, as
+        :func:`reproduction.hertha.model.setup` takes them.
+    free_angle : bool
+        Whether a correction of the rotation angle, in radians, is free beside the diameter.
+    """
+    solid = model.shape(values["coefficients"]).polyhedron()
+    diameter = np.cbrt(6.0 * solid.volume.to_value("km3") / np.pi)
+    vertices, faces = solid.vertices.to_value("km") / diameter, solid.faces
+    angle, pole = rotation_angle(values["period"]), (values["longitude"], values["latitude"])
+
+    def setup(diameter: float, angle_correction: float = 0.0) -> tuple[fullbody.System, fullbody.State]:
+        shape = fullbody.Polyhedron(diameter * vertices * u.km, faces)
+        return rotating(shape, angle + angle_correction, pole, values["period"])
+
+    return size(setup, {"diameter": START} | ({"angle_correction": 0.0} if free_angle else {}))
+
+
 def of_published_ratios() -> Size:
     """Return the size of an ellipsoid with the published ratios of axes; its rotation angle is free."""
-    return size(lambda diameter, angle: rotating(ellipsoid(diameter, RATIOS), angle), {"diameter": 77.0, "angle": 1.5})
+    return size(lambda diameter, angle: rotating(ellipsoid(diameter, RATIOS), angle), {"diameter": START, "angle": 1.5})
 
 
 def of_free_equator() -> Size:
     """Return the size of an ellipsoid whose equator is free too: the outline of that night."""
     return size(
         lambda diameter, angle, ratio: rotating(ellipsoid(diameter, (ratio, RATIOS[1])), angle),
-        {"diameter": 77.0, "angle": 1.5, "ratio": 1.5},
+        {"diameter": START, "angle": 1.5, "ratio": 1.5},
     )
 
 
-def report() -> str:
-    """Return a table of the sizes beside those that were published."""
-    rows = ["| what | diameter [km] | chi2 | degrees of freedom |", "|---|---|---|---|"]
-    for what, found in (
-        ("ellipsoid with a/b = 1.1, b/c = 1.5", of_published_ratios()),
-        ("ellipsoid with a/b free, b/c = 1.5", of_free_equator()),
-    ):
-        rows.append(f"| {what} | {found.diameter:.1f} +- {found.sigma:.1f} | {found.fit.chi2:.0f} | {found.fit.dof} |")
-    rows += [f"| {source} | {value:.1f} +- {error:.1f} | | |" for source, (value, error) in PUBLISHED.items()]
-    return "\n".join(rows)
-
-
-if __name__ == "__main__":
-    print(report())
+def of_ellipsoids() -> dict[str, Size]:
+    """Return the sizes of ellipsoids at the published pole, which need no light curves."""
+    return {
+        "ellipsoid with a/b = 1.1, b/c = 1.5": of_published_ratios(),
+        "ellipsoid with a/b free, b/c = 1.5": of_free_equator(),
+    }

@@ -9,8 +9,9 @@ from fullbody.fitting import Fit
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from .chords import Size
 from .model import shape
-from .study import Results
+from .study import POLES, Results
 
 __all__ = ["CAPTIONS", "drawn"]
 
@@ -23,6 +24,8 @@ CAPTIONS = {
     "against hours from the first of each.",
     "shape": "The convex shape from two sides of its equator, 90 degrees apart, and from its pole, lit from the "
     "direction of view. Relative light does not tell the size.",
+    "chords": "The chords of the occultation in the plane of the sky, with the outline of the shape from light at its "
+    "best pole (left) and at the mirror pole (right), scaled to fit them.",
 }
 #: The number of light curves that are drawn.
 SHOWN = 16
@@ -30,7 +33,12 @@ SHOWN = 16
 
 def drawn(results: Results) -> dict[str, Figure]:
     """Return all figures by name."""
-    return {"scans": _scans(results), "curves": _curves(results.best), "shape": _shape(results.best)}
+    return {
+        "scans": _scans(results),
+        "curves": _curves(results.best),
+        "shape": _shape(results.best),
+        "chords": _chords(results.sizes),
+    }
 
 
 def _scans(results: Results) -> Figure:
@@ -75,6 +83,15 @@ def _shape(fit: Fit) -> Figure:
     ):
         _draw(axes, vertices, faces, np.radians(view))
         axes.set_title(title, fontsize=9)
+    return figure
+
+
+def _chords(sizes: dict[str, Size]) -> Figure:
+    shown = [sizes[name] for name in (f"shape from light, {pole}" for pole in POLES) if name in sizes]
+    figure = Figure(figsize=(5.0 * len(shown), 4.8), layout="constrained")
+    for axes, size in zip(np.atleast_1d(figure.subplots(1, len(shown))), shown, strict=True):
+        size.fit.observations[0].plot(size.fit.run, axes)
+        axes.set_title(f"diameter {size.diameter:.1f} km, chi2 {size.fit.chi2:.0f}", fontsize=9)
     return figure
 
 

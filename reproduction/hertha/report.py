@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,21 @@ from fullbody.fitting import Fit, PeriodScan
 from ..binaries.judging import Verdict, counts
 from ..publishing import publish, table
 from . import figures
+from .chords import MODEL_ERROR, PUBLISHED, Size
 from .model import ERRORS
 from .study import USUAL, pole_of, scale, study, timing, verdicts
 
-__all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_text", "verdicts_table", "write"]
+__all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_text", "sizes_table", "verdicts_table"]
+__all__ += ["write"]
+
+
+#: What the table of sizes shows.
+SIZE_TEXT = (
+    "The 18 chords of the stellar occultation of 11 December 2008 scale the shape from light, with its pole and its "
+    "rotation angle. Free are the diameter of the sphere of the same volume, and the offset of ephemeris and star. "
+    f"An error of {MODEL_ERROR.to_value('s'):g} s is added to those of the contacts for what the shape leaves out, and "
+    "the error of a diameter is that of its fit times the root of chi2 over the degrees of freedom."
+)
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
@@ -31,11 +43,25 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "scans": {"one apparition": _scan(results.coarse), "all nights": _scan(results.scan)},
         "fits": {name: _fit(fit) for name, fit in results.fits.items()},
         "shape": asdict(results.figure),
+        "sizes": {name: _size(size) for name, size in results.sizes.items()},
+        "published sizes": {source: list(numbers) for source, numbers in PUBLISHED.items()},
         "seconds": results.seconds,
         "iteration": timing(results),
         "figures": figures.CAPTIONS,
     }
     return publish(folder, _text(numbers, rows), figures.drawn(results), numbers)
+
+
+def _size(size: Size) -> dict[str, Any]:
+    angle = size.fit.values["angle_correction"] if "angle_correction" in size.fit.names else None
+    return {
+        "diameter": size.diameter,
+        "sigma": size.sigma,
+        "chi2": size.fit.chi2,
+        "dof": size.fit.dof,
+        "rms": size.rms,
+        "angle": None if angle is None else math.degrees(angle),
+    }
 
 
 def _scan(scan: PeriodScan) -> dict[str, Any]:
@@ -125,6 +151,19 @@ def shape_text(figure: dict[str, Any]) -> str:
     )
 
 
+def sizes_table(numbers: dict[str, Any]) -> str:
+    """Return the table of the diameters by the chords in Markdown, with the published ones."""
+    rows = []
+    for name, size in numbers["sizes"].items():
+        angle = "" if size["angle"] is None else f"{size['angle']:+.1f}"
+        chi2 = f"{size['chi2']:.0f} of {size['dof']}"
+        rows.append([name, f"{size['diameter']:.1f} +- {size['sigma']:.1f}", chi2, f"{size['rms']:.2f}", angle])
+    rows += [
+        [source, "{:.2f} +- {:.2f}".format(*size), "", "", ""] for source, size in numbers["published sizes"].items()
+    ]
+    return table(["shape", "diameter, km", "chi2", "rms of contacts, s", "correction of the angle"], rows)
+
+
 def seconds_table(numbers: dict[str, Any]) -> str:
     """Return the table of the processor time in Markdown."""
     rows = [[name, f"{value:.1f}"] for name, value in numbers["seconds"].items()]
@@ -175,6 +214,12 @@ the fit times the root of chi2 over the degrees of freedom. Angles are in degree
 {shape_text(numbers["shape"])}
 
 {pictures}
+
+## Size
+
+{SIZE_TEXT}
+
+{sizes_table(numbers)}
 
 ## Verdicts
 

@@ -16,9 +16,11 @@ from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
 
 from ..binaries.judging import Verdict, Word, compared
+from . import chords
+from .chords import Size
 from .model import DEGREE, Curves, parameters, setup, shape
 
-__all__ = ["Figure", "Results", "figure_of", "pole_apart", "study", "timing", "verdicts"]
+__all__ = ["Figure", "Results", "figure_of", "pole_apart", "sizes_of", "study", "timing", "verdicts"]
 
 #: The range of periods of the first scan, of one apparition, in hours; a draft begins nearer.
 RANGE, NEAR = np.array([2.2, 24.0]), np.array([8.0, 8.8])
@@ -34,6 +36,10 @@ DOTTO, DOTTO_RATIOS = (8.398, 0.001), {"a/b": (1.34, 0.03), "b/c": (1.22, 0.05)}
 USUAL = 5.0
 #: Names of the fits.
 BEST, SECOND, SMOOTH = "best minimum", "second minimum", "best minimum, smoother prior"
+#: Names of the minima of the best fit.
+POLES = ("best pole", "mirror pole")
+#: The rise of chi2, over the reduced chi2 of the lower one, from which on chords tell two poles apart.
+RISE = 9.0
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,9 @@ class Results:
         minimum of each fit and that at the mirror pole are in its ``minima``.
     figure : Figure
         The shape of the best fit.
+    sizes : dict of Size
+        The sizes from the chords of the occultation: of the shape from light with each pole, without and with a free
+        rotation angle, and of ellipsoids.
     seconds : dict of float
         Processor time of each scan and fit.
     """
@@ -79,12 +88,13 @@ class Results:
     scan: PeriodScan
     fits: dict[str, Fit]
     figure: Figure
+    sizes: dict[str, Size]
     seconds: dict[str, float]
 
     @property
     def best(self) -> Fit:
         """The fit with the lowest chi2 of the degree of the study."""
-        return min((self.fits[name] for name in (BEST, SECOND) if name in self.fits), key=lambda fit: fit.chi2)
+        return lowest(self.fits)
 
 
 def study(draft: bool = False, progress: Any = False) -> Results:
@@ -121,7 +131,23 @@ def study(draft: bool = False, progress: Any = False) -> Results:
         start = parameters(found.period, found.longitude, found.latitude, degree, power)
         made = functools.partial(fullbody.fit, setup, start, curves.observations, proposals=limit)
         fits[name] = timed(f"fit, {name}", made)
-    return Results(curves, coarse, scan, fits, figure_of(fits[BEST]), seconds)
+    best = lowest(fits)
+    sizes = timed("sizes from chords", lambda: sizes_of(best))
+    return Results(curves, coarse, scan, fits, figure_of(best), sizes, seconds)
+
+
+def lowest(fits: dict[str, Fit]) -> Fit:
+    """Return the fit with the lowest chi2 of the degree of the study."""
+    return min((fits[name] for name in (BEST, SECOND) if name in fits), key=lambda fit: fit.chi2)
+
+
+def sizes_of(fit: Fit) -> dict[str, Size]:
+    """Return the sizes from the chords: of the shape of each minimum of a fit, and of ellipsoids."""
+    sizes = {}
+    for name, minimum in zip(POLES, fit.minima, strict=False):
+        sizes[f"shape from light, {name}"] = chords.of_light(minimum.values)
+        sizes[f"shape from light, {name}, rotation angle free"] = chords.of_light(minimum.values, free_angle=True)
+    return sizes | chords.of_ellipsoids()
 
 
 def figure_of(fit: Fit) -> Figure:
@@ -193,6 +219,26 @@ def verdicts(results: Results) -> list[Verdict]:
             else "residuals are not independent, so that the rise counts for less than its root in sigma"
         )
         rows.append(Verdict("Torppa et al. 2003", *statement, f"{rise:.1f}", None, judged(rise <= 9.0), why))
+    return rows + size_verdicts(results.sizes)
+
+
+def size_verdicts(sizes: dict[str, Size]) -> list[Verdict]:
+    """Compare the diameters of the shape from light with published ones, and its two poles by the chords."""
+    by_pole = {pole: sizes[f"shape from light, {pole}"] for pole in POLES if f"shape from light, {pole}" in sizes}
+    rows = []
+    for source, published in chords.PUBLISHED.items():
+        for pole, size in by_pole.items():
+            why = "the shape is that of light alone, and its outline leaves more than the errors of the chords"
+            rows.append(compared(source, f"diameter, {pole} [km]", published, (size.diameter, size.sigma), why))
+    if len(by_pole) == len(POLES):
+        first, other = (size.fit for size in by_pole.values())
+        best = min(first.chi2, other.chi2)
+        rise = (other.chi2 - first.chi2) / max(1.0, best / first.dof)
+        preferred = "the best pole" if rise > 0.0 else "the mirror pole"
+        statement = "rise of chi2 of the chords from the best to the mirror pole, by the lower chi2 over dof"
+        decided: Word = "open" if abs(rise) <= RISE else judged(rise > 0.0)
+        why = f"the chords prefer {preferred}" if decided != "open" else "the chords do not tell the poles apart"
+        rows.append(Verdict("DAMIT", statement, "the pole of the best minimum", f"{rise:.1f}", None, decided, why))
     return rows
 
 

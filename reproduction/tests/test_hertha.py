@@ -44,6 +44,12 @@ def test_a_draft_finds_the_period_and_the_pole(tmp_path):
     assert minima[0]["period"] == pytest.approx(8.4006, abs=1e-4)
     poles = [(minimum["longitude"], minimum["latitude"]) for minimum in minima]
     assert min(study.pole_apart(pole, study.TORPPA_POLES[0]) for pole in poles) < 20.0
-    for name in ("scans", "curves", "shape"):
+    sizes = numbers["sizes"]
+    assert set(sizes) >= {f"shape from light, {pole}" for pole in study.POLES[: len(minima)]}
+    for name, size in sizes.items():
+        assert 60.0 < size["diameter"] < 100.0
+        # Of 36 contacts, two numbers are for the offset, one for the diameter, and one for an angle or a ratio of axes.
+        assert size["dof"] == 36 - 3 - ("free" in name) - ("ellipsoid" in name)
+    for name in ("scans", "curves", "shape", "chords"):
         assert (tmp_path / f"{name}.png").stat().st_size > 2e4
     assert "## Verdicts" in path.read_text()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody import observing
 
-from reproduction.hertha import chords
+from reproduction.hertha import chords, model
 
 
 def test_stations_of_the_file_move_with_the_rotation_of_the_earth():
@@ -51,3 +51,22 @@ def test_the_size_of_a_known_ellipsoid_comes_back_from_its_chords():
         return chords.rotating(chords.ellipsoid(diameter, chords.RATIOS), 1.5)
 
     assert chords.size(setup, {"diameter": 74.0}, data).diameter == pytest.approx(81.0, rel=1e-5)
+
+
+def test_a_polyhedron_rotates_about_the_pole_as_the_shape_of_the_inversion():
+    # Areas of even degrees close without a change.
+    coefficients = np.append(np.zeros(3), np.random.default_rng(3).normal(scale=0.1, size=5))
+    pole, period = (272.0 * u.deg, 52.0 * u.deg), 8.4006 * u.h
+    convex = model.setup(*pole, period, coefficients)
+    solid = model.shape(coefficients).polyhedron()
+    system, state = chords.rotating(solid, chords.rotation_angle(period), pole, period)
+    since = (chords.EPOCH - model.EPOCH).to_value("h")
+    run = convex[0].integrate(convex[1], since, output=[since])
+    toward = [0.6, 0.5, 0.3], [0.5, 0.6, 0.2]
+    light = [
+        observing.brightness(which, at, *toward)[0].to_value("km2")
+        for which, at in ((convex[0], run[-1]), (system, state))
+    ]
+    assert light[0] == pytest.approx(light[1], rel=0.02)
+    turned = chords.rotating(solid, chords.rotation_angle(period) + 0.5, pole, period)
+    assert observing.brightness(*turned, *toward)[0].to_value("km2") != pytest.approx(light[1], rel=0.02)

@@ -12,6 +12,7 @@ mod faceted;
 mod facets;
 mod kernel;
 mod law;
+mod limb;
 mod lune;
 mod mesh;
 mod outline;
@@ -35,6 +36,7 @@ pub(crate) use snapshot::Snapshot;
 
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
+pub use limb::{Limb, LimbDistance};
 pub use photometer::Photometer;
 pub use recoil::recoil;
 pub use scene::Surface;

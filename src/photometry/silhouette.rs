@@ -4,7 +4,7 @@
 //! counterclockwise about the facet that is turned to the light, so that the edges wind about a point as often
 //! as such facets cover it. A triangle that no edge crosses is hidden or free as one of its points is; another
 //! one is cut along the edges that cross it, and each piece is hidden or free. The edges are sorted into rows,
-//! so that few are searched for each triangle.
+//! so that few are searched for each triangle. The limb of a body takes its edges from here too.
 
 use super::mesh::{Facet, Mesh, SIDES};
 use super::region::{Corner, Line, Region};
@@ -19,6 +19,17 @@ pub enum Hidden {
     ByFacets,
     /// The part within the silhouette, whose edges are those of the region.
     BySilhouette,
+}
+
+/// The edge of a silhouette that is nearest to a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestEdge {
+    /// Whether the part covers the ray.
+    pub inside: bool,
+    /// The edge.
+    pub line: Line,
+    /// The share of the edge at which it is nearest, from 0 to 1.
+    pub share: f64,
 }
 
 /// The silhouette of a part, in the frame of another one.
@@ -49,6 +60,10 @@ type Across = ([f64; 2], [[f64; 2]; 2]);
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
@@ -112,6 +127,46 @@ impl Silhouette {
 
     fn row(&self, row: usize) -> impl Iterator<Item = &Edge> {
         self.listed[self.starts[row]..self.starts[row + 1]].iter().map(|&index| &self.edges[index as usize])
+    }
+
+    /// Returns the edges.
+    pub fn lines(&self) -> impl Iterator<Item = Line> {
+        self.edges.iter().map(|edge| edge.line)
+    }
+
+    /// Returns the coordinates of a point across the direction.
+    fn place(&self, point: &Vec3) -> [f64; 2] {
+        self.axes.map(|axis| axis.dot(point))
+    }
+
+    /// Returns the edge that is nearest to the ray through a point.
+    pub fn nearest(&self, point: &Vec3) -> NearestEdge {
+        let at = self.place(point);
+        let mut nearest = (f64::INFINITY, NearestEdge { inside: self.covers(at), line: 0, share: 0.0 });
+        for edge in &self.edges {
+            let (side, from) = (minus(edge.to, edge.from), minus(at, edge.from));
+            let square = dot(side, side);
+            // An edge along the direction is a point.
+            let share = if square > 0.0 { (dot(from, side) / square).clamp(0.0, 1.0) } else { 0.0 };
+            let apart = minus(from, side.map(|x| share * x));
+            let distance = dot(apart, apart);
+            if distance < nearest.0 {
+                nearest = (distance, NearestEdge { line: edge.line, share, ..nearest.1 });
+            }
+        }
+        nearest.1
+    }
+
+    /// Returns the shares, from 0 to 1, of a displacement of the ray through a point at which it crosses edges.
+    pub fn crossings(&self, point: &Vec3, way: &Vec3) -> Vec<f64> {
+        let (at, way) = (self.place(point), self.place(way));
+        let crossing = |edge: &Edge| {
+            let (side, from) = (minus(edge.to, edge.from), minus(edge.from, at));
+            let inverse = cross(way, side).recip();
+            let [share, on_edge] = [cross(from, side) * inverse, cross(from, way) * inverse];
+            ((0.0..=1.0).contains(&share) && (0.0..=1.0).contains(&on_edge)).then_some(share)
+        };
+        self.edges.iter().filter_map(crossing).collect()
     }
 
     fn across(&self, triangle: &Facet) -> Across {

@@ -11,6 +11,7 @@ mod integrators;
 mod many;
 mod math;
 mod jacobian;
+mod limb;
 mod mutual;
 mod mutual_values;
 mod occultation;

@@ -16,19 +16,17 @@ from __future__ import annotations
 from .alcdef import read_alcdef, write_alcdef
 from .astrometry import Astrometry
 from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
-from .chord import Chord, Chords, Miss
-from .chords import occultation_chords
+from .chords import Chord, Chords, Miss, occultation_chords
 from .damit import DamitModel, read_damit, read_damit_model
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
 from .light_centres import CombinedLight, combined_light
 from .light_curve import light_curve, zero_point
-from .limb_points import Outline
 from .linear import Held, LinearModel, LinearUnknown
 from .measured import Measured
 from .mutual import mutual_events, occultation
 from .mutual_event import MutualEvent, MutualEvents
-from .outlines import SkyOutlines, outline
+from .outlines import Outline, SkyOutlines, outline
 from .photocentres import Photocentre
 from .photometry import Photometry
 from .radar import RadarAstrometry, RangeAndRate

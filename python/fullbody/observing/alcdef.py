@@ -280,28 +280,28 @@ def write_alcdef(path: Any, data: Photometry | Sequence[Photometry], metadata: M
     ...     print(path.read_text().splitlines()[-2])
     DATA=2455817.56250000|+7.400000|+0.010000
     """
-    given_keywords = {
+    keywords = {
         str(key): str(value).strip() for key, value in instance(metadata, "metadata", Mapping, "a dict").items()
     }
-    for key, value in given_keywords.items():
+    for key, value in keywords.items():
         line = f"{key}={value}"
         if not (_KEYWORD.fullmatch(line) and line.isprintable()) or key in (*_WRITTEN, "DATA", "DELIMITER"):
             raise InvalidInput(
                 f"metadata has {key!r}: {value!r}; expected keywords in capitals that the data do not give, with "
                 "printable text of one line"
             )
-    if missing := [key for key in _NEEDED if not given_keywords.get(key)]:
+    if missing := [key for key in _NEEDED if not keywords.get(key)]:
         raise InvalidInput(f"metadata has no {missing[0]}; expected {', '.join(_NEEDED)}")
-    choice(given_keywords["STANDARD"], "STANDARD", _WORDS["STANDARD"])
+    choice(keywords["STANDARD"], "STANDARD", _WORDS["STANDARD"])
     data_sets = [data] if isinstance(data, Photometry) else instance(data, "data", Iterable, "a Photometry, or several")
-    lines = [line for photometry in data_sets for line in _written(photometry, given_keywords)]
+    lines = [line for photometry in data_sets for line in _written(photometry, keywords)]
     if not lines:
         raise InvalidInput("data is empty; expected one Photometry or more")
     with replacing(path) as file:
         file.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _written(data: Photometry, given_keywords: dict[str, str]) -> Iterator[str]:
+def _written(data: Photometry, keywords: dict[str, str]) -> Iterator[str]:
     """Yield the lines of the blocks of photometry."""
     instance(data, "data", Photometry, "a Photometry")
     if not are_dates(data.times):
@@ -319,11 +319,11 @@ def _written(data: Photometry, given_keywords: dict[str, str]) -> Iterator[str]:
         middle = utc[0] + 0.5 * (utc[-1] - utc[0])
         day, clock = middle.isot.split("T")
         words = {"SESSIONDATE": day, "SESSIONTIME": clock[:8], **_corrections(data, rows["times"][len(rows) // 2])}
-        words["DIFFERMAGS"] = "TRUE" if given_keywords["STANDARD"] == "NONE" else "FALSE"
+        words["DIFFERMAGS"] = "TRUE" if keywords["STANDARD"] == "NONE" else "FALSE"
         words["DELIMITER"] = "PIPE"
         yield from (
             "STARTMETADATA",
-            *(f"{key}={value}" for key, value in (given_keywords | words).items()),
+            *(f"{key}={value}" for key, value in (keywords | words).items()),
             "ENDMETADATA",
         )
         columns = [rows["magnitude"], rows["sigma"], *([rows["airmass"]] if "airmass" in rows.colnames else [])]

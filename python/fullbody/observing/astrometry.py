@@ -8,19 +8,17 @@ import numpy as np
 
 from ..base.arguments import warn_if_degrees
 from ..base.kinds import flag
-from ..errors import InvalidInput, caution
+from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 from .centre_of_light import photocentre, semi_axes
-from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
-from .data import Observations
-from .vectors import Vectors, local_geometry, turn
-
-#: The largest offset, a degree in radians, that causes no warning if it is a plain number.
-_WIDEST = np.pi / 180.0
+from .columns import DataColumn, column, jitter_of, positive_rows
+from .sky import in_unit, offsets, sky_axes
+from .sky_data import SkyPoints
+from .vectors import Vectors, local_geometry
 
 
-class Astrometry(Observations):
+class Astrometry(SkyPoints):
     """Offsets of one body from another in the sky.
 
     An offset lies in the tangent plane at the body ``about``: along the parallel to the east (right ascension times the
@@ -74,6 +72,7 @@ class Astrometry(Observations):
         DataColumn("sigma", parts=("sigma_east", "sigma_north")),
         DataColumn("correlation", required=False, kind="numbers"),
     )
+    _options = ("body", "about", "frame")
     _error_names = ("_sigma", "_correlation")
     _names = ("east", "north")
 
@@ -91,35 +90,19 @@ class Astrometry(Observations):
         frame: Any = "equatorial",
         photocentre: bool = False,
     ) -> None:
-        values = {"east": east, "north": north, "sigma": sigma}
-        given = {name: column(value, name, "rad") for name, value in values.items()}
-        plain = [name for name, (_, unit) in given.items() if unit is None]
-        if plain and len(plain) < 3:
-            raise InvalidInput(
-                f"{plain[0]} has no unit, but others of east, north and sigma have; expected all or none"
-            )
-        numbers = {name: part for name, (part, _) in given.items()}
-        for name in ("east", "north"):
-            refuse_rounded(values[name], numbers[name], numbers["sigma"], f"{name} of Astrometry")
-        numbers["correlation"], without = column(correlation, "correlation", "")
-        if without is not None and not without.is_equivalent(""):
-            raise InvalidInput(f"correlation has the unit {without}; expected plain numbers")
-        rows = Rows(times, numbers, ("east", "north"), "Astrometry")
-        super().__init__(rows, geometry)
-        self.unit = given["east"][1]
+        numbers, unit = column(correlation, "correlation", "")
+        if unit is not None and not unit.is_equivalent(""):
+            raise InvalidInput(f"correlation has the unit {unit}; expected plain numbers")
+        points = {"east": east, "north": north, "sigma": sigma}
+        rows = self._read_points(times, points, {"correlation": numbers}, geometry, frame, 2)
         flag(photocentre, "photocentre")
         if photocentre and not geometry.has_sun:
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
-        self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
-        self._offsets = np.stack([rows.of("east"), rows.of("north")], axis=1)
-        if plain:
-            warn_if_wide(self._offsets, "the offsets of Astrometry")
-        self._sigma = positive_rows(rows.of("sigma", 2), "sigma of Astrometry")
+        self.body, self.about, self.photocentre = body, about, bool(photocentre)
         self._correlation = rows.of("correlation")
         if not (np.abs(self._correlation) < 1.0).all():
             worst = self._correlation[np.argmax(np.abs(self._correlation))]
             raise InvalidInput(f"correlation has the value {worst}; expected numbers between -1 and 1")
-        turn("equatorial", frame)
 
     @classmethod
     def from_polar(
@@ -156,18 +139,18 @@ class Astrometry(Observations):
         rho, unit = column(separation, "separation", "rad")
         angle = column(position_angle, "position_angle", "rad")[0]
         errors = {"sigma_separation": sigma_separation, "sigma_angle": sigma_angle}
-        along, turn = (positive_rows(column(sigma, name, "rad")[0], name) for name, sigma in errors.items())
+        along, tilt = (positive_rows(column(sigma, name, "rad")[0], name) for name, sigma in errors.items())
         warn_if_degrees(position_angle, "position_angle")
         if not (rho > 0.0).all():
             raise InvalidInput("separation has values that are not above zero; expected lengths in the sky")
-        if (turn > 0.5).any():
-            raise InvalidInput(f"sigma_angle has the value {turn.max()} rad; expected errors of at most 0.5 rad")
+        if (tilt > 0.5).any():
+            raise InvalidInput(f"sigma_angle has the value {tilt.max()} rad; expected errors of at most 0.5 rad")
         try:
-            rho, angle, along, turn = np.broadcast_arrays(rho, angle, along, turn)
+            rho, angle, along, tilt = np.broadcast_arrays(rho, angle, along, tilt)
         except ValueError as error:
-            shapes = ", ".join(str(one.shape) for one in (rho, angle, along, turn))
+            shapes = ", ".join(str(column.shape) for column in (rho, angle, along, tilt))
             raise InvalidInput(f"separation, position_angle and their errors have shapes {shapes}") from error
-        across = rho * turn
+        across = rho * tilt
         sine, cosine = np.sin(angle), np.cos(angle)
         east = np.sqrt((along * sine) ** 2 + (across * cosine) ** 2)
         north = np.sqrt((along * cosine) ** 2 + (across * sine) ** 2)
@@ -176,26 +159,6 @@ class Astrometry(Observations):
         if unit is not None:
             columns = {name: in_unit(values, unit) for name, values in columns.items()}
         return cls(times, correlation=correlation, **columns, **options)
-
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        columns = {"east": self.east, "north": self.north, "sigma_east": self.sigma[:, 0]}
-        columns |= {"sigma_north": self.sigma[:, 1], "correlation": self.correlation}
-        return columns, {"body": self.body, "about": self.about, "frame": str(self.frame)}
-
-    @property
-    def east(self) -> Any:
-        """Offsets (K,) along the parallel to the east."""
-        return self._united(self._offsets[:, 0])
-
-    @property
-    def north(self) -> Any:
-        """Offsets (K,) along the meridian to the north."""
-        return self._united(self._offsets[:, 1])
-
-    @property
-    def sigma(self) -> Any:
-        """Standard errors (K, 2) of east and north."""
-        return self._united(self._sigma)
 
     @property
     def correlation(self) -> Floats:
@@ -206,9 +169,6 @@ class Astrometry(Observations):
     def covariance(self) -> Any:
         """Covariance (K, 2, 2) of east and north."""
         return in_unit(self._covariance(None), self.unit, 2)
-
-    def _united(self, values: Floats) -> Any:
-        return in_unit(values, self.unit)
 
     def _widen(self, jitter: Any) -> None:
         wide = np.hypot(self._sigma, jitter_of(jitter, "rad"))
@@ -221,69 +181,19 @@ class Astrometry(Observations):
         matrix[:, 1, 0] *= self._correlation
         return matrix
 
-    def _observed(self, system: SystemLike) -> Floats:
-        return self._offsets
-
-    def _attach(self, values: Floats, system: SystemLike) -> Any:
-        return self._united(values)
-
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         axes = sky_axes(system, self.frame, "astrometry")
         body, about = system.context.pair(self.body, self.about, " of Astrometry")
         retarded = self._retarded(system, states, masses)
-        centres = {one: retarded.centre[..., one, :] for one in (body, about)}
+        centres = {index: retarded.centre[..., index, :] for index in (body, about)}
         if self.photocentre:
             to_sun = local_geometry(self.geometry, system).sun(retarded.times)
             attitude = retarded.attitude(states["attitude"], states["spin"])
-            for one, centre in centres.items():
+            for index, centre in centres.items():
                 ways = retarded.observer - centre, to_sun - centre
-                centres[one] = centre + photocentre(semi_axes(system, one), attitude[..., one, :], *ways)
+                centres[index] = centre + photocentre(semi_axes(system, index), attitude[..., index, :], *ways)
         line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
 
     def _depends_on_figures(self) -> bool:
         return self.photocentre
-
-    def _described(self) -> list[tuple[str, str]]:
-        return [("body", str(self.body)), ("about", str(self.about)), ("frame", str(self.frame))]
-
-
-def sky_axes(system: SystemLike, frame: Any, what: str) -> Floats:
-    """Return the matrix (3, 3) from a system's axes to those of the sky."""
-    if system.context.frame is None:
-        raise InvalidInput(f"{what} needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')")
-    return turn(system.context.frame, frame)
-
-
-def warn_if_wide(radians: Floats, what: str) -> None:
-    """Warn of offsets in the sky, given as plain numbers, that are too large for radians."""
-    largest = float(np.abs(radians).max())
-    if largest > _WIDEST:
-        caution(
-            f"{what} have values up to {largest:.6g} radians, {np.degrees(largest):.3g} degrees; give arc seconds as "
-            f"Quantities, such as {largest:.6g} * u.arcsec"
-        )
-
-
-def in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:
-    """Return numbers in a power of radians as a Quantity in that power of a unit; unchanged without a unit."""
-    if unit is None:
-        return radians
-    from astropy import units as u
-
-    # The unit may be dimensionless.
-    return (radians * u.rad**power).to(unit**power, equivalencies=u.dimensionless_angles())
-
-
-def offsets(about: Floats, apart: Floats) -> Floats:
-    """Return the offsets (K, 2) of bodies on the tangent plane, to the east and to the north.
-
-    The vectors ``about`` (K, 3) go from the observer to the reference body, and ``apart`` (K, 3) from there to the
-    other body. The function is analytic and takes complex numbers.
-    """
-    (x, y, z), (along, across, up) = (np.moveaxis(vectors, -1, 0) for vectors in (about, apart))
-    level = np.sqrt(x * x + y * y)
-    length = np.sqrt(x * x + y * y + z * z)
-    outward = (x * along + y * across) / level
-    depth = length + (level * outward + z * up) / length
-    return np.stack([(x * across - y * along) / level / depth, (level * up - z * outward) / length / depth], axis=-1)

@@ -64,15 +64,15 @@ class BrightnessDerivatives(ArrayFields):
 
     def along(self, deformations: Sequence[Deformation]) -> Floats:
         """Return the derivatives (K, D) of the brightness of all bodies together along D deformations, at K epochs."""
-        found = np.zeros((len(self.brightness), len(deformations)))
+        derivatives = np.zeros((len(self.brightness), len(deformations)))
         for body, pair in enumerate(zip(self.vertices, self.areas, strict=True)):
             for partials, kind in zip(pair, ("vertices", "areas"), strict=True):
-                moving = [(d, one[body]) for d, one in enumerate(deformations) if body in one]
+                moving = [(d, deformation[body]) for d, deformation in enumerate(deformations) if body in deformation]
                 if moving and partials.size:
-                    places, displacements = zip(*moving, strict=True)
-                    columns = np.stack([getattr(one, kind).ravel() for one in displacements], axis=1)
-                    found[:, places] += partials.sum(axis=1).reshape(len(found), -1) @ columns
-        return found
+                    indices, displacements = zip(*moving, strict=True)
+                    columns = np.stack([getattr(displacement, kind).ravel() for displacement in displacements], axis=1)
+                    derivatives[:, indices] += partials.sum(axis=1).reshape(len(derivatives), -1) @ columns
+        return derivatives
 
 
 class Epochs(NamedTuple):
@@ -129,24 +129,19 @@ class Photometer:
     """
 
     def __init__(
-        self,
-        system: SystemLike,
-        law: Law | dict[str, Law],
-        albedo: Any,
-        mutual: bool,
-        sun_radius: Any,
+        self, system: SystemLike, law: Law | dict[str, Law], albedo: Any, mutual: bool, sun_radius: Any
     ) -> None:
         flag(mutual, "mutual")
         names = system.context.names
         self.laws: list[Law] = by_name(law, names, "law")
-        for name, one in zip(names, self.laws, strict=True):
-            instance(one, f"law of {name}", Law, "a law such as LommelSeeliger()")
+        for name, body_law in zip(names, self.laws, strict=True):
+            instance(body_law, f"law of {name}", Law, "a law such as LommelSeeliger()")
         # One albedo for all of a body is multiplied in here, so that the derivative with respect to zero is known.
         if type(albedo) is float and 0.0 <= albedo < np.inf:
             self.albedo, faces = np.full(len(names), albedo), [[1.0]] * len(names)
         else:
             self.albedo, faces = _albedos(albedo, names)
-        described = [one._describe() for one in self.laws]
+        described = [body_law._describe() for body_law in self.laws]
         radius = sun_radius if type(sun_radius) is float else Units().number(sun_radius, "angle", "sun_radius")
         if isinstance(sun_radius, int | float) and radius > _SUN:
             caution(
@@ -157,21 +152,22 @@ class Photometer:
 
     def brightness(self, epochs: Epochs) -> Floats:
         """Return the brightness (K, N) at epochs."""
-        plain: Floats = self._core.brightness(epochs.core())
-        plain *= self.albedo
-        if any(law.phase_function is not None for law in self.laws):
-            plain *= self._by_law(_phase_angle(*epochs.ways()))
-        return plain
+        return self._multiplied(self._core.brightness(epochs.core()), epochs)
 
     def moments(self, epochs: Epochs) -> Floats:
         """Return the brightness and its first moments (K, N, 4), sums over the surface of the light and of it times the
         components of the vector from the body's centre.
         """
-        plain: Floats = self._core.moments(epochs.core())
-        plain *= self.albedo[:, None]
+        return self._multiplied(self._core.moments(epochs.core()), epochs)
+
+    def _multiplied(self, light: Floats, epochs: Epochs) -> Floats:
+        """Return light (K, N, ...) of bodies times their albedos and their phase functions."""
+        factors = [self.albedo]
         if any(law.phase_function is not None for law in self.laws):
-            plain *= self._by_law(_phase_angle(*epochs.ways()))[..., None]
-        return plain
+            factors.append(self._by_law(_phase_angle(*epochs.ways())))
+        for factor in factors:
+            light *= factor.reshape(*factor.shape, *[1] * (light.ndim - 2))
+        return light
 
     def _by_law(self, angle: Floats) -> Floats:
         """Return the phase functions (K, N) of the bodies at phase angles (K, N)."""
@@ -182,7 +178,7 @@ class Photometer:
 
         Those of hidden light leave out the perspective of a near observer or Sun.
         """
-        plain, bodies, light, by_vertex, by_area = self._core.partials(epochs.core(), vertices)
+        lit, bodies, light, by_vertex, by_area = self._core.partials(epochs.core(), vertices)
         ways = epochs.ways()
         angle = _phase_angle(*ways)
         factor = self._by_law(angle)
@@ -193,29 +189,29 @@ class Photometer:
         lengths = [np.linalg.norm(way, axis=-1, keepdims=True) for way in ways]
         units = [way / length for way, length in zip(ways, lengths, strict=True)]
         light = light * factor[..., None, None]
-        for k, (own, other) in enumerate((units, units[::-1])):
-            across = other - own * np.sum(own * other, axis=-1, keepdims=True)
+        for k, (direction, other) in enumerate((units, units[::-1])):
+            across = other - direction * np.sum(direction * other, axis=-1, keepdims=True)
             size = np.linalg.norm(across, axis=-1, keepdims=True)
             # The phase angle falls where one vector turns toward the other.
             toward = np.divide(across, size, out=np.zeros_like(across), where=size > 0.0)
-            light[:, :, k] -= (plain * slope)[..., None] * toward
-        whole = self.albedo * factor
+            light[:, :, k] -= (lit * slope)[..., None] * toward
+        scale = self.albedo * factor
         bodies = bodies * factor[..., None, None]
         for k, length in enumerate([] if epochs.distant else lengths):
-            nearer = 2.0 * (plain * factor)[..., None] * units[k] - light[:, :, k]
+            nearer = 2.0 * (lit * factor)[..., None] * units[k] - light[:, :, k]
             np.einsum("kiix->kix", bodies[..., :3])[:] += nearer / length
         bodies *= self.albedo[:, None, None]
         light = light * self.albedo[:, None, None]
         return BrightnessDerivatives(
-            plain * whole,
+            lit * scale,
             bodies[..., 0:3],
             bodies[..., 3:6],
             bodies[..., 6:9],
-            plain * factor,
+            lit * factor,
             light[:, :, 0],
             light[:, :, 1],
-            tuple(one * whole[..., None, None] for one in by_vertex),
-            tuple(one * whole[..., None] for one in by_area),
+            tuple(part * scale[..., None, None] for part in by_vertex),
+            tuple(part * scale[..., None] for part in by_area),
         )
 
 
@@ -286,8 +282,8 @@ def brightness(
     True
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.brightness(_at(system, state, to_observer, to_sun))
-    return system.context.units.attach(found[0], "area")
+    light = photometer.brightness(_at(system, state, to_observer, to_sun))
+    return system.context.units.attach(light[0], "area")
 
 
 def of_unit_sphere(law: Law) -> float:
@@ -330,21 +326,21 @@ def brightness_derivatives(
     >>> import fullbody
     >>> from fullbody import observing
     >>> system, state = fullbody.systems.kw4()
-    >>> found = observing.brightness_derivatives(system, state, [1, 0, 0], [1, 0.1, 0])
-    >>> found.position.shape, found.semi_axes.shape, found.to_sun.shape
+    >>> by = observing.brightness_derivatives(system, state, [1, 0, 0], [1, 0.1, 0])
+    >>> by.position.shape, by.semi_axes.shape, by.to_sun.shape
     ((2, 2, 3), (2, 2, 3), (2, 3))
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.derivatives(_at(system, state, to_observer, to_sun), vertices=True)
+    derivatives = photometer.derivatives(_at(system, state, to_observer, to_sun), vertices=True)
     dimensions = {"position": "length", "semi_axes": "length"}
     attach = system.context.units.attach
     values = {
-        name: attach(getattr(found, name)[0], dimensions.get(name, "area"))
+        name: attach(getattr(derivatives, name)[0], dimensions.get(name, "area"))
         for name in BrightnessDerivatives.__dataclass_fields__
         if name not in ("vertices", "areas")
     }
-    by_vertex, by_area = (attach(one[0], "length") for one in found.vertices), (one[0] for one in found.areas)
-    return BrightnessDerivatives(**values, vertices=tuple(by_vertex), areas=tuple(by_area))
+    by_vertex = tuple(attach(part[0], "length") for part in derivatives.vertices)
+    return BrightnessDerivatives(**values, vertices=by_vertex, areas=tuple(part[0] for part in derivatives.areas))
 
 
 def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
@@ -369,27 +365,27 @@ def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[Floats, list[list[flo
         )
     factors, faces = np.ones(len(names)), []
     for index, (name, value) in enumerate(zip(names, by_name(albedo, names, "albedo"), strict=True)):
-        given = numbers(value, f"albedo of {name}")
-        if given.ndim > 1 or not (given.size and given.min() >= 0.0 and given.max() < np.inf):
+        factor = numbers(value, f"albedo of {name}")
+        if factor.ndim > 1 or not (factor.size and factor.min() >= 0.0 and factor.max() < np.inf):
             expected = "a finite number, zero or above, or one for each face of a polyhedron"
             raise InvalidInput(f"albedo of {name} is {value!r}; expected {expected}")
-        factors[index] = 1.0 if given.ndim else given
-        faces.append(given.tolist() if given.ndim else [1.0])
+        factors[index] = 1.0 if factor.ndim else factor
+        faces.append(factor.tolist() if factor.ndim else [1.0])
     return factors, faces
 
 
 def _direction(value: Any, what: str) -> Floats:
     """Return a vector (1, 3) of any length above zero; the core checks an array of numbers itself."""
-    plain = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
-    found: Floats = (value if plain else directions(value, what, True))[None]
-    return found
+    is_vector = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
+    vector: Floats = (value if is_vector else directions(value, what, True))[None]
+    return vector
 
 
 def by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
     """Return a list of values, one for each body, from one value for all or a dict by names."""
     if not isinstance(value, dict):
         return [value] * len(names)
-    value = {normal(name): one for name, one in value.items()}
+    value = {normal(name): entry for name, entry in value.items()}
     for name in value:
         if name not in names:
             raise InvalidInput(f"{what} names {name!r}; {suggestion(str(name), names, 'all')}")

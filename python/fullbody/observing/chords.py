@@ -2,28 +2,131 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.kinds import instance
 from ..errors import interruptible
+from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
-from .chord import Chord, Chords, Miss
-from .limbs import Limb, Span, dense_nodes, limbs_of, spans_below_zero, union
+from .event_tables import masked_times, table_of, time_column
+from .limbs import Limb, dense_nodes, limbs_of
 from .sightlines import SightLines, span_of
+from .spans import Span, lowest, spans_below_zero, union
 from .star import Star
 from .stations import Stations
 from .times import in_system
 from .vectors import Vectors
+
+if TYPE_CHECKING:
+    from ..typing import Scalar
 
 #: The numbers of intervals into which an encounter and the passage of a body are divided, and the most of the former.
 _ENCOUNTER, _PASSAGE, _MOST = 64, 64, 16384
 #: The curvature of the path within an interval of an encounter, and the margin about a body, relative to its reach.
 _CURVED, _MARGIN = 1e-3, 1.01
 #: The largest rotation of a body, in radians, within an interval of its passage.
-_TURN = 0.05
+_ROTATION = 0.05
+#: The number of times in a search for the nearest one, and of searches, each of which narrows it down to two intervals.
+_TRIALS, _SEARCHES = 17, 12
+
+
+@dataclass(frozen=True, slots=True)
+class Chord:
+    """The occultation of a star by a body as one station sees it.
+
+    Attributes
+    ----------
+    station : int
+        The index of the station.
+    body : str
+        The name of the body.
+    disappearance, reappearance : float, Quantity or None
+        Times at the station on the system's clock, numbers or Quantities since the epoch; ``None`` where the searched
+        span begins or ends while the star is hidden.
+    """
+
+    station: int
+    body: str
+    disappearance: Scalar | None
+    reappearance: Scalar | None
+
+    @property
+    def duration(self) -> Scalar | None:
+        """The time from disappearance to reappearance, or ``None`` if one of them is ``None``."""
+        if self.disappearance is None or self.reappearance is None:
+            return None
+        return self.reappearance - self.disappearance
+
+
+@dataclass(frozen=True, slots=True)
+class Miss:
+    """The closest approach of a body to the line of sight of a station from which it hides nothing.
+
+    Attributes
+    ----------
+    station : int
+    body : str
+    time : float or Quantity
+        The time at which the body's centre is nearest to the line of sight, on the system's clock.
+    distance : float or Quantity
+        The distance of the body's centre from the line of sight then.
+    """
+
+    station: int
+    body: str
+    time: Scalar
+    distance: Scalar
+
+
+class Chords(list[Chord]):
+    """A list of chords by station and time, made by :func:`occultation_chords`.
+
+    Parameters
+    ----------
+    chords : iterable of Chord
+    misses : iterable of Miss
+    system : System
+        The system on whose clock the times are.
+
+    Attributes
+    ----------
+    misses : list of Miss
+        For each station and each body that hides nothing from it in the searched span, its closest approach.
+    """
+
+    def __init__(self, chords: Iterable[Chord], misses: Iterable[Miss], system: SystemLike) -> None:
+        super().__init__(chords)
+        self.misses = list(misses)
+        self._system = system
+
+    def to_table(self) -> Any:
+        """Return an astropy ``QTable`` with a row for each chord.
+
+        It has the columns ``station``, ``body``, ``disappearance``, ``reappearance`` and ``duration``. Times are dates
+        in UTC if the system has an epoch, by the clock of the station. A time that a chord does not have is masked.
+
+        Examples
+        --------
+        >>> import astropy.units as u, fullbody
+        >>> from fullbody import observing
+        >>> system, state = fullbody.systems.didymos(units=True)
+        >>> run = system.integrate(state, "10 min", dense=True)
+        >>> path = {"to_observer": [[1e7, -2.0, 0.0], [1e7, 4.0, 0.0]] * u.km, "frame": "ecliptic"}
+        >>> geometry = observing.Geometry([0.0, 300.0] * u.s, **path)
+        >>> chords = observing.occultation_chords(run, [-1.0, 0.0, 0.0], [[0.0, 0.0, 0.0]] * u.km, geometry)
+        >>> chords.to_table()["station", "body"].pformat()[-1].split()
+        ['0', 'Dimorphos']
+        """
+        table = table_of({name: [getattr(chord, name) for chord in self] for name in ("station", "body")})
+        for name in ("disappearance", "reappearance"):
+            table[name] = time_column([getattr(chord, name) for chord in self], self._system)
+        table["duration"] = masked_times([chord.duration for chord in self], self._system)
+        return table
 
 
 @interruptible("a search for chords")
@@ -82,29 +185,28 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
     """
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     source = Star(star, geometry)
-    lines = SightLines(run, geometry, source, Stations(stations, geometry, source))
+    stations_seen = Stations(stations, geometry, source)
+    lines = SightLines(run, geometry, source, stations_seen)
     first, last = lines.span(span_of(span, run.system, in_system))
     lines.refuse_inside(np.linspace(first, last, _ENCOUNTER))
-    assert lines.stations is not None
     chords: list[Chord] = []
     misses: list[Miss] = []
-    context = run.context
-    for body, name in enumerate(context.names):
+    attach = run.context.units.attach
+    for body, name in enumerate(run.context.names):
         if not (limbs := limbs_of(run.system, body)):
             # A point hides nothing.
             continue
-        found = _Search(lines, body, limbs, (first, last))
-        for station in range(len(lines.stations)):
-            spans = found.spans(station)
-            ends = [[None if t in (first, last) else context.units.attach(t, "time") for t in span] for span in spans]
+        search = _Search(lines, stations_seen, body, limbs, (first, last))
+        for station in range(len(stations_seen)):
+            spans = search.spans(station)
+            ends = [[None if t in (first, last) else attach(t, "time") for t in span] for span in spans]
             chords += [Chord(station, name, *pair) for pair in ends]
             if not spans:
-                time, distance = found.nearest(station)
-                time, distance = context.units.attach(time, "time"), context.units.attach(distance, "length")
-                misses.append(Miss(station, name, time, distance))
+                time, distance = search.nearest(station)
+                misses.append(Miss(station, name, attach(time, "time"), attach(distance, "length")))
 
     def order(chord: Chord) -> tuple[int, float]:
-        begin = first if chord.disappearance is None else context.units.strip(chord.disappearance, "time", "time")
+        begin = first if chord.disappearance is None else run.context.units.strip(chord.disappearance, "time", "time")
         return chord.station, float(begin)
 
     return Chords(sorted(chords, key=order), sorted(misses, key=lambda miss: miss.station), run.system)
@@ -113,52 +215,40 @@ def occultation_chords(run: Record, star: Any, stations: Any, geometry: Vectors,
 class _Search:
     """The search for the spans of time in which a body hides the star from each of the stations."""
 
-    def __init__(self, lines: SightLines, body: int, limbs: list[Limb], span: Span) -> None:
+    def __init__(self, lines: SightLines, stations: Stations, body: int, limbs: list[Limb], span: Span) -> None:
         self._lines, self._body, self._limbs, self._span = lines, body, limbs, span
-        assert lines.stations is not None
-        self._count = len(lines.stations)
         self.reach = max(limb.reach for limb in limbs)
-        #: For each station the nodes (T,) of the encounters, and the distances there of the lines of sight.
-        self._encounters = [self._encounter(*part) for part in self._meetings()]
+        every, start = np.arange(len(stations)), np.zeros(len(stations))
+        away = [np.linalg.norm(stations.at(lines.system, every, start + time), axis=1) for time in span]
+        radius = 1.02 * float(np.max(away, initial=0.0)) + _MARGIN * self.reach
+        #: Nodes (T,) of the encounters, and the least distances (S, T - 1) of lines of sight of stations between them.
+        self._encounters = [self._encounter(len(stations), *part) for part in lines.meetings(body, span, radius)]
 
-    def _meetings(self) -> list[Span]:
-        """Return the spans in which the line of sight of some station may come near the body."""
-        every, ends = np.arange(self._count), np.zeros(self._count)
-        assert self._lines.stations is not None
-        far = [np.linalg.norm(self._lines.stations.at(self._lines.system, every, ends + t), axis=1) for t in self._span]
-        radius = 1.02 * float(np.max(far, initial=0.0)) + _MARGIN * self.reach
-        return self._lines.meetings(self._body, self._span, radius)
-
-    def _encounter(self, start: float, stop: float) -> tuple[Floats, Floats, Floats]:
-        """Return nodes (T,) so dense that paths between them are straight, and places (S, T, 3) of lines of sight.
-
-        The last item has the least distances (S, T - 1) of the lines of sight between nodes.
-        """
-        count = _ENCOUNTER
+    def _encounter(self, count: int, start: float, stop: float) -> tuple[Floats, Floats]:
+        """Return nodes so dense that paths between them are straight, and the distances of ``count`` stations."""
+        intervals = _ENCOUNTER
         while True:
-            nodes = np.linspace(start, stop, count + 1)
+            nodes = np.linspace(start, stop, intervals + 1)
             path = self._lines.at(self._body, nodes).w
             bent = np.linalg.norm(path[:-2] - 2.0 * path[1:-1] + path[2:], axis=1).max() / 8.0
-            if bent <= _CURVED * self.reach or count >= _MOST:
+            if bent <= _CURVED * self.reach or intervals >= _MOST:
                 break
-            count = min(_MOST, int(count * max(2.0, np.sqrt(bent / (_CURVED * self.reach)))))
-        least = np.empty((self._count, count))
-        for station in range(self._count):
-            sight = self._lines.at(self._body, nodes, np.full(len(nodes), station))
-            w = np.where(sight.before[:, None], sight.w, np.inf)
-            way = (
-                w[1:] - w[:-1] if sight.before.all() else np.nan_to_num(w[1:] - w[:-1], nan=0.0, posinf=0.0, neginf=0.0)
-            )
-            square = np.maximum(np.sum(way * way, axis=1), np.finfo(float).tiny)
-            start_w = np.where(np.isfinite(w[:-1]), w[:-1], 1e300)
-            share = np.clip(-np.sum(start_w * way, axis=1) / square, 0.0, 1.0)
-            least[station] = np.linalg.norm(start_w + share[:, None] * way, axis=1)
-        return nodes, nodes[:-1], least
+            intervals = min(_MOST, int(intervals * max(2.0, np.sqrt(bent / (_CURVED * self.reach)))))
+        return nodes, np.stack([self._least_distances(nodes, station) for station in range(count)])
+
+    def _least_distances(self, nodes: Floats, station: int) -> Floats:
+        """Return the least distances (T - 1,) of straight lines between nodes; infinite if the body is behind."""
+        sight = self._lines.at(self._body, nodes, np.full(len(nodes), station))
+        start, path = sight.w[:-1], np.diff(sight.w, axis=0)
+        square = np.maximum(np.sum(path * path, axis=1), np.finfo(float).tiny)
+        share = np.clip(-np.sum(start * path, axis=1) / square, 0.0, 1.0)
+        is_ahead = sight.is_ahead[1:] | sight.is_ahead[:-1]
+        return np.where(is_ahead, np.linalg.norm(start + share[:, None] * path, axis=1), np.inf)
 
     def spans(self, station: int) -> list[Span]:
         """Return the spans in which the body hides the star from a station."""
         spans: list[Span] = []
-        for nodes, _, least in self._encounters:
+        for nodes, least in self._encounters:
             near = np.flatnonzero(least[station] < _MARGIN * self.reach)
             for begin, end in union([(float(nodes[k]), float(nodes[k + 1])) for k in near]):
                 spans += [part for limb in self._limbs for part in self._passage(limb, station, begin, end)]
@@ -166,41 +256,26 @@ class _Search:
 
     def nearest(self, station: int) -> tuple[float, float]:
         """Return the time at which the body's centre is nearest to the line of sight, and its distance then."""
-        time = self._span[0]
+        low, high = self._span
         if self._encounters:
-            parts = [
-                (float(least[station].min()), float(nodes[np.argmin(least[station])]))
-                for nodes, _, least in self._encounters
-            ]
-            time = min(parts)[1]
-        step = (
-            (self._encounters[0][0][1] - self._encounters[0][0][0])
-            if self._encounters
-            else self._span[1] - self._span[0]
-        )
-        low, high = max(self._span[0], time - step), min(self._span[1], time + 2.0 * step)
-        for _ in range(12):
-            trial = np.linspace(low, high, 17)
-            distances = self._lines.distances(self._body, trial, np.full(len(trial), station))
-            k = int(np.argmin(distances))
-            low, high = float(trial[max(k - 1, 0)]), float(trial[min(k + 1, 16)])
-        return float(trial[k]), float(distances[k])
+            nodes, least = min(self._encounters, key=lambda encounter: encounter[1][station].min())
+            k = int(np.argmin(least[station]))
+            low, high = nodes[max(k - 1, 0)], nodes[min(k + 2, len(nodes) - 1)]
+
+        def distances(times: Floats) -> Floats:
+            return self._lines.distances(self._body, times, np.full(len(times), station))
+
+        return lowest(distances, low, high, _TRIALS, _SEARCHES)
 
     def _passage(self, limb: Limb, station: int, begin: float, end: float) -> list[Span]:
         """Return the spans within an encounter in which a part of the body hides the star."""
 
         def measure(times: Floats) -> Floats:
             sight = self._lines.at(self._body, times, np.full(len(times), station))
-            return np.where(sight.before, limb.measure(*sight.in_body()), 1.0)
+            return np.where(sight.is_ahead, limb.measure(*sight.in_body()), 1.0)
 
-        rate = float(
-            np.linalg.norm(self._lines.solution.states(np.array([self._emission(begin)]))["spin"][0, self._body])
-        )
-        count = int(min(_MOST, max(_PASSAGE, rate * (end - begin) / _TURN)))
+        rate = float(np.linalg.norm(self._lines.states(np.array([begin]))["spin"][0, self._body]))
+        count = int(min(_MOST, max(_PASSAGE, rate * (end - begin) / _ROTATION)))
         nodes = np.linspace(begin, end, count + 1)
         places = self._lines.at(self._body, nodes, np.full(len(nodes), station)).in_body()
         return spans_below_zero(measure, dense_nodes(limb, nodes, *places))
-
-    def _emission(self, time: float) -> float:
-        low, high = sorted(self._lines.solution.range)
-        return float(np.clip(self._lines.local.emission(time), low, high))

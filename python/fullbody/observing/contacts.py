@@ -13,7 +13,7 @@ the speed at which it passes: zero where the body does not hide the star.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -59,7 +59,7 @@ class Rows(NamedTuple):
 class Path(NamedTuple):
     """Places and velocities (M, 3) of stations, and unit vectors (M, 3) to the star, at M times."""
 
-    place: Floats
+    position: Floats
     velocity: Floats
     star: Floats
 
@@ -145,20 +145,28 @@ class Passage:
     def lines(self, body: Body, index: Indices, times: Floats, step: complex = 0.0) -> tuple[Any, Any, Any]:
         """Return places and directions (..., M, 3) of rays from the body's centre, and the body's attitudes."""
         path, seen = self._path(index, times), body.of(index)
-        place = path.place + path.velocity * step
+        position = path.position + path.velocity * step
         since = (times - self.rows.times[index] + step)[..., None]
         late = since
         for _ in range(_LIGHT if np.isfinite(body.light_speed) else 0):
-            way = place - seen.centre - seen.velocity * late
+            way = position - seen.centre - seen.velocity * late
             far = np.sqrt(np.sum(way * way, axis=-1, keepdims=True))
             late = since - (far - seen.distance) / body.light_speed
-        way = place - seen.centre - seen.velocity * late - seen.shift
+        way = position - seen.centre - seen.velocity * late - seen.shift
         depth = np.sum(way * path.star, axis=-1, keepdims=True)
         return way - depth * path.star, path.star, rotated(seen.attitude, seen.spin, late[..., 0])
 
     def rates(self, body: Body, index: Indices, times: Floats, limb: Limb) -> Floats:
         """Return the derivatives (M,) of the measure of a limb with respect to time."""
         return np.asarray(limb.measure(*self.sight(body.real, index, times, 1j * _STEP)).imag / _STEP)
+
+    def solve(self, body: Body) -> Floats:
+        """Find the contacts, and return predictions (K,) relative to the times of the rows."""
+        raise NotImplementedError
+
+    def linearised(self, body: Body, limbs: Sequence[Limb] | None = None) -> Any:
+        """Return predictions (..., K) for changes of the body, or of its limbs, to first order about the contacts."""
+        raise NotImplementedError
 
     def speed(self, body: Body) -> Floats:
         """Return the speeds (K,) of the lines of sight past the body."""
@@ -171,21 +179,6 @@ class Passage:
                 "change with time"
             )
         return np.asarray(speed)
-
-
-class Contacts(Protocol):
-    """The finder of the contacts of K rows with a body."""
-
-    limbs: Sequence[Limb]
-
-    def lines(self, body: Body, index: Indices, times: Floats, step: complex = 0.0) -> tuple[Any, Any, Any]:
-        """Return places and directions of rays from the body's centre, and the body's attitudes."""
-
-    def solve(self, body: Body) -> Floats:
-        """Find the contacts, and return predictions (K,) relative to the times of the rows."""
-
-    def linearised(self, body: Body, limbs: Sequence[Limb] | None = None) -> Any:
-        """Return predictions (..., K) for changes of the body, or of its limbs, to first order about what was found."""
 
 
 def continued(least: Floats, square: Any) -> Any:
@@ -229,21 +222,21 @@ class EllipsoidContacts(Passage):
 
     def _parabola(self, body: Body, middle: Floats, width: Floats, limb: Limb) -> tuple[Any, Any, Any]:
         """Return the coefficients (..., K) of the measure as a quadratic function of time, in units of widths."""
-        before, value, after = (
+        earlier, value, after = (
             limb.measure(*self.sight(body, self.every, middle + k * width)) for k in (-1.0, 0.0, 1.0)
         )
-        return value, 0.5 * (after - before), 0.5 * (after + before) - value
+        return value, 0.5 * (after - earlier), 0.5 * (after + earlier) - value
 
     def linearised(self, body: Body, limbs: Sequence[Limb] | None = None) -> Any:
         """Return predictions (..., K) for changes of the body, or of its limbs, to first order about what was found."""
         rows, limb = self.rows, (self.limbs if limbs is None else limbs)[0]
-        found = limb.measure(*self.sight(body, self.every, self._times))
+        measured = limb.measure(*self.sight(body, self.every, self._times))
         rate = self.rates(body, self.every, self._times, self.limbs[0])
-        contact = self._times - found / np.where(self._exact, rate, np.inf)
+        contact = self._times - measured / np.where(self._exact, rate, np.inf)
         value, slope, bend = self._parabola(body, self._middle, self._width, limb)
         later = -0.5 * slope / bend
         half = continued(rows.least, (later * later - value / bend) * self._width**2)
         short = self._middle + later * self._width + rows.sign * half
-        depth = (1.0 - np.sqrt(found + 1.0)) * self._width / np.sqrt(bend)
+        depth = (1.0 - np.sqrt(measured + 1.0)) * self._width / np.sqrt(bend)
         missed = np.where(np.real(depth) > 0.0, depth, 0.0)
         return np.where(rows.sign == 0.0, missed, np.where(self._exact, contact, short) - rows.times)

@@ -132,17 +132,22 @@ def _photometry(
 def _text_curves(text: Text) -> Iterator[_LightCurve]:
     rows = text.words()
     line, words = text.expected(rows, 0, (1,), "the number of light curves")
-    next_row = 1
-    for k in range(text.whole(line, words[0], "the number of light curves")):
-        line, words = text.expected(rows, next_row, (2,), f"the number of points of curve {k + 1}, and 0 or 1")
-        count = text.whole(line, words[0], "the number of points", 1)
+    first = 1
+    for k in range(1, 1 + text.whole(line, words[0], "the number of light curves")):
+        line, words = text.expected(rows, first, (2,), f"the number of points of curve {k}, and 0 or 1")
+        last = first + text.whole(line, words[0], "the number of points", 1)
         if words[1] not in ("0", "1"):
             text.fail(line, f"the scale is {words[1]!r}; expected 0 for relative or 1 for calibrated")
-        points = [_point(text, *text.expected(rows, next_row + 1 + j, (8,), _POINT)) for j in range(count)]
-        yield _LightCurve(f"curve {k + 1}", words[1] == "1", np.array(points))
-        next_row += 1 + count
-    if next_row < len(rows):
-        text.fail(rows[next_row][0], "the line is after the last of the light curves; expected the end of the file")
+        points = [_point(text, *text.expected(rows, j, (8,), _POINT)) for j in range(first + 1, last + 1)]
+        yield _LightCurve(f"curve {k}", words[1] == "1", np.array(points))
+        first = last + 1
+    _refuse_more(text, rows, first, "the last of the light curves")
+
+
+def _refuse_more(text: Text, rows: list[tuple[int, list[str]]], count: int, last: str) -> None:
+    """Raise an error for a file with more than a number of lines."""
+    if len(rows) > count:
+        text.fail(rows[count][0], f"the line is after {last}; expected the end of the file")
 
 
 def _json_curves(text: Text) -> Iterator[_LightCurve]:
@@ -320,8 +325,7 @@ def _spin(text: Text) -> tuple[list[float], LommelSeeligerLambert | None]:
             text.number(line, words[2], "the period in hours", POSITIVE)
             if not abs(numbers[1]) <= 90.0:
                 text.fail(line, f"the latitude of the pole is {words[1]}; expected -90 to 90 degrees")
-    if len(rows) > len(kinds):
-        text.fail(rows[len(kinds)][0], "the line is one too many; expected the end of the file")
+    _refuse_more(text, rows, len(kinds), "the factor of Lambert's law")
     if len(numbers) == 5:
         return numbers, None
     with naming(text.path):
@@ -333,24 +337,20 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
 
     rows = text.words()
     line, words = text.expected(rows, 0, (2,), "the numbers of vertices and facets")
-    counts = [text.whole(line, word, "the number of vertices or facets", 4) for word in words]
+    count, of_faces = (text.whole(line, word, "the number of vertices or facets", 4) for word in words)
     vertices, faces = [], []
-    for k in range(1, 1 + sum(counts)):
-        is_vertex = k <= counts[0]
-        line, words = text.expected(
-            rows, k, (3,), "the coordinates of a vertex" if is_vertex else "the vertices of a triangle"
-        )
-        if is_vertex:
-            vertices.append([text.number(line, word, "a coordinate") for word in words])
-            continue
+    for k in range(1, 1 + count):
+        line, words = text.expected(rows, k, (3,), "the coordinates of a vertex")
+        vertices.append([text.number(line, word, "a coordinate") for word in words])
+    for k in range(1 + count, 1 + count + of_faces):
+        line, words = text.expected(rows, k, (3,), "the vertices of a triangle")
         faces.append([text.whole(line, word, "the number of a vertex", 1) - 1 for word in words])
-        if max(faces[-1]) >= counts[0]:
-            text.fail(line, f"the triangle has vertex {max(faces[-1]) + 1}; expected at most {counts[0]}")
-    if len(rows) > 1 + sum(counts):
-        text.fail(rows[1 + sum(counts)][0], "the line is after the last facet; expected the end of the file")
+        if max(faces[-1]) >= count:
+            text.fail(line, f"the triangle has vertex {max(faces[-1]) + 1}; expected at most {count}")
+    _refuse_more(text, rows, 1 + count + of_faces, "the last facet")
     points = np.array(vertices)
     with naming(text.path):
-        plain = Polyhedron(points, faces)
+        solid = Polyhedron(points, faces)
     if diameter is None:
         try:
             return Polyhedron(points * unit_named(unit), faces)
@@ -360,4 +360,4 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
         raise InvalidInput(f"diameter is {diameter!r}; expected a Quantity, or text with a unit, such as '77 km'")
     km = Units(("km", "s", "kg")).number(diameter, "length", "diameter", POSITIVE)
     with naming(text.path):
-        return Polyhedron(points * (km / np.cbrt(6.0 * plain.volume / np.pi)) * u.km, faces)
+        return Polyhedron(points * (km / np.cbrt(6.0 * solid.volume / np.pi)) * u.km, faces)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -11,9 +11,12 @@ import numpy as np
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import instance
 from ..base.tables import Table, Tabled
-from ..base.units import need
+from ..errors import InvalidInput
+from ..model.context import SystemLike
 from ..record.record import Record
-from .columns import DataColumn, Rows, read_table
+from ..typing import Floats
+from .columns import DataColumn, Rows, column, jitter_of, read_table, refuse_rounded
+from .event_tables import table_of
 from .pictures import draw, time_axis
 from .predictions import Predictions
 from .vectors import Vectors
@@ -35,16 +38,45 @@ class Observations(Predictions, Tabled):
 
     #: The columns of a table besides ``times``.
     _columns: ClassVar[tuple[DataColumn, ...]] = ()
-    #: The attributes that hold the standard errors.
+    #: The options of the class that a table holds and that a summary shows.
+    _options: ClassVar[tuple[str, ...]] = ()
+    #: The attributes that hold the standard errors, and their unit.
     _error_names: ClassVar[tuple[str, ...]] = ("_sigma",)
+    _error_unit: ClassVar[str] = ""
     #: The names of the C numbers of a row, for pictures.
     _names: ClassVar[tuple[str, ...]] = ()
+    _sigma: Any
 
     def __init__(self, rows: Rows, geometry: Any) -> None:
         what = f"geometry of {type(self).__name__}"
         super().__init__(rows.times, instance(geometry, what, Vectors, "an observing.Geometry"))
         self.rows = rows.kept
         self.missing = rows.missing
+
+    def _read(
+        self,
+        times: Any,
+        columns: Mapping[str, Any],
+        unit: str,
+        observed: Sequence[str],
+        others: dict[str, Floats],
+        mixed: bool = False,
+    ) -> tuple[Rows, Any]:
+        """Return the rows of columns in a unit, and the unit in which the first of them is given.
+
+        Unless units may be ``mixed``, all columns have a unit or none has. The ``observed`` ones have to be precise
+        enough for the errors ``sigma``; ``others`` are columns that are read already.
+        """
+        owner = type(self).__name__
+        read = {name: column(values, f"{name} of {owner}", unit) for name, values in columns.items()}
+        (first, (_, first_unit)), *others_read = read.items()
+        for name, (_, other_unit) in others_read:
+            if not mixed and (other_unit is None) != (first_unit is None):
+                raise InvalidInput(f"only one of {first} and {name} of {owner} has a unit; expected both or neither")
+        numbers = {name: values for name, (values, _) in read.items()}
+        for name in observed:
+            refuse_rounded(columns[name], numbers[name], numbers["sigma"], f"{name} of {owner}")
+        return Rows(times, numbers | others, observed, owner), first_unit
 
     @classmethod
     def from_table(
@@ -66,18 +98,21 @@ class Observations(Predictions, Tabled):
             :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
             :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarSpectrum` and :class:`DelayDoppler`
             ``power`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and their standard errors
-            ``sigma_range`` and ``sigma_range_rate``.
+            ``sigma_range`` and ``sigma_range_rate``; for :class:`StellarOccultation`, with a row for each station,
+            ``disappearance``, ``reappearance``, ``sigma`` (a pair of names), ``body``, ``watched_from``,
+            ``watched_until`` and the coordinates of the stations.
         unit : unit or dict of unit, optional
             Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
         dates : (format, scale), optional
             The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
         **options
-            The other arguments of the class. ``night``, ``filter`` and ``airmass`` of :class:`Photometry` may be names
-            of columns.
+            The other arguments of the class, among them those that the table lacks. ``night``, ``filter`` and
+            ``airmass`` of :class:`Photometry` may be names of columns.
 
         Returns
         -------
-        Astrometry, Photometry or RadarAstrometry
+        Observations
+            Data of the class.
 
         Examples
         --------
@@ -96,7 +131,9 @@ class Observations(Predictions, Tabled):
         nameable = [c.name for c in cls._columns if c.named or c.kind == "labels"]
         named = [name for name in nameable if isinstance(options.get(name), str)]
         names = dict(columns or {}) | {name: options.pop(name) for name in named}
-        return cls(**cls._arguments(read_table(table, cls._columns, names, unit, dates, cls.__name__)), **options)
+        declared = [c for c in cls._columns if c.name not in options]
+        read = cls._arguments(read_table(table, declared, names, unit, dates, cls.__name__))
+        return cls(**read | options)
 
     @classmethod
     def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
@@ -105,15 +142,21 @@ class Observations(Predictions, Tabled):
 
     def to_table(self) -> Any:
         """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
-        with need("observing", "a table"):
-            from astropy.table import QTable
-
         columns, meta = self._in_table()
-        return QTable({"times": self.times} | columns, meta=meta)
+        return table_of({"times": self.times} | columns, meta)
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the columns of a table besides ``times``, and what else it holds."""
-        raise NotImplementedError
+        columns: dict[str, Any] = {}
+        for declared in self._columns:
+            if (values := self._column(declared.name)) is not None:
+                parts = dict(zip(declared.parts, np.moveaxis(values, -1, 0), strict=True)) if declared.parts else {}
+                columns |= parts or {declared.name: values}
+        return columns, {name: _told(getattr(self, name)) for name in self._options}
+
+    def _column(self, name: str) -> Any:
+        """Return the values of a column by its name, or ``None`` if the data have none."""
+        return getattr(self, name)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -182,7 +225,11 @@ class Observations(Predictions, Tabled):
 
     def _widen(self, jitter: Any) -> None:
         """Add a jitter to the standard errors."""
-        raise NotImplementedError
+        self._sigma = np.hypot(self._sigma, jitter_of(jitter, self._error_unit))
+
+    def _covariance(self, system: SystemLike) -> Floats:
+        sigma = self._sigma.reshape(len(self), -1)
+        return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
 
     def _tables(self) -> tuple[Table, ...]:
         rows = [("observations", str(len(self)))]
@@ -192,8 +239,13 @@ class Observations(Predictions, Tabled):
         return (Table(repr(self).partition("(")[0], (), [*rows, *self._described()]),)
 
     def _described(self) -> list[tuple[str, str]]:
-        return []
+        return [(name.replace("_", " "), str(getattr(self, name))) for name in self._options]
 
     def __repr__(self) -> str:
         left = f", {len(self.missing)} left out" if self.missing else ""
         return f"{type(self).__name__}({len(self)} times from {self.times[0]} to {self.times[-1]}{left})"
+
+
+def _told(value: Any) -> Any:
+    """Return an option as a table holds it: numbers and ``None`` as they are, and others as text."""
+    return value if value is None or isinstance(value, int | float | str) else str(value)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..base.units import need
 from ..typing import Floats
-from .contacts import Body, Contacts
+from .contacts import Body, Passage
 
 #: The relative changes at which the search for the unknowns ends.
 _TOLERANCES = {"xtol": 1e-9, "ftol": 1e-15, "gtol": 1e-15, "max_nfev": 200}
@@ -35,7 +35,7 @@ class Solution(NamedTuple):
         The body of each row.
     shift : ndarray, (K, 3)
         The displacement of the bodies by the offset.
-    contacts : dict of int to (ndarray of int, Contacts)
+    contacts : dict of int to (ndarray of int, Passage)
         For each body the rows that it was compared with, and their contacts.
     """
 
@@ -44,7 +44,7 @@ class Solution(NamedTuple):
     design: Floats
     chosen: Indices
     shift: Floats
-    contacts: dict[int, tuple[Indices, Contacts]]
+    contacts: dict[int, tuple[Indices, Passage]]
 
 
 @dataclass
@@ -55,7 +55,7 @@ class Event:
     ----------
     station, sign, sigma : ndarray, (K,)
         The station of each row; -1 for a disappearance, 1 for a reappearance, 0 for a miss; standard errors.
-    passages : dict of int to (ndarray of int, Contacts)
+    passages : dict of int to (ndarray of int, Passage)
         For each body the rows that may be due to it, and what finds their contacts.
     seen : callable
         The function from a body and displacements (..., K, 3) of all bodies to the body as it is seen.
@@ -72,7 +72,7 @@ class Event:
     station: Indices
     sign: Floats
     sigma: Floats
-    passages: dict[int, tuple[Indices, Contacts]]
+    passages: dict[int, tuple[Indices, Passage]]
     seen: Callable[[int, Any], Body]
     axes: tuple[Floats, Floats]
     scale: float
@@ -107,10 +107,10 @@ class Event:
         """Return the solution at values of the unknowns."""
         east, north = self.fixed if self.fixed is not None else values[:2] * self.scale
         shift = east * self.axes[0] + north * self.axes[1]
-        found = {
+        solved = {
             body: (of, contacts.solve(self.seen(body, shift).of(of))) for body, (of, contacts) in self.passages.items()
         }
-        chosen = self._chosen(found)
+        chosen = self._chosen(solved)
         columns = []
         for axis in self.axes if self.fixed is None else ():
             moved = shift + 1j * _STEP * self.scale * axis
@@ -120,13 +120,13 @@ class Event:
             }
             columns.append(picked(changes, chosen))
         design = np.column_stack([*columns, self.clocks])
-        return Solution(values, picked(found, chosen), design, chosen, shift, self.passages)
+        return Solution(values, picked(solved, chosen), design, chosen, shift, self.passages)
 
-    def _chosen(self, found: dict[int, tuple[Indices, Floats]]) -> Indices:
+    def _chosen(self, solved: dict[int, tuple[Indices, Floats]]) -> Indices:
         """Return the body of each row: for each station the one whose predictions are nearest to what was observed."""
-        bodies = np.array(list(found), dtype=np.intp)
+        bodies = np.array(list(solved), dtype=np.intp)
         cost = np.full((len(bodies), len(self.sign)), np.inf)
-        for row, (of, predictions) in zip(cost, found.values(), strict=True):
+        for row, (of, predictions) in zip(cost, solved.values(), strict=True):
             # If several bodies should have been missed, the one that hides the star most counts.
             row[of] = np.where(self.sign[of] == 0.0, -np.abs(predictions), predictions**2)
         chosen = np.empty(len(self.sign), dtype=np.intp)
@@ -136,12 +136,12 @@ class Event:
         return chosen
 
 
-def picked(found: dict[int, tuple[Indices, Any]], chosen: Indices) -> Any:
+def picked(predictions_of: dict[int, tuple[Indices, Any]], chosen: Indices) -> Any:
     """Return the numbers (..., K) of the chosen bodies, from those (..., M) of the rows of each body."""
-    parts = list(found.values())
+    parts = list(predictions_of.values())
     kind = np.result_type(*(numbers for _, numbers in parts))
     values = np.zeros((*np.shape(parts[0][1])[:-1], len(chosen)), dtype=kind)
-    for body, (of, numbers) in found.items():
-        own = chosen[of] == body
-        values[..., of[own]] = numbers[..., own]
+    for body, (of, numbers) in predictions_of.items():
+        chosen_rows = chosen[of] == body
+        values[..., of[chosen_rows]] = numbers[..., chosen_rows]
     return values

@@ -49,7 +49,7 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
     elements = {name: float(getattr(orbit, name)) for name in ELEMENTS}
     elapsed = emitted[:-1] - emitted[-1]
 
-    def place(name: str, change: float) -> Floats:
+    def positions(name: str, change: float) -> Floats:
         """Return the positions (K, 3) with one element changed."""
         changed = elements | {name: elements[name] + change}
         rate = np.sqrt(mu / abs(changed["a"]) ** 3)
@@ -58,8 +58,8 @@ def displacements(system: SystemLike, local: SystemGeometry, times: Floats) -> l
         return np.asarray(KeplerElements(**rows).to_cartesian(mu)[0] @ axes)
 
     def by_element(name: str) -> Floats:
-        here = place(name, 0.0)
+        here = positions(name, 0.0)
         step = _STEP * abs(elements["a"]) if name == "a" else _STEP
-        return difference(lambda change: place(name, change) - here, step)
+        return difference(lambda change: positions(name, change) - here, step)
 
     return [by_element(name) for name in ELEMENTS]

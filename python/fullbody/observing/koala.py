@@ -7,48 +7,56 @@ from typing import Any
 import numpy as np
 
 from ..base.units import need
-from ..errors import InvalidInput
 from ..files.text import Text
 from ..frames import rotation
 from ..typing import Floats
 from .geometry import Geometry
-from .star import sky_axes
+from .report import masked_dates, selected
+from .sky import east_and_north
 
 #: The time in s by which the geometry extends beyond the times of the chords.
 _MARGIN = 3600.0
-#: The number of columns of a chord, and the type of one that is a miss.
+#: The number of columns of a chord that are read, and the type of a chord that is a miss.
 _COLUMNS, _MISS = 9, -1
+_CHORD = tuple(range(_COLUMNS, 20))
+
+#: The vector to the Earth, its rate of change, and the words of the chords of an event.
+_Event = tuple[Floats, Floats, list[list[str]]]
 
 
 def read_koala(path: Any, event: int | None, scale: str) -> dict[str, Any]:
     """Return arguments of an event; see :meth:`fullbody.observing.StellarOccultation.read_koala`."""
-    lines = [line.split("<-")[0].split("#")[0].split() for line in Text(path).lines]
-    events = _events([line for line in lines if line], str(path))
-    if event is None and len(events) != 1:
-        raise InvalidInput(f"{path} has {len(events)} events; expected event=, a number from 0 to {len(events) - 1}")
-    index = 0 if event is None else event
-    if index not in range(len(events)):
-        raise InvalidInput(f"event is {event!r}; expected a number from 0 to {len(events) - 1}")
-    return _arguments(*events[index], scale)
+    text = Text(path)
+    text.lines = [line.split("<-")[0].split("#")[0] for line in text.lines]
+    to_earth, velocity, chords = selected(_events(text), event, path)
+    return _arguments(to_earth, velocity, chords, scale)
 
 
-def _events(lines: list[list[str]], name: str) -> list[tuple[Floats, Floats, list[list[str]]]]:
-    """Return for each event the vector to the Earth, its rate of change, and the lines of its chords."""
-    events = []
-    try:
-        place = 1
-        for _ in range(int(lines[0][0])):
-            to_earth, velocity = (np.array(lines[place + k], dtype=np.float64) for k in (0, 1))
-            count = int(lines[place + 3][0])
-            chords = lines[place + 4 : place + 4 + count]
-            if to_earth.shape != (3,) or velocity.shape != (3,) or len(chords) != count:
-                raise ValueError("vectors have three numbers each, and there is a line for each chord")
-            if any(len(chord) < _COLUMNS for chord in chords):
-                raise ValueError(f"a chord has {_COLUMNS} columns")
-            events.append((to_earth, velocity, chords))
-            place += 4 + count
-    except (IndexError, ValueError) as error:
-        raise InvalidInput(f"{name} is not in the format of KOALA: {error}") from error
+def _events(text: Text) -> list[_Event]:
+    """Return the events of a file."""
+    rows, form = text.words(), "in the format of KOALA"
+    if not rows:
+        text.fail(None, f"the file is empty and not {form}; expected the number of events")
+    line, words = rows[0]
+    if not words[0].isdecimal():
+        text.fail(line, f"the line begins with {words[0]!r}, not {form}; expected the number of events")
+    events: list[_Event] = []
+    first = 1
+    for _ in range(int(words[0])):
+        vectors = []
+        for k, what in enumerate(("the vector to the Earth in km", "its rate of change in km/s")):
+            line, words = text.expected(rows, first + k, (3,), f"{what}, three numbers")
+            vectors.append(np.array([text.number(line, word, what) for word in words]))
+        line, words = text.expected(rows, first + 3, tuple(range(1, 10)), "the number of chords")
+        count = text.whole(line, words[0], "the number of chords")
+        chords = []
+        for k in range(first + 4, first + 4 + count):
+            line, words = text.expected(rows, k, _CHORD, f"a line for each chord, of {_COLUMNS} columns")
+            for column, word in enumerate(words[:_COLUMNS], 1):
+                text.number(line, word, f"column {column} of a chord")
+            chords.append(words[:_COLUMNS])
+        events.append((vectors[0], vectors[1], chords))
+        first += 4 + count
     return events
 
 
@@ -58,40 +66,28 @@ def _arguments(to_earth: Floats, velocity: Floats, chords: list[list[str]], scal
         from astropy.time import Time
 
     days = [[chord[k].partition(".") for k in (0, 4)] for chord in chords]
-    whole, part = (
-        np.array([[float(f"{sign}{day[k]}") for day in row] for row in days]) for k, sign in ((0, ""), (2, "0."))
+    integer, fraction = (
+        np.array([[float(f"{prefix}{day[k]}") for day in row] for row in days]) for k, prefix in ((0, ""), (2, "0."))
     )
-    times = Time(whole, part, format="jd", scale=scale)
-    first = times[0, 0]
-    since = np.asarray((times - first).to_value("s"))
+    times = Time(integer, fraction, format="jd", scale=scale)
+    start = times[0, 0]
+    since = np.asarray((times - start).to_value("s"))
     middle = since.mean()
-    numbers = np.array([chord[:_COLUMNS] for chord in chords], dtype=np.float64)
+    numbers = np.array(chords, dtype=np.float64)
     # The coordinates are to the west and to the north, in a plane that moves with the shadow.
     places = np.stack([-numbers[:, [2, 6]], numbers[:, [3, 7]]], axis=-1)
     star = -to_earth / np.linalg.norm(to_earth)
-    axes = np.stack(sky_axes(star, rotation("equatorial", "ecliptic")[:, 2]))
-    drift = axes @ velocity
+    drift = east_and_north(star, rotation("equatorial", "ecliptic")[:, 2]) @ velocity
     stations = places - places.mean(axis=(0, 1)) - (since - middle)[..., None] * drift
     ends = np.array([since.min() - _MARGIN, since.max() + _MARGIN])
     vectors = to_earth + np.outer(ends - middle, velocity)
     missed = numbers[:, 8] == _MISS
-    seen = np.where(missed, np.nan, 1.0)
-    seconds = since * seen[:, None]
-    masked = [_masked(times[:, side], missed) for side in (0, 1)]
     return {
         "star": star,
         "stations": stations * u.km,
-        "disappearance": masked[0],
-        "reappearance": masked[1],
+        "disappearance": masked_dates(times[:, 0], missed),
+        "reappearance": masked_dates(times[:, 1], missed),
         "sigma": numbers[:, [1, 5]] * u.s,
-        "geometry": Geometry(first + ends * u.s, to_observer=vectors * u.km, frame="ecliptic"),
-        "watched": (times[:, 0], times[:, 1]) if np.isnan(seconds).any() else None,
+        "geometry": Geometry(start + ends * u.s, to_observer=vectors * u.km, frame="ecliptic"),
+        "watched": (times[:, 0], times[:, 1]) if missed.any() else None,
     }
-
-
-def _masked(times: Any, missed: Any) -> Any:
-    """Return dates of which some are masked."""
-    found = times.copy()
-    if missed.any():
-        found[missed] = np.ma.masked
-    return found

@@ -10,13 +10,12 @@ import numpy as np
 from ..base import rotations
 from ..base.values import ArrayFields
 from ..errors import InvalidInput, interruptible
-from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array, Floats
-from .astrometry import in_unit, offsets, sky_axes
 from .brightness import Epochs, Photometer
 from .laws import LommelSeeliger
 from .light_curve import epochs_of
+from .sky import in_mas, offsets, sky_axes
 from .vectors import Vectors
 
 if TYPE_CHECKING:
@@ -120,15 +119,6 @@ def combined_light(
     return CombinedLight(in_mas(offset, system), attach(centre, "length"), attach(total, "area"))
 
 
-def in_mas(radians: Floats, system: SystemLike) -> Any:
-    """Return angles in the sky in mas if a system has units, otherwise as they are."""
-    if not system.context.units.defined:
-        return radians
-    from astropy import units as u
-
-    return in_unit(radians, u.mas)
-
-
 def refuse_directions(epochs: Epochs, what: str) -> None:
     """Raise an error for a distant observer, from whom lengths have no angles."""
     if epochs.distant:
@@ -167,11 +157,11 @@ def derivatives(photometer: Photometer, epochs: Epochs, sizes: Floats) -> tuple[
         body frames.
     """
     light = photometer.moments(epochs)
-    found = centre_of(epochs, light)
+    centre = centre_of(epochs, light)
     count = len(sizes)
     result = np.zeros((2, len(light), 3, count, 3))
-    apart = epochs.position - found.centre[:, None]
-    total = found.total[:, None]
+    apart = epochs.position - centre.centre[:, None]
+    total = centre.total[:, None]
     for body in range(count):
         for kind, step in enumerate((_STEP * sizes[body], _STEP)):
             for axis in range(3):
@@ -182,7 +172,7 @@ def derivatives(photometer: Photometer, epochs: Epochs, sizes: Floats) -> tuple[
                 moment = np.einsum("kn,knx->kx", change[..., 0], apart) + change[..., 1:].sum(axis=1)
                 result[kind, :, :, body, axis] = moment / total
         result[0, :, :, body] += (light[:, body, 0, None] / total)[..., None] * np.eye(3)
-    return found, *result
+    return centre, *result
 
 
 def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epochs:
@@ -191,7 +181,7 @@ def _moved(epochs: Epochs, body: int, kind: int, axis: int, step: float) -> Epoc
     if kind == 0:
         position[:, body, axis] += step
     else:
-        turn = rotations.of_vectors(step * np.eye(3)[axis])
-        attitude[:, body] = rotations.products(attitude[:, body], turn)
-    rest = epochs.to_observer, epochs.to_sun, epochs.velocity, epochs.distant
-    return Epochs(epochs.times, position, attitude, *rest)
+        rotation = rotations.of_vectors(step * np.eye(3)[axis])
+        attitude[:, body] = rotations.products(attitude[:, body], rotation)
+    others = epochs.to_observer, epochs.to_sun, epochs.velocity, epochs.distant
+    return Epochs(epochs.times, position, attitude, *others)

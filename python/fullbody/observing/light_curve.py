@@ -16,7 +16,7 @@ from ..typing import Array, Floats
 from .brightness import Epochs, Photometer, of_unit_sphere
 from .exposure import exposure_rule
 from .laws import LommelSeeliger
-from .states import DISTANT, refuse_near, retarded
+from .states import DISTANT, RetardedStates, refuse_near, retarded
 from .times import in_system, kilometres
 from .vectors import SystemGeometry, Vectors, local_geometry
 
@@ -102,7 +102,7 @@ def light_curve(
     for part in _parts(in_system(times, system, "times")):
         light = np.zeros((len(part), len(system.context)))
         for since, weight in zip(*rule, strict=True):
-            light += weight * photometer.brightness(_epochs_at(run, local, part + since, "a light curve"))
+            light += weight * photometer.brightness(_epochs_of_run(run, local, part + since, "a light curve"))
         total = light if per_body else light.sum(axis=1)
         result.append(magnitudes(total, local.observer(part), local.sun(part), reduced))
     return np.concatenate(result)
@@ -113,7 +113,7 @@ def epochs_of(run: Record, times: Any, geometry: Vectors, what: str) -> Iterator
     system = run.system
     local = local_geometry(geometry, system)
     for part in _parts(in_system(times, system, "times")):
-        yield _epochs_at(run, local, part, what)
+        yield _epochs_of_run(run, local, part, what)
 
 
 def _parts(arrival: Floats) -> list[Floats]:
@@ -124,15 +124,27 @@ def _parts(arrival: Floats) -> list[Floats]:
     return np.array_split(arrival, max(1, -(-len(arrival) // _CHUNK)))
 
 
-def _epochs_at(run: Record, local: SystemGeometry, moments: Floats, what: str) -> Epochs:
-    """Return what a photometer sees at times (K,) of arrival, after checking that it and the Sun are far enough."""
+def _epochs_of_run(run: Record, local: SystemGeometry, moments: Floats, what: str) -> Epochs:
+    """Return what a photometer sees of a run at times (K,) of arrival."""
     states, retarded_states = retarded(run, local, moments, f"time of {what}")
-    attitude = retarded_states.attitude(states["attitude"], states["spin"])
-    to_sun = local.sun(moments)
+    return epochs_at(run.system, local, states, retarded_states, 1.0, DISTANT + 1.0)
+
+
+def epochs_at(
+    system: SystemLike,
+    local: SystemGeometry,
+    states: dict[str, Floats],
+    retarded_states: RetardedStates,
+    orbits: float,
+    sizes: float,
+) -> Epochs:
+    """Return what a photometer sees, after checking that observer and Sun are as far as :func:`refuse_near` wants."""
+    attitude, times = retarded_states.attitude(states["attitude"], states["spin"]), retarded_states.times
+    to_sun = local.sun(times)
     for name, vector in (("observer", retarded_states.observer), ("Sun", to_sun)):
-        refuse_near(run.system, local, name, vector, retarded_states.centre, attitude, moments, 1.0, DISTANT + 1.0)
+        refuse_near(system, local, name, vector, retarded_states.centre, attitude, times, orbits, sizes)
     beta = retarded_states.velocity / retarded_states.light_speed
-    return Epochs(moments, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
+    return Epochs(times, retarded_states.centre, attitude, retarded_states.observer, to_sun, beta, local.distant)
 
 
 def zero_point(

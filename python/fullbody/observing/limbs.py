@@ -1,197 +1,215 @@
-"""Limbs of bodies: whether a ray passes through a body, and how far it passes from its edge.
+"""Limbs of bodies: whether a ray passes through a body, how far it passes from its edge, and where its outline is.
 
-A ray is given in the body's frame by a point ``w`` (..., 3) on it, from the body's centre, and its direction ``u``.
-Each limb has a measure that is negative where the ray passes through the body and zero where it touches it. For an
-ellipsoid with the semi-axes A, with p = A^-1 w and q = A^-1 u, it is abs(p x q)^2 / abs(q)^2 - 1, a quadratic function
-of the place of the ray. For a polyhedron it is the distance from the outline. Both take complex numbers, so that a step
-along the imaginary axis gives their derivatives.
+A ray is given in the body's frame by a point ``w`` (..., 3) on it, from the body's centre, and its unit direction
+``u``. Each limb has a measure that is negative where the ray passes through the body and zero where it touches it. For
+an ellipsoid with the semi-axes A, with p = A^-1 w and q = A^-1 u, it is abs(p x q)^2 / abs(q)^2 - 1, a quadratic
+function of w. For a polyhedron it is the distance from the outline, which the core computes with its derivatives. Both
+take complex numbers, so that a step along the imaginary axis gives their derivatives.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
-from ..base.units import need
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .silhouettes import across
 
-#: The number of products of rays and edges that are computed at a time.
-_BLOCK = 2_000_000
-#: The iterations in which an extremum of a measure between three times is narrowed down.
-_EXTREMA = 60
-#: The smallest relative width of the bracket of a root that scipy accepts.
-_RELATIVE = 4.0 * float(np.finfo(float).eps)
-
-#: The places of the next component of a vector, and of the one before, in cyclic order.
+#: The indices of the next component of a vector, and of the one before, in cyclic order.
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
-#: The number of points of the outline of an ellipsoid.
-_RIM = 361
+#: The number of points of the outline of an ellipsoid, of normals among which that at the nearest point of an ellipse
+#: is sought, and of steps of Newton's method from there.
+_RIM, _NORMALS, _STEPS = 361, 64, 12
 
-Span = tuple[float, float]
+
+class LimbPoints(NamedTuple):
+    """Points of a limb: distances (n,) of rays, zero where a ray misses it; positions and outward normals (n, 3)."""
+
+    reach: Floats
+    points: Floats
+    normals: Floats
 
 
-class Limb(Protocol):
-    """The limb of a part of a body."""
+class Limb:
+    """The limb of a part of a body, whose centre and rotation matrix are given in the body's frame.
 
-    #: An upper bound of the distance of the part's points from the body's centre.
-    reach: float
+    Attributes
+    ----------
+    position : ndarray, (3,)
+    rotation : ndarray, (3, 3)
+    reach : float
+        An upper bound of the distance of the part's points from the body's centre.
+    """
+
+    def __init__(self, position: Floats, rotation: Floats, reach: float) -> None:
+        self.position, self.rotation, self.reach = position, rotation, reach
 
     def measure(self, w: Any, u: Any) -> Any:
-        """Return the measure (M,) of rays: negative where they pass through the part."""
+        """Return the measure (...) of rays: negative where they pass through the part."""
+        raise NotImplementedError
 
-    def extent(self, normals: Any) -> Any:
-        """Return how far (M,) the part reaches along unit vectors (M, 3) in the body's frame."""
-
-    def rim(self, u: Floats) -> Floats:
-        """Return points (R, 3) on the outline along a direction (3,), with rows of NaN between separate lines."""
+    def distance(self, w: Any, u: Any) -> Any:
+        """Return the distances (...) of rays from the outline along its normal, negative inside it."""
+        return self.measure(w, u)
 
     def length(self, measure: Any) -> Any:
         """Return about how far rays with a measure pass outside the limb, as a length."""
+        return measure
 
-    def crossings(self, w: Floats, u: Floats, way: Floats) -> Floats:
-        """Return the shares, from 0 to 1, of a displacement ``way`` (3,) of one ray at which it may cross the limb."""
+    def depth(self, w: Floats, u: Floats) -> Floats:
+        """Return numbers (...) that are negative where the part is ahead of the point on its ray."""
+        return np.asarray(np.sum((w - self.position) * u, axis=-1))
+
+    def extent(self, normals: Any) -> Any:
+        """Return how far (M,) the part reaches along unit vectors (M, 3)."""
+        raise NotImplementedError
+
+    def rim(self, u: Floats) -> Floats:
+        """Return points (R, 3) on the outline along a direction (3,), with rows of NaN between separate lines."""
+        raise NotImplementedError
+
+    def outermost(self, u: Floats, axes: Floats, rays: Floats) -> LimbPoints:
+        """Return the outermost points on rays from the body's centre across a direction (3,).
+
+        The rays (n, 2) are unit vectors along the ``axes`` (2, 3), which are perpendicular to the direction.
+        """
+        raise NotImplementedError
+
+    def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
+        """Return where displacements ``ways`` (M, 3) of rays may cross the limb: indices of rays, and shares of them.
+
+        The shares are between 0 and 1, in their order for each ray. There are none for a smooth measure, whose extrema
+        show all crossings.
+        """
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
 
 
-class EllipsoidLimb:
-    """The limb of an ellipsoid with semi-axes (3,), whose centre and rotation (3, 3) are given in the body's frame."""
+class EllipsoidLimb(Limb):
+    """The limb of an ellipsoid with semi-axes (3,)."""
 
     def __init__(self, semi_axes: Any, position: Floats, rotation: Floats) -> None:
-        self.semi_axes, self._position, self._rotation = np.asarray(semi_axes), position, rotation
-        self.reach = float(np.linalg.norm(position) + self.semi_axes.real.max())
+        self.semi_axes = np.asarray(semi_axes)
+        super().__init__(position, rotation, float(np.linalg.norm(position) + self.semi_axes.real.max()))
+
+    def _scaled(self, w: Any, u: Any) -> tuple[Any, Any]:
+        """Return points and directions of rays in the unit sphere of the ellipsoid."""
+        return (w - self.position) @ self.rotation / self.semi_axes, u @ self.rotation / self.semi_axes
 
     def measure(self, w: Any, u: Any) -> Any:
         """Return the square of the scaled distance of the rays from the centre minus one."""
-        p = (w - self._position) @ self._rotation / self.semi_axes
-        q = u @ self._rotation / self.semi_axes
+        p, q = self._scaled(w, u)
         product = cross(p, q)
         return np.sum(product * product, axis=-1) / np.sum(q * q, axis=-1) - 1.0
 
+    def distance(self, w: Any, u: Any) -> Any:
+        """Return the distances (...) of rays from the ellipse that is the outline."""
+        axes = np.stack(across(u), axis=-2)
+        columns = axes @ (self.rotation * self.semi_axes)
+        ellipse = columns @ np.swapaxes(columns, -1, -2)
+        point = (axes @ (w - self.position)[..., None])[..., 0]
+        normal = _normals_at_nearest(ellipse.real, point.real)
+        # The distance is the largest height above a tangent, so that a change of the normal has no effect.
+        return np.sum(normal * point, axis=-1) - np.sqrt(np.einsum("...i,...ij,...j->...", normal, ellipse, normal))
+
+    def depth(self, w: Floats, u: Floats) -> Floats:
+        """Return the scaled positions along the rays of the points from the middle of the chords."""
+        return np.asarray(np.sum(np.multiply(*self._scaled(w, u)), axis=-1))
+
     def extent(self, normals: Any) -> Any:
-        """Return how far (M,) the ellipsoid reaches along unit vectors (M, 3) in the body's frame."""
-        return normals @ self._position + np.linalg.norm(normals @ self._rotation * self.semi_axes, axis=-1)
+        """Return how far (M,) the ellipsoid reaches along unit vectors (M, 3)."""
+        return normals @ self.position + np.linalg.norm(normals @ self.rotation * self.semi_axes, axis=-1)
 
     def rim(self, u: Floats) -> Floats:
         """Return points (R, 3) on the outline along a direction (3,): s = A^-1 x is a circle across A^-1 u."""
-        first, second = (axis[0] for axis in across((u @ self._rotation / self.semi_axes)[None]))
+        first, second = (axis[0] for axis in across((u @ self.rotation / self.semi_axes)[None]))
         angles = np.linspace(0.0, 2.0 * np.pi, _RIM)
         circle = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second / np.linalg.norm(second))
-        return self._position + circle * self.semi_axes @ self._rotation.T
+        return self.position + circle * self.semi_axes @ self.rotation.T
+
+    def outermost(self, u: Floats, axes: Floats, rays: Floats) -> LimbPoints:
+        """Return the points of the ellipse that is the outline; the tangent plane at x has the normal Q^-1 x."""
+        columns = self.rotation * self.semi_axes
+        matrix = columns @ columns.T
+        inverse = np.linalg.inv(axes @ matrix @ axes.T)
+        middle = axes @ self.position
+        square = np.einsum("nx,xy,ny->n", rays, inverse, rays)
+        half = rays @ inverse @ middle
+        discriminant = half**2 - square * (middle @ inverse @ middle - 1.0)
+        reach = np.where(discriminant > 0.0, half + np.sqrt(np.maximum(discriminant, 0.0)), 0.0) / square
+        normals = (reach[:, None] * rays - middle) @ inverse @ axes
+        tangent = normals @ matrix
+        size = np.sqrt(np.maximum(np.einsum("nx,nx->n", normals, tangent), np.finfo(float).tiny))
+        return LimbPoints(reach, self.position + tangent / size[:, None], normals)
 
     def length(self, measure: Any) -> Any:
         """Return the distance from the limb of a sphere of the same volume."""
         return (np.sqrt(measure + 1.0) - 1.0) * np.cbrt(self.semi_axes.real.prod())
 
-    def crossings(self, w: Floats, u: Floats, way: Floats) -> Floats:
-        """Return nothing, since the measure is smooth and its extrema show all crossings."""
-        return np.zeros(0)
 
-
-class MeshLimb:
-    """The limb of a polyhedron with vertices (V, 3) and faces (F, 3), in the body's frame.
+class MeshLimb(Limb):
+    """The limb of a polyhedron of the core.
 
     The outline consists of the edges between a face that is turned to the ray's source and one that is turned away.
     They wind about a point as often as faces that are turned to it cover it.
     """
 
-    def __init__(self, vertices: Floats, faces: npt.NDArray[np.int64]) -> None:
-        self._vertices = vertices
-        self.reach = float(np.linalg.norm(vertices, axis=1).max())
-        corners = vertices[faces]
-        self._normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-        owners = np.repeat(np.arange(len(faces)), 3)
-        order = np.lexsort(np.sort(sides, axis=1).T)
-        first, second = order[0::2], order[1::2]
-        self._edges = sides[first]
-        self._sides = np.stack([owners[first], owners[second]], axis=1)
+    def __init__(self, polyhedron: _core.Polyhedron, position: Floats, rotation: Floats) -> None:
+        self.polyhedron, self._core = polyhedron, _core.Limb(polyhedron)
+        self.vertices = position + polyhedron.vertices @ rotation.T
+        super().__init__(position, rotation, float(np.linalg.norm(self.vertices, axis=1).max()))
 
     def measure(self, w: Any, u: Any) -> Any:
         """Return the distance of the rays from the outline, negative inside it."""
-        w, u = np.broadcast_arrays(w, u)
-        flat_w, flat_u = w.reshape(-1, 3), u.reshape(-1, 3)
-        size = max(1, _BLOCK // len(self._edges))
-        parts = [self._block(flat_w[k : k + size], flat_u[k : k + size]) for k in range(0, len(flat_w), size)]
-        return np.concatenate(parts).reshape(w.shape[:-1]) if parts else np.zeros(w.shape[:-1])
-
-    def _block(self, w: Any, u: Any) -> Any:
-        """Return the distances (M,): the edges and the sign are chosen by the real parts."""
-        axes = across(u)
-        ends = np.stack([(self._vertices @ axis.T).T - np.sum(w * axis, -1)[:, None] for axis in axes], axis=-1)
-        start, stop = ends[:, self._edges[:, 0]], ends[:, self._edges[:, 1]]
-        turned = (u.real @ self._normals.T > 0.0)[:, self._sides]
-        on_limb = turned[..., 0] != turned[..., 1]
-        way = stop - start
-        length = np.sum(way * way, axis=-1)
-        share = -np.sum(start * way, axis=-1).real / np.where(length.real > 0.0, length.real, 1.0)
-        share = np.clip(share, 0.0, 1.0)
-        near = start + share[..., None] * way
-        square = np.where(on_limb, np.sum(near * near, axis=-1).real, np.inf)
-        nearest = np.argmin(square, axis=1)
-        rows = np.arange(len(w))
-        below = start[..., 1].real <= 0.0, stop[..., 1].real <= 0.0
-        area = start[..., 0] * stop[..., 1] - start[..., 1] * stop[..., 0]
-        crosses = on_limb & (below[0] != below[1]) & ((area.real > 0.0) == below[0])
-        # An edge runs about the face that has it in this order; the other face has it reversed.
-        sign = np.where(below[0], 1, -1) * np.where(turned[..., 0], 1, -1)
-        inside = np.sum(np.where(crosses, sign, 0), axis=1) != 0
-        distance = self._distance(start[rows, nearest], way[rows, nearest], share[rows, nearest], near[rows, nearest])
-        return np.where(inside, -distance, distance)
-
-    @staticmethod
-    def _distance(start: Any, way: Any, share: Floats, near: Any) -> Any:
-        """Return the distances (M,) of the origin from edges, or from their ends, without roots of zero."""
-        normal = np.stack([-way[:, 1], way[:, 0]], axis=-1) / np.sqrt(np.sum(way * way, axis=-1))[:, None]
-        along = np.sum(start * normal, axis=-1)
-        along = np.where(along.real < 0.0, -along, along)
-        square = np.sum(near * near, axis=-1)
-        at_end = ((share == 0.0) | (share == 1.0)) & (square.real > 0.0)
-        return np.where(at_end, np.sqrt(np.where(at_end, square, 1.0)), along)
+        w, u = np.broadcast_arrays((w - self.position) @ self.rotation, u @ self.rotation)
+        rows = (np.ascontiguousarray(vectors.real).reshape(-1, 3) for vectors in (w, u))
+        distance, by_w, by_u = self._core.distances(*rows)
+        distance = distance.reshape(w.shape[:-1])
+        if not (np.iscomplexobj(w) or np.iscomplexobj(u)):
+            return distance
+        changes = (np.sum(by.reshape(v.shape) * v.imag, axis=-1) for by, v in ((by_w, w), (by_u, u)))
+        return distance + 1j * sum(changes)
 
     def extent(self, normals: Any) -> Any:
-        """Return how far (M,) the vertices reach along unit vectors (M, 3) in the body's frame."""
-        return (normals @ self._vertices.T).max(axis=-1)
+        """Return how far (M,) the vertices reach along unit vectors (M, 3)."""
+        return (normals @ self.vertices.T).max(axis=-1)
+
+    def _edges(self, u: Floats) -> Floats:
+        """Return the ends (E, 2, 3) of the edges of the outline along a direction (3,)."""
+        return self.position + self._core.edges(u @ self.rotation) @ self.rotation.T
 
     def rim(self, u: Floats) -> Floats:
         """Return the ends of the edges of the outline along a direction (3,), with a row of NaN after each edge."""
-        turned = (self._normals @ u > 0.0)[self._sides]
-        ends = self._vertices[self._edges[turned[:, 0] != turned[:, 1]]]
-        return np.concatenate([ends, np.full((len(ends), 1, 3), np.nan)], axis=1).reshape(-1, 3)
+        edges = self._edges(u)
+        return np.concatenate([edges, np.full((len(edges), 1, 3), np.nan)], axis=1).reshape(-1, 3)
 
-    def length(self, measure: Any) -> Any:
-        """Return the measure, which is a distance."""
-        return measure
+    def outermost(self, u: Floats, axes: Floats, rays: Floats) -> LimbPoints:
+        """Return the points at which rays t d meet edges p + s (q - p), where d x (p + s (q - p)) = 0."""
+        edges = self._edges(u)
+        p, q = np.moveaxis(edges @ axes.T, 1, 0)
+        along = q - p
+        aside = rays[:, [0]] * along[:, 1] - rays[:, [1]] * along[:, 0]
+        offset = rays[:, [0]] * p[:, 1] - rays[:, [1]] * p[:, 0]
+        share = np.divide(-offset, aside, out=np.full_like(aside, -1.0), where=aside != 0.0)
+        reach = rays @ p.T + share * (rays @ along.T)
+        reach = np.where((share >= 0.0) & (share <= 1.0), reach, 0.0)
+        rows, edge = np.arange(len(rays)), np.argmax(reach, axis=1)
+        sides = edges[edge, 1] - edges[edge, 0]
+        points = edges[edge, 0] + share[rows, edge, None] * sides
+        return LimbPoints(np.maximum(reach[rows, edge], 0.0), points, np.cross(sides, u))
 
-    def crossings(self, w: Floats, u: Floats, way: Floats) -> Floats:
-        """Return the shares of a displacement of one ray at which it crosses edges of the outline."""
-        axes = across(u[None])
-        place, move = (np.array([vector @ axis[0] for axis in axes]) for vector in (w, way))
-        turned = (self._normals @ u > 0.0)[self._sides]
-        edges = self._edges[turned[:, 0] != turned[:, 1]]
-        start, stop = (np.stack([self._vertices[edges[:, k]] @ axis[0] for axis in axes], -1) - place for k in (0, 1))
-        along = stop - start
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inverse = 1.0 / (move[0] * along[:, 1] - move[1] * along[:, 0])
-            share = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) * inverse
-            on_edge = (start[:, 0] * move[1] - start[:, 1] * move[0]) * inverse
-            hit = (share >= 0.0) & (share <= 1.0) & (on_edge >= 0.0) & (on_edge <= 1.0)
-        return np.sort(share[hit])
-
-
-def cross(a: Any, b: Any) -> Any:
-    """Return the cross products (..., 3) of vectors, which numpy's function takes longer for."""
-    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
+    def crossings(self, w: Floats, u: Floats, ways: Floats) -> tuple[Any, Floats]:
+        """Return the indices of rays, and the shares of their displacements, at which they cross the outline."""
+        rotated = (vectors @ self.rotation for vectors in (w - self.position, u, ways))
+        return self._core.crossings(*map(np.ascontiguousarray, rotated))
 
 
 def limbs_of(system: SystemLike, body: int, semi_axes: Any = None) -> list[Limb]:
-    """Return the limbs of the parts of a body that hide a star: none for a point, and none for voids.
+    """Return the limbs of the parts of a body with surfaces: none for a point, and none for voids.
 
     Parameters
     ----------
@@ -203,70 +221,55 @@ def limbs_of(system: SystemLike, body: int, semi_axes: Any = None) -> list[Limb]
     """
     limbs: list[Limb] = []
     for shape, mass, position, rotation in system.context.bodies[body].parts:
-        if shape is None or mass <= 0.0:
-            continue
-        place, turn = np.array(position), np.array(rotation)
-        if isinstance(shape, _core.Polyhedron):
-            limbs.append(MeshLimb(shape.vertices @ turn.T + place, shape.faces))
-        elif isinstance(shape, _core.StokesCoefficients):
+        pose = np.array(position), np.array(rotation)
+        if isinstance(shape, _core.StokesCoefficients):
             raise InvalidInput(
                 f"{system.context.names[body]} is given by Stokes coefficients, which have no surface; expected a body "
                 "with a surface, or a point, which hides nothing"
             )
+        if shape is None or mass <= 0.0:
+            continue
+        if isinstance(shape, _core.Polyhedron):
+            limbs.append(MeshLimb(shape, *pose))
         else:
-            limbs.append(EllipsoidLimb(shape if semi_axes is None else semi_axes, place, turn))
+            limbs.append(EllipsoidLimb(shape if semi_axes is None else semi_axes, *pose))
     return limbs
 
 
-def spans_below_zero(measure: Callable[[Floats], Floats], nodes: Floats) -> list[Span]:
-    """Return the spans of time in which a measure is negative, to the last digits.
+class PosedLimbs(NamedTuple):
+    """The limbs of a body in its pose: a centre (3,) and the rotation matrix (3, 3) from its frame."""
 
-    Extrema between the nodes (T,) are searched, so that a graze is found. A span that is cut by an end of the nodes
-    ends there.
-    """
-    with need("observing", "a search for chords"):
-        from scipy.optimize import brentq
+    limbs: Sequence[Limb]
+    centre: Floats
+    matrix: Floats
 
-    values = measure(nodes)
-    times, found = [nodes], [values]
-    middle = values[1:-1]
-    sign = np.where(middle > 0.0, 1.0, -1.0)
-    # A least value above zero may dip below it, and a greatest below zero may rise above it.
-    is_extremum = (sign * middle <= sign * values[:-2]) & (sign * middle <= sign * values[2:])
-    for k in np.flatnonzero(is_extremum) + 1:
-        if (values[k - 1 : k + 2] > 0.0).all() or (values[k - 1 : k + 2] < 0.0).all():
-            time, value = _extremum(measure, nodes[k - 1 : k + 2], values[k - 1 : k + 2])
-            times.append(np.array([time]))
-            found.append(np.array([value]))
-    all_times, all_values = np.concatenate(times), np.concatenate(found)
-    order = np.argsort(all_times, kind="stable")
-    all_times, all_values = all_times[order], all_values[order]
-    below = all_values < 0.0
-    edges = [float(all_times[0])] if below[0] else []
-    for k in np.flatnonzero(below[1:] != below[:-1]):
-        a, b = float(all_times[k]), float(all_times[k + 1])
-        edges.append(brentq(lambda t: float(measure(np.array([t]))[0]), a, b, xtol=1e-300, rtol=_RELATIVE))
-    if below[-1]:
-        edges.append(float(all_times[-1]))
-    return [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b]
+    def outermost(self, sight: Floats, axes: Floats, rays: Floats) -> LimbPoints:
+        """Return the outermost points on rays from the centre across a line of sight.
 
+        Parameters
+        ----------
+        sight : ndarray, (3,)
+            The unit vector to the observer.
+        axes : ndarray, (2, 3)
+            Unit vectors across the line of sight.
+        rays : ndarray, (n, 2)
+            Unit vectors along these.
+        """
+        best = LimbPoints(np.zeros(len(rays)), np.zeros((len(rays), 3)), np.zeros((len(rays), 3)))
+        for limb in self.limbs:
+            part = limb.outermost(sight @ self.matrix, axes @ self.matrix, rays)
+            farther = part.reach > best.reach
+            for values, others in zip(best, part, strict=True):
+                values[farther] = others[farther]
+        return LimbPoints(best.reach, self.centre + best.points @ self.matrix.T, best.normals @ self.matrix.T)
 
-def _extremum(measure: Callable[[Floats], Floats], times: Floats, values: Floats) -> tuple[float, float]:
-    """Return the time and value of the extremum within three times, towards zero; it ends where the sign changes."""
-    sign = 1.0 if values[1] > 0.0 else -1.0
-    a, b = float(times[0]), float(times[2])
-    best, least = float(times[1]), float(values[1])
-    for _ in range(_EXTREMA):
-        trial = np.linspace(a, b, 9)[1:-1]
-        found = measure(trial)
-        k = int(np.argmin(sign * found))
-        step = (b - a) / 8.0
-        if sign * found[k] < sign * least:
-            best, least = float(trial[k]), float(found[k])
-        if sign * least <= 0.0 or step <= 4.0 * np.spacing(abs(best)):
-            break
-        a, b = max(a, best - step), min(b, best + step)
-    return best, least
+    def hides(self, points: Floats, directions: Floats) -> Any:
+        """Return whether the body hides each of the points (n, 3) along unit vectors (n, 3)."""
+        w, u = (points - self.centre) @ self.matrix, directions @ self.matrix
+        hidden = np.zeros(len(points), dtype=bool)
+        for limb in self.limbs:
+            hidden |= (limb.depth(w, u) < 0.0) & (limb.measure(w, u) < 0.0)
+        return hidden
 
 
 def dense_nodes(limb: Limb, nodes: Floats, w: Floats, u: Floats) -> Floats:
@@ -274,19 +277,44 @@ def dense_nodes(limb: Limb, nodes: Floats, w: Floats, u: Floats) -> Floats:
 
     Between two crossings of the outline there is a time at which the ray is inside, or outside.
     """
-    between = []
-    for k in range(len(nodes) - 1):
-        shares = np.concatenate([[0.0], limb.crossings(w[k], u[k], w[k + 1] - w[k]), [1.0]])
-        between.append(nodes[k] + (nodes[k + 1] - nodes[k]) * 0.5 * (shares[1:] + shares[:-1]))
-    return np.unique(np.concatenate([nodes, *between]))
+    index, shares = limb.crossings(w[:-1], u[:-1], w[1:] - w[:-1])
+    count = np.arange(float(len(nodes)))
+    breaks = np.sort(np.concatenate([count, index + shares]))
+    return np.unique(np.concatenate([nodes, np.interp(0.5 * (breaks[1:] + breaks[:-1]), count, nodes)]))
 
 
-def union(spans: Sequence[Span]) -> list[Span]:
-    """Return spans of time without overlaps, in order."""
-    joined: list[Span] = []
-    for a, b in sorted(spans):
-        if joined and a <= joined[-1][1]:
-            joined[-1] = (joined[-1][0], max(b, joined[-1][1]))
-        else:
-            joined.append((a, b))
-    return joined
+def cross(a: Any, b: Any) -> Any:
+    """Return the cross products (..., 3) of vectors, which numpy's function takes longer for."""
+    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
+
+
+def across(directions: Any) -> tuple[Any, Any]:
+    """Return two unit vectors (..., 3) across directions (..., 3), right-handed with them; they may be complex."""
+    least = np.eye(3)[np.argmin(np.abs(directions.real), axis=-1)]
+    first = np.cross(directions, least)
+    first = first / np.sqrt(np.sum(first * first, axis=-1))[..., None]
+    return first, np.cross(directions, first)
+
+
+def _normals_at_nearest(ellipse: Floats, point: Floats) -> Floats:
+    """Return the unit normals (..., 2) of ellipses x^T A^-1 x = 1 at the points that are nearest to others (..., 2)."""
+
+    def terms(angle: Any, matrix: Any, x: Any) -> tuple[Any, Any, Any]:
+        """Return the height above the tangent at a normal's angle, and its first and second derivatives."""
+        n = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        t = np.stack([-n[..., 1], n[..., 0]], axis=-1)
+        along, aside = (np.einsum("...i,...ij,...j->...", v, matrix, n) for v in (n, t))
+        size = np.sqrt(along)
+        slope = aside / size
+        curvature = (np.einsum("...i,...ij,...j->...", t, matrix, t) - slope**2) / size
+        height = np.sum(x * n, axis=-1)
+        return height - size, np.sum(x * t, axis=-1) - slope, size - height - curvature
+
+    angles = 2.0 * np.pi * np.arange(_NORMALS) / _NORMALS
+    angle = angles[np.argmax(terms(angles, ellipse[..., None, :, :], point[..., None, :])[0], axis=-1)]
+    for _ in range(_STEPS):
+        _, first, second = terms(angle, ellipse, point)
+        # Where the height is not concave there is no maximum for Newton's method, and the best of the grid stays.
+        step = np.divide(first, second, out=np.zeros_like(first), where=second < 0.0)
+        angle = angle - np.clip(step, -0.1, 0.1)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

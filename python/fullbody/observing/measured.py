@@ -73,8 +73,8 @@ class Measured(Tabled):
         if is_quantity(value) != (self.unit is not None):
             wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
             raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")
-        plain = value if self.unit is None else strip_to(value, self.unit, f"{what} of {self.name}")
-        return UNITLESS.numbers(plain, "number", f"{what} of {self.name}", limits=limits)
+        numbers = value if self.unit is None else strip_to(value, self.unit, f"{what} of {self.name}")
+        return UNITLESS.numbers(numbers, "number", f"{what} of {self.name}", limits=limits)
 
     def emission(self, system: SystemLike) -> Any:
         """Return the times (K,) of a system's clock at which the function needs samples, in their order.
@@ -104,10 +104,10 @@ class Measured(Tabled):
         return values if self.unit is None else values * self.unit
 
     def _prediction(self, run: Record) -> Floats:
-        found = np.atleast_1d(self._unitless(self.function(run), "the function's result"))
-        if found.shape != self._value.shape:
-            raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
-        return found
+        result = np.atleast_1d(self._unitless(self.function(run), "the function's result"))
+        if result.shape != self._value.shape:
+            raise InvalidInput(f"the function of {self.name} gave shape {result.shape}; expected {self._value.shape}")
+        return result
 
     def predict(self, run: Record) -> Any:
         """Return the value of the function for a run (C,), with the unit of the measured value."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +19,7 @@ from ..record.record import Record
 from ..typing import Array, Floats
 from .light_curve import light_curve
 from .mutual_event import MutualEvent, MutualEvents
+from .spans import lowest
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
 
@@ -130,14 +130,14 @@ def mutual_events(
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind, q]) for kind, i, j, total, q in keys]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
     intervals = {key: _intervals(*crossing, span, start < stop) for key, crossing in zip(keys, crossings, strict=True)}
-    events_found = []
+    contacts_of_events = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
         seen, totals = ([intervals[kind, i, j, total, q] for q in points[kind]] for total in (False, True))
-        events_found += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
-    events_found.sort(key=lambda event: event[0][:2])
-    times = np.array([contacts for contacts, _, _, _ in events_found]).reshape(-1, 6)
-    hidden = np.array([i for _, _, i, _ in events_found], dtype=np.intp)
-    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in events_found], dtype=bool)
+        contacts_of_events += [(contacts, kind, i, j) for contacts in _contacts(seen, totals, span)]
+    contacts_of_events.sort(key=lambda event: event[0][:2])
+    times = np.array([contacts for contacts, _, _, _ in contacts_of_events]).reshape(-1, 6)
+    hidden = np.array([i for _, _, i, _ in contacts_of_events], dtype=np.intp)
+    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in contacts_of_events], dtype=bool)
     # Ends of the span are no contacts.
     is_contact = ~(np.isnan(times) | np.isin(times, span))
     rows = np.nonzero(is_contact)[0]
@@ -148,21 +148,21 @@ def mutual_events(
 
     events = [
         MutualEvent(kind, system.context.names[i], system.context.names[j], *map(attached, row, mask))
-        for (_, kind, i, j), row, mask in zip(events_found, times, is_contact, strict=True)
+        for (_, kind, i, j), row, mask in zip(contacts_of_events, times, is_contact, strict=True)
     ]
     if law is not None:
         edges = local.arrival(np.array(span))
         ends = [np.where(is_contact[:, k], times[:, k], edges[k]) for k in (0, 1)]
 
-        def loss(moments: Floats) -> Floats:
+        def gain(moments: Floats) -> Floats:
             options: dict[str, Any] = {"law": law, "albedo": albedo, "sun_radius": sun_radius}
             when = system.context.units.attach(moments, "time")
             dimmed, undimmed = (light_curve(run, when, geometry, mutual=mutual, **options) for mutual in (True, False))
-            return dimmed - undimmed
+            return undimmed - dimmed
 
         for k, (first, last) in enumerate(zip(*ends, strict=True)):
-            moment, depth = _deepest(loss, first, last)
-            events[k] = replace(events[k], depth=depth, deepest=attached(moment, True))
+            moment, gained = lowest(gain, first, last, _DEPTHS, _SEARCHES)
+            events[k] = replace(events[k], depth=-gained, deepest=attached(moment, True))
     return MutualEvents(events, system)
 
 
@@ -222,16 +222,6 @@ def _extreme(times: Floats, sign: float, span: list[float]) -> float:
         middle = times.mean()
         times = middle + np.fft.irfft(np.fft.rfft(times - middle), _FINE * len(times)) * _FINE
     return float(sign * np.nanmax(sign * times))
-
-
-def _deepest(loss: Callable[[Floats], Floats], first: float, last: float) -> tuple[float, float]:
-    """Return the time between two at which a loss of light is largest, and the loss."""
-    for _ in range(_SEARCHES):
-        times = np.linspace(first, last, _DEPTHS)
-        losses = loss(times)
-        k = int(np.argmax(losses))
-        first, last = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
-    return float(times[k]), float(losses[k])
 
 
 def _arrivals(

@@ -6,12 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ..base.epochs import to_time
-from ..base.units import need
 from ..model.context import SystemLike
-from .times import seconds
+from .event_tables import table_of, time_column
 
 if TYPE_CHECKING:
     from ..typing import Scalar
@@ -106,35 +102,15 @@ class MutualEvents(list[MutualEvent]):
         >>> events.to_table()["kind", "body", "end"][:1].pformat()[-1].split()[:3]
         ['eclipse', 'Didymos', '2022-09-26']
         """
-        with need("observing", "a table"):
-            from astropy.table import MaskedColumn, QTable
-
-        table = QTable({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
+        table = table_of({name: [getattr(event, name) for event in self] for name in ("kind", "body", "by")})
         for name in (*_CONTACTS, "deepest"):
             times = [getattr(event, name) for event in self]
             if any(time is not None for time in times) or name in ("begin", "end"):
-                table[name] = self._column(times)
+                table[name] = time_column(times, self._system)
         depths = [event.depth for event in self]
         if any(depth is not None for depth in depths):
-            table["depth"] = MaskedColumn([0.0 if depth is None else depth for depth in depths], unit="mag")
-            table["depth"].mask = [depth is None for depth in depths]
-        return table
-
-    def _column(self, times: list[Any]) -> Any:
-        """Return times as a column, in which ``None`` is masked."""
-        context = self._system.context
-        plain = np.array([0.0 if time is None else context.units.strip(time, "time", "time") for time in times])
-        mask = np.array([time is None for time in times], dtype=bool)
-        if context.epoch is None:
             from astropy.table import MaskedColumn
 
-            unit = context.units.unit("time") if context.units.defined else None
-            return MaskedColumn(plain, mask=mask, unit=unit)
-        from astropy.time import TimeDelta
-
-        since = TimeDelta(plain * seconds(self._system, "a table of events"), format="sec")
-        dates = (to_time(context.epoch).tdb + since).utc.copy()
-        dates.format = "iso"
-        if mask.any():
-            dates[mask] = np.ma.masked
-        return dates
+            is_missing = [depth is None for depth in depths]
+            table["depth"] = MaskedColumn([depth or 0.0 for depth in depths], mask=is_missing, unit="mag")
+        return table

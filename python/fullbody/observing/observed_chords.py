@@ -18,7 +18,7 @@ from .columns import Rows, column, positive_rows
 from .data import Observations
 from .star import Star
 from .stations import Stations
-from .times import in_system
+from .times import in_system, unmasked
 from .vectors import Vectors
 
 _OWNER = "StellarOccultation"
@@ -57,16 +57,14 @@ class ObservedChords(Observations):
         #: The date from which seconds count, with the scale of the dates; or what the times are instead.
         self._origin: Any = None
         self._time_scale = "tdb"
-        ends = [
-            self._numbers(given, name, count) for given, name in zip((disappearance, reappearance), _ENDS, strict=True)
-        ]
-        chords = np.stack(ends, axis=1)
+        contacts = zip((disappearance, reappearance), _ENDS, strict=True)
+        chords = np.stack([self._numbers(times, name, count) for times, name in contacts], axis=1)
         wrong = np.flatnonzero(chords[:, 1] <= chords[:, 0])
         if wrong.size:
             k = int(wrong[0])
             raise InvalidInput(
-                f"reappearance of station {k} is {self._said(chords[k, 1])}, not after its disappearance at "
-                f"{self._said(chords[k, 0])}; expected a later time"
+                f"reappearance of station {k} is {self._in_kind(chords[k, 1])}, not after its disappearance at "
+                f"{self._in_kind(chords[k, 0])}; expected a later time"
             )
         timed: Any = np.isfinite(chords)
         missed = ~timed.any(axis=1)
@@ -99,36 +97,33 @@ class ObservedChords(Observations):
         self.body = self._bodies(body, count)
         self._chords, self._watched = chords, watch
 
-    def _numbers(self, given: Any, what: str, count: int) -> Floats:
+    def _numbers(self, source: Any, what: str, count: int) -> Floats:
         """Return times (S,) as numbers: seconds since the first date, or numbers in a unit; NaN for those not timed."""
-        times = dates(given, what)
+        times, unit, mask = dates(source, what), None, None
         if are_dates(times):
-            mask = np.asarray(times.mask) if getattr(times, "masked", False) else np.zeros(times.shape, dtype=bool)
-            plain = times.unmasked if getattr(times, "masked", False) and hasattr(times, "unmasked") else times
-            if np.shape(plain) != (count,):
-                raise InvalidInput(f"{what} has shape {np.shape(plain)}; expected ({count},), one for each of stations")
+            values, mask = unmasked(times)
+        else:
+            values, unit = column(times, f"{what} of {_OWNER}", "s" if is_quantity(times) else None)
+        if values.shape != (count,):
+            raise InvalidInput(f"{what} has shape {values.shape}; expected ({count},), one for each of stations")
+        if mask is not None:
             if self._origin is None:
                 if mask.all():
                     return np.full(count, np.nan)
-                self._origin, self._time_scale = plain[int(np.argmin(mask))].tdb, plain.scale
+                self._origin, self._time_scale = values[int(np.argmin(mask))].tdb, values.scale
             elif not are_dates(self._origin):
                 raise InvalidInput(f"{what} has dates, and other times have none; expected dates for all of them")
-            found = np.array((plain.tdb - self._origin).to_value("s"), dtype=np.float64)
-            found[mask] = np.nan
-            return found
-        values, unit = column(times, f"{what} of {_OWNER}", "s" if is_quantity(times) else None)
-        if values.shape != (count,):
-            raise InvalidInput(f"{what} has shape {values.shape}; expected ({count},), one for each of stations")
+            return np.where(mask, np.nan, (values.tdb - self._origin).to_value("s"))
         if np.isnan(values).all():
             return values
         kind = "numbers" if unit is None else "seconds"
         if self._origin is None:
             self._origin = kind
         elif are_dates(self._origin) or self._origin != kind:
-            raise InvalidInput(f"{what} is {shown(given)}; expected times of the same kind as the others")
+            raise InvalidInput(f"{what} is {shown(source)}; expected times of the same kind as the others")
         return values
 
-    def _said(self, time: float) -> Any:
+    def _in_kind(self, time: float) -> Any:
         return self._restored(np.array([time]))[0]
 
     def _restored(self, times: Floats) -> Any:
@@ -199,11 +194,11 @@ class ObservedChords(Observations):
 
     def _with_gaps(self, times: Floats) -> Any:
         missing = np.isnan(times)
-        found = self._restored(np.where(missing, 0.0, times) if are_dates(self._origin) else times)
-        if are_dates(found) and missing.any():
-            found = found.copy()
-            found[missing] = np.ma.masked
-        return found
+        times_of_kind = self._restored(np.where(missing, 0.0, times) if are_dates(self._origin) else times)
+        if are_dates(times_of_kind) and missing.any():
+            times_of_kind = times_of_kind.copy()
+            times_of_kind[missing] = np.ma.masked
+        return times_of_kind
 
     def times_in(self, system: SystemLike) -> Floats:
         """Return the times (K,) of the rows on the clock of a system."""
@@ -214,21 +209,21 @@ class ObservedChords(Observations):
         if is_quantity(numbers):
             return float(system.context.units.strip(numbers, "time", "a time"))
         finite = np.isfinite(numbers)
-        plain = np.where(finite, numbers, 0.0)
-        found = in_system(self._restored(plain.ravel()), system, f"times of {_OWNER}").reshape(plain.shape)
-        return np.where(finite, found, numbers)
+        filled = np.where(finite, numbers, 0.0)
+        times_of_kind = in_system(self._restored(filled.ravel()), system, f"times of {_OWNER}").reshape(filled.shape)
+        return np.where(finite, times_of_kind, numbers)
 
-    def errors_in(self, system: SystemLike, given: bool = False) -> Floats:
-        """Return the standard errors (K,) in a system's unit of time, with a jitter or as they were ``given``."""
-        sigma = self._sigmas[self.station, np.where(self.sign > 0.0, 1, 0)] if given else self._sigma
+    def errors_in(self, system: SystemLike, without_jitter: bool = False) -> Floats:
+        """Return the standard errors (K,) in a system's unit of time, with a jitter or without it."""
+        sigma = self._sigmas[self.station, np.where(self.sign > 0.0, 1, 0)] if without_jitter else self._sigma
         sigma = sigma * unit_named("s") if self.is_united else sigma
         return system.context.units.strip(sigma, "time", f"sigma of {_OWNER}")
 
     def may_be(self, system: SystemLike, body: int) -> Any:
         """Return which of the K rows may be due to a body."""
         names = system.context.names
-        known = [None if one is None else index_of(one, names, f"body of {_OWNER}") for one in self.body]
-        return np.array([known[station] in (None, body) for station in self.station])
+        indices = [None if name is None else index_of(name, names, f"body of {_OWNER}") for name in self.body]
+        return np.array([indices[station] in (None, body) for station in self.station])
 
     def _described(self) -> list[tuple[str, str]]:
         missed = int(np.sum(self.sign == 0.0))

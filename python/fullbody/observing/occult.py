@@ -16,7 +16,7 @@ import numpy as np
 from ..base.atomic import content, replacing
 from ..base.units import need
 from ..errors import InconsistentInput, InvalidInput, caution
-from .report import Report, arguments_of, sexagesimal, to_degrees
+from .report import Report, arguments_of, clock, selected, sexagesimal, to_degrees, to_seconds
 
 #: Codes of contacts with the main star, by the main body and by a satellite; of misses; and of those that do not count.
 _MAIN, _SATELLITE, _MISS = ("D", "R"), ("G", "B"), "M"
@@ -37,25 +37,21 @@ class OccultEvent(NamedTuple):
     reports: list[Report]
 
 
-def read_occult(path: Any, event: int | None) -> tuple[dict[str, Any], list[str]]:
-    """Return arguments of an event, and for each station ``"main"`` or ``"satellite"``."""
+def read_occult(path: Any, event: int | None) -> tuple[dict[str, Any], list[str | None]]:
+    """Return arguments of an event, and for each station ``"main"`` or ``"satellite"``, ``None`` for a miss."""
     try:
         root = ElementTree.fromstring(content(path))
     except ElementTree.ParseError as error:
         raise InvalidInput(f"{path} is not a file of Occult: {error}") from error
     events = root.findall("Event") if root.tag != "Event" else [root]
-    if event is None and len(events) != 1:
-        raise InvalidInput(f"{path} has {len(events)} events; expected event=, a number from 0 to {len(events) - 1}")
-    index = 0 if event is None else event
-    if index not in range(len(events)):
-        raise InvalidInput(f"event is {event!r}; expected a number from 0 to {len(events) - 1}")
-    found = _event(events[index], f"{path}, event {index}")
+    parsed = _event(selected(events, event, path), f"{path}, event {event or 0}")
     with need("observing", "a star"):
         from astropy import units as u
         from astropy.coordinates import SkyCoord
 
-    star = SkyCoord(found.ra * u.deg, found.dec * u.deg)
-    return {"star": star} | arguments_of(found.reports), [report.body for report in found.reports]
+    star = SkyCoord(parsed.ra * u.deg, parsed.dec * u.deg)
+    bodies = [report.body if np.isfinite(report.times).any() else None for report in parsed.reports]
+    return {"star": star} | arguments_of(parsed.reports), bodies
 
 
 def _items(parent: ElementTree.Element, tag: str, what: str) -> list[str]:
@@ -84,8 +80,8 @@ def _event(element: ElementTree.Element, what: str) -> OccultEvent:
     reports: list[Report] = []
     left_out: list[str] = []
     for observer in observed.findall("Observer"):
-        place = _items(observer, "ID", what)
-        where = f"{what}, observer {place[0]}"
+        identity = _items(observer, "ID", what)
+        where = f"{what}, observer {identity[0]}"
         ends, body = [], "main"
         rows = [[*_items(observer, tag, where), "", "", "", ""] for tag in ("D", "R")]
         plotted = {items[5] for items in rows}
@@ -96,16 +92,16 @@ def _event(element: ElementTree.Element, what: str) -> OccultEvent:
             elif code not in (_MAIN[side], _MISS):
                 body = "other"
             excluded = any(_LEFT_OUT.get(plot, (False, False))[side] for plot in plotted)
-            time = np.nan if code == _MISS or excluded else _seconds(items[0], where)
-            sigma = _number(items[2], where) if items[2] else _accuracy(place)
+            time = np.nan if code == _MISS or excluded else to_seconds(items[0], f"{where}: a time")
+            sigma = _number(items[2], where) if items[2] else _accuracy(identity)
             ends.append((time, sigma, excluded))
         (begin, begin_error, first), (end, end_error, second) = ends
         if body == "other" or (first and second):
-            left_out.append(place[0])
+            left_out.append(identity[0])
             continue
-        longitude, latitude = (to_degrees(text, f"{where}: longitude or latitude") for text in place[6:8])
-        height = _number(place[8] or "0", f"{where}: height")
-        name = " and ".join(part for part in place[1:3] if part)
+        longitude, latitude = (to_degrees(text, f"{where}: longitude or latitude") for text in identity[6:8])
+        height = _number(identity[8] or "0", f"{where}: height")
+        name = " and ".join(part for part in identity[1:3] if part)
         errors = (begin_error, end_error)
         reports.append(
             Report(name, (year, month, day), (longitude, latitude, height), (begin, end), errors, None, body)
@@ -119,18 +115,9 @@ def _event(element: ElementTree.Element, what: str) -> OccultEvent:
     return OccultEvent(15.0 * _number(star[4], f"{what}: Star"), _number(star[5], f"{what}: Star"), reports)
 
 
-def _seconds(text: str, what: str) -> float:
-    """Return the seconds since the beginning of the day of a time such as ``23 59 60.12``; hours may be above 24."""
-    parts = text.split()
-    if len(parts) != 3:
-        raise InvalidInput(f"{what}: a time is {text!r}; expected hours, minutes and seconds")
-    hours, minutes, seconds = (_number(part, f"{what}: a time") for part in parts)
-    return 3600.0 * hours + 60.0 * minutes + seconds
-
-
-def _accuracy(place: Sequence[str]) -> float:
+def _accuracy(identity: Sequence[str]) -> float:
     """Return the standard error in s that Occult takes for times without one."""
-    method, source = (place[k] if len(place) > k else "" for k in (12, 13))
+    method, source = (identity[k] if len(identity) > k else "" for k in (12, 13))
     if method not in tuple(_RECORDED):
         return 1.0
     return 0.5 if source in tuple(_GOOD_CLOCKS) else 1.5
@@ -150,15 +137,14 @@ def write_occult(path: Any, ra: float, dec: float, reports: Sequence[Report], as
     observed = ElementTree.SubElement(event, "Observations")
     for number, report in enumerate(reports, 1):
         observer = ElementTree.SubElement(observed, "Observer")
-        longitude, latitude, height = report.place
-        place = f"{sexagesimal(longitude, 3)}|{sexagesimal(latitude, 2)}|{height:.1f}"
-        ElementTree.SubElement(observer, "ID").text = f"{number}|{report.name}||0|||{place}||||||"
+        longitude, latitude, height = report.position
+        coordinates = f"{sexagesimal(longitude, 3)}|{sexagesimal(latitude, 2)}|{height:.1f}"
+        ElementTree.SubElement(observer, "ID").text = f"{number}|{report.name}||0|||{coordinates}||||||"
         ElementTree.SubElement(observer, "Conditions").text = "||||"
         for side, tag in enumerate(("D", "R")):
             time, code = report.times[side], (_SATELLITE if report.body == "satellite" else _MAIN)[side]
-            hours, rest = divmod(time, 3600.0) if np.isfinite(time) else (0.0, 0.0)
-            text = f"{int(hours):02d} {int(rest // 60):02d} {rest % 60:06.3f}"
             code = code if np.isfinite(time) else _MISS
+            text = clock(time if np.isfinite(time) else 0.0, " ")
             ElementTree.SubElement(observer, tag).text = f"{text}|{code}|{report.errors[side]:.3f}|||"
     ElementTree.indent(root)
     with replacing(path) as temporary:

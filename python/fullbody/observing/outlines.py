@@ -1,4 +1,4 @@
-"""Outlines of bodies in the sky, with the parts that other bodies hide and that the Sun lights."""
+"""Outlines of bodies in the sky: predicted, with what other bodies hide and the Sun lights, and as measured points."""
 
 from __future__ import annotations
 
@@ -7,16 +7,22 @@ from typing import Any
 
 import numpy as np
 
+from ..base.foreign import are_dates
 from ..base.kinds import whole
 from ..base.rotations import matrices
+from ..base.units import is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
-from .astrometry import offsets, sky_axes
-from .light_centres import in_mas, refuse_directions
+from .columns import DataColumn
+from .contacts import into_body
+from .light_centres import refuse_directions
 from .light_curve import epochs_of
-from .silhouettes import hides, limb, solids
+from .limbs import PosedLimbs, limbs_of
+from .sky import east_and_north, in_mas, in_unit, offsets, sky_axes
+from .sky_data import SkyPoints
 from .vectors import Vectors
 
 
@@ -93,35 +99,132 @@ def outline(run: Record, time: Any, geometry: Vectors, n: int = 360, *, frame: A
     refuse_directions(epochs, "an outline")
     toward, sunward = (vector[0] / np.linalg.norm(vector[0], axis=1, keepdims=True) for vector in epochs.ways())
     angles = 2.0 * np.pi * np.arange(n) / n
-    directions = np.stack([np.sin(angles), np.cos(angles)], axis=1)
-    count = len(system.context)
-    centres = epochs.position[0]
-    bodies = [
-        solids(system, k, centre, matrix)
-        for k, (centre, matrix) in enumerate(zip(centres, matrices(epochs.attitude[0]), strict=True))
-    ]
-    points, hidden, lit = np.zeros((count, n, 2)), np.zeros((count, n), dtype=bool), np.zeros((count, n), dtype=bool)
+    rays = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    centres, rotations = epochs.position[0], matrices(epochs.attitude[0])
+    bodies = [PosedLimbs(limbs_of(system, k), centres[k], rotations[k]) for k in range(len(centres))]
+    shape = len(bodies), n
+    points, hidden, lit = np.zeros((*shape, 2)), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     line = -epochs.to_observer @ axes.T
-    for body, parts in enumerate(bodies):
-        found = limb(parts, centres[body], toward[body], sky_of(toward[body], axes), directions)
-        points[body] = offsets(np.tile(line, (n, 1)), found.points @ axes.T)
-        sights, suns = (vector[0] - found.points for vector in (epochs.to_observer, epochs.to_sun))
+    for body, posed in enumerate(bodies):
+        limb = posed.outermost(toward[body], east_and_north(-toward[body], axes[2]), rays)
+        points[body] = offsets(np.tile(line, (n, 1)), limb.points @ axes.T)
+        sights, suns = (vector[0] - limb.points for vector in (epochs.to_observer, epochs.to_sun))
         sights, suns = (way / np.linalg.norm(way, axis=1, keepdims=True) for way in (sights, suns))
-        lit[body] = found.normals @ sunward[body] > 0.0
-        for other, solid in enumerate(bodies):
-            if other != body:
-                hidden[body] |= hides(solid, centres[other], found.points, sights)
-                lit[body] &= ~hides(solid, centres[other], found.points, suns)
+        lit[body] = limb.normals @ sunward[body] > 0.0
+        for other in bodies[:body] + bodies[body + 1 :]:
+            hidden[body] |= other.hides(limb.points, sights)
+            lit[body] &= ~other.hides(limb.points, suns)
     return SkyOutlines(in_mas(points, system), hidden, lit)
 
 
-def sky_of(toward: Floats, axes: Floats) -> Floats:
-    """Return unit vectors (..., 2, 3) to the east and to the north of bodies, in a system's axes.
+class Outline(SkyPoints):
+    """Measured points of a body's limb, which are compared with its outline along the normal of the outline.
 
-    ``toward`` (..., 3) are the unit vectors to the observer, and ``axes`` (3, 3) is the matrix to the axes of the sky.
+    Parameters
+    ----------
+    time : astropy Time, float or Quantity, () or (K,)
+        When the light arrived: one time for all points, or one for each.
+    east, north : array_like or Quantity, (K,)
+        Offsets of the points from the direction of the geometry's barycentre; plain numbers are radians. Rows with
+        masked or NaN values are left out, with a warning.
+    sigma : float, array_like or Quantity, () or (K,)
+        Standard errors of the points along the normal.
+    body : int or str
+        The body: its index in the system, or its name.
+    geometry : Geometry
+    frame : str or astropy frame
+        The axes of the sky, as for :class:`Astrometry`.
+
+    Raises
+    ------
+    InvalidInput
+        For errors that are not above zero, and when a run is compared for a body without a surface.
+
+    Warns
+    -----
+    InconsistentInput
+        For rows that are left out.
+
+    Notes
+    -----
+    Predictions are the distances from the points to the outline along its outward normal, positive where the outline is
+    farther out, and the observed values are zero. The normal is that at the nearest point of the outline of a part of
+    the body. Give the points of the lit limb; a terminator is not an outline. An unknown pointing of the telescope is a
+    parameter of a fit with a function in place of data, such as
+    ``lambda dx, dy: Outline(time, east - dx, north - dy, ...)``.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody, numpy as np
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> run = system.integrate(state, "1 day", dense=True)
+    >>> view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au, "frame": "ecliptic"}
+    >>> geometry = observing.Geometry([0.0, 2.0] * u.day, **view)
+    >>> east, north = observing.outline(run, 5 * u.h, geometry, n=12).points[0].T
+    >>> data = observing.Outline(5 * u.h, east, north, 0.1 * u.mas, body="Didymos", geometry=geometry)
+    >>> bool(abs(data.residuals(run)).max() < 1e-5 * u.mas)
+    True
     """
-    x, y, z = np.moveaxis(-toward @ axes.T, -1, 0)
-    level = np.hypot(x, y)
-    east, north = [-y, x, 0.0 * z], [-x * z, -y * z, level * level]
-    rows = np.stack([np.stack(row, axis=-1) for row in (east, north)], axis=-2)
-    return np.asarray(rows / level[..., None, None] @ axes)
+
+    _columns = (DataColumn("east"), DataColumn("north"), DataColumn("sigma"))
+    _options = ("body", "frame")
+    _names = ("distance from the outline",)
+
+    def __init__(
+        self,
+        time: Any,
+        east: Any,
+        north: Any,
+        sigma: Any,
+        *,
+        body: int | str = 0,
+        geometry: Vectors,
+        frame: Any = "equatorial",
+    ) -> None:
+        points = {"east": east, "north": north, "sigma": sigma}
+        self._read_points(_repeated(time, east), points, {}, geometry, frame)
+        self.body = body
+
+    @classmethod
+    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
+        return {"time": read.pop("times"), **read}
+
+    def _observed(self, system: SystemLike) -> Floats:
+        return np.zeros((len(self), 1))
+
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
+        return in_unit(values[:, 0], self.unit)
+
+    def _depends_on_figures(self) -> bool:
+        return True
+
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
+        axes = sky_axes(system, self.frame, "an outline")
+        body = system.context.index(self.body, "body of Outline")
+        if not (limbs := limbs_of(system, body)):
+            raise InvalidInput(f"{system.context.names[body]} is a point; expected a body with an outline")
+        retarded = self._retarded(system, states, masses)
+        centre = retarded.centre[..., body, :]
+        attitude = retarded.attitude(states["attitude"], states["spin"])[..., body, :]
+        away = retarded.observer - centre
+        distance = np.sqrt(np.sum(away * away, axis=-1, keepdims=True))
+        toward = away / distance
+        # The sky about the body has its centre as the origin, and lengths instead of angles.
+        point = distance * (self._values - offsets(-retarded.observer @ axes.T, centre @ axes.T))
+        across = np.einsum("...a,...ax->...x", point, east_and_north(-toward.real, axes[2]))
+        ray = into_body(attitude, across), into_body(attitude, toward)
+        distances = np.stack([limb.distance(*ray) for limb in limbs])
+        nearest = np.argmin(distances.real, axis=0)
+        return -np.take_along_axis(distances, nearest[None], axis=0)[0][..., None] / distance
+
+
+def _repeated(time: Any, values: Any) -> Any:
+    """Return one time for each of the values, if there is one for all of them."""
+    if np.ndim(time) > 0 or np.ndim(values) != 1 or isinstance(time, str):
+        return time
+    if are_dates(time):
+        from astropy.time import TimeDelta
+
+        return time + TimeDelta(np.zeros(len(values)), format="sec")
+    return np.full(len(values), time.value) * time.unit if is_quantity(time) else np.full(len(values), time)

@@ -129,11 +129,11 @@ def _span(span: Any) -> tuple[Any, float]:
     """Return the first date of a span, TDB, and its length in s."""
     from astropy.time import TimeDelta
 
-    found = dates(span, "span")
-    if not are_dates(found) or isinstance(span, str):
+    moment = dates(span, "span")
+    if not are_dates(moment) or isinstance(span, str):
         expected = "expected dates, such as ['2022-09-26 TDB', '2022-10-26 TDB'] or a Time"
         raise InvalidInput(f"span is {shown(span)}; {expected}")
-    moments = np.atleast_1d(found.tdb)
+    moments = np.atleast_1d(moment.tdb)
     first, last = moments.min(), moments.max()
     length = float((last - first).to_value("s"))
     # For a single date the span is a second about it.

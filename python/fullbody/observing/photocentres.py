@@ -12,12 +12,13 @@ from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
-from .astrometry import in_unit, offsets, sky_axes, warn_if_wide
-from .columns import DataColumn, Rows, column, jitter_of, labels_of, positive_rows, refuse_rounded
+from .columns import DataColumn, column, labels_of, positive_rows, refuse_rounded
 from .heliocentric import ELEMENTS, displacements
 from .laws import LommelSeeliger
 from .light_centres import centre_of, derivatives, refuse_directions
 from .linear import LinearUnknown
+from .sky import in_unit, offsets, sky_axes
+from .sky_data import SkyObservations
 from .sunlit import SunlitObservations, by_states
 from .vectors import Vectors, local_geometry
 
@@ -29,7 +30,7 @@ _FREE = ("free", None)
 _STEP = 1e-100
 
 
-class Photocentre(SunlitObservations):
+class Photocentre(SunlitObservations, SkyObservations):
     """Offsets of the centre of light of all bodies together from the barycentre, in one direction or in two.
 
     A telescope that scans the sky, such as Gaia, measures well along its scan alone, where the offset is
@@ -109,6 +110,7 @@ class Photocentre(SunlitObservations):
         DataColumn("transit", required=False, kind="labels", named=True),
         DataColumn("group", required=False, kind="labels", named=True),
     )
+    _options = ("frame",)
     _observed_what = "a photocentre"
 
     def __init__(
@@ -131,54 +133,41 @@ class Photocentre(SunlitObservations):
         drift: str | None = None,
         orbit: str | None = None,
     ) -> None:
-        given = {"offset": offset, "sigma": sigma}
-        given |= {} if sigma_transit is None else {"sigma_transit": sigma_transit}
-        read = {name: column(value, f"{name} of Photocentre", "rad") for name, value in given.items()}
-        self.unit = read["offset"][1]
-        for name, (_, unit) in read.items():
-            if (unit is None) != (self.unit is None):
-                raise InvalidInput(f"only one of offset and {name} of Photocentre has a unit; expected both or neither")
-        numbers = {name: values for name, (values, _) in read.items()}
-        refuse_rounded(offset, numbers["offset"], numbers["sigma"], "offset of Photocentre")
-        if scan_angle is not None:
-            numbers["scan_angle"], unit = column(scan_angle, "scan_angle of Photocentre", "rad")
-            if unit is None and (largest := np.nanmax(np.abs(numbers["scan_angle"]), initial=0.0)) > 2.0 * np.pi:
-                raise InvalidInput(
-                    f"scan_angle of Photocentre has the value {largest:.6g} without a unit; expected radians up to "
-                    f"2 pi in size, or degrees as a Quantity, such as {largest:.6g} * u.deg"
-                )
+        angles = {"offset": offset, "sigma": sigma}
+        angles |= {} if sigma_transit is None else {"sigma_transit": sigma_transit}
+        others = {} if scan_angle is None else {"scan_angle": _scan_angles(scan_angle)}
         if (sigma_transit is None) != (transit is None):
             raise InvalidInput(
                 "only one of transit and sigma_transit of Photocentre is given; expected both or neither"
             )
+        rows, unit = self._read(times, angles, "rad", (), others)
         size = () if scan_angle is not None else (2,)
-        if numbers["offset"].ndim != 1 + len(size) or numbers["offset"].shape[1:] != size:
+        shape = rows.columns["offset"].shape
+        if len(shape) != 1 + len(size) or shape[1:] != size:
             expected = "(K,), along the scan" if scan_angle is not None else "(K, 2), east and north, or scan_angle="
-            raise InvalidInput(f"offset of Photocentre has shape {numbers['offset'].shape}; expected {expected}")
-        rows = Rows(times, numbers, (), "Photocentre")
-        super().__init__(rows, geometry, law, albedo, mutual, sun_radius)
-        self._offset = rows.of("offset", *size).reshape(len(self), -1)
-        if self.unit is None:
-            warn_if_wide(self._offset, "the offsets of Photocentre")
-        self._sigma = positive_rows(rows.of("sigma", *size).reshape(len(self), -1), "sigma of Photocentre")
+            raise InvalidInput(f"offset of Photocentre has shape {shape}; expected {expected}")
+        super().__init__(rows, geometry)
+        self._sunlit(law, albedo, mutual, sun_radius)
+        values, errors = (rows.of(name, *size).reshape(len(self), -1) for name in ("offset", "sigma"))
+        refuse_rounded(offset, values.ravel(), errors.ravel(), "offset of Photocentre")
+        self._keep(values, errors, unit, frame)
         self._scan = None if scan_angle is None else rows.of("scan_angle")
         self._scan_unit = scan_angle.unit if is_quantity(scan_angle) else None
-        one = np.zeros(len(self), dtype=int)
+        together = np.zeros(len(self), dtype=int)
         #: Names of the transits and of the groups, and the index of each row among them.
         self.transits, self._transit = labels_of(transit, "transit of Photocentre", rows, np.arange(len(self)))
-        self.groups, self._group = labels_of(group, "group of Photocentre", rows, one)
+        self.groups, self._group = labels_of(group, "group of Photocentre", rows, together)
         self._common = np.zeros(len(self))
         if sigma_transit is not None:
             self._common = positive_rows(rows.of("sigma_transit"), "sigma_transit of Photocentre")
         self.position = choice(position, "position", _FREE)
         self.drift = choice(drift, "drift", _FREE)
         self.orbit = choice(orbit, "orbit", _FREE)
-        self.frame = frame
 
     @property
     def offset(self) -> Any:
         """Offsets (K,) along the scan, or (K, 2) to the east and to the north."""
-        return self._attach(self._offset, None)
+        return self._attach(self._values, None)
 
     @property
     def sigma(self) -> Any:
@@ -194,28 +183,24 @@ class Photocentre(SunlitObservations):
     def _names(self) -> tuple[str, ...]:  # type: ignore[override]
         return ("east", "north") if self._scan is None else ("along the scan",)
 
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        columns = {"offset": self.offset, "sigma": self.sigma}
-        if self._scan is not None:
-            columns["scan_angle"] = self.scan_angle
-        if self._common.any():
-            columns |= {"sigma_transit": in_unit(self._common, self.unit), "transit": self.transits[self._transit]}
-        if len(self.groups) > 1:
-            columns["group"] = self.groups[self._group]
-        return columns, {"frame": str(self.frame)}
+    def _column(self, name: str) -> Any:
+        has_transits, has_groups = self._common.any(), len(self.groups) > 1
+        columns = {
+            "transit": self.transits[self._transit] if has_transits else None,
+            "sigma_transit": in_unit(self._common, self.unit) if has_transits else None,
+            "group": self.groups[self._group] if has_groups else None,
+        }
+        return columns[name] if name in columns else super()._column(name)
 
     def _attach(self, values: Floats, system: Any) -> Any:
         return in_unit(values if self._scan is None else values[:, 0], self.unit)
 
-    def _observed(self, system: SystemLike) -> Floats:
-        return self._offset
-
     def _covariance(self, system: SystemLike) -> Floats:
         count, numbers = self._sigma.shape
         if not self._common.any():
-            return np.asarray(self._sigma[:, :, None] ** 2 * np.eye(numbers))
+            return super()._covariance(system)
         _, first, sizes = np.unique(self._transit, return_index=True, return_counts=True)
-        # Transits of equally many rows, one after another, are blocks; otherwise there is one block of all rows.
+        # Transits of equally many rows that follow each other are blocks; otherwise all rows are a single block.
         regular = (sizes == sizes[0]).all() and all(len(set(self._transit[k : k + sizes[0]])) == 1 for k in first)
         size = int(sizes[0]) if regular else count
         transit, common = self._transit.reshape(-1, size), self._common.reshape(-1, size)
@@ -223,18 +208,12 @@ class Photocentre(SunlitObservations):
         blocks = np.einsum("bkl,cd->bkcld", shared, np.eye(numbers)).reshape(len(transit), size * numbers, -1)
         return np.asarray(blocks + self._sigma.reshape(len(transit), 1, -1) ** 2 * np.eye(size * numbers))
 
-    def _widen(self, jitter: Any) -> None:
-        self._sigma = np.hypot(self._sigma, jitter_of(jitter, "rad"))
-
     def _along(self, sky: Floats) -> Floats:
         """Return the components (K, C, ...) that are observed of vectors (K, 2, ...) to the east and to the north."""
         if self._scan is None:
             return sky
         direction = np.stack([np.sin(self._scan), np.cos(self._scan)], axis=1)
         return np.asarray(np.einsum("kc,kc...->k...", direction, sky)[:, None])
-
-    def _depends_on_figures(self) -> bool:
-        return True
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         axes = sky_axes(system, self.frame, "a photocentre")
@@ -256,7 +235,7 @@ class Photocentre(SunlitObservations):
         light, by_position, by_rotation = derivatives(self._photometer(system), epochs, sizes)
         line = -epochs.to_observer @ axes.T
         centre = light.centre @ axes.T
-        by_centre = self._along(np.stack([_derivative(line, centre, way) for way in axes.T], axis=-1))
+        by_centre = self._along(np.stack([_derivative(line, centre, axis) for axis in axes.T], axis=-1))
         by_state, by_mass = [], []
         for row in np.moveaxis(by_centre, 1, 0):
             chained = (np.einsum("kx,kxny->kny", row, by) for by in (by_position, by_rotation))
@@ -287,7 +266,7 @@ class Photocentre(SunlitObservations):
 
     def _design(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
         group = np.eye(len(self.groups))[self._group]
-        # The columns of a group are those of the east and of the north, one after another.
+        # The columns of a group are those of the east and of the north, next to each other.
         both = np.einsum("kg,cd->kcgd", group, np.eye(2)).reshape(len(self), 2, -1)
         columns = [np.zeros((len(self), 2, 0))]
         if self.position:
@@ -301,7 +280,7 @@ class Photocentre(SunlitObservations):
             axes = sky_axes(system, self.frame, "corrections of the elements")
             line = -local.observer(times) @ axes.T
             moved = displacements(system, local, times)
-            columns.append(np.stack([_derivative(line, 0.0, one @ axes.T) for one in moved], axis=-1))
+            columns.append(np.stack([_derivative(line, 0.0, change @ axes.T) for change in moved], axis=-1))
         return self._along(np.concatenate(columns, axis=2))
 
     def _described(self) -> list[tuple[str, str]]:
@@ -314,3 +293,14 @@ class Photocentre(SunlitObservations):
 def _derivative(line: Floats, centre: Any, change: Floats) -> Floats:
     """Return the derivatives (K, 2) of offsets in the sky by changes (K, 3) or (3,) of a centre (K, 3)."""
     return np.asarray(offsets(line, centre + 1j * _STEP * change).imag / _STEP)
+
+
+def _scan_angles(scan_angle: Any) -> Floats:
+    """Return scan angles in radians; those without a unit are at most two pi in size."""
+    radians, unit = column(scan_angle, "scan_angle of Photocentre", "rad")
+    if unit is None and (largest := np.nanmax(np.abs(radians), initial=0.0)) > 2.0 * np.pi:
+        raise InvalidInput(
+            f"scan_angle of Photocentre has the value {largest:.6g} without a unit; expected radians up to 2 pi in "
+            f"size, or degrees as a Quantity, such as {largest:.6g} * u.deg"
+        )
+    return radians

@@ -14,7 +14,7 @@ from ..base.units import UNITLESS, is_quantity
 from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Floats
-from .columns import DataColumn, Rows, column, jitter_of, labels_of, positive_rows, refuse_rounded
+from .columns import DataColumn, column, labels_of, positive_rows
 from .exposure import exposure_rule
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -108,7 +108,8 @@ class Photometry(SunlitObservations):
         DataColumn("filter", required=False, kind="labels", named=True),
         DataColumn("airmass", required=False, kind="numbers", named=True),
     )
-    _error_names = ("sigma",)
+    _options = ("zero",)
+    _error_unit = "mag"
     _names = ("magnitude",)
 
     def __init__(
@@ -132,15 +133,13 @@ class Photometry(SunlitObservations):
         exposure: Any = 0.0,
         reduced: bool = True,
     ) -> None:
-        columns = [("magnitude", magnitude), ("sigma", sigma)]
-        numbers = {name: column(value, name, "mag")[0] for name, value in columns}
-        if airmass is not None:
-            numbers["airmass"] = column(airmass, "airmass", "")[0]
-        refuse_rounded(magnitude, numbers["magnitude"], numbers["sigma"], "magnitude of Photometry")
-        rows = Rows(times, numbers, ("magnitude",), "Photometry")
-        super().__init__(rows, geometry, law, albedo, mutual, sun_radius)
+        numbers = {} if airmass is None else {"airmass": column(airmass, "airmass", "")[0]}
+        columns = {"magnitude": magnitude, "sigma": sigma}
+        rows, _ = self._read(times, columns, "mag", ("magnitude",), numbers, mixed=True)
+        super().__init__(rows, geometry)
+        self._sunlit(law, albedo, mutual, sun_radius)
         self.magnitude = rows.of("magnitude")
-        self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
+        self._sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
         self.reduced, self.exposure = reduced, exposure
         flag(reduced, "reduced")
         if not (isinstance(zero, str) and zero == "free"):
@@ -158,13 +157,17 @@ class Photometry(SunlitObservations):
         if filter is not None and any(label is not None for label in np.ravel(filter)):
             self.filters, self._filter = labels_of(filter, "filter", rows, _nights(self.times))
 
-    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
-        if self.filters is not None:
-            columns["filter"] = self.filters[self._filter]
-        if self.airmass is not None:
-            columns["airmass"] = self.airmass
-        return columns, {"zero": self.zero}
+    @property
+    def sigma(self) -> Floats:
+        """Standard errors (K,) in magnitudes."""
+        return np.asarray(self._sigma)
+
+    def _column(self, name: str) -> Any:
+        if name == "night":
+            return self.nights[self._night]
+        if name == "filter":
+            return None if self.filters is None else self.filters[self._filter]
+        return super()._column(name)
 
     def zero_points(self, run: Record) -> Floats:
         """Compute the zero point of each of ``filters`` for a run, or without filters of each of ``nights``.
@@ -258,14 +261,8 @@ class Photometry(SunlitObservations):
     def _observed(self, system: SystemLike) -> Floats:
         return self.magnitude[:, None]
 
-    def _covariance(self, system: SystemLike) -> Floats:
-        return np.asarray(self.sigma[:, None, None] ** 2)
-
     def _attach(self, values: Floats, system: SystemLike) -> Floats:
         return values[:, 0]
-
-    def _widen(self, jitter: Any) -> None:
-        self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag"))
 
     def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         photometer, light = self._photometer(system), np.zeros((len(self), len(system.context)))
@@ -283,8 +280,8 @@ class Photometry(SunlitObservations):
 
         The photometer gives the derivatives with respect to poses, semi-axes and surfaces.
         """
-        known = system.context.deformations
-        deformations = {name: known[name] for name in parameters if name in known}
+        all_deformations = system.context.deformations
+        deformations = {name: all_deformations[name] for name in parameters if name in all_deformations}
         photometer, count = self._photometer(system), len(system.context)
         light, by_axes = np.zeros((len(self), count)), np.zeros((len(self), count, 3))
         by_state, by_mass = np.zeros((len(self), 12 * count)), np.zeros((len(self), count))

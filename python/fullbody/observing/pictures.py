@@ -1,4 +1,4 @@
-"""Pictures of data with the predictions of a run and the residuals."""
+"""Pictures of data with the predictions of a run: values over time with their residuals, and chords in the sky."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.figures import grid, legend, line, matplotlib, panels, unit_of
+from ..base.figures import LINES, grid, legend, line, matplotlib, panels, single, unit_of
 from ..base.foreign import are_dates
+from ..record.record import Record
 
 
 def draw(
@@ -65,3 +66,38 @@ def time_axis(times: Any) -> tuple[Any, str]:
     if are_dates(times):
         return np.asarray(times.utc.to_datetime()), "date, UTC"
     return np.asarray(getattr(times, "value", times)), f"time since the epoch [{unit_of(times)}]"
+
+
+def draw_chords(data: Any, run: Record, ax: Any, kwargs: dict[str, Any]) -> Any:
+    """Draw chords and outlines; see :meth:`fullbody.observing.StellarOccultation.plot`."""
+    ax = single(ax, (5.5, 5.0))
+    sky, sigma = data.sky(run), data.errors_in(run.system)
+    seen = data.sign != 0.0
+    style = {"color": "0.3", "linewidth": 1.0} | kwargs
+    for station in np.unique(data.station[seen]):
+        rows = np.flatnonzero(seen & (data.station == station))
+        ends = sky.points[rows]
+        ax.plot(*ends.T, marker="o" if len(rows) == 1 else "", markersize=2.5, **style)
+        if len(rows) == 2:
+            times = data.times_in(run.system)[rows]
+            velocity = (ends[1] - ends[0]) / (times[1] - times[0])
+            for end, error in zip(ends, sigma[rows], strict=True):
+                ax.plot(
+                    *np.transpose([end - error * velocity, end + error * velocity]),
+                    color=LINES[4]["color"],
+                    linewidth=2.2,
+                )
+    if not seen.all():
+        ax.plot(*sky.points[~seen].T, ".", color="0.6", label="miss")
+    for k, (name, lines) in enumerate(sky.outlines.items()):
+        for outline in lines:
+            ax.plot(*outline.T, color=LINES[k % 3]["color"], linewidth=1.4, label=name if outline is lines[0] else None)
+    unit = unit_of(run.context.units.attach(1.0, "length"))
+    ax.set_xlabel(f"east [{unit}]")
+    ax.set_ylabel(f"north [{unit}]")
+    ax.set_aspect("equal")
+    if not ax.xaxis_inverted():
+        ax.invert_xaxis()
+    grid(ax)
+    legend(ax, markerscale=1.0)
+    return ax

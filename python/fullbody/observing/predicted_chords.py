@@ -17,14 +17,14 @@ from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record
 from ..typing import Floats
 from .columns import jitter_of
-from .contacts import Contacts, Rows, body_of
+from .contacts import Passage, Rows, body_of
 from .event import Event, Solution, picked
 from .limbs import limbs_of
 from .linear import Held, LinearUnknown
 from .observed_chords import ObservedChords
 from .outline_contacts import contacts_of
 from .states import RetardedStates, refuse_near
-from .station_paths import StationPaths
+from .stations import StationPaths
 from .vectors import local_geometry
 
 #: Half the predicted duration is continued linearly in its square below this share of half the observed duration.
@@ -66,12 +66,12 @@ class PredictedChords(ObservedChords):
         for station in self.clock:
             if station not in range(len(self.stations)):
                 raise InvalidInput(f"clock has {station!r}; expected indices of the {len(self.stations)} stations")
-        self._known: tuple[Any, Solution] | None = None
+        self._kept: tuple[Any, Solution] | None = None
         #: Values of the linear unknowns at which predictions are made instead of those with the least chi2.
         self._at: Floats | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_known": None}
+        return {**self.__dict__, "_kept": None}
 
     @staticmethod
     def _fixed_offset(offset: Any) -> Floats:
@@ -97,11 +97,9 @@ class PredictedChords(ObservedChords):
         """Return the rows on the clock and in the units of a system."""
         interval = self.in_system(self.interval, system)
         halves = 0.5 * (interval[:, 1] - interval[:, 0])
-        known = np.isfinite(halves) & (self.sign != 0.0)
+        is_timed = np.isfinite(halves) & (self.sign != 0.0)
         # A jitter does not change the predictions.
-        least = np.maximum(
-            np.where(known, _SHORT * np.where(known, halves, 0.0), 0.0), self.errors_in(system, given=True)
-        )
+        least = np.maximum(_SHORT * np.where(is_timed, halves, 0.0), self.errors_in(system, without_jitter=True))
         ends = np.where(np.isnan(interval), [-np.inf, np.inf], interval)
         return Rows(self._clock(system), self.sign, ends, least)
 
@@ -128,23 +126,23 @@ class PredictedChords(ObservedChords):
         if self._fixed is not None and not self._fixed.any():
             # A star at the pole has neither.
             return (np.zeros_like(retarded.observer),) * 2
-        east, north = self.stations.plane(system, retarded.times)
+        east, north = np.moveaxis(self.stations.plane(system, retarded.times), 1, 0)
         far = np.linalg.norm(retarded.observer, axis=1, keepdims=True)
         return far * east, far * north
 
     def _solution(self, system: SystemLike, states: dict[str, Any], masses: Any) -> Solution:
         """Return the solution for states, which is kept for as long as these do not change."""
         masses = system.context.masses if masses is None else masses
-        plain = {name: np.real(states[name]) for name in ("position", "velocity", "attitude", "spin")}
+        real_states = {name: np.real(states[name]) for name in ("position", "velocity", "attitude", "spin")}
         # Complex states have further axes in front, along which the real parts are equal.
-        plain = {name: part[(0,) * (part.ndim - 3)] for name, part in plain.items()}
+        real_states = {name: part[(0,) * (part.ndim - 3)] for name, part in real_states.items()}
         if "curvature" in states:
-            plain["curvature"] = states["curvature"]
-        parts = (*(plain[name].tobytes() for name in ("position", "velocity", "attitude", "spin")),)
+            real_states["curvature"] = states["curvature"]
+        parts = (*(real_states[name].tobytes() for name in ("position", "velocity", "attitude", "spin")),)
         key = (id(system.context), parts, np.real(masses).tobytes(), self._sigma.tobytes())
-        if self._known is None or self._known[0] != (key, system.context):
-            self._known = (key, system.context), self._solve(system, plain, np.real(masses))
-        return self._known[1]
+        if self._kept is None or self._kept[0] != (key, system.context):
+            self._kept = (key, system.context), self._solve(system, real_states, np.real(masses))
+        return self._kept[1]
 
     def solution(self, run: Record) -> Solution:
         """Return the solution for a run."""
@@ -154,7 +152,7 @@ class PredictedChords(ObservedChords):
         retarded = self._retarded(system, states, masses)
         self._refuse(system, states, retarded)
         rows, every = self._rows(system), np.arange(len(self))
-        passages: dict[int, tuple[Any, Contacts]] = {}
+        passages: dict[int, tuple[Any, Passage]] = {}
         for body in range(len(system.context)):
             of = every[self.may_be(system, body)]
             if len(of) and (limbs := limbs_of(system, body)):
@@ -184,19 +182,19 @@ class PredictedChords(ObservedChords):
         """Return where the observed contacts and the outlines of the bodies are in the plane of the sky."""
         system, states, solution = run.system, self._states(run), self.solution(run)
         retarded = self._retarded(system, states)
-        axes = np.stack(self.stations.plane(system, retarded.times), axis=1)
+        axes = self.stations.plane(system, retarded.times)
         points, outlines = np.zeros((len(self), 2)), {}
         for body, (of, contacts) in solution.contacts.items():
-            own = np.flatnonzero(solution.chosen[of] == body)
-            if not own.size:
+            rows_of_body = np.flatnonzero(solution.chosen[of] == body)
+            if not rows_of_body.size:
                 continue
             seen = body_of(retarded, states, body, solution.shift).of(of)
-            w, u, attitude = contacts.lines(seen, own, retarded.times[of[own]])
-            points[of[own]] = np.einsum("kax,kx->ka", axes[of[own]], seen.centre[own] + w)
-            k = len(own) // 2
+            w, u, attitude = contacts.lines(seen, rows_of_body, retarded.times[of[rows_of_body]])
+            points[of[rows_of_body]] = np.einsum("kax,kx->ka", axes[of[rows_of_body]], seen.centre[rows_of_body] + w)
+            k = len(rows_of_body) // 2
             matrix = rotations.matrices(attitude[k])
-            lines = [limb.rim(u[k] @ matrix) @ matrix.T + seen.centre[own[k]] for limb in contacts.limbs]
-            outlines[system.context.names[body]] = [line @ axes[of[own[k]]].T for line in lines]
+            lines = [limb.rim(u[k] @ matrix) @ matrix.T + seen.centre[rows_of_body[k]] for limb in contacts.limbs]
+            outlines[system.context.names[body]] = [line @ axes[of[rows_of_body[k]]].T for line in lines]
         return Sky(points, outlines)
 
     def _refuse(self, system: SystemLike, states: dict[str, Any], retarded: RetardedStates) -> None:
@@ -228,11 +226,11 @@ class PredictedChords(ObservedChords):
         complex_states = any(np.iscomplexobj(states[name]) for name in ("position", "velocity", "attitude", "spin"))
         if complex_states or np.iscomplexobj(masses) or limbs is not None:
             retarded = self._retarded(system, states, masses)
-            found = {}
+            x = {}
             for body, (of, contacts) in solution.contacts.items():
                 seen = body_of(retarded, states, body, solution.shift).of(of)
-                found[body] = of, contacts.linearised(seen, (limbs or {}).get(body))
-            prediction = picked(found, solution.chosen)
+                x[body] = of, contacts.linearised(seen, (limbs or {}).get(body))
+            prediction = picked(x, solution.chosen)
         offset = solution.design[:, : len(solution.values) - len(self.clock)]
         return (prediction - offset @ solution.values[: offset.shape[1]])[..., None]
 
@@ -275,28 +273,28 @@ class PredictedChords(ObservedChords):
         if self._fixed is not None:
             return by
         solution, sigma = self.solution(run), self.errors_in(run.system)[:, None]
-        whole, size = np.column_stack([by.start, *by.by_parameter.values()]), len(sigma)
+        derivatives, size = np.column_stack([by.start, *by.by_parameter.values()]), len(sigma)
         design, count, pulls = solution.design / sigma, len(solution.values), held.rows.ravel()
-        changes, bends = np.zeros((count, size, whole.shape[1])), np.zeros((count, size, count))
+        changes, bends = np.zeros((count, size, derivatives.shape[1])), np.zeros((count, size, count))
         for column in range(2):
             step = _NUDGE / np.abs(design[:, column]).max()
             for sign in (1.0, -1.0):
                 other = copy.copy(self)
-                other._known, other._at = None, solution.values + sign * step * np.eye(count)[column]
+                other._kept, other._at = None, solution.values + sign * step * np.eye(count)[column]
                 nudged = super(PredictedChords, other).linear_derivatives(run, held)
                 derivative = np.column_stack([nudged.start, *nudged.by_parameter.values()])[:size]
                 changes[column] -= sign * derivative / (2.0 * step)
                 nudged_design = other.solution(run).design / sigma
                 bends[column] += sign * nudged_design / (2.0 * step)
         curvature = np.einsum("k,lkm->lm", pulls, bends)
-        right_side = design.T @ whole[:size] + np.einsum("k,lkn->ln", pulls, changes)
+        right_side = design.T @ derivatives[:size] + np.einsum("k,lkn->ln", pulls, changes)
         moved = np.linalg.solve(design.T @ design - curvature, right_side)
         total = changes + np.einsum("lkm,mn->lkn", bends, moved)
-        whole[size:-1] += np.einsum("k,lkn->ln", pulls, total)
-        whole[-1] += np.einsum("kl,lkn->n", held.design.reshape(size, count), total)
+        derivatives[size:-1] += np.einsum("k,lkn->ln", pulls, total)
+        derivatives[-1] += np.einsum("kl,lkn->n", held.design.reshape(size, count), total)
         start = by.start.shape[1]
-        by_parameter = {name: whole[:, start + k] for k, name in enumerate(by.by_parameter)}
-        return FunctionDerivatives(by.value, whole[:, :start], by_parameter)
+        by_parameter = {name: derivatives[:, start + k] for k, name in enumerate(by.by_parameter)}
+        return FunctionDerivatives(by.value, derivatives[:, :start], by_parameter)
 
     def _widen(self, jitter: Any) -> None:
         self._sigma = np.hypot(self._sigma, jitter_of(jitter, "s" if self.is_united else None))

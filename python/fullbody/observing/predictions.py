@@ -250,8 +250,8 @@ class Predictions:
         if not isinstance(linear, Mapping) or unknown.name not in linear:
             raise InvalidInput(f"linear has no {unknown.name!r}; expected a dict with it, or None to solve for it")
         value, what = linear[unknown.name], f"{unknown.name} of linear"
-        plain = value if unknown.unit is None else strip_to(value, unknown.unit, what)
-        return UNITLESS.number(plain, "number", what, Limits())
+        number = value if unknown.unit is None else strip_to(value, unknown.unit, what)
+        return UNITLESS.number(number, "number", what, Limits())
 
     def linear_values(self, run: Record) -> dict[str, Any]:
         """Return the linear unknowns at which chi2 of a run is least, by their names; empty where there are none.

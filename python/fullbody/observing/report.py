@@ -10,8 +10,10 @@ import numpy as np
 
 from ..base.units import need
 from ..errors import InvalidInput
+from .times import unmasked
 
 _ANGLE = re.compile(r"([+-]?)\s*(\d+(?:\.\d*)?)(?:\s+(\d+(?:\.\d*)?))?(?:\s+(\d+(?:\.\d*)?))?")
+_TIME = re.compile(r"(\d+)[\s:]+(\d+)[\s:]+(\d+(?:\.\d*)?)")
 
 
 class Report(NamedTuple):
@@ -22,7 +24,7 @@ class Report(NamedTuple):
     name : str
     date : tuple of int, (3,)
         The year, the month and the day, in UTC, from whose beginning times count.
-    place : tuple of float, (3,)
+    position : tuple of float, (3,)
         Longitude and latitude in degrees, and the height in m, on the ellipsoid of WGS84.
     times, errors : tuple of float, (2,)
         The times of disappearance and reappearance in s, NaN where they were not timed, with their standard errors.
@@ -34,7 +36,7 @@ class Report(NamedTuple):
 
     name: str
     date: tuple[int, int, int]
-    place: tuple[float, float, float]
+    position: tuple[float, float, float]
     times: tuple[float, float]
     errors: tuple[float, float]
     watched: tuple[float, float] | None
@@ -53,8 +55,22 @@ def to_degrees(text: str, what: str) -> float:
 def sexagesimal(degrees: float, digits: int) -> str:
     """Return an angle as degrees, of a number of digits, minutes and seconds with a sign."""
     minutes, seconds = divmod(round(abs(degrees) * 3600.0, 2), 60.0)
-    whole, minutes = divmod(int(minutes), 60)
-    return f"{'-' if degrees < 0.0 else '+'}{whole:0{digits}d} {minutes:02d} {seconds:05.2f}"
+    integer, minutes = divmod(int(minutes), 60)
+    return f"{'-' if degrees < 0.0 else '+'}{integer:0{digits}d} {minutes:02d} {seconds:05.2f}"
+
+
+def to_seconds(text: str, what: str) -> float:
+    """Return the seconds since the beginning of the day of a time such as ``23 59 60.12``; hours may be above 24."""
+    if (match := _TIME.fullmatch(text.strip())) is None:
+        raise InvalidInput(f"{what} is {text!r}; expected hours, minutes and seconds such as '23 50 12.34'")
+    return sum(float(part) * size for part, size in zip(match.groups(), (3600.0, 60.0, 1.0), strict=True))
+
+
+def clock(seconds: float, separator: str) -> str:
+    """Return a time of seconds since the beginning of the day as hours, minutes and seconds to 1 ms."""
+    hours, remainder = divmod(round(seconds, 3), 3600.0)
+    minutes, seconds = divmod(remainder, 60.0)
+    return separator.join((f"{int(hours):02d}", f"{int(minutes):02d}", f"{seconds:06.3f}"))
 
 
 def arguments_of(reports: Sequence[Report]) -> dict[str, Any]:
@@ -68,32 +84,40 @@ def arguments_of(reports: Sequence[Report]) -> dict[str, Any]:
 
     days = Time(["{:04d}-{:02d}-{:02d}".format(*report.date) for report in reports], scale="utc")
     times = np.array([report.times for report in reports])
-    longitude, latitude, height = np.array([report.place for report in reports]).T
-    found: dict[str, Any] = {
+    longitude, latitude, height = np.array([report.position for report in reports]).T
+    arguments: dict[str, Any] = {
         "stations": EarthLocation.from_geodetic(longitude * u.deg, latitude * u.deg, height * u.m),
         "sigma": np.array([report.errors for report in reports]) * u.s,
     }
     for side, name in enumerate(("disappearance", "reappearance")):
-        found[name] = _dates(days, times[:, side])
+        arguments[name] = _dates(days, times[:, side])
     if any(report.watched for report in reports):
         watch = np.array([report.watched or (np.nan, np.nan) for report in reports])
-        found["watched"] = tuple(_dates(days, watch[:, side]) for side in (0, 1))
-    return found
+        arguments["watched"] = tuple(_dates(days, watch[:, side]) for side in (0, 1))
+    return arguments
 
 
-def timed(arguments: dict[str, Any]) -> Any:
-    """Return which contacts (S, 2) of arguments with dates were timed: 1, or NaN."""
-    masks = [np.asarray(getattr(arguments[name], "mask", False)) for name in ("disappearance", "reappearance")]
-    count = len(arguments["sigma"])
-    return np.where(np.stack([np.broadcast_to(mask, (count,)) for mask in masks], axis=1), np.nan, 1.0)
+def selected(events: Sequence[Any], event: int | None, path: Any) -> Any:
+    """Return the event of a file with an index, or without it the only one."""
+    expected = f"expected a number from 0 to {len(events) - 1}"
+    if event is None and len(events) != 1:
+        raise InvalidInput(f"{path} has {len(events)} events; give event=, {expected}")
+    if (index := 0 if event is None else event) not in range(len(events)):
+        raise InvalidInput(f"event is {event!r}; {expected}")
+    return events[index]
 
 
 def _dates(days: Any, seconds: Any) -> Any:
     """Return days plus seconds, masked where these are NaN."""
     from astropy import units as u
 
-    dates = days + np.nan_to_num(seconds) * u.s
-    if (missing := np.isnan(seconds)).any():
+    return masked_dates(days + np.nan_to_num(seconds) * u.s, np.isnan(seconds))
+
+
+def masked_dates(dates: Any, missing: Any) -> Any:
+    """Return dates of which those that are ``missing`` are masked."""
+    dates = dates.copy()
+    if missing.any():
         dates[missing] = np.ma.masked
     return dates
 
@@ -107,24 +131,21 @@ def reports_of(
     """
     from astropy.time import Time
 
-    def unmasked(dates: Any) -> tuple[Any, Any]:
-        return (dates.unmasked, np.asarray(dates.mask)) if dates.masked else (dates, np.zeros(dates.shape, dtype=bool))
-
-    plain, missing = unmasked(chords.utc)
-    first = plain[~missing].min().isot[:10]
+    times_of_contacts, missing = unmasked(chords.utc)
+    first = times_of_contacts[~missing].min().isot[:10]
     year, month, day = (int(part) for part in first.split("-"))
     start = Time(first, scale="utc")
 
     def seconds(dates: Any) -> Any:
-        known, missing = unmasked(dates.utc)
-        return np.where(missing, np.nan, (known - start).to_value("s"))
+        values, missing = unmasked(dates.utc)
+        return np.where(missing, np.nan, (values - start).to_value("s"))
 
     times = seconds(chords)
     watches = np.full(times.shape, np.nan) if watched is None else seconds(watched)
     reports = []
     for k, (name, body) in enumerate(zip(names, bodies, strict=True)):
-        place = stations[k].to_geodetic("WGS84")
-        where = tuple(float(part) for part in (place.lon.deg, place.lat.deg, place.height.to_value("m")))
+        geodetic = stations[k].to_geodetic("WGS84")
+        where = tuple(float(part) for part in (geodetic.lon.deg, geodetic.lat.deg, geodetic.height.to_value("m")))
         watch = tuple(watches[k].tolist()) if np.isfinite(watches[k]).all() else None
         error = tuple(np.broadcast_to(errors, times.shape)[k].tolist())
         reports.append(Report(name, (year, month, day), where, tuple(times[k].tolist()), error, watch, body))  # type: ignore[arg-type]

@@ -10,18 +10,19 @@ import numpy as np
 from ..base.figures import LINES, grid, legend, single
 from ..base.kinds import instance, whole
 from ..base.unit_names import unit_named
-from ..base.units import gathered, is_quantity, need, strip_to
+from ..base.units import gathered, is_quantity, strip_to
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from ..typing import Floats
-from .chord import time_column
 from .contacts import into_body
 from .earth import Earth
-from .limbs import limbs_of
-from .sightlines import SightLines, span_of
-from .star import Star, sky_axes
+from .event_tables import table_of, time_column
+from .limbs import Limb, limbs_of
+from .sightlines import Sight, SightLines, span_of
+from .sky import east_and_north, pole_of
+from .star import Star
 from .times import in_system, kilometres, seconds
-from .vectors import Vectors, turn
+from .vectors import Vectors
 
 #: The semi-axes of the Earth's ellipsoid (WGS84) in km.
 _EARTH = np.array([6378.137, 6378.137, 6356.752314245])
@@ -29,6 +30,7 @@ _EARTH = np.array([6378.137, 6378.137, 6356.752314245])
 _SAMPLES = 721
 #: The iterations of the light time within the Earth, each of which gains the digits of c over the speed.
 _ITERATIONS = 3
+_WHAT = "the path of a shadow on the Earth"
 #: The lines of a path, with the factors of the half width and of the error.
 _PATHS = {
     "centre": (0.0, 0.0),
@@ -73,10 +75,9 @@ class ShadowPath:
         the suffixes ``_north`` and ``_south`` (and ``_error_north``, ``_error_south``), ``duration``,
         ``star_altitude`` and ``sun_altitude``. What is not on the Earth is masked.
         """
-        with need("observing", "a table"):
-            from astropy.table import MaskedColumn, QTable
+        table = table_of({"time": time_column(self.times, self.system)})
+        from astropy.table import MaskedColumn
 
-        table = QTable({"time": time_column(self.times, self.system)})
         for name in self.longitude:
             suffix = "" if name == "centre" else f"_{name}"
             for what, lines in (("longitude", self.longitude), ("latitude", self.latitude)):
@@ -114,8 +115,8 @@ class ShadowPath:
             self._draw(ax, name, color=color, linewidth=1.2, label=label(f"limits of {self.body}"))
         self._draw(ax, "centre", color=color, linestyle="--", linewidth=1.2)
         if stations is not None:
-            place = stations.to_geodetic("WGS84")
-            ax.plot(place.lon.deg, place.lat.deg, "^", color=LINES[4]["color"], markersize=4.0, label="stations")
+            geodetic = stations.to_geodetic("WGS84")
+            ax.plot(geodetic.lon.deg, geodetic.lat.deg, "^", color=LINES[4]["color"], markersize=4.0, label="stations")
         grid(ax)
         ax.set_xlabel("longitude, east [deg]")
         ax.set_ylabel("latitude [deg]")
@@ -139,7 +140,7 @@ class ShadowPath:
         sides = [(np.asarray(x)[both], np.asarray(y)[both]) for x, y in pairs]
         if all(np.abs(np.diff(x)).max(initial=0.0) < 180.0 for x, _ in sides):
             ax.fill(
-                *(np.concatenate([one, other[::-1]]) for one, other in zip(*sides, strict=True)),
+                *(np.concatenate([inner, outer[::-1]]) for inner, outer in zip(*sides, strict=True)),
                 linewidth=0.0,
                 **kwargs,
             )
@@ -200,19 +201,19 @@ def shadow_paths(
     span = lines.span(span_of(span, run.system, in_system))
     lines.refuse_inside(np.linspace(span[0], span[1], 64))
     covariance = _covariance(errors)
-    km = kilometres(run.system, "the path of a shadow on the Earth")
-    found = []
+    reach_of_earth = _EARTH[0] / kilometres(run.system, _WHAT)
+    shadows = []
     for body in range(len(run.context)):
         limbs = limbs_of(run.system, body)
         reach = max((limb.reach for limb in limbs), default=0.0)
-        for meeting in lines.meetings(body, span, _EARTH[0] / km + reach) if limbs else []:
+        for meeting in lines.meetings(body, span, reach_of_earth + reach) if limbs else []:
             shadow = _Shadow(lines, body, limbs, covariance)
             times = np.linspace(*meeting, _SAMPLES)
             on_earth = np.flatnonzero(shadow.is_on_earth(times))
             if on_earth.size:
                 first, last = max(on_earth[0] - 1, 0), min(on_earth[-1] + 1, _SAMPLES - 1)
-                found.append(shadow.path(np.linspace(times[first], times[last], n)))
-    return found
+                shadows.append(shadow.path(np.linspace(times[first], times[last], n)))
+    return shadows
 
 
 def _covariance(errors: Any) -> Floats | None:
@@ -224,8 +225,8 @@ def _covariance(errors: Any) -> Floats | None:
     if not is_quantity(errors) or np.shape(errors) not in ((), (2, 2)):
         raise InvalidInput(f"errors is {errors!r}; {expected}")
     power = 1 if np.shape(errors) == () else 2
-    plain = strip_to(errors, unit_named("rad") ** power, "errors")
-    matrix = plain**2 * np.eye(2) if power == 1 else plain
+    radians = strip_to(errors, unit_named("rad") ** power, "errors")
+    matrix = radians**2 * np.eye(2) if power == 1 else radians
     if not (np.linalg.eigvalsh(matrix) >= 0.0).all() or not np.isfinite(matrix).all():
         raise InvalidInput(f"errors is {errors!r}, which is no covariance; {expected}")
     return matrix
@@ -234,110 +235,105 @@ def _covariance(errors: Any) -> Floats | None:
 class _Shadow:
     """The shadow of a body, of which lines parallel to its path are followed."""
 
-    def __init__(self, lines: SightLines, body: int, limbs: list[Any], covariance: Floats | None) -> None:
+    def __init__(self, lines: SightLines, body: int, limbs: list[Limb], covariance: Floats | None) -> None:
         self._lines, self._body, self._limbs, self._covariance = lines, body, limbs, covariance
-        self._system = lines.system
-        self._km = kilometres(lines.system, "the path of a shadow on the Earth")
+        self._system, self._pole = lines.system, pole_of(lines.system)
+        self._km = kilometres(lines.system, _WHAT)
         self._earth = Earth(lines.delayed)
 
-    def _plane(self, times: Floats) -> tuple[Any, Floats, Floats, Floats]:
-        """Return lines of sight, unit vectors (M, 3) across the path to the north, and both half widths (M,)."""
-        sight = self._lines.at(self._body, times)
-        step = 1e-3 * (times[-1] - times[0])
-        way = self._lines.at(self._body, times + step).w - self._lines.at(self._body, times - step).w
-        across = np.cross(sight.u, way / np.linalg.norm(way, axis=1, keepdims=True))
-        north = self._pole()
-        across = np.where((across @ north)[:, None] < 0.0, -across, across)
-        normals = into_body(sight.attitude, across)
-        widths = [np.max([limb.extent(sign * normals) for limb in self._limbs], axis=0) for sign in (1.0, -1.0)]
-        return sight, across, widths[0], widths[1]
+    def _track(self, times: Floats) -> tuple[Sight, Floats, Floats]:
+        """Return lines of sight, their velocities, and unit vectors (M, 3) across the path to the north."""
+        sight, step = self._lines.at(self._body, times), self._step(times)
+        later, earlier = (self._lines.at(self._body, times + sign * step).w for sign in (1.0, -1.0))
+        velocity = (later - earlier) / (2.0 * step)
+        across = np.cross(sight.u, velocity / np.linalg.norm(velocity, axis=1, keepdims=True))
+        return sight, velocity, np.where((across @ self._pole)[:, None] < 0.0, -across, across)
 
-    def _pole(self) -> Floats:
-        return np.asarray(turn("equatorial", self._system.context.frame)[:, 2])
+    @staticmethod
+    def _step(times: Floats) -> float:
+        """Return the step of differences in time."""
+        return float(1e-3 * (times[-1] - times[0]))
+
+    def _extent(self, sight: Sight, directions: Floats) -> Floats:
+        """Return how far (M,) the body reaches along unit vectors (M, 3) of the system's axes."""
+        normals = into_body(sight.attitude, directions)
+        return np.asarray(np.max([limb.extent(normals) for limb in self._limbs], axis=0))
 
     def is_on_earth(self, times: Floats) -> Any:
         """Return at which times (M,) the shadow touches the Earth."""
-        sight, across, north, south = self._plane(times)
-        places = [-sight.w, -sight.w + north[:, None] * across, -sight.w - south[:, None] * across]
-        return np.any([~self._foot(times, sight.u, place)[0].mask for place in places], axis=0)
+        sight, _, across = self._track(times)
+        lines = [-sight.w]
+        lines += [sign * self._extent(sight, sign * across)[:, None] * across - sight.w for sign in (1.0, -1.0)]
+        return np.any([self._ground(times, sight.u, line)[1] for line in lines], axis=0)
 
     def path(self, times: Floats) -> ShadowPath:
         """Return the path at times."""
-        sight, across, *widths = self._plane(times)
+        sight, velocity, across = self._track(times)
         error = self._error(times, sight.u, across)
         longitude: dict[str, Any] = {}
         latitude: dict[str, Any] = {}
-        up = np.zeros((len(times), 3))
+        axes = self._earth.axes(self._system, times)
+        ground, on_earth = self._ground(times, sight.u, -sight.w)
         for name, (side, outwards) in _PATHS.items():
             if outwards and error is None:
                 continue
-            width = widths[0] if side >= 0.0 else widths[1]
-            away = side * width + (0.0 if error is None else outwards * error)
-            longitude[name], latitude[name], normal = self._foot(times, sight.u, -sight.w + away[:, None] * across)
-            if name == "centre":
-                up = normal
-        mask = longitude["centre"].mask
+            width = side * self._extent(sight, np.copysign(1.0, side) * across)
+            away = width + (0.0 if error is None else outwards * error)
+            longitude[name], latitude[name] = _geodetic(*self._ground(times, sight.u, away[:, None] * across - sight.w))
+        up = np.einsum("kij,kj->ki", axes, ground / _EARTH**2)
+        up /= np.linalg.norm(up, axis=1, keepdims=True)
         star, sun = (
-            np.ma.array(np.degrees(np.arcsin(np.clip(np.sum(up * toward, axis=1), -1.0, 1.0))), mask=mask)
+            np.ma.array(np.degrees(np.arcsin(np.clip(np.sum(up * toward, axis=1), -1.0, 1.0))), mask=~on_earth)
             for toward in (sight.u, self._earth.sunward(self._system, times))
         )
         units, name = self._system.context.units, self._system.context.names[self._body]
-        whens = [units.attach(float(time), "time") for time in times]
-        duration = self._duration(times, sight)
-        return ShadowPath(name, whens, longitude, latitude, duration, star, sun, self._system)
+        attached = [units.attach(float(time), "time") for time in times]
+        duration = self._duration(times, sight, velocity, ground)
+        return ShadowPath(name, attached, longitude, latitude, duration, star, sun, self._system)
 
     def _error(self, times: Floats, u: Floats, across: Floats) -> Floats | None:
         """Return the standard error (M,) of the path across it."""
         if self._covariance is None:
             return None
-        axes = np.stack(sky_axes(u, self._pole()), axis=1)
-        parts = np.einsum("kax,kx->ka", axes, across)
-        far = np.linalg.norm(self._lines.local.observer(times), axis=1)
-        return np.asarray(far * np.sqrt(np.maximum(np.einsum("ka,ab,kb->k", parts, self._covariance, parts), 0.0)))
+        parts = np.einsum("kax,kx->ka", east_and_north(u, self._pole), across)
+        distance = np.linalg.norm(self._lines.local.observer(times), axis=1)
+        variance = np.einsum("ka,ab,kb->k", parts, self._covariance, parts)
+        return np.asarray(distance * np.sqrt(np.maximum(variance, 0.0)))
 
-    def _duration(self, times: Floats, sight: Any) -> Floats:
-        """Return the time (M,) in s in which the shadow passes over a place on its central line."""
-        step = 1e-3 * (times[-1] - times[0])
-        moved = self._lines.at(self._body, times + step).w - self._lines.at(self._body, times - step).w
-        velocity = moved / (2.0 * step)
-        after, before = (self._earth.axes(self._system, times + sign * step) for sign in (1.0, -1.0))
-        # A place on the Earth moves with it.
-        feet = self._geocentric(times, sight.u, -sight.w)[0]
-        turning = np.einsum("kij,kj->ki", after - before, feet) / (2.0 * step) / self._km
-        relative = velocity + np.where(np.isfinite(turning), turning, 0.0)
+    def _duration(self, times: Floats, sight: Sight, velocity: Floats, ground: Floats) -> Floats:
+        """Return the time (M,) in s in which the shadow passes over a point of its central line, which moves with the
+        Earth.
+        """
+        step = self._step(times)
+        later, earlier = (self._earth.axes(self._system, times + sign * step) for sign in (1.0, -1.0))
+        rotation = np.einsum("kij,kj->ki", later - earlier, ground) / (2.0 * step) / self._km
+        relative = velocity + np.where(np.isfinite(rotation), rotation, 0.0)
         relative -= np.sum(relative * sight.u, axis=1)[:, None] * sight.u
         speed = np.linalg.norm(relative, axis=1)
-        along = into_body(sight.attitude, relative / speed[:, None])
-        length = np.max([limb.extent(along) for limb in self._limbs], axis=0)
-        length = length + np.max([limb.extent(-along) for limb in self._limbs], axis=0)
-        return np.asarray(length / speed * seconds(self._system, "the path of a shadow"))
+        along = relative / speed[:, None]
+        length = self._extent(sight, along) + self._extent(sight, -along)
+        return np.asarray(length / speed * seconds(self._system, _WHAT))
 
-    def _geocentric(self, times: Floats, u: Floats, place: Floats) -> tuple[Floats, Any]:
-        """Return places (M, 3) in km, in the frame of the Earth, where lines along u meet it, and which do."""
+    def _ground(self, times: Floats, u: Floats, lines: Floats) -> tuple[Floats, Any]:
+        """Return points (M, 3) in km, in the frame of the Earth, where lines along u meet it, and which lines do."""
         axes = self._earth.axes(self._system, times)
         rate = self._lines.local.observer_velocity(times)
         depth = np.zeros(len(times))
-        hit = np.ones(len(times), dtype=bool)
-        point = place
         for _ in range(_ITERATIONS):
-            offset = place + depth[:, None] * u
+            offset = lines + depth[:, None] * u
             point = 2.0 * offset - self._earth.retarded(self._system, times, offset, rate, u)
             point = point - np.sum(point * u, axis=1)[:, None] * u
             p, q = (np.einsum("kji,kj->ki", axes, v) * size / _EARTH for v, size in ((point, self._km), (u, 1.0)))
             a, b, c = np.sum(q * q, axis=1), np.sum(p * q, axis=1), np.sum(p * p, axis=1) - 1.0
-            hit = b * b - a * c >= 0.0
-            depth = (-b + np.sqrt(np.maximum(b * b - a * c, 0.0))) / a / self._km
-        return np.einsum("kji,kj->ki", axes, point + depth[:, None] * u) * self._km, hit
+            discriminant = b * b - a * c
+            depth = (-b + np.sqrt(np.maximum(discriminant, 0.0))) / a / self._km
+        return np.einsum("kji,kj->ki", axes, point + depth[:, None] * u) * self._km, discriminant >= 0.0
 
-    def _foot(self, times: Floats, u: Floats, place: Floats) -> tuple[Any, Any, Floats]:
-        """Return masked longitudes and latitudes (M,) in degrees of lines along u, and normals (M, 3) to the ground."""
-        from astropy.coordinates import EarthLocation
 
-        ground, hit = self._geocentric(times, u, place)
-        location = EarthLocation.from_geocentric(*np.where(hit[:, None], ground, _EARTH).T, unit="km").to_geodetic(
-            "WGS84"
-        )
-        axes = self._earth.axes(self._system, times)
-        normal = ground / _EARTH**2
-        normal = np.einsum("kij,kj->ki", axes, normal / np.linalg.norm(normal, axis=1, keepdims=True))
-        return np.ma.array(location.lon.deg, mask=~hit), np.ma.array(location.lat.deg, mask=~hit), normal
+def _geodetic(ground: Floats, on_earth: Any) -> tuple[Any, Any]:
+    """Return longitudes and latitudes (M,) in degrees of points (M, 3) in km, masked where a line misses the Earth."""
+    from astropy.coordinates import EarthLocation
+
+    points = np.where(on_earth[:, None], ground, _EARTH)
+    location = EarthLocation.from_geocentric(*points.T, unit="km").to_geodetic("WGS84")
+    return np.ma.array(location.lon.deg, mask=~on_earth), np.ma.array(location.lat.deg, mask=~on_earth)

@@ -11,7 +11,7 @@ from ..errors import InvalidInput
 from ..record.record import Record
 from ..typing import Floats
 from .contacts import into_body
-from .limbs import Span, union
+from .spans import Span, union
 from .star import Star
 from .states import refuse_near
 from .stations import Stations
@@ -31,19 +31,19 @@ class Sight(NamedTuple):
     Attributes
     ----------
     w : ndarray, (M, 3)
-        The place of the ray from the centre of the body, across the direction to the star.
+        The position of the ray from the centre of the body, across the direction to the star.
     u : ndarray, (M, 3)
         Unit vectors to the star.
     attitude : ndarray, (M, 4)
         The attitude of the body when the light passes it.
-    before : ndarray of bool, (M,)
+    is_ahead : ndarray of bool, (M,)
         Whether the body is on the star's side of the station.
     """
 
     w: Floats
     u: Floats
     attitude: Floats
-    before: Any
+    is_ahead: Any
 
     def in_body(self) -> tuple[Floats, Floats]:
         """Return the places and the directions of the rays in the body's frame."""
@@ -69,7 +69,7 @@ class SightLines:
         self.local, self.delayed = local_geometry(geometry, run.system), geometry.light_time
         self._weights = run.context.masses / run.context.masses.sum()
 
-    def span(self, given: Any) -> tuple[float, float]:
+    def span(self, ends: Any) -> tuple[float, float]:
         """Return the first and the last time at the observer: those given, or all that run and geometry cover.
 
         The latter is a little shorter, so that all stations see the bodies within the run.
@@ -83,9 +83,9 @@ class SightLines:
                 f"the run, from {attach(low, 'time')} to {attach(high, 'time')}, and the geometry, from "
                 f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
             )
-        if given is None:
+        if ends is None:
             return first, last
-        start, stop = given
+        start, stop = ends
         if not start < stop:
             raise InvalidInput(
                 f"span is {attach(start, 'time')} to {attach(stop, 'time')}; expected the first time first"
@@ -100,8 +100,7 @@ class SightLines:
     def refuse_inside(self, times: Floats) -> None:
         """Raise an error for an observer within the system, and for a star on the observer's side of it."""
         observer, u = self.local.observer(times), self.star.directions(self.system, times)
-        low, high = sorted(self.solution.range)
-        states = self.solution.states(np.clip(self.local.emission(times), low, high))
+        states = self.states(times)
         centre = states["position"] - self._barycentre(states)[:, None]
         refuse_near(self.system, self.local, "observer", observer, centre, states["attitude"], times, 1.0, 1.0)
         if self.local.distant:
@@ -115,24 +114,29 @@ class SightLines:
                 "direction from the observer to the star, past the system"
             )
 
+    def states(self, times: Floats) -> dict[str, Floats]:
+        """Return the states at which light leaves the barycentre that arrives at the observer at times (M,)."""
+        low, high = sorted(self.solution.range)
+        return self.solution.states(np.clip(self.local.emission(times), low, high))
+
     def _barycentre(self, states: dict[str, Floats]) -> Floats:
         return np.einsum("n,tnx->tx", self._weights, states["position"])
 
     def at(self, body: int, times: Floats, stations: Any = None) -> Sight:
         """Return the lines of sight past a body at times (M,), from stations with indices (M,) or from the observer."""
         u = self.star.directions(self.system, times)
-        place = self.local.observer(times)
+        observer = self.local.observer(times)
         if stations is not None:
             assert self.stations is not None
             offset = self.stations.at(self.system, stations, times)
             if self.stations.on_earth:
                 offset = self.stations.retarded(self.system, times, offset, self.local.observer_velocity(times), u)
-            place = place + offset
+            observer = observer + offset
         low, high = sorted(self.solution.range)
-        emitted = times - np.linalg.norm(place, axis=-1) / self.local.light_speed
+        emitted = times - np.linalg.norm(observer, axis=-1) / self.local.light_speed
         for k in range(_ITERATIONS):
             states = self.solution.states(np.ascontiguousarray(np.clip(emitted, low, high)))
-            way = place - states["position"][:, body] + self._barycentre(states)
+            way = observer - states["position"][:, body] + self._barycentre(states)
             if k == _ITERATIONS - 1 or np.isinf(self.local.light_speed):
                 break
             emitted = times - np.linalg.norm(way, axis=-1) / self.local.light_speed
@@ -144,9 +148,9 @@ class SightLines:
         first, last = span
         times = np.linspace(first, last, _SAMPLES)
         step = min(1e-3 * (last - first), 0.5 * (times[1] - times[0]))
-        before, after = np.clip(times - step, first, last), np.clip(times + step, first, last)
-        moved = np.linalg.norm(self.at(body, after).w - self.at(body, before).w, axis=1)
-        if (speed := float(_FASTER * (moved / (after - before)).max())) == 0.0:
+        earlier, later = np.clip(times - step, first, last), np.clip(times + step, first, last)
+        moved = np.linalg.norm(self.at(body, later).w - self.at(body, earlier).w, axis=1)
+        if (speed := float(_FASTER * (moved / (later - earlier)).max())) == 0.0:
             return [span]
         spans: list[Span] = []
         time = first
@@ -163,15 +167,15 @@ class SightLines:
     def distances(self, body: int, times: Floats, stations: Any = None) -> Floats:
         """Return the distances (M,) of the lines of sight from a body's centre; infinite if the body is behind."""
         sight = self.at(body, times, stations)
-        return np.where(sight.before, np.linalg.norm(sight.w, axis=-1), np.inf)
+        return np.where(sight.is_ahead, np.linalg.norm(sight.w, axis=-1), np.inf)
 
 
-def span_of(given: Any, system: Any, clock: Any) -> tuple[float, float] | None:
+def span_of(span: Any, system: Any, clock: Any) -> tuple[float, float] | None:
     """Return a span of two times, which may be dates, on the clock of a system."""
-    if given is None:
+    if span is None:
         return None
-    times = np.ravel(clock(given, system, "span"))
+    times = np.ravel(clock(span, system, "span"))
     if times.shape != (2,):
-        raise InvalidInput(f"span is {given!r}; expected the first and the last time")
+        raise InvalidInput(f"span is {span!r}; expected the first and the last time")
     first, last = UNITLESS.numbers(times, "number", "span")
     return float(first), float(last)

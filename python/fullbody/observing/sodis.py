@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -11,12 +13,13 @@ import numpy as np
 
 from ..base.atomic import replacing
 from ..errors import InvalidInput
-from ..files.text import Text
-from .report import Report, arguments_of, sexagesimal, to_degrees
+from ..files.text import Text, naming
+from .report import Report, arguments_of, clock, sexagesimal, to_degrees, to_seconds
 
 #: The forms of dates, and the standard error in s of times whose report has none.
 _DATES, _SIGMA = ("%d %B %Y", "%d %b %Y", "%d.%m.%Y", "%Y-%m-%d"), 0.5
 _DAY = 86400.0
+_FIELD = re.compile(r"#([^:]*):(.*)")
 
 
 def read_sodis(paths: Any) -> dict[str, Any]:
@@ -28,51 +31,50 @@ def read_sodis(paths: Any) -> dict[str, Any]:
 
 
 def _report(text: Text) -> Report:
-    fields: dict[str, str] = {}
-    for line in text.lines:
-        if line.startswith("#") and ":" in line:
-            key, _, value = line[1:].partition(":")
-            fields[key.strip().lower()] = value.strip()
+    fields: dict[str, tuple[int, str]] = {}
+    for line, content in enumerate(text.lines, 1):
+        if match := _FIELD.match(content):
+            fields[match[1].strip().lower()] = line, match[2].strip()
     if missing := [key for key in ("date", "latitude", "longitude", "d", "r") if key not in fields]:
         text.fail(None, f"there is no line #{missing[0].upper()}; expected a report of SODIS")
-    date = None
-    for form in _DATES:
-        try:
-            date = datetime.strptime(fields["date"], form)
-            break
-        except ValueError:
-            continue
-    if date is None:
-        text.fail(None, f"DATE is {fields['date']!r}; expected one such as '11 December 2008'")
-    assert date is not None
-    latitude, longitude = (to_degrees(fields[key], f"{text.path}: {key}") for key in ("latitude", "longitude"))
-    height = text.number(None, fields.get("altitude") or "0", "Altitude")
-    begin, end = (_time(text, fields[key], key.upper()) for key in ("d", "r"))
+
+    def number(key: str, default: float) -> float:
+        line, value = fields.get(key, (None, ""))
+        return text.number(line, value, key.upper()) if value else default
+
+    def time(key: str) -> float:
+        """Return a time such as ``D23:50:12.34`` in seconds since the beginning of the day; NaN for a miss."""
+        line, value = fields.get(key, (None, ""))
+        value = value.lstrip("DRdr").strip()
+        with naming(f"{text.path}, line {line}"):
+            return np.nan if value.upper() in ("", "M") else to_seconds(value, key.upper())
+
+    def angle(key: str) -> float:
+        line, value = fields[key]
+        with naming(f"{text.path}, line {line}"):
+            return to_degrees(value, key.upper())
+
+    date = _date(text, *fields["date"])
+    begin, end = time("d"), time("r")
     if end < begin:
         # The night goes on after midnight.
         end += _DAY
-    errors = tuple(text.number(None, fields[key], key) if fields.get(key) else _SIGMA for key in ("acc_d", "acc_r"))
-    watch = tuple(_time(text, fields.get(key, ""), key) for key in ("startobs", "endobs"))
-    watched = None
+    watch, watched = (time("startobs"), time("endobs")), None
     if np.isfinite(watch).all():
         watched = (watch[0], watch[1] + _DAY if watch[1] < watch[0] else watch[1])
         if np.isfinite(begin) and begin < watched[0]:
             begin, end = begin + _DAY, end + _DAY
-    name = fields.get("observer1", "")
-    place = (longitude, latitude, height)
-    return Report(name, (date.year, date.month, date.day), place, (begin, end), (errors[0], errors[1]), watched, "main")
+    position = angle("longitude"), angle("latitude"), number("altitude", 0.0)
+    errors = number("acc_d", _SIGMA), number("acc_r", _SIGMA)
+    name = fields.get("observer1", (None, ""))[1]
+    return Report(name, (date.year, date.month, date.day), position, (begin, end), errors, watched, "main")
 
 
-def _time(text: Text, value: str, what: str) -> float:
-    """Return the seconds since the beginning of the day of a time such as ``D23:50:12.34``; NaN for a miss."""
-    plain = value.lstrip("DRdr").strip()
-    if plain.upper() in ("", "M"):
-        return np.nan
-    parts = plain.replace(":", " ").split()
-    if len(parts) != 3:
-        text.fail(None, f"{what} is {value!r}; expected a time such as 23:50:12.34, or M for a miss")
-    hours, minutes, seconds = (text.number(None, part, what) for part in parts)
-    return 3600.0 * hours + 60.0 * minutes + seconds
+def _date(text: Text, line: int, value: str) -> datetime:
+    for form in _DATES:
+        with suppress(ValueError):
+            return datetime.strptime(value, form)
+    text.fail(line, f"DATE is {value!r}; expected one such as '11 December 2008'")
 
 
 def write_sodis(folder: Any, reports: Sequence[Report], asteroid: tuple[Any, str], star: str) -> list[Path]:
@@ -88,15 +90,15 @@ def write_sodis(folder: Any, reports: Sequence[Report], asteroid: tuple[Any, str
             "ASTEROID": asteroid[1],
             "Nr": str(asteroid[0]),
             "Observer1": report.name,
-            "Latitude": sexagesimal(report.place[1], 2),
-            "Longitude": sexagesimal(report.place[0], 3),
-            "Altitude": f"{report.place[2]:.1f}",
-            "StartObs": _clock(report.watched[0]) if report.watched else "",
+            "Latitude": sexagesimal(report.position[1], 2),
+            "Longitude": sexagesimal(report.position[0], 3),
+            "Altitude": f"{report.position[2]:.1f}",
+            "StartObs": clock(report.watched[0] % _DAY, ":") if report.watched else "",
         }
         for side, key in enumerate("DR"):
-            fields[key] = key + _clock(report.times[side]) if timed[side] else "M" if not any(timed) else ""
+            fields[key] = key + clock(report.times[side] % _DAY, ":") if timed[side] else "M" if not any(timed) else ""
             fields[f"Acc_{key}"] = f"{report.errors[side]:.3f}"
-        fields["EndObs"] = _clock(report.watched[1]) if report.watched else ""
+        fields["EndObs"] = clock(report.watched[1] % _DAY, ":") if report.watched else ""
         path = Path(folder, f"{day:%Y%m%d}_{asteroid[0]}_station_{number}.txt")
         with replacing(path) as temporary:
             temporary.write_text("".join(f"#{key}: {value}\n" for key, value in fields.items()), encoding="utf-8")
@@ -106,10 +108,4 @@ def write_sodis(folder: Any, reports: Sequence[Report], asteroid: tuple[Any, str
 
 def _first(report: Report) -> float:
     """Return the first of the times of a report in s since the beginning of its day."""
-    known = [*(report.watched or ()), *(time for time in report.times if np.isfinite(time))]
-    return min(known, default=0.0)
-
-
-def _clock(seconds: float) -> str:
-    hours, rest = divmod(round(seconds % _DAY, 3), 3600.0)
-    return f"{int(hours):02d}:{int(rest // 60):02d}:{rest % 60:06.3f}"
+    return min([*(report.watched or ()), *(time for time in report.times if np.isfinite(time))], default=0.0)

@@ -35,16 +35,16 @@ class Star:
     geometry : Geometry
     """
 
-    def __init__(self, given: Any, geometry: Vectors) -> None:
+    def __init__(self, star: Any, geometry: Vectors) -> None:
         self._vector: Floats | None = None
         self._motion: tuple[Floats, Floats] | None = None
         self._epoch: Any = None
         self._kilometres: float | None = None
         self._frame: Any = "equatorial"
-        if hasattr(given, "icrs"):
-            self._read(given)
+        if hasattr(star, "icrs"):
+            self._read(star)
             return
-        parts = gathered(given, "star")
+        parts = gathered(star, "star")
         if is_quantity(parts) and np.shape(parts) == (2,):
             ra, dec = (UNITLESS.number(part, "angle", name) for part, name in zip(parts, ("ra", "dec"), strict=True))
             self._vector = pole_vector(ra, dec)
@@ -52,34 +52,34 @@ class Star:
             vector = directions(parts, "star", single=True)
             self._vector, self._frame = vector / np.linalg.norm(vector), geometry.frame
         elif np.shape(parts) == (2,):
-            raise InvalidInput(f"star is {shown(given)}, angles without a unit; {_EXPECTED}")
+            raise InvalidInput(f"star is {shown(star)}, angles without a unit; {_EXPECTED}")
         else:
-            raise InvalidInput(f"star is {shown(given)}; {_EXPECTED}")
+            raise InvalidInput(f"star is {shown(star)}; {_EXPECTED}")
 
-    def _read(self, given: Any) -> None:
+    def _read(self, star: Any) -> None:
         """Read the place, the proper motion and the distance of a ``SkyCoord``."""
         with need("observing", "a star"):
             from astropy import units as u
 
-        if not given.isscalar:
-            raise InvalidInput(f"star has {given.size} places; expected one star")
-        cartesian = given.icrs.cartesian
-        place = cartesian.xyz
-        if place.unit.is_equivalent(u.km):
-            self._kilometres = float(np.linalg.norm(place.to_value("km")))
+        if not star.isscalar:
+            raise InvalidInput(f"star has {star.size} places; expected one star")
+        cartesian = star.icrs.cartesian
+        position = cartesian.xyz
+        if position.unit.is_equivalent(u.km):
+            self._kilometres = float(np.linalg.norm(position.to_value("km")))
             scale = self._kilometres * u.km
         else:
-            scale = np.linalg.norm(place.value) * place.unit
-        self._vector = np.asarray((place / scale).to_value(""), dtype=np.float64)
+            scale = np.linalg.norm(position.value) * position.unit
+        self._vector = np.asarray((position / scale).to_value(""), dtype=np.float64)
         if "s" in cartesian.differentials:
-            if not are_dates(given.obstime):
+            if not are_dates(star.obstime):
                 raise InvalidInput("star has a proper motion without its date; give SkyCoord(..., obstime=)")
             rate = cartesian.differentials["s"].d_xyz / scale
             per_second = rate.to_value(1 / u.s, equivalencies=u.dimensionless_angles())
-            self._motion, self._epoch = (self._vector, np.asarray(per_second, dtype=np.float64)), given.obstime.tdb
+            self._motion, self._epoch = (self._vector, np.asarray(per_second, dtype=np.float64)), star.obstime.tdb
 
     @property
-    def place(self) -> tuple[float, float]:
+    def coordinates(self) -> tuple[float, float]:
         """Right ascension and declination in the ICRS in degrees, at the star's own date; an error for a vector."""
         if self._vector is None or self._frame != "equatorial":
             raise InvalidInput("star is a vector along the axes of the geometry; expected a SkyCoord or (ra, dec)")
@@ -110,15 +110,3 @@ class Star:
                 "give fullbody.System(..., frame='ecliptic')"
             )
         return np.asarray(vector @ turn(self._frame, system.context.frame).T)
-
-
-def sky_axes(directions: Floats, north: Floats) -> tuple[Floats, Floats]:
-    """Return unit vectors (..., 3) to the east and to the north at directions (..., 3), for a pole of the sky (3,)."""
-    east = np.cross(north, directions)
-    size = np.linalg.norm(east, axis=-1, keepdims=True)
-    if not (size > 0.0).all():
-        raise InvalidInput(
-            "star is at the pole of the sky, where east and north are not defined; expected another place"
-        )
-    east = east / size
-    return east, np.cross(directions, east)

@@ -119,8 +119,8 @@ class RetardedStates:
         self.centre, self.velocity = position + velocity * self.delay[..., None], velocity
         self._twist: Any = None
         if "curvature" in states:
-            bend, turn, self._twist = states["curvature"]
-            self.centre, self.velocity = self.centre + bend, velocity + turn
+            bend, change, self._twist = states["curvature"]
+            self.centre, self.velocity = self.centre + bend, velocity + change
 
     @property
     def observer_velocity(self) -> Floats:
@@ -154,39 +154,39 @@ def retarded(run: Record, local: SystemGeometry, times: Floats, what: str) -> tu
     """
     emitted, masses = local.emission(times), run.context.masses
     states: dict[str, Any] = run.states(emitted, what)
-    plain = RetardedStates(local, times, masses, states)
-    late = np.abs(plain.delay).max(initial=0.0)
+    uniform = RetardedStates(local, times, masses, states)
+    late = np.abs(uniform.delay).max(initial=0.0)
     if late == 0.0 or _is_straight(run, states, late):
-        return states, plain
+        return states, uniform
     if run.dense is None:
         cores = (_core.State(0.0, *map(np.ascontiguousarray, rows)) for rows in zip(*states.values(), strict=True))
         force = np.array([run.context.core.interactions(core)[0] for core in cores])
-        turn = force / masses[:, None] * plain.delay[..., None]
-        states["curvature"] = 0.5 * turn * plain.delay[..., None], turn, 0.0
+        change = force / masses[:, None] * uniform.delay[..., None]
+        states["curvature"] = 0.5 * change * uniform.delay[..., None], change, 0.0
         return states, RetardedStates(local, times, masses, states)
-    twist = -plain.attitude(states["attitude"], states["spin"])
-    bend, turn = -plain.centre, -plain.velocity
+    twist = -uniform.attitude(states["attitude"], states["spin"])
+    bend, change = -uniform.centre, -uniform.velocity
     first, last = sorted(run.dense.core.range)
     for body in range(len(run.context)):
         # Beyond the ends of a run its bodies go on straight.
-        inside = np.clip(emitted + plain.delay[:, body], first, last)
-        own = run.states(inside, what)
-        exact = RetardedStates(local, times, masses, own, inside - emitted)
+        inside = np.clip(emitted + uniform.delay[:, body], first, last)
+        states_inside = run.states(inside, what)
+        exact = RetardedStates(local, times, masses, states_inside, inside - emitted)
         bend[:, body] += exact.centre[:, body]
-        turn[:, body] += exact.velocity[:, body]
-        twist[:, body] += exact.attitude(own["attitude"], own["spin"])[:, body]
-    states["curvature"] = bend, turn, twist
+        change[:, body] += exact.velocity[:, body]
+        twist[:, body] += exact.attitude(states_inside["attitude"], states_inside["spin"])[:, body]
+    states["curvature"] = bend, change, twist
     return states, RetardedStates(local, times, masses, states)
 
 
 def _is_straight(run: Record, states: dict[str, Floats], late: float) -> bool:
     """Return whether the curvature of the motions within a time is below rounding."""
-    place, count = states["position"], len(run.context)
-    pairs = (place[:, i] - place[:, j] for i in range(count) for j in range(i))
+    position, count = states["position"], len(run.context)
+    pairs = (position[:, i] - position[:, j] for i in range(count) for j in range(i))
     apart = [np.einsum("kx,kx->k", way, way).min() for way in pairs]
     fall = run.context.G * run.context.masses.sum() / min(apart) ** 1.5 if apart else 0.0
     if run.dense is None:
         # The samples have the errors of an integration, and attitudes follow from the spins.
         return bool(fall * late**2 < _SAMPLED)
-    turn = np.einsum("knx,knx->kn", states["spin"], states["spin"]).max()
-    return bool((fall + turn) * late**2 < _ROUNDING)
+    change = np.einsum("knx,knx->kn", states["spin"], states["spin"]).max()
+    return bool((fall + change) * late**2 < _ROUNDING)

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, gathered, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
+from .contacts import Path
 from .earth import Earth
-from .star import Star, sky_axes
+from .sky import east_and_north, pole_of
+from .star import Star
 from .times import kilometres
 from .vectors import Vectors, turn
 
 #: The longest distance in km from the centre of the Earth of a place on it.
 _LARGEST = 7000.0
+
+#: The nodes of the polynomials, in units of a step, and the matrix from values there to coefficients.
+_NODES = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+_COEFFICIENTS = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 _EXPECTED = (
     "expected EarthLocations, vectors (S, 3) or (S, 2, 3), or places (S, 2, 2) in the plane of the sky, from the "
@@ -38,30 +46,31 @@ class Stations:
     star : Star
     """
 
-    def __init__(self, given: Any, geometry: Vectors, star: Star) -> None:
+    def __init__(self, stations: Any, geometry: Vectors, star: Star) -> None:
         self._star, self._frame = star, geometry.frame
         #: The Earth and the geocentric places (S, 3) in km along its axes, if the stations are on it.
         self._earth: Earth | None = None
         self._geocentric: Any = None
-        locations = list(given) if isinstance(given, list | tuple) else [given]
-        if locations and all(hasattr(one, "geodetic") for one in locations):
+        locations = list(stations) if isinstance(stations, list | tuple) else [stations]
+        if locations and all(hasattr(coordinate, "geodetic") for coordinate in locations):
             self._read_locations(locations)
             self._earth = Earth(geometry.light_time)
             return
-        places = gathered(given, "stations", "length")
-        plain = strip_to(places, unit_named("km"), "stations") if is_quantity(places) else places
-        plain = UNITLESS.numbers(plain, "number", "stations")
-        self._is_united = is_quantity(places)
+        positions = gathered(stations, "stations", "length")
+        numbers = strip_to(positions, unit_named("km"), "stations") if is_quantity(positions) else positions
+        numbers = UNITLESS.numbers(numbers, "number", "stations")
+        self._is_united = is_quantity(positions)
         #: The vectors (S, 3) or (S, 2, 3), or offsets (S, 2, 2), in km or in the units of a system.
-        self._places = plain
-        moving = plain.ndim == 3 and plain.shape[1] == 2 and plain.shape[2] in (2, 3)
-        if not (moving or (plain.ndim == 2 and plain.shape[1] == 3)):
-            raise InvalidInput(f"stations has shape {plain.shape}; {_EXPECTED}")
+        self._positions = numbers
+        moving = numbers.ndim == 3 and numbers.shape[1] == 2 and numbers.shape[2] in (2, 3)
+        if not (moving or (numbers.ndim == 2 and numbers.shape[1] == 3)):
+            raise InvalidInput(f"stations has shape {numbers.shape}; {_EXPECTED}")
 
     def _read_locations(self, locations: list[Any]) -> None:
         """Read geocentric places (S, 3) in km."""
-        parts = [np.stack([np.ravel(one.to_value("km")) for one in place.geocentric], axis=-1) for place in locations]
-        self._geocentric = np.concatenate(parts)
+        self._geocentric = np.concatenate(
+            [np.stack([np.ravel(x.to_value("km")) for x in location.geocentric], axis=-1) for location in locations]
+        )
         reach = np.linalg.norm(self._geocentric, axis=1)
         if not ((reach > 0.0) & (reach < _LARGEST)).all():
             worst = int(np.argmax(~((reach > 0.0) & (reach < _LARGEST))))
@@ -70,7 +79,7 @@ class Stations:
             )
 
     def __len__(self) -> int:
-        return len(self._places) if self._earth is None else len(self._geocentric)
+        return len(self._positions) if self._earth is None else len(self._geocentric)
 
     @property
     def locations(self) -> Any:
@@ -84,12 +93,12 @@ class Stations:
     @property
     def vectors(self) -> Any:
         """The given vectors or places, numbers or a Quantity in km."""
-        return self._places * unit_named("km") if self._is_united else self._places
+        return self._positions * unit_named("km") if self._is_united else self._positions
 
     @property
     def move(self) -> bool:
         """Whether the stations are given at the two times of each chord."""
-        return self._earth is None and self._places.ndim == 3
+        return self._earth is None and self._positions.ndim == 3
 
     @property
     def on_earth(self) -> bool:
@@ -103,32 +112,28 @@ class Stations:
         times.
         """
         if self._earth is not None:
-            places = self._geocentric[stations] / kilometres(system, "a station on the Earth")
-            return np.einsum("kij,kj->ki", self._earth.axes(system, times), places)
+            positions = self._geocentric[stations] / kilometres(system, "a station on the Earth")
+            return np.einsum("kij,kj->ki", self._earth.axes(system, times), positions)
         length = kilometres(system, "stations with a unit") if self._is_united else 1.0
-        places = self._places[stations] / length
-        if places.ndim == 3:
+        positions = self._positions[stations] / length
+        if positions.ndim == 3:
             if ends is None:
                 raise InvalidInput(
-                    f"stations has shape {self._places.shape}, vectors at two times, which only data of chords have; "
-                    "expected EarthLocations or vectors (S, 3)"
+                    f"stations has shape {self._positions.shape}, vectors at two times, which only data of chords "
+                    "have; expected EarthLocations or vectors (S, 3)"
                 )
             # A station of which one time is known stays where it was then.
-            known = np.isfinite(ends).all(axis=1)
-            first, last = (np.where(known, end, offset) for end, offset in zip(ends.T, (0.0, 1.0), strict=True))
-            share = np.where(known, (times - first) / (last - first), ~np.isfinite(ends[:, 0]))
-            places = places[:, 0] + share[:, None] * (places[:, 1] - places[:, 0])
-        if places.shape[-1] == 2:
-            east, north = self.plane(system, times)
-            return np.asarray(places[:, :1] * east + places[:, 1:] * north)
-        return places if self._frame is None else places @ self._axes(system, self._frame).T
+            has_both = np.isfinite(ends).all(axis=1)
+            first, last = (np.where(has_both, end, offset) for end, offset in zip(ends.T, (0.0, 1.0), strict=True))
+            share = np.where(has_both, (times - first) / (last - first), ~np.isfinite(ends[:, 0]))
+            positions = positions[:, 0] + share[:, None] * (positions[:, 1] - positions[:, 0])
+        if positions.shape[-1] == 2:
+            return np.einsum("ka,kax->kx", positions, self.plane(system, times))
+        return positions if self._frame is None else positions @ self._axes(system, self._frame).T
 
-    def plane(self, system: SystemLike, times: Floats) -> tuple[Floats, Floats]:
-        """Return unit vectors (M, 3) to the east and to the north in the plane of the sky, along the system's axes."""
-        north = np.array([0.0, 0.0, 1.0])
-        if system.context.frame is not None:
-            north = turn("equatorial", system.context.frame) @ north
-        return sky_axes(self._star.directions(system, times), north)
+    def plane(self, system: SystemLike, times: Floats) -> Floats:
+        """Return unit vectors (M, 2, 3) to the east and to the north in the plane of the sky, in the system's axes."""
+        return east_and_north(self._star.directions(system, times), pole_of(system))
 
     @staticmethod
     def _axes(system: SystemLike, frame: Any) -> Floats:
@@ -142,3 +147,49 @@ class Stations:
     def retarded(self, system: SystemLike, times: Floats, vectors: Floats, rate: Floats, u: Floats) -> Floats:
         """Return vectors (M, 3) to the stations that account for the light time within the Earth, if they are on it."""
         return vectors if self._earth is None else self._earth.retarded(system, times, vectors, rate, u)
+
+
+class StationPaths:
+    """The paths of the stations of K rows: quartic polynomials about the times of the rows.
+
+    Parameters
+    ----------
+    times : ndarray, (K,)
+    step : float
+        The time between the nodes. The Earth turns by 7e-5 rad in a second, so that the error after n steps of s
+        seconds is below (7e-5 n s)^5 of its radius.
+    places : callable
+        The function from times (K,) to the vectors (K, 3) from the barycentre to the stations, and to unit vectors
+        (K, 3) to the star.
+    """
+
+    def __init__(self, times: Floats, step: float, positions: Callable[[Floats], tuple[Floats, Floats]]) -> None:
+        self._times = times
+        at_nodes = [positions(times + node * step) for node in _NODES]
+        scale = step ** -np.arange(5.0)
+        # The vectors are long, and their changes are taken from that at the middle.
+        self._middle = tuple(part.copy() for part in at_nodes[2])
+        self._polynomials = tuple(
+            np.einsum(
+                "pn,nkx->pkx", scale[:, None] * _COEFFICIENTS, np.stack([item[k] - at_nodes[2][k] for item in at_nodes])
+            )
+            for k in (0, 1)
+        )
+
+    def __call__(self, index: npt.NDArray[np.intp], times: Floats) -> Path:
+        """Return the path at times (M,) of rows with indices (M,)."""
+        since = (times - self._times[index])[:, None]
+        position, star = (
+            middle[index] + _value(polynomial[:, index], since)
+            for middle, polynomial in zip(self._middle, self._polynomials, strict=True)
+        )
+        rate = np.arange(1.0, 5.0)[:, None, None] * self._polynomials[0][1:, index]
+        return Path(position, _value(rate, since), star)
+
+
+def _value(coefficients: Floats, since: Floats) -> Floats:
+    """Return the values (M, 3) of polynomials with coefficients (P, M, 3), from the lowest power on."""
+    value = coefficients[-1]
+    for part in coefficients[-2::-1]:
+        value = value * since + part
+    return value

@@ -6,18 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-
-from ..base.arguments import options_of, refuse_unknown
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..record.record import Record
-from .chord_picture import draw_chords
-from .chord_tables import from_table, to_table
+from .chord_tables import COLUMNS, arguments_of_columns, to_table
 from .koala import read_koala
 from .occult import read_occult, write_occult
+from .pictures import draw_chords
 from .predicted_chords import PredictedChords
-from .report import Report, reports_of, timed
+from .report import Report, reports_of
 from .sodis import read_sodis, write_sodis
 
 
@@ -85,6 +82,8 @@ class StellarOccultation(PredictedChords):
     >>> data.residuals(run).shape, list(data.linear_values(run))
     ((5,), ['offset east', 'offset north'])
     """
+
+    _columns = COLUMNS
 
     def __init__(
         self,
@@ -176,11 +175,8 @@ class StellarOccultation(PredictedChords):
         InvalidInput
             For a file in another format, and one with several events if none is chosen.
         """
-        arguments, seen = read_occult(path, event)
-        missed = [not np.isfinite(row).any() for row in timed(arguments)]
-        bodies = [
-            None if miss else {"main": body}.get(kind, satellite) for kind, miss in zip(seen, missed, strict=True)
-        ]
+        arguments, kinds = read_occult(path, event)
+        bodies = [{"main": body, "satellite": satellite}.get(kind or "") for kind in kinds]
         return cls(geometry=geometry, body=bodies, **arguments, **options)
 
     @classmethod
@@ -224,7 +220,7 @@ class StellarOccultation(PredictedChords):
         InvalidInput
             For stations that are not on the Earth, times that are no dates, and a star that is a vector.
         """
-        write_occult(path, *self.star.place, self._reports(satellite, names), asteroid)
+        write_occult(path, *self.star.coordinates, self._reports(satellite, names), asteroid)
 
     def write_sodis(self, folder: Any, *, asteroid: tuple[Any, str], star: str, names: Any = None) -> list[Path]:
         """Write the report of each station to SODIS, a text file, into a folder, and return their paths.
@@ -260,36 +256,8 @@ class StellarOccultation(PredictedChords):
         return to_table(self.stations, chords, watched, self.errors_of_chords, self.body)
 
     @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        columns: Mapping[str, Any] | None = None,
-        unit: Any = None,
-        dates: tuple[str, str] | None = None,
-        **options: Any,
-    ) -> Self:
-        """Make an occultation from a table with a row for each station, of astropy or pandas.
-
-        Parameters
-        ----------
-        table : Table, QTable or DataFrame
-            A table with the columns of :meth:`to_table`.
-        columns : dict, optional
-            Names of columns where they differ from these.
-        unit : unit, optional
-            The unit of times and standard errors that have none.
-        dates : (format, scale), optional
-            The format and scale of dates given as numbers or texts, such as ``("isot", "utc")``.
-        **options
-            ``star``, ``geometry`` and other arguments of the class, among them those that the table lacks.
-
-        Returns
-        -------
-        StellarOccultation
-        """
-        refuse_unknown(options, options_of(cls), cls.__name__)
-        return cls(**from_table(table, columns, unit, dates, options), **options)
+    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
+        return arguments_of_columns(read)
 
     def predict(self, run: Record, linear: Mapping[str, Any] | None = None) -> Any:
         """Compute the times of the contacts that were observed, from a run.

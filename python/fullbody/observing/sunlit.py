@@ -11,10 +11,10 @@ from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
 from .brightness import Epochs, Photometer
-from .columns import Rows
 from .data import Observations
-from .states import DISTANT, RetardedStates, refuse_near
-from .vectors import Vectors, local_geometry
+from .light_curve import epochs_at
+from .states import DISTANT, RetardedStates
+from .vectors import local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
@@ -32,33 +32,22 @@ class SunlitObservations(Observations):
     #: What is observed, with its article, for errors.
     _observed_what = "a magnitude"
 
-    def __init__(
-        self,
-        rows: Rows,
-        geometry: Vectors,
-        law: Law | dict[str, Law],
-        albedo: Any,
-        mutual: bool,
-        sun_radius: Any,
-    ) -> None:
-        super().__init__(rows, geometry)
-        if not geometry.has_sun:
+    def _sunlit(self, law: Law | dict[str, Law], albedo: Any, mutual: bool, sun_radius: Any) -> None:
+        """Keep the options of the light, after checking that the geometry has the Sun."""
+        if not self.geometry.has_sun:
             raise InvalidInput(f"geometry of {self._what()} has no Sun; give to_sun=")
         flag(mutual, "mutual")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
+
+    def _depends_on_figures(self) -> bool:
+        return True
 
     def _photometer(self, system: SystemLike) -> Photometer:
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
     def _epochs(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> Epochs:
         """Return what a photometer sees at the observations, after checking that observer and Sun are far enough."""
-        attitude = retarded.attitude(states["attitude"], states["spin"])
-        local = local_geometry(self.geometry, system)
-        to_sun = local.sun(retarded.times)
-        for what, position in (("observer", retarded.observer), ("Sun", to_sun)):
-            refuse_near(system, local, what, position, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
-        beta = retarded.velocity / retarded.light_speed
-        return Epochs(retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant)
+        return epochs_at(system, local_geometry(self.geometry, system), states, retarded, DISTANT, DISTANT)
 
     def _total(self, light: Floats) -> Floats:
         """Return the light (K,) of all bodies together, (K, N), after checking that there is some."""
@@ -86,7 +75,7 @@ def by_states(
     speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
     position = position + toward * (later / speed)[..., None]
     elapsed, weights = retarded.elapsed[..., None], (system.context.masses / system.context.masses.sum())[:, None]
-    moving, (turned, spin) = elapsed * position, _before_rotation(elapsed * states["spin"], rotation)
+    moving, (turned, spin) = elapsed * position, _by_rotation(elapsed * states["spin"], rotation)
     parts = [
         position - weights * position.sum(axis=1, keepdims=True),
         moving - weights * moving.sum(axis=1, keepdims=True),
@@ -97,7 +86,7 @@ def by_states(
     return np.concatenate(parts, axis=-1).reshape(len(to_observer), -1), -by_barycentre
 
 
-def _before_rotation(angle: Floats, rotation: Floats) -> tuple[Floats, Floats]:
+def _by_rotation(angle: Floats, rotation: Floats) -> tuple[Floats, Floats]:
     """Return derivatives (..., 3) with respect to rotation vectors before a rotation, and to the rotation itself.
 
     ``rotation`` are the derivatives with respect to rotation vectors after a rotation by the vectors ``angle``, all in

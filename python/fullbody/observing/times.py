@@ -35,6 +35,13 @@ def in_system(times: Any, system: SystemLike, what: str) -> Floats:
     return system.context.units.numbers(times, "time", what)
 
 
+def unmasked(dates: Any) -> tuple[Any, Any]:
+    """Return dates without their mask, and the mask, which is false for dates that have none."""
+    if not getattr(dates, "masked", False):
+        return dates, np.zeros(dates.shape, dtype=bool)
+    return getattr(dates, "unmasked", dates), np.asarray(dates.mask)
+
+
 def _size(system: SystemLike, what: str, dimension: str, unit: str) -> float:
     if not system.context.units.defined:
         raise InvalidInput(f"{what} needs the system's units; give fullbody.System(..., units=('km', 'hour', 'kg'))")

@@ -50,17 +50,17 @@ class Vectors:
         order = np.argsort(axis, kind="stable")
         self._times = axis[order]
         if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
-            raise InvalidInput(f"times has {self._said(self._times[twice[0]])} twice; expected distinct times")
-        given = {"to_observer": gathered(to_observer, "to_observer", "length")}
+            raise InvalidInput(f"times has {self._attached_time(self._times[twice[0]])} twice; expected distinct times")
+        vectors = {"to_observer": gathered(to_observer, "to_observer", "length")}
         if to_sun is not None:
-            given["to_sun"] = gathered(to_sun, "to_sun", "length")
-        self._km = 1.0 if refuse_mixture(given) else None
-        self._observer = self._vectors(given["to_observer"], "to_observer", order)
-        self._sun = self._vectors(given["to_sun"], "to_sun", order) if to_sun is not None else None
+            vectors["to_sun"] = gathered(to_sun, "to_sun", "length")
+        self._km = 1.0 if refuse_mixture(vectors) else None
+        self._observer = self._vectors(vectors["to_observer"], "to_observer", order)
+        self._sun = self._vectors(vectors["to_sun"], "to_sun", order) if to_sun is not None else None
         #: The ends of the span along the axis; tables that this package makes have rows beyond them.
         self._ends = (float(self._times[0]), float(self._times[-1]))
         #: Cached results: splines, whether there was a warning, and geometries of systems.
-        self._known: dict[Any, Any] = {}
+        self._cache: dict[Any, Any] = {}
 
     def _axis(self, times: Any, first: bool = False) -> Floats:
         """Return times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
@@ -82,19 +82,19 @@ class Vectors:
             raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
         return (UNITLESS if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
 
-    def _vectors(self, given: Any, what: str, order: Any) -> Floats:
-        rows = directions(given, what)
+    def _vectors(self, vectors: Any, what: str, order: Any) -> Floats:
+        rows = directions(vectors, what)
         if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
             raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")
-        rows = strip_to(given, unit_named("km"), what) if is_quantity(given) else rows
+        rows = strip_to(vectors, unit_named("km"), what) if is_quantity(vectors) else rows
         return np.array(np.broadcast_to(rows, (len(order), 3))[order], dtype=np.float64)
 
     @property
     def span(self) -> Any:
         """The first and the last time: dates, Quantities or numbers."""
-        return self._said(self._ends[0]), self._said(self._ends[1])
+        return self._attached_time(self._ends[0]), self._attached_time(self._ends[1])
 
-    def _said(self, time: float) -> Any:
+    def _attached_time(self, time: float) -> Any:
         if self._origin is None and self._second is None:
             return float(time)
         since = time * unit_named("s")
@@ -117,12 +117,12 @@ class Vectors:
 
     def to_sun(self, times: Any) -> Array:
         """Return vectors from the system's barycentre to the Sun, in the form of :meth:`to_observer`."""
-        return self._attached(self._at(self._known_sun(), self._axis(times)))
+        return self._attached(self._at(self._sun_table(), self._axis(times)))
 
     def phase_angle(self, times: Any) -> Any:
         """Return the angles (...) between the directions to the observer and to the Sun, in radians, at times (...)."""
         axis = self._axis(times)
-        e, s = self._at(self._observer, axis), self._at(self._known_sun(), axis)
+        e, s = self._at(self._observer, axis), self._at(self._sun_table(), axis)
         angle = np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.einsum("...x,...x->...", e, s))
         return float(angle) if np.ndim(angle) == 0 else angle
 
@@ -131,10 +131,10 @@ class Vectors:
         """Whether the geometry has vectors to the Sun."""
         return self._sun is not None
 
-    def _attached(self, found: Floats) -> Any:
-        return found if self._km is None else found * unit_named("km")
+    def _attached(self, vectors: Floats) -> Any:
+        return vectors if self._km is None else vectors * unit_named("km")
 
-    def _known_sun(self) -> Floats:
+    def _sun_table(self) -> Floats:
         if self._sun is None:
             raise InvalidInput("the geometry has no Sun; give to_sun=")
         return self._sun
@@ -146,17 +146,17 @@ class Vectors:
         outside = (axis < self._ends[0] - slack) | (axis > self._ends[1] + slack)
         if np.any(outside):
             first, last = self.span
-            when = self._said(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
+            when = self._attached_time(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
             raise InvalidInput(f"time {when} is outside the span of the geometry, {first} to {last}")
         if len(self._times) == 1:
-            found = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
-            return np.array(found, dtype=np.float64)
-        spline = self._known.get(id(table))
+            vectors = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
+            return np.array(vectors, dtype=np.float64)
+        spline = self._cache.get(id(table))
         if spline is None:
             with need("observing", "a geometry"):
                 from scipy.interpolate import CubicSpline
 
-            spline = self._known[id(table)] = CubicSpline(self._times, table, axis=0)
+            spline = self._cache[id(table)] = CubicSpline(self._times, table, axis=0)
         after = np.clip(np.searchsorted(self._times, axis), 1, len(self._times) - 1)
         apart = np.minimum(np.abs(axis - self._times[after - 1]), np.abs(axis - self._times[after]))
         if derivative or np.any(apart > slack):
@@ -165,15 +165,15 @@ class Vectors:
 
     def _warn_if_coarse(self, table: Floats) -> None:
         """Warn once if rows are so far apart that the spline between them does not follow the path."""
-        if ("warned", id(table)) in self._known:
+        if ("warned", id(table)) in self._cache:
             return
-        self._known["warned", id(table)] = True
+        self._cache["warned", id(table)] = True
         error, row = relative_error(self._times, table)
         if error > _COARSE:
             caution(
-                f"the vectors of the geometry are so far apart in time that the spline between them is wrong by about "
-                f"{error:.1g} of the distance near {self._said(self._times[row])}; expected rows nearer to each other, "
-                "or times that are among those of the geometry"
+                "the vectors of the geometry are so far apart in time that the spline between them is wrong by about "
+                f"{error:.1g} of the distance near {self._attached_time(self._times[row])}; expected rows nearer to "
+                "each other, or times that are among those of the geometry"
             )
 
     def __eq__(self, other: object) -> bool:
@@ -187,7 +187,7 @@ class Vectors:
         return (*scales, self._times, self._observer, self._sun)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_known": {}}
+        return {**self.__dict__, "_cache": {}}
 
     def __repr__(self) -> str:
         first, last = self.span
@@ -207,9 +207,9 @@ def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
     """Return a geometry in the time, units and axes of a system."""
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
     key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
-    if key not in geometry._known:
-        geometry._known[key] = SystemGeometry(geometry, system)
-    return geometry._known[key]
+    if key not in geometry._cache:
+        geometry._cache[key] = SystemGeometry(geometry, system)
+    return geometry._cache[key]
 
 
 class SystemGeometry:
@@ -221,7 +221,7 @@ class SystemGeometry:
 
     def __init__(self, geometry: Vectors, system: SystemLike) -> None:
         self._geometry = geometry
-        self._late, self._rate, self._length, self._turn = 0.0, 1.0, 1.0, np.eye(3)
+        self._late, self._rate, self._length, self._rotation = 0.0, 1.0, 1.0, np.eye(3)
         if geometry._origin is not None:
             self._late = float((system_epoch(system, "a geometry with dates") - geometry._origin).to_value("s"))
         if geometry._second is not None:
@@ -234,7 +234,7 @@ class SystemGeometry:
                     f"the geometry is in the frame {geometry.frame!r}, and that of the system is not known; "
                     "give fullbody.System(..., frame='ecliptic')"
                 )
-            self._turn = turn(geometry.frame, system.context.frame)
+            self._rotation = turn(geometry.frame, system.context.frame)
         self.light_speed = np.inf
         self.distant = not geometry.light_time and geometry._km is None
         if geometry.light_time:
@@ -242,8 +242,8 @@ class SystemGeometry:
             self.light_speed = LIGHT_SPEED / kilometres(system, what) * seconds(system, what)
 
     def _find(self, table: Floats, times: Floats, derivative: int = 0) -> Floats:
-        found = self._geometry._at(table, times * self._rate + self._late, derivative)
-        return np.asarray(found @ self._turn.T / self._length * self._rate**derivative)
+        vectors = self._geometry._at(table, times * self._rate + self._late, derivative)
+        return np.asarray(vectors @ self._rotation.T / self._length * self._rate**derivative)
 
     def observer(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
@@ -255,31 +255,31 @@ class SystemGeometry:
 
     def sun(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
-        return self._find(self._geometry._known_sun(), times)
+        return self._find(self._geometry._sun_table(), times)
 
     def sun_velocity(self, times: Floats) -> Floats:
         """Return rates of change (..., 3) of the vectors to the Sun."""
-        return self._find(self._geometry._known_sun(), times, 1)
+        return self._find(self._geometry._sun_table(), times, 1)
 
-    def emission(self, given: Any) -> Floats:
+    def emission(self, arrival: Any) -> Floats:
         """Return the times (...) at which the light that arrives at given times left the barycentre."""
-        times: Floats = np.asarray(given, dtype=np.float64)
+        times: Floats = np.asarray(arrival, dtype=np.float64)
         if np.isinf(self.light_speed):
             return times
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
-    def arrival(self, times: Any, place: Any = 0.0) -> Floats:
+    def arrival(self, times: Any, position: Any = 0.0) -> Floats:
         """Return times (...) at which light from the barycentre, or from places (..., 3), arrives at the observer."""
         emitted = np.asarray(times, dtype=np.float64)
         if np.isinf(self.light_speed):
             return emitted
         low, high = self.ends()
-        found = emitted
+        arrived = emitted
         for _ in range(_ITERATIONS):
             # Before the iteration has converged a time may be a little outside the span.
-            way = np.linalg.norm(self.observer(np.clip(found, low, high)) - place, axis=-1)
-            found = emitted + way / self.light_speed
-        return np.asarray(np.clip(found, low, high))
+            way = np.linalg.norm(self.observer(np.clip(arrived, low, high)) - position, axis=-1)
+            arrived = emitted + way / self.light_speed
+        return np.asarray(np.clip(arrived, low, high))
 
     def ends(self) -> tuple[float, float]:
         """Return the first and the last time of observation."""

@@ -9,12 +9,11 @@ import numpy as np
 
 from ..base import figures
 from ..base.rotations import matrices
-from ..observing.astrometry import offsets, sky_axes
 from ..observing.brightness import Epochs
-from ..observing.light_centres import in_mas, refuse_directions
+from ..observing.light_centres import refuse_directions
 from ..observing.light_curve import epochs_of
-from ..observing.outlines import sky_of
-from ..observing.silhouettes import Solid, hides, limb, solids
+from ..observing.limbs import EllipsoidLimb, Limb, MeshLimb, PosedLimbs, limbs_of
+from ..observing.sky import east_and_north, in_mas, offsets, sky_axes
 from ..record.record import Record
 from ..typing import Floats
 from . import _style
@@ -145,7 +144,7 @@ class SkyFrames:
         """Draw one of the pictures, with its time and phase angle as the title, and return the artists."""
         epochs, k = self._frames[index]
         bodies = [
-            solids(self._run.system, body, centre, matrix)
+            PosedLimbs(limbs_of(self._run.system, body), centre, matrix)
             for body, (centre, matrix) in enumerate(zip(epochs.position[k], matrices(epochs.attitude[k]), strict=True))
         ]
         toward, sunward = (way[k] / np.linalg.norm(way[k], axis=1, keepdims=True) for way in epochs.ways())
@@ -154,18 +153,18 @@ class SkyFrames:
         collection = figures.matplotlib("collections").PolyCollection
         kwargs = figures.full_option_names(kwargs, "collections.PolyCollection")
         for body in np.argsort(-away):
-            others = [(other, epochs.position[k][o]) for o, other in enumerate(bodies) if o != body]
-            for part in bodies[body]:
-                shade = _shade(part, toward[body], sunward[body], others)
+            others = [other for o, other in enumerate(bodies) if o != body]
+            for limb in bodies[body].limbs:
+                shade = _shade(limb, bodies[body], toward[body], sunward[body], others)
                 places = self._offsets(epochs, k, shade.corners)
                 colours = np.repeat(shade.grey[:, None], 3, axis=1)
                 # Faces without smooth edges have no seams between them; the limb is a line of its own.
                 style = {"facecolors": colours, "linewidths": 0.0, "antialiaseds": False, **kwargs}
                 artists.append(ax.add_collection(collection(places, **style)))
             place = self._offsets(epochs, k, epochs.position[k][body])
-            sight = toward[body], sky_of(toward[body], self._axes)
-            edge = self._offsets(epochs, k, limb(bodies[body], epochs.position[k][body], *sight, _RAYS).points)
-            if bodies[body]:
+            sight = toward[body], east_and_north(-toward[body], self._axes[2])
+            edge = self._offsets(epochs, k, bodies[body].outermost(*sight, _RAYS).points)
+            if bodies[body].limbs:
                 artists += ax.plot(*edge[[*range(len(edge)), 0]].T, color="0.35", linewidth=0.8, zorder=1.0)
             else:
                 artists += ax.plot(*place[:, None], marker=".", color="white")
@@ -188,24 +187,28 @@ def _round(value: float) -> float:
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1.0 + 1e-12)) * power)
 
 
-def _shade(part: Solid, toward: Floats, sunward: Floats, others: Iterable[tuple[list[Solid], Floats]]) -> _Shade:
-    """Return the visible triangles of a part with their greys, in the shadows of other bodies."""
-    curved = part.corners is None
-    triangles = _mesh(part) if curved else part.corners[part.faces]
-    inverse = np.linalg.inv(part.columns @ part.columns.T)
+def _shade(limb: Limb, body: PosedLimbs, toward: Floats, sunward: Floats, others: Iterable[PosedLimbs]) -> _Shade:
+    """Return the visible triangles of a part of a body with their greys, in the shadows of other bodies."""
+    curved, centre = not isinstance(limb, MeshLimb), body.centre + body.matrix @ limb.position
+    columns = body.matrix @ limb.rotation * (limb.semi_axes if isinstance(limb, EllipsoidLimb) else 1.0)
+    if isinstance(limb, MeshLimb):
+        triangles = (body.centre + limb.vertices @ body.matrix.T)[limb.polyhedron.faces]
+    else:
+        triangles = _ball() @ columns.T + centre
+    inverse = np.linalg.inv(columns @ columns.T)
 
     def normals(points: Floats, faces: Floats) -> Floats:
         """Return unit normals of points (F, ..., 3) of triangles, those of an ellipsoid at the points themselves."""
         flat = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-        found = (points - part.centre) @ inverse if curved else np.broadcast_to(flat[:, None], points.shape)
+        found = (points - centre) @ inverse if curved else np.broadcast_to(flat[:, None], points.shape)
         return np.asarray(found / np.linalg.norm(found, axis=-1, keepdims=True))
 
     def shadowed(points: Floats) -> Any:
         flat = points.reshape(-1, 3)
         suns = np.broadcast_to(sunward, flat.shape)
         dark = np.zeros(len(flat), dtype=bool)
-        for parts, centre in others:
-            dark |= hides(parts, centre, flat, suns)
+        for other in others:
+            dark |= other.hides(flat, suns)
         return dark.reshape(points.shape[:-1])
 
     for division in range(_DIVISIONS + 1):
@@ -227,13 +230,12 @@ def _shade(part: Solid, toward: Floats, sunward: Floats, others: Iterable[tuple[
     return _Shade(triangles[order], np.clip(bright**_GAMMA, _NIGHT, 1.0)[order])
 
 
-def _mesh(part: Solid) -> Floats:
-    """Return triangles (F, 3, 3) of the surface of an ellipsoid."""
+def _ball() -> Floats:
+    """Return triangles (F, 3, 3) of the surface of the unit sphere."""
     u, v = np.meshgrid(
         np.linspace(0.0, 2.0 * np.pi, _MERIDIANS + 1), np.linspace(0.0, np.pi, _PARALLELS + 1), indexing="ij"
     )
-    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
-    grid = ball @ part.columns.T + part.centre
+    grid = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
     halves = [np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, b, c), (a, c, d))]
     return np.concatenate(halves)

@@ -251,7 +251,7 @@ def test_a_spin_without_a_law_has_none(tmp_path):
         ("253 -15 5.7\n2438882", "line 2: the line has 1 columns; expected JD and the rotation angle"),
         ("253 -15 5.7\n2438882 0\n0.5 0.1", "line 3: the line has 2 columns; expected a, d, k"),
         ("253 -15 5.7\n2438882 0\n0.5 0.1 -0.5", "line 3: the file ends here; expected the factor of Lambert's law"),
-        ("253 -15 5.7\n2438882 0\n0 0 0\n0.1\n1", "line 5: the line is one too many"),
+        ("253 -15 5.7\n2438882 0\n0 0 0\n0.1\n1", "line 5: the line is after the factor of Lambert's law"),
         ("253 -15 5.7\n2438882 0\n0.5 0 -0.5\n0.1", "d of LinearExponential is 0.0; expected a number above zero"),
     ],
 )

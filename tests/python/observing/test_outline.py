@@ -123,6 +123,16 @@ def test_residuals_are_distances_from_the_nearest_point_of_the_ellipse():
     np.testing.assert_allclose(found, sign * away, atol=2e-5)
 
 
+def test_residuals_of_a_polyhedron_are_distances_from_the_nearest_side_or_corner():
+    box = trimesh.creation.box((2.0, 2.0, 2.0))
+    shape = fullbody.Polyhedron(box.vertices, box.faces)
+    frame = np.array(fullbody.Body(shape, mass=1.0).working_frame.attitude) * [1.0, -1.0, -1.0, -1.0]
+    run, geometry = seen([shape], [[0, 0, 0]], frame[None])
+    points = np.array([[1.3, 1.4], [1.5, 0.2], [0.7, 0.1], [-1.0, -1.2]])
+    distances = measured(run, geometry, points).residuals(run).to_value("rad") * DISTANCE
+    np.testing.assert_allclose(distances, [0.5, 0.5, -0.3, 0.2], atol=1e-5)
+
+
 @pytest.mark.parametrize("faceted", [False, True])
 def test_derivatives_are_differences_of_the_pulls(faceted):
     shape = fullbody.Ellipsoid(0.42, 0.40, 0.35)

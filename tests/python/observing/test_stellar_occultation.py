@@ -317,6 +317,10 @@ def test_bad_input_is_refused_by_name(options, message):
             {"geometry": observing.Geometry([400.0, 600.0] * u.s, to_observer=[0.0, 0.0, -FAR] * u.km)},
             "do not move past",
         ),
+        (
+            {"geometry": observing.Geometry([400.0, 600.0] * u.s, to_observer=[[0, 0, -9.0], [0, 0.01, -9.0]] * u.km)},
+            "the observer of the geometry is inside A",
+        ),
     ],
 )
 def test_what_only_a_run_shows_is_refused_by_name(options, message):
@@ -378,6 +382,19 @@ def test_tables_of_chords_are_read_back(event):
     assert again.sign.tolist() == plain.sign.tolist()
 
 
+def test_other_names_of_columns_are_read_from_a_table(event):
+    data, common = event
+    table = data.to_table()
+    names = {"sigma": ("first error", "last error"), "disappearance": "D"}
+    table.rename_columns(
+        ["sigma_disappearance", "sigma_reappearance", "disappearance"], ["first error", "last error", "D"]
+    )
+    alike(observing.StellarOccultation.from_table(table, columns=names, **common), data, 1e-6)
+    refused(
+        "'D' is not an option of columns", lambda: observing.StellarOccultation.from_table(table, columns={"D": "D"})
+    )
+
+
 def test_files_of_occult_are_read_back(event, tmp_path):
     data, common = event
     path = tmp_path / "event.xml"
@@ -385,7 +402,7 @@ def test_files_of_occult_are_read_back(event, tmp_path):
     found = observing.StellarOccultation.read_occult(path, geometry=common["geometry"], body="A", satellite="B")
     alike(found, data)
     assert found.body == ("A", "A", "B", None)
-    assert found.star.place == pytest.approx(data.star.place, abs=1e-8)
+    assert found.star.coordinates == pytest.approx(data.star.coordinates, abs=1e-8)
 
 
 #: An event as the description of the format has it, with misses, clouds, a second star and default errors.
@@ -414,7 +431,7 @@ def test_an_event_of_occult_has_its_star_stations_misses_and_default_errors(tmp_
     )
     with pytest.warns(fullbody.errors.InconsistentInput, match="the observers 4 are left out"):
         data = observing.StellarOccultation.read_occult(path, geometry=geometry, body="Hertha")
-    assert data.star.place == pytest.approx((15.0 * 2.7904481530, 19.846293622), abs=1e-9)
+    assert data.star.coordinates == pytest.approx((15.0 * 2.7904481530, 19.846293622), abs=1e-9)
     assert [time.isot for time in data.times[data.sign != 0.0]] == [
         "2008-12-11T07:43:50.250",
         "2008-12-11T07:43:51.100",

@@ -1,0 +1,89 @@
+"""The plane of the sky: its axes, offsets of bodies in it, and angles with units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInput, caution
+from ..model.context import SystemLike
+from ..typing import Floats
+from .vectors import turn
+
+#: The largest offset, a degree in radians, that causes no warning if it is a plain number.
+_WIDEST = np.pi / 180.0
+
+
+def sky_axes(system: SystemLike, frame: Any, what: str) -> Floats:
+    """Return the matrix (3, 3) from a system's axes to those of the sky."""
+    if system.context.frame is None:
+        raise InvalidInput(f"{what} needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')")
+    return turn(system.context.frame, frame)
+
+
+def pole_of(system: SystemLike) -> Floats:
+    """Return the north pole (3,) of the sky along the axes of a system, or its z-axis if they are not known."""
+    pole = np.array([0.0, 0.0, 1.0])
+    return pole if system.context.frame is None else turn("equatorial", system.context.frame) @ pole
+
+
+def east_and_north(directions: Floats, pole: Floats) -> Floats:
+    """Return unit vectors (..., 2, 3) to the east and to the north at directions (..., 3), for a pole of the sky (3,).
+
+    Raises
+    ------
+    InvalidInput
+        For a direction to a pole of the sky.
+    """
+    east = np.cross(pole, directions)
+    size = np.linalg.norm(east, axis=-1, keepdims=True)
+    if not (size > 0.0).all():
+        raise InvalidInput(
+            "a star or a body is at the pole of the sky, where east and north are not defined; expected another place"
+        )
+    east = east / size
+    return np.stack([east, np.cross(directions, east)], axis=-2)
+
+
+def offsets(about: Floats, apart: Floats) -> Floats:
+    """Return the offsets (K, 2) of bodies on the tangent plane, to the east and to the north.
+
+    The vectors ``about`` (K, 3) go from the observer to the reference body, and ``apart`` (K, 3) from there to the
+    other body. The function is analytic and takes complex numbers.
+    """
+    (x, y, z), (along, across, up) = (np.moveaxis(vectors, -1, 0) for vectors in (about, apart))
+    level = np.sqrt(x * x + y * y)
+    length = np.sqrt(x * x + y * y + z * z)
+    outward = (x * along + y * across) / level
+    depth = length + (level * outward + z * up) / length
+    return np.stack([(x * across - y * along) / level / depth, (level * up - z * outward) / length / depth], axis=-1)
+
+
+def in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:
+    """Return numbers in a power of radians as a Quantity in that power of a unit; unchanged without a unit."""
+    if unit is None:
+        return radians
+    from astropy import units as u
+
+    # The unit may be dimensionless.
+    return (radians * u.rad**power).to(unit**power, equivalencies=u.dimensionless_angles())
+
+
+def in_mas(radians: Floats, system: SystemLike) -> Any:
+    """Return angles in the sky in mas if a system has units, otherwise as they are."""
+    if not system.context.units.defined:
+        return radians
+    from astropy import units as u
+
+    return in_unit(radians, u.mas)
+
+
+def warn_if_wide(radians: Floats, what: str) -> None:
+    """Warn of offsets in the sky, given as plain numbers, that are too large for radians."""
+    largest = float(np.abs(radians).max())
+    if largest > _WIDEST:
+        caution(
+            f"{what} have values up to {largest:.6g} radians, {np.degrees(largest):.3g} degrees; give arc seconds as "
+            f"Quantities, such as {largest:.6g} * u.arcsec"
+        )

@@ -1,0 +1,126 @@
+//! The limb of a polyhedron: how far rays pass from it, and where they cross it.
+//!
+//! A ray is given by a point w on it and its unit direction u, toward the light. It passes through the
+//! polyhedron where the silhouette along u winds about it. Its distance from the silhouette is that from the
+//! nearest edge. With the ends a and a + t of this edge, r = w - a and n = (u x t)/|u x t| it is |n.r|, whose
+//! derivatives with respect to w and u have the sign of n.r and the sizes
+//!
+//!   n   and   t x (r - (n.r) n)/|u x t|.
+//!
+//! Beyond an end of the edge the distance is |s| with s = r - (r.u) u, r from this end, and the derivatives
+//! are s/|s| and -(r.u) s/|s|.
+
+use super::mesh::{Mesh, SIDES};
+use super::region::Line;
+use super::silhouette::Silhouette;
+use crate::math::{Mat3, Vec3};
+use crate::shape::{Part, Polyhedron, Shape};
+
+/// The distance of a ray from an edge, in units of the edge's length, that is none but for rounding.
+const ROUNDING: f64 = 1e-10;
+
+/// The limb of a polyhedron, in its own frame.
+#[derive(Debug, Clone)]
+pub struct Limb {
+    mesh: Mesh,
+}
+
+/// The distance of a ray from a limb, with its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimbDistance {
+    /// The distance, negative for a ray through the body.
+    pub distance: f64,
+    /// The derivative with respect to the point of the ray.
+    pub by_point: Vec3,
+    /// The derivative with respect to the direction of the ray.
+    pub by_direction: Vec3,
+}
+
+impl Limb {
+    /// Makes the limb of a polyhedron.
+    pub fn new(polyhedron: Polyhedron) -> Self {
+        let part = Part { shape: Shape::Polyhedron(polyhedron), mass: 1.0, placement: None };
+        Self { mesh: Mesh::new([0, 0], &part).expect("a polyhedron has a surface") }
+    }
+
+    fn silhouette(&self, direction: &Vec3) -> Silhouette {
+        Silhouette::new(&self.mesh, (&Vec3::zeros(), &Mat3::identity()), 1.0, direction)
+    }
+
+    fn ends(&self, line: Line) -> [Vec3; 2] {
+        let (face, k) = (self.mesh.faces[(line / SIDES) as usize], (line % SIDES) as usize);
+        [face[k], face[(k + 1) % 3]].map(|vertex| self.mesh.vertices[vertex as usize])
+    }
+
+    /// Returns the distances of rays, given by points and unit directions, from the limb.
+    pub fn distances(&self, points: &[Vec3], directions: &[Vec3]) -> Vec<LimbDistance> {
+        let mut last: Option<(Vec3, Silhouette)> = None;
+        let rays = points.iter().zip(directions);
+        rays.map(|(point, direction)| {
+            let (_, silhouette) = match last.take() {
+                Some(previous) if previous.0 == *direction => last.insert(previous),
+                _ => last.insert((*direction, self.silhouette(direction))),
+            };
+            let nearest = silhouette.nearest(point);
+            along_edge(self.ends(nearest.line), nearest.share, nearest.inside, point, direction)
+        })
+        .collect()
+    }
+
+    /// Returns the shares, from 0 to 1, of displacements of rays at which they cross the edges of the limb that
+    /// is seen along their directions, with the index of each ray; those of a ray are in their order.
+    pub fn crossings(&self, points: &[Vec3], directions: &[Vec3], ways: &[Vec3]) -> (Vec<usize>, Vec<f64>) {
+        let (mut rays, mut shares) = (Vec::new(), Vec::new());
+        for (ray, ((point, direction), way)) in points.iter().zip(directions).zip(ways).enumerate() {
+            let mut crossed = self.silhouette(direction).crossings(point, way);
+            crossed.sort_unstable_by(f64::total_cmp);
+            rays.extend(crossed.iter().map(|_| ray));
+            shares.extend(crossed);
+        }
+        (rays, shares)
+    }
+
+    /// Returns the ends of the edges of the limb that is seen along a direction, counterclockwise about the faces
+    /// that are turned to it.
+    pub fn edges(&self, direction: &Vec3) -> Vec<[Vec3; 2]> {
+        self.silhouette(direction).lines().map(|line| self.ends(line)).collect()
+    }
+}
+
+/// The distance of a ray from an edge whose nearest point is at this share of it, negative for a ray inside.
+fn along_edge(
+    [from, to]: [Vec3; 2],
+    share: f64,
+    inside: bool,
+    point: &Vec3,
+    direction: &Vec3,
+) -> LimbDistance {
+    if share == 0.0 || share == 1.0 {
+        let from_end = point - if share == 0.0 { from } else { to };
+        let depth = from_end.dot(direction);
+        let across = from_end - direction * depth;
+        let distance = across.norm();
+        if distance > 0.0 {
+            let by_point = across * (if inside { -1.0 } else { 1.0 } / distance);
+            return LimbDistance {
+                distance: if inside { -distance } else { distance },
+                by_point,
+                by_direction: by_point * -depth,
+            };
+        }
+    }
+    let (side, from_end) = (to - from, point - from);
+    // Edges run counterclockwise, so that this normal is an outward one.
+    let normal = side.cross(direction);
+    let size = normal.norm();
+    let normal = normal / size;
+    let height = normal.dot(&from_end);
+    // An edge within the silhouette has the body on both sides. On the edge itself rounding does not tell them.
+    let is_between = (height < 0.0) != inside && height.abs() > ROUNDING * side.norm();
+    let sign = if is_between { -1.0 } else { 1.0 };
+    LimbDistance {
+        distance: sign * height,
+        by_point: normal * sign,
+        by_direction: (from_end - normal * height).cross(&side) * (sign / size),
+    }
+}
