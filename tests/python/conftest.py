@@ -80,7 +80,7 @@ def searches():
 
 
 @pytest.fixture
-def each_search_once(searches, monkeypatch):
+def memoised_searches(searches, monkeypatch):
     """A ready-made system in another frame or in other units needs no other search for its start."""
     from fullbody.setups import mean_period
 

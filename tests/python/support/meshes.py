@@ -39,9 +39,15 @@ def icosphere(level, axes=(1.0, 1.0, 1.0)):
     return Polyhedron(np.array(ball.vertices) * axes, np.array(ball.faces))
 
 
-def close(found, expected, tolerance, scale=None):
+def convex_hull(points):
+    """The convex polyhedron of points, with outward faces."""
+    solid = trimesh.convex.convex_hull(points)
+    return Polyhedron(np.array(solid.vertices), np.array(solid.faces))
+
+
+def close(result, expected, tolerance, scale=None):
     size = np.abs(expected).max() if scale is None else scale
-    assert np.abs(np.asarray(found) - expected).max() <= tolerance * size, (found, expected)
+    assert np.abs(np.asarray(result) - expected).max() <= tolerance * size, (result, expected)
 
 
 def pose(separation, seed=3, spin=0.0):

@@ -65,9 +65,9 @@ def test_angular_momentum_of_the_places_drifts_by_evaluation_alone(year):
     # The barycentre travels 437 km: r x m v about the origin loses digits that the motion keeps.
     run, _ = year
     momentum = kw4.momentum_of_places(run)
-    places = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
+    drift = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
     scale = np.linalg.norm(run.position[:, 0], axis=1).max() / np.linalg.norm(run.position[0, 1])
-    assert 5 * run.angular_momentum_drift.max() < places.max() < 10 * np.finfo(float).eps * scale
+    assert 5 * run.angular_momentum_drift.max() < drift.max() < 10 * np.finfo(float).eps * scale
 
 
 def test_spin_of_beta_in_the_first_200_hours_has_the_range_of_two_programs(year):

@@ -20,7 +20,7 @@ from fullbody.setups import mean_period
 from fullbody.systems import _files
 from support import DATA, ready, refused
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 PUBLISHED = [
     *("antiope", "didymos", "didymos_after_dart", "dinkinesh", "eris_dysnomia", "fg3_1996", "haumea"),

@@ -9,15 +9,15 @@ from astropy.coordinates import get_body_barycentric
 from fullbody import forces, systems
 from support import ready, refused
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 AU = 149597870.7
 BINARIES = ("didymos", "didymos_after_dart", "dinkinesh", "fg3_1996", "patroclus_menoetius", "antiope", "sn263_2001")
 
 
 def sun(system, time=0.0):
-    found = system.third_body("Sun", time)[0]
-    return np.asarray(getattr(found, "value", found)) / AU
+    result = system.third_body("Sun", time)[0]
+    return np.asarray(getattr(result, "value", result)) / AU
 
 
 @pytest.mark.parametrize("name", BINARIES)
@@ -79,12 +79,12 @@ def test_kw4_takes_its_pole_and_epoch():
 
 
 def test_units_and_other_forces_stay():
-    plain, _ = ready("didymos", sun=True)
+    unitless, _ = ready("didymos", sun=True)
     tide = forces.Tide("Didymos", "Dimorphos", k2=1e-5, lag=0.01)
     for units in (True, ("m", "s", "kg")):
         system, state = systems.didymos(sun=True, units=units, forces=[tide])
         assert [force.name for force in system.forces] == ["tide on Didymos", "Sun"]
-        np.testing.assert_allclose(system.third_body("Sun", 0.0)[0].to_value("au"), sun(plain), rtol=1e-12)
+        np.testing.assert_allclose(system.third_body("Sun", 0.0)[0].to_value("au"), sun(unitless), rtol=1e-12)
         lag = system.forces[0].lag
         assert lag == 0.01 if units is True else lag.to_value("hour") == pytest.approx(0.01)
         force = system.loads(state)["tide on Didymos"].force[0].to_value("N")
