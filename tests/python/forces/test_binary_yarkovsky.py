@@ -28,13 +28,13 @@ def pair(spin, distance=3.0, tilt=0.0, speed=1.0, lean=0.0, forces=()):
     return system, state, n
 
 
-def heat(**given):
-    return BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3, "name": "H"} | given)
+def heat(**options):
+    return BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3, "name": "H"} | options)
 
 
-def along(force, spin, **given):
+def along(force, spin, **options):
     """The component of the force along the motion."""
-    system, state, _ = pair(spin, **given)
+    system, state, _ = pair(spin, **options)
     load = system.with_forces([force]).loads(state)["H"]
     v = np.asarray(state.velocity[1])
     np.testing.assert_allclose(load.force[1] - (load.force[1] @ v) * v / (v @ v), 0.0, atol=1e-15)
@@ -54,19 +54,19 @@ def direct(spin, thermal, incident, count=4096):
     area = np.linalg.norm(cross, axis=1)
     normals, area = cross / area[:, None], area * 4 * np.pi / area.sum()
     angle = 2 * np.pi * (np.arange(count) + 0.5) / count
-    place = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    position = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     c, s = np.cos(spin * angle), np.sin(spin * angle)
     to_body = np.zeros((count, 3, 3))
     to_body[:, 0, 0], to_body[:, 0, 1], to_body[:, 1, 0], to_body[:, 1, 1], to_body[:, 2, 2] = c, s, -s, c, 1.0
     absorbed = np.zeros((count, len(normals)))
-    for light in incident(angle, place):
+    for light in incident(angle, position):
         absorbed += np.maximum(np.einsum("kij,kj->ki", to_body, light) @ normals.T, 0.0)
     frequency = np.arange(count // 2 + 1)
     response = 1.0 / (1.0 + (1.0 + 1.0j) * np.sqrt(frequency * thermal) / 2.0)
     radiated = np.fft.irfft(np.fft.rfft(absorbed, axis=0) * response[:, None], count, axis=0)
-    push = np.einsum("kij,ki->kj", to_body, -2.0 / 3.0 * (radiated * area) @ normals)
+    force = np.einsum("kij,ki->kj", to_body, -2.0 / 3.0 * (radiated * area) @ normals)
     ahead = np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)
-    return (push * ahead).sum(axis=1).mean()
+    return (force * ahead).sum(axis=1).mean()
 
 
 @pytest.mark.parametrize("spin", [3, -1, 0])
@@ -74,8 +74,8 @@ def direct(spin, thermal, incident, count=4096):
 def test_the_shadow_gives_the_force_of_heat_computed_facet_by_facet(spin, thermal):
     """The Sun is missing within arcsin(1/3) of the side away from it; the primary reflects and radiates nothing."""
 
-    def sunlight(angle, place):
-        dark = (place[:, 0] < 0) & (np.abs(place[:, 1]) < 1.0 / 3.0)
+    def sunlight(angle, position):
+        dark = (position[:, 0] < 0) & (np.abs(position[:, 1]) < 1.0 / 3.0)
         yield np.where(dark, 0.0, 1.0)[:, None] * [1.0, 0.0, 0.0]
 
     lag = np.arctan2(*(np.sqrt(abs(1 - spin) * thermal) / 2 * np.array([1.0, 1.0]) + [0.0, 1.0]))
@@ -91,10 +91,10 @@ def test_the_light_of_the_primary_gives_the_force_of_heat_computed_facet_by_face
     cross *= np.sqrt(1.0) * 4 * np.pi / np.linalg.norm(cross, axis=1).sum()
     normals = cross / np.linalg.norm(cross, axis=1)[:, None]
 
-    def returned(angle, place):
+    def returned(angle, position):
         received = np.maximum(cross[:, 0], 0.0)
-        flux = np.maximum(place @ normals.T, 0.0) @ received / (np.pi * distance**2)
-        yield -place * flux[:, None]
+        flux = np.maximum(position @ normals.T, 0.0) @ received / (np.pi * distance**2)
+        yield -position * flux[:, None]
 
     spin, thermal = 3, 1.0
     lag = np.arctan2(*(np.sqrt(2 * thermal) / 2 * np.array([1.0, 1.0]) + [0.0, 1.0]))
@@ -123,9 +123,9 @@ def test_the_orbit_drifts_by_2_F_over_m_n():
     system, state, n = pair(3.0)
     until = 20 * 2 * np.pi / n
     ends = [s.integrate(state, until, output=[until]).elements().a[0] for s in (system.with_forces([force]), system)]
-    push = along(force, 3.0)
+    thrust = along(force, 3.0)
     # The force acts on the secondary alone, and the relative motion has the reduced mass.
-    assert (ends[0] - ends[1]) / until == pytest.approx(2 * push / (MASS * n), rel=3e-3)
+    assert (ends[0] - ends[1]) / until == pytest.approx(2 * thrust / (MASS * n), rel=3e-3)
 
 
 def test_thermal_inertia_gives_the_parameter_of_the_textbook():
@@ -133,7 +133,7 @@ def test_thermal_inertia_gives_the_parameter_of_the_textbook():
     system, state = ready("didymos_after_dart", units=True)
     primary, secondary = system.names
     pressure = solar_pressure("1.644 au", 0.384)
-    given = {"pressure": pressure, "pole": (0.0569, -0.0172, 0.9982), "albedo": 0.05, "emissivity": 0.95, "name": "H"}
+    options = {"pressure": pressure, "pole": (0.0569, -0.0172, 0.9982), "albedo": 0.05, "emissivity": 0.95, "name": "H"}
     r, v = (np.asarray((part[1] - part[0]).si.value) for part in (state.position, state.velocity))
     rate = np.linalg.norm(np.cross(r, v)) / (r @ r)
     spin = np.array(state.spin.value)
@@ -145,32 +145,32 @@ def test_thermal_inertia_gives_the_parameter_of_the_textbook():
     theta = 250.0 * np.sqrt(nu) / (0.95 * sigma * temperature**3)
     lag = np.arctan(0.5 * theta / (1.0 + 0.5 * theta))
     forces = [
-        BinaryYarkovsky(secondary, primary, thermal_inertia=inertia, **given)
+        BinaryYarkovsky(secondary, primary, thermal_inertia=inertia, **options)
         for inertia in (250.0, "250 J / (m2 K s(1/2))", 0.25 * u.kW * u.s**0.5 / (u.m**2 * u.K))
     ]
-    forces.append(BinaryYarkovsky(secondary, primary, lag=lag * u.rad, **given))
-    found = [system.with_forces([force]).loads(state)["H"].force[1].to_value("N") for force in forces]
-    for one in found[1:]:
-        np.testing.assert_allclose(one, found[0], rtol=1e-9)
+    forces.append(BinaryYarkovsky(secondary, primary, lag=lag * u.rad, **options))
+    results = [system.with_forces([force]).loads(state)["H"].force[1].to_value("N") for force in forces]
+    for value in results[1:]:
+        np.testing.assert_allclose(value, results[0], rtol=1e-9)
 
 
 @pytest.mark.parametrize("units", [None, ("km", "hour", "kg")])
 def test_derivatives_are_those_of_differences(units):
     """With a lag in plain numbers, and with a thermal inertia in a system with units."""
     system, state, _ = pair(2.5, tilt=0.05, lean=0.1)
-    given = {"lag": 0.3, "pressure": 3e-3}
+    options = {"lag": 0.3, "pressure": 3e-3}
     if units:
         # The parameter Theta is about 0.5.
-        given = {"lag": None, "thermal_inertia": 8e-4, "pressure": 3e-3 * u.kg / (u.km * u.h**2)}
+        options = {"lag": None, "thermal_inertia": 8e-4, "pressure": 3e-3 * u.kg / (u.km * u.h**2)}
         system = fullbody.System(system.bodies, G=1.0, units=units)
-    forced = system.with_forces([heat(pole=(0.05, 0.1, 1.0), **given)])
-    plain = lambda value: np.asarray(getattr(value, "value", value))  # noqa: E731
-    found = MASS * (plain(forced.jacobian(state).rates) - plain(system.jacobian(state).rates))[15:18]
-    size = np.abs(plain(forced.loads(state)["H"].force)).max()
-    for place in np.ndindex(2, 4, 3):
-        force = lambda by, place=place: plain(forced.loads(displaced(state, *place, by))["H"].force[1])  # noqa: E731
+    forced = system.with_forces([heat(pole=(0.05, 0.1, 1.0), **options)])
+    numbers = lambda value: np.asarray(getattr(value, "value", value))  # noqa: E731
+    result = MASS * (numbers(forced.jacobian(state).rates) - numbers(system.jacobian(state).rates))[15:18]
+    size = np.abs(numbers(forced.loads(state)["H"].force)).max()
+    for index in np.ndindex(2, 4, 3):
+        force = lambda by, index=index: numbers(forced.loads(displaced(state, *index, by))["H"].force[1])  # noqa: E731
         expected = central_of_state(force, 1e-4)
-        assert found[:, np.ravel_multi_index(place, (2, 4, 3))] == pytest.approx(expected, abs=1e-7 * size)
+        assert result[:, np.ravel_multi_index(index, (2, 4, 3))] == pytest.approx(expected, abs=1e-7 * size)
 
 
 def test_a_sensitivity_is_that_of_the_pressure():
@@ -179,17 +179,17 @@ def test_a_sensitivity_is_that_of_the_pressure():
     for pressure in (0.99e-3, 1e-3, 1.01e-3):
         forced = system.with_forces([heat(pressure=pressure)])
         runs[pressure] = forced.integrate(state, 10.0, output="ends", derivatives=["factor of H"])
-    found = runs[1e-3].sensitivity["factor of H"][-1][12:15]
+    result = runs[1e-3].sensitivity["factor of H"][-1][12:15]
     expected = (runs[1.01e-3].position[-1, 1] - runs[0.99e-3].position[-1, 1]) / 0.02
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-12)
+    assert result == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 
 def test_a_saved_run_has_the_force_with_its_thermal_inertia(tmp_path):
     system, state = ready("didymos_after_dart", units=True)
     spin = state.spin * [[1.0], [3.0]]
-    given = {"pressure": "2e-6 Pa", "pole": (0.0569, -0.0172, 0.9982), "name": "H"}
+    options = {"pressure": "2e-6 Pa", "pole": (0.0569, -0.0172, 0.9982), "name": "H"}
     for response in ({"thermal_inertia": 320.0}, {"lag": "10 deg"}):
-        forced = system.with_forces([BinaryYarkovsky("Dimorphos", "Didymos", **given, **response)])
+        forced = system.with_forces([BinaryYarkovsky("Dimorphos", "Didymos", **options, **response)])
         run = forced.integrate(state.replace(spin=spin), "1 h", output="ends")
         run.save(tmp_path / "run.nc")
         again = fullbody.load(tmp_path / "run.nc").system.forces[0]
@@ -201,7 +201,7 @@ def test_a_saved_run_has_the_force_with_its_thermal_inertia(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("options", "words"),
     [
         ({"spin": 1.05}, "differs from the mean motion by 0.050"),
         ({"spin": 3.0, "speed": 1.06}, "eccentricity 0.12"),
@@ -209,14 +209,14 @@ def test_a_saved_run_has_the_force_with_its_thermal_inertia(tmp_path):
         ({"spin": 3.0, "lean": 0.6}, "inclined to the orbit's normal"),
     ],
 )
-def test_a_motion_out_of_the_range_of_the_formula_is_refused(given, words):
-    system, state, _ = pair(**given)
+def test_a_motion_out_of_the_range_of_the_formula_is_refused(options, words):
+    system, state, _ = pair(**options)
     with pytest.raises(ForceFailed, match=words):
         system.with_forces([heat()]).integrate(state, 1.0)
 
 
 @pytest.mark.parametrize(
-    ("given", "pieces"),
+    ("options", "pieces"),
     [
         ({"lag": None}, "thermal_inertia and lag of H are None and None ... one of the two"),
         ({"thermal_inertia": 200.0}, "thermal_inertia and lag of H ... one of the two"),
@@ -231,8 +231,8 @@ def test_a_motion_out_of_the_range_of_the_formula_is_refused(given, words):
         ({"pole": (0, 0, 0)}, "pole of H"),
     ],
 )
-def test_bad_arguments_are_refused_by_name(given, pieces):
-    refused_with(pieces, lambda: heat(**given))
+def test_bad_arguments_are_refused_by_name(options, pieces):
+    refused_with(pieces, lambda: heat(**options))
 
 
 def test_what_does_not_fit_the_system_is_refused_by_name():

@@ -10,7 +10,7 @@ from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord, get_body_bary
 from astropy.time import Time
 from fullbody.errors import InvalidInput
 from fullbody.forces import ThirdBody
-from support.scenes import kepler_place
+from support.scenes import kepler_position
 
 DATE = "2022-09-26T12:00:00 TDB"
 ELEMENTS = (1.6442, 0.38385, 3.4079, 73.196, 319.32, 232.01)
@@ -21,15 +21,15 @@ GM_SUN = 132712440041.279419
 def helio(days):
     """The system from the Sun in km, ecliptic, by Kepler's equation in longdouble."""
     elements = [ELEMENTS[0] * 149597870.7, ELEMENTS[1], *np.radians(ELEMENTS[2:])]
-    return np.array([kepler_place(elements, GM_SUN, 86400.0 * day) for day in days], dtype=float)
+    return np.array([kepler_position(elements, GM_SUN, 86400.0 * day) for day in days], dtype=float)
 
 
 def planet(name, days):
     """A planet from the Sun in km, ecliptic, by astropy's own turning of coordinates."""
     times = Time(DATE.split()[0], scale="tdb") + days * u.day
     away = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
-    turned = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
-    return turned.cartesian.xyz.to_value("km").T
+    ecliptic = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
+    return ecliptic.cartesian.xyz.to_value("km").T
 
 
 def spot(third, days, units=("km", "hour", "kg")):
@@ -56,27 +56,27 @@ def test_the_sun_is_opposite_the_orbit():
     expected = -helio(days)
     error = np.linalg.norm(spot(third, days) - expected, axis=1) / np.linalg.norm(expected, axis=1)
     assert error.max() < 1.5e-9
-    # The same as the orbit itself, as a force.
+    # A third body on the orbit itself is at the same positions.
     other = ThirdBody(mu=GM_SUN * u.km**3 / u.s**2, orbit=ORBIT, of="system", name="Sun")
     np.testing.assert_allclose(spot(other, days), expected, atol=1e-11 * 3e8)
 
 
 def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
     quantities = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day)
-    plain = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=720.0, units=("km", "hour", "kg"))
-    np.testing.assert_allclose(plain.times, quantities.times.to_value("h"), rtol=1e-14)
-    np.testing.assert_allclose(plain.positions, quantities.positions.to_value("km"), rtol=1e-14)
-    assert plain.mu == pytest.approx(398600.435507 * 3600.0**2, rel=1e-15)
+    reference = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=720.0, units=("km", "hour", "kg"))
+    np.testing.assert_allclose(reference.times, quantities.times.to_value("h"), rtol=1e-14)
+    np.testing.assert_allclose(reference.positions, quantities.positions.to_value("km"), rtol=1e-14)
+    assert reference.mu == pytest.approx(398600.435507 * 3600.0**2, rel=1e-15)
     system, state = fullbody.systems.kw4(frame="ecliptic")
-    run = system.with_forces([plain]).integrate(state, 10.0)
+    run = system.with_forces([reference]).integrate(state, 10.0)
     assert np.abs(run.energy_drift).max() < 1e-13
     with pytest.raises(fullbody.FullbodyError, match="Earth"):
-        system.with_forces([plain]).integrate(state, 1e4)
+        system.with_forces([reference]).integrate(state, 1e4)
     # The equator, by name and by a matrix.
     named = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame="equatorial")
     matrix = fullbody.frames.rotation("ecliptic", "equatorial")
-    turned = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame=matrix)
-    np.testing.assert_allclose(turned.positions.value, named.positions.value, atol=1e-4)
+    rotated = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day, frame=matrix)
+    np.testing.assert_allclose(rotated.positions.value, named.positions.value, atol=1e-4)
     np.testing.assert_allclose(named.positions.value, quantities.positions.value @ matrix.T, atol=1e-4)
     # Elements of another date.
     rate = np.sqrt(GM_SUN / (ELEMENTS[0] * 149597870.7) ** 3) * 86400.0
@@ -106,9 +106,9 @@ def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
 )
 @pytest.mark.filterwarnings("ignore")
 def test_ephemerides_that_cannot_be_had_are_refused(change, message):
-    given = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
+    options = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
     with pytest.raises((InvalidInput, ModuleNotFoundError), match=message):
-        ThirdBody.from_ephemeris(**given)
+        ThirdBody.from_ephemeris(**options)
 
 
 def test_a_missing_package_is_named(monkeypatch):

@@ -14,9 +14,13 @@ def passage(periapsis, e=1.5, mu=1e6, reach=6.0):
     a = periapsis / (1 - e)
     n = np.sqrt((mu + 1.0) / -(a**3))
     shape = np.arccosh((1 + reach) / e)
-    before = (e * np.sinh(shape) - shape) / n
+    time_to_periapsis = (e * np.sinh(shape) - shape) / n
     orbit = fullbody.KeplerElements(a, e, 0.5, 0.7, 1.1, 0.0)
-    return ThirdBody(mu=mu, orbit=orbit, of="body", time=before, name="planet"), before, 2 * before
+    return (
+        ThirdBody(mu=mu, orbit=orbit, of="body", time=time_to_periapsis, name="planet"),
+        time_to_periapsis,
+        2 * time_to_periapsis,
+    )
 
 
 @pytest.mark.parametrize("periapsis", [430.0, 600.0])
@@ -25,27 +29,27 @@ def test_a_prescribed_planet_equals_a_massive_body(periapsis):
     planet, _, until = passage(periapsis)
     system, state = pair()
     world = system.with_forces([planet])
-    place, speed = world.third_body("planet", 0.0)
+    position, speed = world.third_body("planet", 0.0)
     bodies = [*system, fullbody.Body(fullbody.PointMass(), mass=planet.mu, name="planet")]
     massive = fullbody.System(bodies, G=system.G)
     start = fullbody.State(
-        position=np.vstack([state.position, place]),
+        position=np.vstack([state.position, position]),
         velocity=np.vstack([state.velocity, speed]),
         attitude=np.vstack([state.attitude, [1.0, 0, 0, 0]]),
         spin=np.vstack([state.spin, np.zeros(3)]),
     )
-    one = world.integrate(state, until, output=[until], integrator=LOOSE)
+    reference = world.integrate(state, until, output=[until], integrator=LOOSE)
     other = massive.integrate(start, until, output=[until], integrator=LOOSE)
     free = system.integrate(state, until, output=[until], integrator=LOOSE)
-    effect = np.abs(relative(one) - relative(free)).max()
+    effect = np.abs(relative(reference) - relative(free)).max()
     assert effect > 1e-2
-    assert np.abs(relative(one) - relative(other)).max() < 1e-6 * effect
-    turned = np.abs(one.spin - free.spin).max()
-    assert np.abs(one.spin - other.spin[:, :2]).max() < 1e-6 * turned
-    assert np.abs(one.attitude - other.attitude[:, :2]).max() < 1e-6
+    assert np.abs(relative(reference) - relative(other)).max() < 1e-6 * effect
+    spin_change = np.abs(reference.spin - free.spin).max()
+    assert np.abs(reference.spin - other.spin[:, :2]).max() < 1e-6 * spin_change
+    assert np.abs(reference.attitude - other.attitude[:, :2]).max() < 1e-6
     # And where the pair is from the planet, which the nominal barycentre alone would miss.
     path = world.third_body("planet", until)[0]
     from_planet = other.position[0, :2] - other.position[0, 2]
     scale = np.linalg.norm(path)
-    assert np.abs(one.position[0] - path - from_planet).max() < 1e-9 * scale
-    assert abs(one.energy_drift).max() < 1e-9
+    assert np.abs(reference.position[0] - path - from_planet).max() < 1e-9 * scale
+    assert abs(reference.energy_drift).max() < 1e-9

@@ -54,14 +54,14 @@ def library(tmp_path_factory):
     return ctypes.CDLL(str(folder / "drag.so"))
 
 
-def run_of(function, until=4.0, **given):
+def run_of(function, until=4.0, **options):
     system, state = pair()
-    return system.with_forces([Function(function, **given)]).integrate(state, until, output=[0.0, until])
+    return system.with_forces([Function(function, **options)]).integrate(state, until, output=[0.0, until])
 
 
-def same(one, other):
-    np.testing.assert_allclose(one.position, other.position, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(one.spin, other.spin, rtol=0, atol=1e-12)
+def same(first, other):
+    np.testing.assert_allclose(first.position, other.position, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(first.spin, other.spin, rtol=0, atol=1e-12)
 
 
 # Functions of Python.
@@ -86,7 +86,7 @@ def test_a_rotating_force_and_a_periodic_torque_give_the_motion_of_the_closed_fo
 def test_a_force_function_gets_time_and_state_as_copies_with_names():
     seen = []
 
-    def look(time, state):
+    def record(time, state):
         seen.append((time, state.time, state.position[1].copy(), state.attitude.shape))
         state.position.flags.writeable and state.position.fill(0.0)
         return np.zeros((2, 3))
@@ -94,8 +94,8 @@ def test_a_force_function_gets_time_and_state_as_copies_with_names():
     system, state = pair()
     shift, speed = np.array([100.0, 0, 0]), np.array([0, 5.0, 0])
     moved = fullbody.State(state.position + shift, state.velocity + speed, state.attitude, state.spin, time=3.0)
-    run = system.with_forces([Function(look)]).integrate(moved, 4.0, output=[4.0])
-    assert all(time == own and shape == (2, 4) and 3.0 <= time <= 4.0 for time, own, _, shape in seen)
+    run = system.with_forces([Function(record)]).integrate(moved, 4.0, output=[4.0])
+    assert all(time == state_time and shape == (2, 4) and 3.0 <= time <= 4.0 for time, state_time, _, shape in seen)
     np.testing.assert_allclose(seen[0][2], moved.position[1], rtol=1e-15)
     np.testing.assert_allclose(run.position, system.integrate(moved, 4.0, output=[4.0]).position, rtol=0, atol=1e-12)
 
@@ -106,7 +106,7 @@ def test_force_functions_take_and_give_quantities():
     system, state = fullbody.systems.kw4(units=True)
     mass = system.masses
 
-    def push(time, state):
+    def force(time, state):
         assert time.unit.is_equivalent(u.s)
         size = 1e-12 * u.m / u.s**2 * np.cos((time / (3 * u.hour)).to_value(u.one))
         return (mass[:, None] * size * state.velocity / np.linalg.norm(state.velocity)).to(u.N), np.zeros(
@@ -117,11 +117,11 @@ def test_force_functions_take_and_give_quantities():
         size = 1e-12 * 1e-3 * 3600**2 * np.cos(time / 3)
         return mass.value[:, None] * size * state.velocity / np.linalg.norm(state.velocity)
 
-    one = system.with_forces([Function(push, name="push")]).integrate(state, 4 * u.hour, output=[4] * u.hour)
+    united = system.with_forces([Function(force, name="push")]).integrate(state, 4 * u.hour, output=[4] * u.hour)
     numbers, start = fullbody.systems.kw4()
     other = numbers.with_forces([Function(bare, name="push")]).integrate(start, 4.0, output=[4.0])
-    np.testing.assert_allclose(one.position.to_value(u.km), other.position, rtol=0, atol=1e-12)
-    assert one.work["push"].to_value(u.J)[-1] == pytest.approx(other.work["push"][-1] * 1e6 / 3600**2, rel=1e-9)
+    np.testing.assert_allclose(united.position.to_value(u.km), other.position, rtol=0, atol=1e-12)
+    assert united.work["push"].to_value(u.J)[-1] == pytest.approx(other.work["push"][-1] * 1e6 / 3600**2, rel=1e-9)
     wrong = Function(lambda t, s: s.position, name="wrong")
     with pytest.raises(ForceFailed, match="force of wrong has the unit km") as caught:
         system.with_forces([wrong]).integrate(state, 10 * u.hour)
@@ -144,8 +144,11 @@ def test_a_callable_of_scipy_with_data_is_a_force(library):
     k = ctypes.c_double(2e-3)
     data = ctypes.cast(ctypes.pointer(k), ctypes.c_void_p)
     pointer = SIGNATURE(("drag", library))
-    for given, strength in (((pointer, data), 2e-3), ((pointer,), 1e-3)):
-        same(run_of(LowLevelCallable(*given), name="drag"), run_of(lambda t, s, k=strength: drag(t, s, k), name="drag"))
+    for arguments, strength in (((pointer, data), 2e-3), ((pointer,), 1e-3)):
+        same(
+            run_of(LowLevelCallable(*arguments), name="drag"),
+            run_of(lambda t, s, k=strength: drag(t, s, k), name="drag"),
+        )
 
 
 def test_a_function_of_numba_is_a_force():
@@ -315,7 +318,7 @@ def test_ctrl_c_within_a_force_function_keeps_the_run():
     def wind(now, state):
         if now > 1.0:
             entered.set()
-            # In short pieces: a signal that comes just before a sleep is seen after it.
+            # It sleeps in short pieces, because a signal that comes just before a sleep is handled after it.
             for _ in range(1000):
                 time.sleep(0.01)
         return 0 * state.position

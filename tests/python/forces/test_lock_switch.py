@@ -35,10 +35,10 @@ def margin(state, bodies, G=1.0):
     v = state.velocity[1] - state.velocity[0]
     h = np.cross(r, v)
     normal, line = h / np.linalg.norm(h), r / np.linalg.norm(r)
-    turn, inertia = state.rotation_matrix[1], bodies[1].inertia
-    long, short = turn[:, np.argmin(inertia)], turn[:, np.argmax(inertia)]
+    rotation, inertia = state.rotation_matrix[1], bodies[1].inertia
+    long, short = rotation[:, np.argmin(inertia)], rotation[:, np.argmax(inertia)]
     psi = np.arctan2(long @ np.cross(normal, line), long @ line)
-    rate = turn @ state.spin[1] @ normal - np.linalg.norm(h) / (r @ r)
+    rate = rotation @ state.spin[1] @ normal - np.linalg.norm(h) / (r @ r)
     a, b, c = np.sort(inertia)
     w2 = 3 * (b - a) / c * G * (bodies[0].mass + bodies[1].mass) / np.linalg.norm(r) ** 3
     return min(abs(short @ normal) - np.sqrt(0.5), np.cos(psi) ** 2 - rate**2 / w2)
@@ -66,10 +66,13 @@ def test_the_force_works_and_is_counted_while_the_lock_lasts(reference):
     def power(t):
         state = reference(t)
         r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
-        turn = state.rotation_matrix[1]
-        outwards, up = turn[:, 0] * np.sign(turn[:, 0] @ r), turn[:, 2] * np.sign(turn[:, 2] @ np.cross(r, v))
+        rotation = state.rotation_matrix[1]
+        outwards, up = (
+            rotation[:, 0] * np.sign(rotation[:, 0] @ r),
+            rotation[:, 2] * np.sign(rotation[:, 2] @ np.cross(r, v)),
+        )
         axes = np.stack([outwards, np.cross(up, outwards), up], axis=1)
-        return FORCE * axes[:, 1] @ state.velocity[1] + (axes @ TORQUE) @ (turn @ state.spin[1])
+        return FORCE * axes[:, 1] @ state.velocity[1] + (axes @ TORQUE) @ (rotation @ state.spin[1])
 
     work = 0.0
     for first, last in zip([0.0, *edges], [*edges, UNTIL], strict=True):
@@ -108,12 +111,12 @@ def test_in_pieces_and_at_outputs_it_is_the_same_motion(reference):
 
 def test_a_simulation_goes_on_from_its_archive_through_switches(tmp_path):
     system, state = swinging()
-    whole, half = (fullbody.Simulation(system, state) for _ in range(2))
-    for sim in (whole, half):
+    unbroken, half = (fullbody.Simulation(system, state) for _ in range(2))
+    for sim in (unbroken, half):
         sim.integrate(UNTIL / 3, output="ends")
     half.save(tmp_path / "half.fb")
     resumed = fullbody.Simulation.load(tmp_path / "half.fb")
-    ends = [sim.integrate(UNTIL, output="ends").position[-1] for sim in (whole, resumed)]
+    ends = [sim.integrate(UNTIL, output="ends").position[-1] for sim in (unbroken, resumed)]
     assert (ends[0] == ends[1]).all()
 
 
@@ -129,15 +132,15 @@ def test_the_transition_matrix_has_the_jumps_at_switches(until):
     system, state = swinging()
     run = system.integrate(state, until, output="ends", derivatives=True)
     assert run.switched_off["BYORP"] >= 1
-    for place in [(1, 0, 0), (1, 1, 1), (1, 2, 2), (1, 3, 2), (0, 0, 1)]:
+    for index in [(1, 0, 0), (1, 1, 1), (1, 2, 2), (1, 3, 2), (0, 0, 1)]:
         expected = central(
-            lambda by, place=place: system.integrate(displaced(state, *place, by), until, output="ends")[-1], 2e-5
+            lambda by, index=index: system.integrate(displaced(state, *index, by), until, output="ends")[-1], 2e-5
         )
-        assert worst(run.transition[-1][:, np.ravel_multi_index(place, (2, 4, 3))], expected) < 2e-6
+        assert worst(run.transition[-1][:, np.ravel_multi_index(index, (2, 4, 3))], expected) < 2e-6
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "value"),
+    ("name", "arguments", "value"),
     [
         ("force of BYORP", "force", FORCE),
         ("G", "G", 1.0),
@@ -147,13 +150,13 @@ def test_the_transition_matrix_has_the_jumps_at_switches(until):
         ("semi-axis c of B", "axes", 0.07),
     ],
 )
-def test_sensitivities_have_the_jumps_at_switches(name, given, value):
+def test_sensitivities_have_the_jumps_at_switches(name, arguments, value):
     def at(change):
-        if given == "axes":
+        if arguments == "axes":
             axes = [0.1, 0.08, 0.07]
             axes[axes.index(value)] += change
             return swinging(axes=tuple(axes))
-        return swinging(**{given: value + change})
+        return swinging(**{arguments: value + change})
 
     system, state = at(0.0)
     until = UNTIL / 2

@@ -98,9 +98,9 @@ def test_a_measured_acceleration_changes_the_spin_by_itself():
     assert torque / C_alpha == pytest.approx([0.0, 0.0, 3.49e-8 / 86400.0**2], rel=1e-12, abs=1e-30)
     # Degrees and a plain number in the system's own units mean the same.
     degrees, _ = alpha_torque(Yorp("Alpha", along=np.rad2deg(3.49e-8) * u.deg / u.day**2, normalization="acceleration"))
-    plain, _ = alpha_torque(Yorp("Alpha", along=3.49e-8 / 576.0, normalization="acceleration"))
+    reference, _ = alpha_torque(Yorp("Alpha", along=3.49e-8 / 576.0, normalization="acceleration"))
     assert degrees == pytest.approx(torque, rel=1e-12)
-    assert plain == pytest.approx(torque, rel=1e-12)
+    assert reference == pytest.approx(torque, rel=1e-12)
 
 
 def test_yorp_rate_is_that_of_rossi():

@@ -9,17 +9,17 @@ from support import body_list, inertia, matrix, worst
 from support.scenes import body_alone
 
 
-def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
-    """A triaxial secondary on a circle of radius one, its long axis turned from the line of the centres."""
+def synchronous(angle=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
+    """A triaxial secondary on a circle of radius one, its long axis at an angle to the line of the centres."""
     bodies = body_list(A=(primary or fullbody.Sphere(0.3), 1.0), B=(fullbody.Ellipsoid(*axes), mass))
     system = fullbody.System(bodies, G=1.0, forces=forces)
-    # On the circle that the secondary's quadrupole leaves, so that nothing else librates.
+    # The circle accounts for the secondary's quadrupole, so that nothing else librates.
     a, b, c = axes
     pull = (1 + mass) * (1 + 0.3 * (2 * a * a - b * b - c * c))
     n = np.sqrt(pull)
     r, v = np.array([1.0, 0, 0]), np.array([0, n, 0])
     share = mass / (1 + mass)
-    q = np.array([np.cos(turned / 2), 0, 0, np.sin(turned / 2)])
+    q = np.array([np.cos(angle / 2), 0, 0, np.sin(angle / 2)])
     if tilt:
         q = [q[0] * np.cos(tilt / 2), q[0] * np.sin(tilt / 2), q[3] * np.sin(tilt / 2), q[3] * np.cos(tilt / 2)]
     state = fullbody.State(
@@ -31,7 +31,7 @@ def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary
     return system, state
 
 
-def push(force=1e-9):
+def thrust(force=1e-9):
     return Byorp(on="B", about="A", force=force, name="BYORP")
 
 
@@ -41,14 +41,14 @@ def drift_of(force, mass=1e-3, axes=(0.1, 0.09, 0.08)):
 
 @pytest.mark.parametrize("force", [2e-9, -2e-9])
 def test_the_orbit_drifts_by_2_F_over_m_n(force):
-    """Over twenty turns; by the difference to the run without, which takes off the secondary's quadrupole.
+    """The drift over twenty revolutions is relative to a run without the force, which has the same quadrupole.
 
-    The secondary keeps turning with the orbit, so that the orbit has the change of its spin as well: C dn/da of the
-    m n a / 2 that dL/da is. Both ways, since the rate grows with a.
+    The spin of a synchronous secondary changes with the orbit, so that dL/da = m n a / 2 is reduced by C dn/da. The
+    rate grows with a, so that both signs of the force are tested.
     """
     system, state = synchronous()
     until = 40 * np.pi
-    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([push(force)]), system)]
+    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([thrust(force)]), system)]
     drift = ends[0].elements().a[0] - ends[1].elements().a[0]
     assert drift / until == pytest.approx(drift_of(force), rel=3e-3)
     assert ends[0].switched_off == {"BYORP": 0}
@@ -62,8 +62,8 @@ def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, fa
     speed = np.array([3.0, 0.0, 1.0])
     angle = np.arctan2(r[1], r[0]) + 0.3
     # The body's z is its long axis, which the attitude turns into the plane, and its y is the short one.
-    turn = matrix([np.cos(angle / 2), 0, 0, np.sin(angle / 2)])
-    outwards, along, up = turn.T
+    rotation = matrix([np.cos(angle / 2), 0, 0, np.sin(angle / 2)])
+    outwards, along, up = rotation.T
     axes = np.stack([-along, up, -outwards] if facing == 0.0 else [along, up, outwards], axis=1)
     q = np.roll(Rotation.from_matrix(axes).as_quat(), 1)
     rate = np.cross(r, v)[2] / (r @ r)
@@ -72,24 +72,24 @@ def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, fa
     byorp = Byorp(on="B", about="A", force=force, torque=torque, name="BYORP")
     loads = system.with_forces([byorp]).loads(moved)["BYORP"]
     components = np.array([0.0, force, 0.0] if np.ndim(force) == 0 else force)
-    np.testing.assert_allclose(loads.force, [[0, 0, 0], turn @ components], rtol=0, atol=1e-15)
-    np.testing.assert_allclose(loads.torque, [[0, 0, 0], axes.T @ turn @ torque], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(loads.force, [[0, 0, 0], rotation @ components], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(loads.torque, [[0, 0, 0], axes.T @ rotation @ torque], rtol=0, atol=1e-15)
 
 
 # Locked or not.
 
 
-def swinging(turned, rate, until=100.0, **given):
-    system, state = synchronous(turned, rate, **given)
-    return system.with_forces([push()]).integrate(state, until)
+def swinging(angle, rate, until=100.0, **options):
+    system, state = synchronous(angle, rate, **options)
+    return system.with_forces([thrust()]).integrate(state, until)
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.5, 1.2, -1.4, np.pi - 1.2])
-def test_a_libration_of_any_size_stays_locked(turned):
-    run = swinging(turned, 1.0)
+@pytest.mark.parametrize("angle", [0.0, 0.5, 1.2, -1.4, np.pi - 1.2])
+def test_a_libration_of_any_size_stays_locked(angle):
+    run = swinging(angle, 1.0)
     assert run.switched_off == {"BYORP": 0}
-    # All the time: the work is the force times the way along the body's middle axis, turned along the motion.
-    middle = np.array([matrix(q)[:, 1] for q in run.attitude[:, 1]]) * np.sign(np.cos(turned))
+    # The force acts all the time: its work is that along the body's middle axis, oriented along the motion.
+    middle = np.array([matrix(q)[:, 1] for q in run.attitude[:, 1]]) * np.sign(np.cos(angle))
     power = 1e-9 * np.sum(run.velocity[:, 1] * middle, axis=1)
     assert run.work["BYORP"][-1] == pytest.approx(np.trapezoid(power, run.time), rel=1e-4)
 
@@ -122,7 +122,7 @@ def test_a_secondary_that_lies_on_its_side_is_not_pushed():
 
 def test_each_run_counts_its_own_losses_of_lock():
     system, state = synchronous(0.0, 2.0)
-    sim = fullbody.Simulation(system.with_forces([push()]), state)
+    sim = fullbody.Simulation(system.with_forces([thrust()]), state)
     assert [sim.integrate(time).switched_off["BYORP"] for time in (5.0, 10.0)] == [1, 1]
     sim.state = synchronous()[1]
     assert sim.integrate(5.0).switched_off == {"BYORP": 0}
@@ -133,11 +133,11 @@ def test_each_run_counts_its_own_losses_of_lock():
 C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
 
 
-def turning(eps, **given):
+def turning(eps, **options):
     """A sphere whose spin of 3 is at an obliquity, in the yz-plane, under a torque of radiation."""
     q = (np.cos(eps / 2), -np.sin(eps / 2), 0.0, 0.0)
     system, state = body_alone(fullbody.Sphere(0.5), spin=(0, 0, 3.0), attitude=q)
-    return system.with_forces([Yorp(on="A", name="YORP", **given)]), state
+    return system.with_forces([Yorp(on="A", name="YORP", **options)]), state
 
 
 def spin_of(run):
@@ -155,7 +155,7 @@ def test_spin_and_obliquity_change_as_the_closed_form(eps):
     np.testing.assert_allclose(np.linalg.norm(spin, axis=1), omega, rtol=1e-12)
     obliquity = np.arctan2(np.hypot(spin[:, 0], spin[:, 1]), spin[:, 2])
     np.testing.assert_allclose(obliquity, eps + across / along * np.log(omega / 3.0), rtol=1e-12)
-    # In the plane of the pole and the spin.
+    # The spin stays in the plane of the pole and the spin at the start.
     np.testing.assert_allclose(spin[:, 0], 0.0, atol=1e-13)
     assert abs(run.energy_drift).max() < 1e-13
 

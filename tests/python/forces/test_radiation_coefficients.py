@@ -18,9 +18,9 @@ def alone(shape):
     return Body(shape, mass=1.0, name="A")
 
 
-def beta(**given):
+def beta(**options):
     system, _ = ready("kw4", shape="radar", units=True)
-    return radiation_coefficients(system["Beta"], **given)
+    return radiation_coefficients(system["Beta"], **options)
 
 
 def lumpy(level):
@@ -38,19 +38,19 @@ def secular(coefficients, obliquity=0.4):
 
 
 @pytest.mark.parametrize(
-    ("found", "expected", "tolerances"),
+    ("computed", "expected", "tolerances"),
     [
         (lambda: radiation_coefficients(alone(CONVEX), order=3, latitudes=13, longitudes=2880), "convex", (1e-6, 1e-6)),
         # YORPLib lights each of the 2,292 faces as a whole, by the ray to its centre.
         (lambda: beta(order=2, latitudes=7, longitudes=360), "beta", (2e-5, 4e-4)),
     ],
 )
-def test_all_coefficients_are_those_of_yorplib(found, expected, tolerances):
-    found, expected = found(), YORPLIB[expected]
-    np.testing.assert_allclose(np.degrees(found.latitude)[::-1], expected["latitude"], rtol=0, atol=1e-12)
+def test_all_coefficients_are_those_of_yorplib(computed, expected, tolerances):
+    computed, expected = computed(), YORPLIB[expected]
+    np.testing.assert_allclose(np.degrees(computed.latitude)[::-1], expected["latitude"], rtol=0, atol=1e-12)
     for name, tolerance in zip(("force", "torque"), tolerances, strict=True):
-        rows = np.array(expected[name]).reshape(len(found.latitude), -1, 3)[::-1]
-        parts = [getattr(found, f"{name}_{kind}") for kind in ("cosine", "sine")]
+        rows = np.array(expected[name]).reshape(len(computed.latitude), -1, 3)[::-1]
+        parts = [getattr(computed, f"{name}_{kind}") for kind in ("cosine", "sine")]
         cosine, sine = (np.asarray(getattr(part, "value", part)) for part in parts)
         size = np.abs(rows).max()
         np.testing.assert_allclose(cosine[:, 0], rows[:, 0], rtol=0, atol=tolerance * size)
@@ -60,9 +60,9 @@ def test_all_coefficients_are_those_of_yorplib(found, expected, tolerances):
 
 def test_the_force_on_a_sphere_is_thirteen_ninths_of_its_cross_section():
     """The light takes pi r^2, and two thirds of the mean cosine, which is two thirds, come on top."""
-    found = radiation_coefficients(alone(Sphere(2.0)), latitudes=5)
-    assert found.force_cosine[2, 1] == pytest.approx([-13 / 9 * np.pi * 4, 0, 0], rel=1e-3, abs=1e-12)
-    assert found.force_sine[2, 1] == pytest.approx([0, -13 / 9 * np.pi * 4, 0], rel=1e-3, abs=1e-12)
+    result = radiation_coefficients(alone(Sphere(2.0)), latitudes=5)
+    assert result.force_cosine[2, 1] == pytest.approx([-13 / 9 * np.pi * 4, 0, 0], rel=1e-3, abs=1e-12)
+    assert result.force_sine[2, 1] == pytest.approx([0, -13 / 9 * np.pi * 4, 0], rel=1e-3, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -77,17 +77,17 @@ def test_the_force_on_a_sphere_is_thirteen_ninths_of_its_cross_section():
 )
 def test_a_body_with_the_symmetry_of_an_ellipsoid_has_no_secular_effect(shape):
     body = Body(shape, name="A") if isinstance(shape, Composite) else alone(shape)
-    found = radiation_coefficients(body, longitudes=60, latitudes=31)
-    size = np.abs(found.force_cosine).max()
+    result = radiation_coefficients(body, longitudes=60, latitudes=31)
+    size = np.abs(result.force_cosine).max()
     for obliquity in (0.0, 0.7, np.pi / 2, 2.0):
-        assert np.abs(secular(found, obliquity)).max() < 1e-13 * size
+        assert np.abs(secular(result, obliquity)).max() < 1e-13 * size
 
 
 def test_a_reflection_changes_the_sign_of_the_drift_and_of_the_torque_along_the_spin():
     """The reflection exchanges the two ends of the middle axis."""
     shape = lumpy(2)
     mirror = Polyhedron(np.asarray(shape.vertices) * [1.0, -1.0, 1.0], np.asarray(shape.faces)[:, ::-1])
-    first, second = (radiation_coefficients(alone(each), longitudes=60, latitudes=31) for each in (shape, mirror))
+    first, second = (radiation_coefficients(alone(member), longitudes=60, latitudes=31) for member in (shape, mirror))
     signs = [1, -1, 1, -1, 1, -1, -1, -1]
     size = np.abs(secular(first))
     assert size.min() > 1e-6
@@ -95,10 +95,10 @@ def test_a_reflection_changes_the_sign_of_the_drift_and_of_the_torque_along_the_
 
 
 def test_coefficients_converge_with_the_square_of_the_size_of_faces():
-    found = [secular(radiation_coefficients(alone(lumpy(k)), longitudes=60, latitudes=31)) for k in (2, 3, 4)]
-    errors = [np.abs(found[k + 1] - found[k]).max() for k in range(2)]
+    results = [secular(radiation_coefficients(alone(lumpy(k)), longitudes=60, latitudes=31)) for k in (2, 3, 4)]
+    errors = [np.abs(results[k + 1] - results[k]).max() for k in range(2)]
     assert 3.0 < errors[0] / errors[1] < 5.5
-    assert errors[1] < 0.1 * np.abs(found[2]).max()
+    assert errors[1] < 0.1 * np.abs(results[2]).max()
 
 
 def direct_mean(shape, obliquity, eccentricity=0.5):
@@ -117,11 +117,11 @@ def direct_mean(shape, obliquity, eccentricity=0.5):
             np.sqrt(1 + eccentricity) * np.sin(eccentric / 2), np.sqrt(1 - eccentricity) * np.cos(eccentric / 2)
         )
         sun = np.cos(true) * node + np.sin(true) * np.cross(pole, node)
-        turns = Rotation.from_rotvec(2 * np.pi * np.arange(180)[:, None] / 180 * [0, 0, 1.0])
-        s = turns.inv().apply(sun)
+        rotations = Rotation.from_rotvec(2 * np.pi * np.arange(180)[:, None] / 180 * [0, 0, 1.0])
+        s = rotations.inv().apply(sun)
         mu0 = np.maximum(s @ normal.T, 0.0)
         force = -(mu0 * area)[..., None] * (s[:, None] + 2 / 3 * normal)
-        total += turns.apply(np.cross(centre, force).sum(axis=1)).mean(axis=0) / distance
+        total += rotations.apply(np.cross(centre, force).sum(axis=1)).mean(axis=0) / distance
         weight += 1.0 / distance
     return total[2] / weight, total[1] / weight
 
@@ -129,20 +129,20 @@ def direct_mean(shape, obliquity, eccentricity=0.5):
 @pytest.mark.parametrize("obliquity", [0.5, 2.3])
 def test_torques_are_means_over_time_on_an_eccentric_orbit(obliquity):
     """The mean pressure of solar_pressure times these is the mean of pressure and torque together."""
-    found = radiation_coefficients(alone(CONVEX), latitudes=181)
+    result = radiation_coefficients(alone(CONVEX), latitudes=181)
     expected = direct_mean(CONVEX, obliquity)
-    assert found.spin_torques(obliquity) == pytest.approx(expected, abs=2e-3 * max(map(abs, expected)))
+    assert result.spin_torques(obliquity) == pytest.approx(expected, abs=2e-3 * max(map(abs, expected)))
 
 
 def test_the_shadow_of_the_primary_takes_the_force_behind_it():
     """A small ball is dark within the angle arcsin(R/d) of the line from the primary, in the plane of the orbit."""
     ball, primary = Body(Sphere(0.01), mass=1e-6, name="B"), Body(Sphere(1.0), mass=1.0)
-    given = {"order": 1, "latitudes": 5, "longitudes": 3600}
-    found = radiation_coefficients(ball, other=primary, position=[-3.0, 0.0, 0.0], **given)
-    push = found.synchronous_force()
-    # What is missing of a mean of zero is the light from the side of the primary, which pushes outwards.
-    assert push == pytest.approx([-13 / 9 * 1e-4 * np.sin(np.arcsin(1 / 3)), 0.0, 0.0], rel=2e-3, abs=1e-9)
-    assert found.outwards == 1
+    options = {"order": 1, "latitudes": 5, "longitudes": 3600}
+    result = radiation_coefficients(ball, other=primary, position=[-3.0, 0.0, 0.0], **options)
+    force = result.synchronous_force()
+    # The mean would be zero but for the missing light from the primary's side, which pushes outwards.
+    assert force == pytest.approx([-13 / 9 * 1e-4 * np.sin(np.arcsin(1 / 3)), 0.0, 0.0], rel=2e-3, abs=1e-9)
+    assert result.outwards == 1
 
 
 def test_the_radar_shape_of_1999_kw4_gives_the_drift_that_mcmahon_and_scheeres_predict():
@@ -177,11 +177,11 @@ def test_the_tide_of_1996_fg3_in_equilibrium_has_the_published_ratio_within_its_
 def test_components_follow_the_principal_axes_of_any_body_frame():
     """The same solid with its axes named otherwise."""
     shape = lumpy(2)
-    turn = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-    turned = Polyhedron(np.asarray(shape.vertices) @ turn.T, shape.faces)
-    given = {"longitudes": 60, "latitudes": 31}
-    first, second = (radiation_coefficients(alone(each), **given) for each in (shape, turned))
-    assert not np.allclose(alone(shape).inertia, alone(turned).inertia)
+    rotation = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    rotated = Polyhedron(np.asarray(shape.vertices) @ rotation.T, shape.faces)
+    options = {"longitudes": 60, "latitudes": 31}
+    first, second = (radiation_coefficients(alone(member), **options) for member in (shape, rotated))
+    assert not np.allclose(alone(shape).inertia, alone(rotated).inertia)
     # The directions of two axes together are not defined.
     same = np.abs(secular(second)) - np.abs(secular(first))
     assert np.abs(same).max() < 1e-10
@@ -189,21 +189,21 @@ def test_components_follow_the_principal_axes_of_any_body_frame():
 
 def test_forces_of_coefficients_are_those_that_they_are_means_of():
     """A table for the torque of YORP, and the axes outwards and along the motion for BYORP."""
-    found = radiation_coefficients(alone(lumpy(2)), longitudes=60, latitudes=31)
-    yorp = found.yorp(2.0, rows=9)
-    along, across = found.spin_torques(np.linspace(0, np.pi, 9))
+    result = radiation_coefficients(alone(lumpy(2)), longitudes=60, latitudes=31)
+    yorp = result.yorp(2.0, rows=9)
+    along, across = result.spin_torques(np.linspace(0, np.pi, 9))
     np.testing.assert_allclose(yorp.along, 2.0 * along, rtol=1e-14)
     np.testing.assert_allclose(yorp.across, 2.0 * across, rtol=1e-14)
-    for towards, turn in (((-1, 0.2, 0), 1), ((0.3, 0, 0), -1)):
+    for towards, sense in (((-1, 0.2, 0), 1), ((0.3, 0, 0), -1)):
         seen = radiation_coefficients(alone(lumpy(2)), towards=towards, longitudes=60, latitudes=31)
         byorp = seen.byorp("P", 2.0, obliquity=0.3)
-        signs = np.array([turn, turn, 1.0])
-        np.testing.assert_allclose(byorp.force, 2.0 * signs * found.synchronous_force(0.3), rtol=1e-14)
-        np.testing.assert_allclose(byorp.torque, 2.0 * signs * found.synchronous_torque(0.3), rtol=1e-14)
+        signs = np.array([sense, sense, 1.0])
+        np.testing.assert_allclose(byorp.force, 2.0 * signs * result.synchronous_force(0.3), rtol=1e-14)
+        np.testing.assert_allclose(byorp.torque, 2.0 * signs * result.synchronous_torque(0.3), rtol=1e-14)
 
 
 @pytest.mark.parametrize(
-    ("given", "pieces"),
+    ("arguments", "pieces"),
     [
         ({"body": Sphere(1.0)}, "body is Sphere ... expected a Body"),
         ({"body": Body(fullbody.PointMass(), mass=1.0, name="P")}, "P ... a point ... with a surface"),
@@ -217,24 +217,24 @@ def test_forces_of_coefficients_are_those_that_they_are_means_of():
         ({"longitudes": 8}, "longitudes is 8 ... 10"),
     ],
 )
-def test_bad_input_is_refused_by_name(given, pieces):
-    refused_with(pieces, lambda: radiation_coefficients(**{"body": alone(Ellipsoid(3.0, 2.0, 1.0))} | given))
+def test_bad_input_is_refused_by_name(arguments, pieces):
+    refused_with(pieces, lambda: radiation_coefficients(**{"body": alone(Ellipsoid(3.0, 2.0, 1.0))} | arguments))
 
 
 @pytest.mark.parametrize(
     ("call", "pieces"),
     [
-        (lambda found: found.spin_torques(4.0), "obliquity is 4.0 ... from 0 to pi"),
-        (lambda found: found.synchronous_force([0.1, -0.1]), "obliquity ... -0.1 ... from 0 to pi"),
-        (lambda found: found.yorp(0.0, on="A"), "pressure is 0.0 ... above zero"),
-        (lambda found: found.yorp(1.0), "on is not given ... name"),
-        (lambda found: found.yorp("1 Pa", on="A"), "pressure ... Pa ... radius ... both or neither"),
-        (lambda found: found.byorp("B", 1.0, on="A", obliquity=[0.1]), "obliquity"),
+        (lambda result: result.spin_torques(4.0), "obliquity is 4.0 ... from 0 to pi"),
+        (lambda result: result.synchronous_force([0.1, -0.1]), "obliquity ... -0.1 ... from 0 to pi"),
+        (lambda result: result.yorp(0.0, on="A"), "pressure is 0.0 ... above zero"),
+        (lambda result: result.yorp(1.0), "on is not given ... name"),
+        (lambda result: result.yorp("1 Pa", on="A"), "pressure ... Pa ... radius ... both or neither"),
+        (lambda result: result.byorp("B", 1.0, on="A", obliquity=[0.1]), "obliquity"),
     ],
 )
 def test_bad_means_and_forces_are_refused_by_name(call, pieces):
-    found = radiation_coefficients(Body(Sphere(1.0), mass=1.0), longitudes=10, latitudes=5)
-    refused_with(pieces, lambda: call(found))
+    result = radiation_coefficients(Body(Sphere(1.0), mass=1.0), longitudes=10, latitudes=5)
+    refused_with(pieces, lambda: call(result))
 
 
 def test_a_body_that_overlaps_the_other_one_is_refused():

@@ -17,9 +17,9 @@ SPHERES = [
 ]
 
 
-def table(first, last, count, place, mu=1e-3):
+def table(first, last, count, position, mu=1e-3):
     times = np.linspace(first, last, count)
-    return forces.ThirdBody(mu=mu, times=times, positions=[place(time) for time in times], of="body", name="bullet")
+    return forces.ThirdBody(mu=mu, times=times, positions=[position(time) for time in times], of="body", name="bullet")
 
 
 @pytest.mark.parametrize("gap", [1e-9, -1e-9, 1e-12, -1e-12, 1e-14, -1e-14])
@@ -31,8 +31,8 @@ def test_the_force_of_a_third_body_near_a_parabola_keeps_its_digits(gap):
     for time in np.linspace(-40.0, 41.0, 13):
         state = fullbody.State(position=[[-0.01, 0, 0], [0.99, 0, 0]], velocity=np.zeros((2, 3)), time=time)
         expected = differential([0.99, 0, 0], system.third_body("comet", time)[0], 1e4)
-        found = system.loads(state)["comet"].force[1] / 0.01
-        assert np.linalg.norm(found - expected) < 1e-13 * np.linalg.norm(expected)
+        result = system.loads(state)["comet"].force[1] / 0.01
+        assert np.linalg.norm(result - expected) < 1e-13 * np.linalg.norm(expected)
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -102,7 +102,7 @@ def still(time, state):
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("arguments", "words"),
     [
         ([], "'still'"),
         ([forces.Function(still, name="other", depends_on_velocity=False)], "'still'"),
@@ -112,26 +112,26 @@ def still(time, state):
         ([forces.ThirdBody(mu=1.0, times=range(5), positions=np.ones((5, 3)), of="body", name="still")], "a ThirdBody"),
     ],
 )
-def test_a_simulation_from_a_file_asks_for_its_functions(tmp_path, given, words):
+def test_a_simulation_from_a_file_asks_for_its_functions(tmp_path, arguments, words):
     system, state = pair()
     system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
     fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
-    refused(words, lambda: fullbody.Simulation.load(tmp_path / "pair.sim", forces=given))
+    refused(words, lambda: fullbody.Simulation.load(tmp_path / "pair.sim", forces=arguments))
 
 
 def test_lags_of_text_and_of_rates_that_do_not_fit():
     from astropy import units as u
 
-    given = {"Q": 50.0, "tide": "semidiurnal"}
-    lag = forces.lag_from_quality_factor(**given, mean_motion="20 deg / h", spin="2 deg / min")
+    options = {"Q": 50.0, "tide": "semidiurnal"}
+    lag = forces.lag_from_quality_factor(**options, mean_motion="20 deg / h", spin="2 deg / min")
     assert lag.unit == u.hour
     assert abs(lag.value * 50.0 * 2.0 * np.radians(100.0) - 1.0) < 1e-15
-    lag = forces.lag_from_quality_factor(**given, mean_motion=20.0 * u.rad / u.hour, spin=-20.0 * u.rad / u.hour)
+    lag = forces.lag_from_quality_factor(**options, mean_motion=20.0 * u.rad / u.hour, spin=-20.0 * u.rad / u.hour)
     assert abs(lag.to_value(u.s) - 3600.0 / 4000.0) < 1e-15
     unit = u.rad / u.hour
     for spin, rate in ((2.0, 0.3 * unit), (2.0 * unit, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
         with pytest.raises(InvalidInput, match="spin"):
-            forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)
+            forces.lag_from_quality_factor(**options, mean_motion=rate, spin=spin)
 
 
 @pytest.mark.parametrize("name", ["sun", "earth"])
@@ -142,11 +142,11 @@ def test_ephemerides_keep_their_digits_over_many_periods(name):
     orbit = fullbody.KeplerElements(1.0 * u.au, 0.3, 0.1, 0.2, 0.3, 0.4)
     mu = 132712440041.279419 * u.km**3 / u.s**2
     period = (2.0 * np.pi * np.sqrt((1.0 * u.au) ** 3 / mu)).to(u.day)
-    given = {"date": "2000-01-01 TDB", "orbit": orbit}
+    options = {"date": "2000-01-01 TDB", "orbit": orbit}
     system, _ = fullbody.systems.kw4(units=True, frame="ecliptic")
-    places = []
+    positions = []
     for count in (1, 16):
-        body = forces.ThirdBody.from_ephemeris(name, duration=count * period, **given)
-        places.append(system.with_forces([body]).third_body(body.name, np.linspace(0, 1, 20) * period)[0])
-    distance = np.linalg.norm(places[0], axis=1)
-    assert (np.linalg.norm(places[1] - places[0], axis=1) < 1e-8 * distance).all()
+        body = forces.ThirdBody.from_ephemeris(name, duration=count * period, **options)
+        positions.append(system.with_forces([body]).third_body(body.name, np.linspace(0, 1, 20) * period)[0])
+    distance = np.linalg.norm(positions[0], axis=1)
+    assert (np.linalg.norm(positions[1] - positions[0], axis=1) < 1e-8 * distance).all()

@@ -7,7 +7,7 @@ from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
 from fullbody.errors import InvalidInput
 from fullbody.forces import ThirdBody
 from support import reference, refused, worst
-from support.scenes import at_rest, differential, kepler_place, pair, relative, sun
+from support.scenes import at_rest, differential, kepler_position, pair, relative, sun
 
 DATA = reference("third_body")
 TIGHT = fullbody.Verner98(rtol=1e-14, atol=1e-14)
@@ -40,13 +40,13 @@ def test_a_thousand_hours_against_three_bodies_in_extended_precision():
 @pytest.mark.parametrize("distance", [3.0, 30.0, 1e4, 1e8])
 def test_the_difference_of_pulls_keeps_its_digits(distance):
     """The plain difference in longdouble (19 digits) loses 8 digits at 1e8."""
-    place = distance * np.array([0.6, -0.64, 0.48])
+    point = distance * np.array([0.6, -0.64, 0.48])
     bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (2.0, 0.5)]
     position = np.array([[0.25, 0.5, -0.125], [-1.0, -2.0, 0.5]])
-    system = fullbody.System(bodies, G=1.0, forces=[at_rest(place, 3.0)])
+    system = fullbody.System(bodies, G=1.0, forces=[at_rest(point, 3.0)])
     force = system.loads(fullbody.State(position, np.zeros((2, 3))))["Sun"].force
     for k, mass in enumerate(system.masses):
-        expected = mass * differential(position[k], place, 3.0)
+        expected = mass * differential(position[k], point, 3.0)
         assert worst(force[k], expected) < 1e-15 + 1e-18 * distance
 
 
@@ -60,15 +60,15 @@ def test_third_bodies_are_where_keplers_equation_has_them(e):
         third = ThirdBody(mu=7.0, orbit=fullbody.KeplerElements(*elements), of=of, time=4.0, name="Sun")
         times = np.array([-300.0, 4.0, 17.0, 1000.0])
         position, velocity = system.with_forces([third]).third_body("Sun", times)
-        expected = [sign * kepler_place(elements, 8.5, t - 4.0) for t in times]
+        expected = [sign * kepler_position(elements, 8.5, t - 4.0) for t in times]
         assert worst(position, expected) < 3e-14
         h = 1e-3
         ahead, behind = (
-            np.array([kepler_place(elements, 8.5, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
+            np.array([kepler_position(elements, 8.5, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
         )
         assert worst(velocity, (ahead - behind) / (2 * h)) < 1e-7
-        one, _ = system.with_forces([third]).third_body("Sun", 17.0)
-        assert (one == position[2]).all()
+        point, _ = system.with_forces([third]).third_body("Sun", 17.0)
+        assert (point == position[2]).all()
 
 
 def test_a_table_of_places_is_the_orbit_it_was_taken_from():
@@ -142,46 +142,50 @@ def test_spheres_and_points_get_no_torque():
 @pytest.mark.parametrize(("rows", "warned"), [(6, True), (12, False)])
 def test_tables_too_coarse_for_their_spline_are_warned_of(rows, warned, recwarn):
     # The error of a cubic spline on a circle with n rows a turn: (2 pi/n)^4/384, 3e-3 and 2e-4.
-    turns = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
-    circle = np.stack([40 * np.cos(turns), 40 * np.sin(turns), 0 * turns], axis=1)
-    third = ThirdBody(mu=1.0, times=turns, positions=circle, of="body", name="Moon")
+    times = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
+    circle = np.stack([40 * np.cos(times), 40 * np.sin(times), 0 * times], axis=1)
+    third = ThirdBody(mu=1.0, times=times, positions=circle, of="body", name="Moon")
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0, forces=[third])
     state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]])
     system.integrate(state, 1.0, output="ends")
-    found = [str(warning.message) for warning in recwarn]
+    results = [str(warning.message) for warning in recwarn]
     middle = np.pi / rows
     wrong = np.linalg.norm(system.third_body("Moon", middle)[0] - 40 * np.array([np.cos(middle), np.sin(middle), 0]))
     if warned:
-        assert len(found) == 1
-        assert "positions of Moon are so far apart" in found[0]
-        told = float(found[0].split("wrong by about ")[1].split()[0])
+        assert len(results) == 1
+        assert "positions of Moon are so far apart" in results[0]
+        told = float(results[0].split("wrong by about ")[1].split()[0])
         assert 0.5 < told / (wrong / 40) < 2.0
     else:
-        assert not found
+        assert not results
 
 
 FRAMES = ("ecliptic", "equatorial", "galactic", BarycentricMeanEcliptic(equinox="J2015"))
 
 
-@pytest.mark.parametrize("own", ["ecliptic", "equatorial", "galactic"])
-@pytest.mark.parametrize("given", FRAMES)
-def test_a_path_in_another_frame_is_turned_into_that_of_the_system(own, given):
+@pytest.mark.parametrize("system_frame", ["ecliptic", "equatorial", "galactic"])
+@pytest.mark.parametrize("path_frame", FRAMES)
+def test_a_path_in_another_frame_is_turned_into_that_of_the_system(system_frame, path_frame):
     """The place in its own frame by another program's Kepler orbit, turned by astropy's coordinates."""
     rng, times = np.random.default_rng(17), [0.0, 2.0, 4.0, 7.0]
-    system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)], G=0.5, frame=own)
+    system = fullbody.System(
+        [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)], G=0.5, frame=system_frame
+    )
     names = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs"}
     for _ in range(5):
         elements = (50.0, rng.uniform(0, 0.8), rng.uniform(0, 3.1), *rng.uniform(0, 6.2, 3))
-        orbit = fullbody.KeplerElements(*elements, frame=given)
-        places = [kepler_place(elements, 8.5, t).astype(float) for t in times]
-        there = SkyCoord(*np.transpose(places), representation_type="cartesian", frame=names.get(str(given), given))
-        expected = there.transform_to(names.get(own, own)).cartesian.xyz.T
+        orbit = fullbody.KeplerElements(*elements, frame=path_frame)
+        positions = [kepler_position(elements, 8.5, t).astype(float) for t in times]
+        there = SkyCoord(
+            *np.transpose(positions), representation_type="cartesian", frame=names.get(str(path_frame), path_frame)
+        )
+        expected = there.transform_to(names.get(system_frame, system_frame)).cartesian.xyz.T
         third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
         changed = system.with_forces([third])
         assert worst(changed.third_body("Sun", times)[0], expected) < 1e-13
-        again = fullbody.System(list(changed), G=0.5, frame=own, forces=changed.forces)
+        again = fullbody.System(list(changed), G=0.5, frame=system_frame, forces=changed.forces)
         assert again == changed
-        table = ThirdBody(mu=7.0, times=times, positions=places, frame=given, of="body", name="Sun")
+        table = ThirdBody(mu=7.0, times=times, positions=positions, frame=path_frame, of="body", name="Sun")
         assert worst(system.with_forces([table]).third_body("Sun", times)[0], expected) < 1e-13
 
 

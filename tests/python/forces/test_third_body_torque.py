@@ -43,11 +43,11 @@ def exact(axes, mass, x, mu):
 def loads(distance, axes=AXES, mass=2.0, mu=3.0, direction=DIRECTION):
     """The force and torque that the system gives, the point mass at x in the body frame, and the rotation."""
     q = np.array(ATTITUDE) / np.linalg.norm(ATTITUDE)
-    turn = matrix(q)
-    place = distance * turn @ direction / np.linalg.norm(direction)
+    rotation = matrix(q)
+    position = distance * rotation @ direction / np.linalg.norm(direction)
     system, state = body_alone(fullbody.Ellipsoid(*axes), mass=mass, attitude=q)
-    told = system.with_forces([at_rest(place, mu)]).loads(state)["Sun"]
-    return told.force[0], told.torque[0], turn.T @ place, turn
+    told = system.with_forces([at_rest(position, mu)]).loads(state)["Sun"]
+    return told.force[0], told.torque[0], rotation.T @ position, rotation
 
 
 @pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8, 1e12])
@@ -61,27 +61,27 @@ def test_the_torque_keeps_its_digits_near_and_far(distance, axes):
 
 @pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8])
 def test_the_force_beyond_that_on_a_point_is_the_exact_one(distance):
-    force, _, x, turn = loads(distance)
+    force, _, x, rotation = loads(distance)
     expected, _ = exact(AXES, 2.0, x, 3.0)
-    assert worst(turn.T @ force, expected) < 3e-15 * max(1.0, 20.0 / np.log10(distance + 1))
+    assert worst(rotation.T @ force, expected) < 3e-15 * max(1.0, 20.0 / np.log10(distance + 1))
 
 
 @pytest.mark.parametrize("distance", [1.6, 2.5, 6.0])
 def test_a_pair_with_a_massive_point_feels_the_same(distance):
     """By the third law, torque and force are those of a system of this body and a point."""
-    force, torque, x, turn = loads(distance)
+    force, torque, x, rotation = loads(distance)
     bodies = [fullbody.Body(fullbody.Ellipsoid(*AXES), mass=2.0), fullbody.Body(fullbody.PointMass(), mass=3.0)]
-    place = turn @ x
+    position = rotation @ x
     q = np.array(ATTITUDE) / np.linalg.norm(ATTITUDE)
-    state = fullbody.State([[0, 0, 0], place], np.zeros((2, 3)), attitude=[q, [1, 0, 0, 0]])
+    state = fullbody.State([[0, 0, 0], position], np.zeros((2, 3)), attitude=[q, [1, 0, 0, 0]])
     for gravity in ("surface", "focal"):
         both = fullbody.System(bodies, G=1.0, gravity=gravity).interactions(state)
         assert worst(torque, both.torque[0]) < 1e-13
-        assert worst(force + 2.0 * 3.0 * place / distance**3, both.force[0]) < 1e-13
-        assert worst(-force - 2.0 * 3.0 * place / distance**3, both.force[1]) < 1e-13
+        assert worst(force + 2.0 * 3.0 * position / distance**3, both.force[0]) < 1e-13
+        assert worst(-force - 2.0 * 3.0 * position / distance**3, both.force[1]) < 1e-13
 
 
-# What the torque does: the spin axis goes round the normal of the orbit.
+# Effect of the torque: the spin axis precesses about the normal of the orbit.
 
 
 @pytest.mark.parametrize("e", [0.0, 0.4])

@@ -11,14 +11,19 @@ from support import matrix, reference, worst
 
 
 def two(
-    primary=None, satellite=None, mass=1e-3, orbit=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), spin=((0, 0, 0), (0, 0, 0)), **rest
+    primary=None,
+    satellite=None,
+    mass=1e-3,
+    orbit=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    spin=((0, 0, 0), (0, 0, 0)),
+    **options,
 ):
     """Spheres or points of masses one and ``mass`` (G = 1) on an orbit, the first at rest in the origin."""
     shapes = (primary or fullbody.PointMass(), satellite or fullbody.PointMass())
     bodies = [fullbody.Body(s, mass=m, name=n) for s, m, n in zip(shapes, (1.0, mass), "AB", strict=True)]
     system = fullbody.System(bodies, G=1.0)
     r, v = fullbody.KeplerElements(*orbit).to_cartesian(system.mu())
-    return system, fullbody.State([0 * r, r], [0 * v, v], spin=spin, **rest)
+    return system, fullbody.State([0 * r, r], [0 * v, v], spin=spin, **options)
 
 
 def lagging(r, v, omega, mass, k2, radius, lag):
@@ -29,13 +34,13 @@ def lagging(r, v, omega, mass, k2, radius, lag):
     """
     with mp.workdps(40):
         r, v, omega = (mp.matrix([mp.mpf(float(c)) for c in x]) for x in (r, v, omega))
-        turned = mp.matrix(
+        lagged = mp.matrix(
             [omega[1] * r[2] - omega[2] * r[1], omega[2] * r[0] - omega[0] * r[2], omega[0] * r[1] - omega[1] * r[0]]
         )
 
         def potential(x, y, z, late):
             at = mp.matrix([x, y, z])
-            was = r - late * (v - turned)
+            was = r - late * (v - lagged)
             a2, b2, ab = mp.fdot(at, at), mp.fdot(was, was), mp.fdot(at, was)
             return (3 * ab * ab - a2 * b2) / (2 * (a2 * b2) ** mp.mpf(2.5))
 
@@ -64,11 +69,11 @@ def test_the_force_is_that_of_a_lagging_bulge(case):
 
 def test_the_radius_is_that_of_the_sphere_of_equal_volume():
     system, state = two(fullbody.Ellipsoid(0.3, 0.2, 0.1))
-    one, other = (
-        system.with_forces([Tide(on="A", by="B", k2=0.4, lag=0.1, name="tide", **given)]).loads(state)["tide"].force
-        for given in ({}, {"radius": (0.3 * 0.2 * 0.1) ** (1 / 3)})
+    first, other = (
+        system.with_forces([Tide(on="A", by="B", k2=0.4, lag=0.1, name="tide", **options)]).loads(state)["tide"].force
+        for options in ({}, {"radius": (0.3 * 0.2 * 0.1) ** (1 / 3)})
     )
-    np.testing.assert_allclose(one, other, rtol=1e-13)
+    np.testing.assert_allclose(first, other, rtol=1e-13)
 
 
 # The law is tested in a short time, with a lag that no body could have.
@@ -154,7 +159,7 @@ UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
 
 
 @pytest.mark.parametrize(
-    ("spin", "attitude", "rate", "turns"),
+    ("spin", "attitude", "rate", "angle"),
     [
         ([0.0, 0.0, 3.0], UPRIGHT, lambda n: 3.0 - n, "A turns relative to B"),
         ([0.0, 0.0, 3.0], UPSIDE_DOWN, lambda n: 3.0 + n, "A turns relative to B"),
@@ -165,11 +170,11 @@ UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
         ([9.0, 0.0, None], UPRIGHT, lambda n: n, "B goes round A"),
     ],
 )
-def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, attitude, rate, turns):
+def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, attitude, rate, angle):
     n = np.sqrt(1.001 / 1.3**3)
-    turned = [n if component is None else component for component in spin]
-    given = {"orbit": (1.3, 0, 0, 0, 0, 0), "spin": [turned, [0, 0, 0]], "attitude": [attitude, UPRIGHT]}
-    system, state = two(fullbody.Sphere(0.1), **given)
+    spins = [n if component is None else component for component in spin]
+    options = {"orbit": (1.3, 0, 0, 0, 0, 0), "spin": [spins, [0, 0, 0]], "attitude": [attitude, UPRIGHT]}
+    system, state = two(fullbody.Sphere(0.1), **options)
 
     def begin(radians):
         world = system.with_forces([Tide(on="A", by="B", k2=0.1, lag=radians / rate(n), name="bulge")])
@@ -178,7 +183,7 @@ def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, att
     for radians in (0.999, 0.01):
         begin(radians)
     for radians in (1.001, 40.0):
-        text = f"^bulge has a lag of .*, within which {turns} by {np.degrees(radians):.4g} degrees; .* first order"
+        text = f"^bulge has a lag of .*, within which {angle} by {np.degrees(radians):.4g} degrees; .* first order"
         with pytest.warns(InconsistentInput, match=text):
             begin(radians)
 

@@ -27,12 +27,12 @@ def world(*names):
     return system.with_forces([KINDS[name]() for name in names]), state
 
 
-def equal(one, other):
+def equal(first, other):
     """Every bit is the same, those of work and impulse too."""
-    same = all((getattr(one, name) == getattr(other, name)).all() for name in NAMES)
+    same = all((getattr(first, name) == getattr(other, name)).all() for name in NAMES)
     return same and all(
         (mine[name] == theirs[name]).all()
-        for mine, theirs in ((one.work, other.work), (one.angular_impulse, other.angular_impulse))
+        for mine, theirs in ((first.work, other.work), (first.angular_impulse, other.angular_impulse))
         for name in mine
     )
 
@@ -82,14 +82,14 @@ def test_every_runge_kutta_pair_closes_the_energy(integrator):
     ids=["splitting", "variational"],
 )
 def test_kicks_close_the_energy(integrator):
-    # What they do to the energy is counted as work: the rest is the error of the run without.
+    # The energy that kicks add is counted as work; the remaining drift is that of the run without.
 
     def steady(time, state):
         return 1e-5 * np.cos(time) * state.position
 
     system, state = pair(gravity="multipole:4")
-    own = Function(steady, depends_on_velocity=False, name="own")
-    run = system.with_forces([sun(), own]).integrate(state, 20.0, integrator=integrator)
+    function = Function(steady, depends_on_velocity=False, name="own")
+    run = system.with_forces([sun(), function]).integrate(state, 20.0, integrator=integrator)
     free = system.integrate(state, 20.0, integrator=integrator)
     size = np.abs(free.energy_drift).max()
     assert np.abs(run.energy_drift).max() < 1.2 * size + 1e-14
@@ -120,14 +120,14 @@ def test_a_slice_keeps_what_it_was_told():
 @pytest.mark.parametrize("output", [None, 1.0])
 def test_continued_runs_add_up(output):
     system, state = world("Sun", "tide", "own")
-    whole = system.integrate(state, 10.0)
+    reference = system.integrate(state, 10.0)
     sim = fullbody.Simulation(system, state)
     runs = [sim.integrate(5.0, output=output), sim.integrate(10.0, output=output)]
-    for name in whole.work:
+    for name in reference.work:
         total = sum(run.work[name][-1] for run in runs)
-        assert total == pytest.approx(whole.work[name][-1], rel=1e-9, abs=1e-18)
+        assert total == pytest.approx(reference.work[name][-1], rel=1e-9, abs=1e-18)
         total = sum(run.angular_impulse[name][-1] for run in runs)
-        np.testing.assert_allclose(total, whole.angular_impulse[name][-1], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(total, reference.angular_impulse[name][-1], rtol=0, atol=1e-14)
     for run in runs:
         assert np.abs(run.energy_drift).max() < 1e-13
         assert run.angular_momentum_drift.max() < 1e-13
@@ -151,8 +151,8 @@ def test_steps_keep_the_work():
     for _ in range(10):
         sim.step()
     assert abs(sim.energy_drift) < 1e-14
-    plain = system.energy(sim.state).total - system.energy(state).total
-    assert abs(plain / system.energy(state).total) > 1e-9
+    energy_change = system.energy(sim.state).total - system.energy(state).total
+    assert abs(energy_change / system.energy(state).total) > 1e-9
 
 
 # Files and copies.
@@ -168,9 +168,9 @@ def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
     loaded = fullbody.Simulation.load(tmp_path / "half.sim", forces=forces)
     assert loaded.system == system
     assert loaded.energy_drift == sim.energy_drift
-    one, other = sim.integrate(9.0), loaded.integrate(9.0)
-    assert equal(one, other)
-    assert one == other
+    first, other = sim.integrate(9.0), loaded.integrate(9.0)
+    assert equal(first, other)
+    assert first == other
     assert loaded.energy_drift == sim.energy_drift
 
 
@@ -182,10 +182,10 @@ def test_a_switch_is_kept_in_files(tmp_path):
     sim = fullbody.Simulation(system, lost)
     sim.integrate(2.0)
     sim.save(tmp_path / "x.sim")
-    one, other = sim.integrate(4.0), fullbody.Simulation.load(tmp_path / "x.sim").integrate(4.0)
-    assert one == other
-    assert one.switched_off == {"BYORP": 1}
-    assert (one.work["BYORP"] == 0).all()
+    first, other = sim.integrate(4.0), fullbody.Simulation.load(tmp_path / "x.sim").integrate(4.0)
+    assert first == other
+    assert first.switched_off == {"BYORP": 1}
+    assert (first.work["BYORP"] == 0).all()
 
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])

@@ -11,11 +11,11 @@ from support.scenes import body_alone
 C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
 
 
-def tilted(obliquity, across, until=None, **given):
+def tilted(obliquity, across, until=None, **options):
     """A sphere with a spin of 3 at an obliquity, which a torque across the spin changes at the rate across / (C 3)."""
     attitude = (np.cos(obliquity / 2), -np.sin(obliquity / 2), 0.0, 0.0)
     system, state = body_alone(fullbody.Sphere(0.5), spin=(0, 0, 3.0), attitude=attitude)
-    return system.with_forces([Yorp(on="A", along=0.0, across=across, name="YORP", **given)]), state
+    return system.with_forces([Yorp(on="A", along=0.0, across=across, name="YORP", **options)]), state
 
 
 @pytest.mark.parametrize(
@@ -51,11 +51,11 @@ def test_a_tumbling_body_that_is_driven_to_its_pole_ends_too():
 def test_a_table_that_vanishes_at_the_poles_is_approached_exponentially():
     """By d eps/dt = -k sin(2 eps) with k = 1e-3 / (C 3), tan eps falls exponentially at the rate 2 k."""
     obliquity = np.linspace(0.0, np.pi, 181)
-    given = {"obliquity": obliquity}
+    options = {"obliquity": obliquity}
     system, state = tilted(0.3, 0.0)
-    yorp = Yorp(on="A", along=np.zeros(181), across=-1e-3 * np.sin(2 * obliquity), name="YORP", **given)
+    yorp = Yorp(on="A", along=np.zeros(181), across=-1e-3 * np.sin(2 * obliquity), name="YORP", **options)
     run = system.with_forces([yorp]).integrate(state, 2000.0, output=400.0)
     spin = np.array([state.rotation_matrix[0] @ state.spin[0] for state in run])
-    found = np.hypot(spin[:, 0], spin[:, 1]) / spin[:, 2]
+    result = np.hypot(spin[:, 0], spin[:, 1]) / spin[:, 2]
     expected = np.tan(0.3) * np.exp(-2e-3 / (C * 3.0) * run.time)
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    np.testing.assert_allclose(result, expected, rtol=1e-5)
