@@ -110,8 +110,8 @@ def test_drifts_of_what_is_zero_are_absolute():
     run = two.integrate(fullbody.State([[0, 0, 0], [5, 3, 1]], np.zeros((2, 3))), 1.0, output=0.1)
     assert np.array_equal(run.angular_momentum_drift, np.linalg.norm(run.angular_momentum, axis=1))
     assert run.angular_momentum_drift.max() < 1e-15
-    one = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
-    run = one.integrate(fullbody.State([[0, 0, 0]], np.zeros((1, 3))), 1.0, output=0.1)
+    single = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
+    run = single.integrate(fullbody.State([[0, 0, 0]], np.zeros((1, 3))), 1.0, output=0.1)
     for drift in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
         assert np.array_equal(drift, np.zeros(11))
     # Relative to nothing they are neither in the table nor in the picture.
