@@ -87,9 +87,9 @@ def test_derivatives_of_events_whose_function_has_the_parameter_are_differences(
     state = state.replace(velocity=[state.velocity[0], velocity])
 
     def ended(by, names=()):
-        its_own = name == "distance of Escape"
-        watched = replace(event, distance=event.distance + by) if its_own else event
-        changed = system if its_own or not by else system.changed(name, by)
+        of_event = name == "distance of Escape"
+        watched = replace(event, distance=event.distance + by) if of_event else event
+        changed = system if of_event or not by else system.changed(name, by)
         options = {"integrator": TIGHT, "events": [watched], "output": "ends"}
         return changed.integrate(state, 30.0, derivatives=names, **options)
 
