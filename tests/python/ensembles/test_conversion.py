@@ -10,13 +10,13 @@ from fullbody.ensembles import in_units
 from support import refused
 
 
-def found(**units):
+def computed(**units):
     fields = {"libration": ("angle", [0.1, np.nan], {"units": "rad", "long_name": "amplitude"}), "ratio": 2.0}
     return xr.Dataset(fields, {"angle": ("angle", [1.0, 2.0], {"units": "deg"})}, {"title": "a map"})
 
 
 def test_numbers_and_attributes_change_together():
-    map_ = in_units(found(), libration="deg", angle=u.rad)
+    map_ = in_units(computed(), libration="deg", angle=u.rad)
     np.testing.assert_allclose(map_.libration, [18.0 / np.pi, np.nan])
     np.testing.assert_allclose(map_.angle, np.pi / 180 * np.array([1.0, 2.0]))
     assert map_.libration.attrs == {"units": "deg", "long_name": "amplitude"}
@@ -38,7 +38,7 @@ def test_numbers_and_attributes_change_together():
     ],
 )
 def test_what_cannot_be_converted_is_refused(units, text):
-    refused(text, lambda: in_units(found(), **units))
+    refused(text, lambda: in_units(computed(), **units))
 
 
 def test_no_variable_of_an_observable_has_the_name_of_a_method_of_xarray():

@@ -33,12 +33,12 @@ def single(member, *args, **kwargs):
         return error
 
 
-def alike(one, other):
-    if isinstance(one, BaseException):
-        same = type(one) is type(other) and str(one) == str(other)
-        return same and (one.run is other.run is None or alike(one.run, other.run))
-    same = one == other and one.integrator == other.integrator
-    return same and all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("energy", "spin"))
+def alike(first, other):
+    if isinstance(first, BaseException):
+        same = type(first) is type(other) and str(first) == str(other)
+        return same and (first.run is other.run is None or alike(first.run, other.run))
+    same = first == other and first.integrator == other.integrator
+    return same and all(np.array_equal(getattr(first, name), getattr(other, name)) for name in ("energy", "spin"))
 
 
 def mixed():
@@ -91,7 +91,7 @@ def test_one_end_and_one_integrator_for_each():
         runs = integrate_many([(system, state)] * 3, until, output="ends", integrator=integrators)
         assert [float(run.time[-1].value) for run in runs] == [1.0, 12.0, 3.0]
         assert [run.integrator for run in runs] == [fullbody.Verner98(), *integrators[1:]]
-    # Of a generator the number is not known before it is a list.
+    # The length of a generator is known only once it is a list.
     runs = integrate_many(((system, state) for _ in range(3)), [1.0, 2.0, 3.0] * u.h, output="ends")
     assert len(runs) == 3
     assert integrate_many([], [], integrator=[]) == []
@@ -102,7 +102,7 @@ def test_one_end_and_one_integrator_for_each():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("arguments", "message"),
     [
         ({"integrator": "verner"}, "integrator is 'verner'; expected one of fullbody's"),
         ({"output": "end"}, "output"),
@@ -116,8 +116,8 @@ def test_one_end_and_one_integrator_for_each():
         ),
     ],
 )
-def test_what_is_wrong_for_all_is_refused_at_once(given, message):
-    refused(message, lambda: integrate_many(**{"members": [(SYSTEM, STATE)], "until": 1.0} | given))
+def test_what_is_wrong_for_all_is_refused_at_once(arguments, message):
+    refused(message, lambda: integrate_many(**{"members": [(SYSTEM, STATE)], "until": 1.0} | arguments))
 
 
 # Members that fail.
@@ -126,13 +126,13 @@ def test_what_is_wrong_for_all_is_refused_at_once(given, message):
 def test_each_failure_is_the_answer_of_its_own_member():
     disc = fullbody.Ellipsoid(1.0, 1.0, 0.02)
     rims = fullbody.System([fullbody.Body(disc, mass=1.0, name=name) for name in ("A", "B")], G=1.0)
-    rest = np.zeros((2, 3))
+    zeros = np.zeros((2, 3))
     members = {
         "ends": (SYSTEM, STATE),
         "collides": spheres(-1.0),
-        "overlaps": (spheres()[0], State([[0, 0, 0], [1.5, 0, 0]], rest)),
-        "does not converge": (rims, State([[0, 0, 0], [0.3, 0.1, 0.043]], rest)),
-        "falls": (points(1.0, 3.0), State([[0, 0, 0], [1.5, 0, 0]], rest)),
+        "overlaps": (spheres()[0], State([[0, 0, 0], [1.5, 0, 0]], zeros)),
+        "does not converge": (rims, State([[0, 0, 0], [0.3, 0.1, 0.043]], zeros)),
+        "falls": (points(1.0, 3.0), State([[0, 0, 0], [1.5, 0, 0]], zeros)),
         "is no pair": SYSTEM,
         "is no system": (STATE, SYSTEM),
         "is no state": (SYSTEM, "state"),
@@ -258,9 +258,9 @@ def test_a_generator_is_asked_as_members_are_needed():
     # Some that were waiting may have gone through before the function was asked.
     runs = caught.value.runs
     assert len(runs) == len(taken)
-    whole = [run for run in runs if isinstance(run, fullbody.Run) and run.stop_reason == "end"]
-    assert len(whole) >= 20
-    assert len(runs) - len(whole) <= 16
+    complete = [run for run in runs if isinstance(run, fullbody.Run) and run.stop_reason == "end"]
+    assert len(complete) >= 20
+    assert len(runs) - len(complete) <= 16
     assert set(seen) == {None}
 
 
@@ -285,19 +285,19 @@ def test_progress_counts_members():
     finished = [int(text.removesuffix(" of 7 runs")) for text in description]
     assert finished == sorted(finished)
     assert set(total) == {7}
-    assert all(0.0 <= part - whole <= 2.0 for part, whole in zip(done, finished, strict=True))
+    assert all(0.0 <= part - count <= 2.0 for part, count in zip(done, finished, strict=True))
     assert seen[-1] == (7, 7, "7 of 7 runs")
 
 
-@pytest.mark.parametrize("known", [True, False])
-def test_the_progress_bar_counts_members(capsys, known):
+@pytest.mark.parametrize("sized", [True, False])
+def test_the_progress_bar_counts_members(capsys, sized):
     members = [(SYSTEM, STATE)] * 3
-    integrate_many(members if known else iter(members), 5.0, progress="many")
+    integrate_many(members if sized else iter(members), 5.0, progress="many")
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "many" in captured.err
-    assert ("3 of 3 runs" if known else "3 runs") in captured.err
-    assert ("100%" in captured.err) == known
+    assert ("3 of 3 runs" if sized else "3 runs") in captured.err
+    assert ("100%" in captured.err) == sized
     integrate_many(members, 5.0)
     assert capsys.readouterr() == ("", "")
 

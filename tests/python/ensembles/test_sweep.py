@@ -20,56 +20,56 @@ GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 2.0]}
 
 
 def test_a_grid_has_the_closed_forms_of_its_parameters():
-    found = fullbody.sweep(circle, GRID, 0.8, measure=angle)
-    assert dict(found.sizes) == {"mass": 3, "distance": 2, "place_0": 2, "place_1": 3}
-    assert found.angle.dims == ("mass", "distance")
-    assert found.place.dims == ("mass", "distance", "place_0", "place_1")
-    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.8), rtol=1e-12)
-    assert (found.error == "").all()
+    result = fullbody.sweep(circle, GRID, 0.8, measure=angle)
+    assert dict(result.sizes) == {"mass": 3, "distance": 2, "place_0": 2, "place_1": 3}
+    assert result.angle.dims == ("mass", "distance")
+    assert result.place.dims == ("mass", "distance", "place_0", "place_1")
+    np.testing.assert_allclose(result.angle, expected(result.mass, result.distance, 0.8), rtol=1e-12)
+    assert (result.error == "").all()
     system, state = circle(0.5, 2.0)
-    assert (found.place.sel(mass=0.5, distance=2.0).values == system.integrate(state, 0.8).position[-1]).all()
+    assert (result.place.sel(mass=0.5, distance=2.0).values == system.integrate(state, 0.8).position[-1]).all()
 
 
 def test_a_single_value_is_a_parameter_without_a_dimension():
-    found = fullbody.sweep(circle, {"mass": 0.5, "distance": (1.0, 2.0)}, 0.5, measure=angle)
-    assert found.angle.dims == ("distance",)
-    assert found.mass == 0.5
+    result = fullbody.sweep(circle, {"mass": 0.5, "distance": (1.0, 2.0)}, 0.5, measure=angle)
+    assert result.angle.dims == ("distance",)
+    assert result.mass == 0.5
     alone = fullbody.sweep(circle, {"mass": 0.5}, 0.5, measure=angle)
     assert alone.angle.dims == ()
-    assert float(alone.angle) == float(found.angle[0])
+    assert float(alone.angle) == float(result.angle[0])
 
 
 def test_columns_go_together():
     rows = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 1.5, 2.0]}
-    found = fullbody.sweep(circle, paired(**rows), 0.5, measure=angle)
-    assert found.angle.dims == ("row",)
-    assert found.distance.dims == ("row",)
-    np.testing.assert_allclose(found.angle, expected(np.array(rows["mass"]), np.array(rows["distance"]), 0.5))
+    result = fullbody.sweep(circle, paired(**rows), 0.5, measure=angle)
+    assert result.angle.dims == ("row",)
+    assert result.distance.dims == ("row",)
+    np.testing.assert_allclose(result.angle, expected(np.array(rows["mass"]), np.array(rows["distance"]), 0.5))
     table = fullbody.sweep(circle, pd.DataFrame(rows), 0.5, measure=angle)
-    assert_same(found, table)
+    assert_same(result, table)
     named = pd.DataFrame(rows, index=pd.Index(["x", "y", "z"], name="sample"))
-    found = fullbody.sweep(circle, named, 0.5, measure=angle)
-    assert found.angle.dims == ("sample",)
-    assert float(found.angle.sel(sample="y")) == float(table.angle[1])
+    result = fullbody.sweep(circle, named, 0.5, measure=angle)
+    assert result.angle.dims == ("sample",)
+    assert float(result.angle.sel(sample="y")) == float(table.angle[1])
 
 
 def test_a_list_is_a_product():
-    found = fullbody.sweep(
+    result = fullbody.sweep(
         lambda mass, distance, kind: circle(mass, distance * (2.0 if kind == "wide" else 1.0)),
         [{"kind": ["near", "wide"]}, paired(mass=[0.1, 0.5, 0.9], distance=[1.0, 1.5, 2.0])],
         0.5,
         measure=angle,
     )
-    assert found.angle.dims == ("kind", "row")
-    wide = expected(found.mass, 2.0 * found.distance, 0.5)
-    np.testing.assert_allclose(found.angle.sel(kind="wide"), wide, rtol=1e-12)
+    assert result.angle.dims == ("kind", "row")
+    wide = expected(result.mass, 2.0 * result.distance, 0.5)
+    np.testing.assert_allclose(result.angle.sel(kind="wide"), wide, rtol=1e-12)
 
 
 def test_what_is_given_reaches_the_set_up_as_it_is():
     seen = []
 
-    def setup(**given):
-        seen.append(given)
+    def setup(**arguments):
+        seen.append(arguments)
         return circle()
 
     column = {"a": [1, 2], "b": np.array([1.5]), "c": ["x"], "d": [True], "e": [1, 2] * u.km, "f": 3 * u.deg}
@@ -89,34 +89,34 @@ def test_maps_keep_units_of_parameters_and_results():
         gap = np.linalg.norm(run.position[0, 1] - run.position[0, 0])
         return {"gap": gap.to("m") if gap > 2.5 * u.km else gap}
 
-    found = fullbody.sweep(setup, {"distance": [2000, 3000] * u.m}, "1 min", measure=measure)
-    assert found.distance.attrs["units"] == "m"
-    assert found.gap.attrs["units"] == "km"
-    np.testing.assert_allclose(found.gap, [2.0, 3.0], rtol=1e-15)
+    result = fullbody.sweep(setup, {"distance": [2000, 3000] * u.m}, "1 min", measure=measure)
+    assert result.distance.attrs["units"] == "m"
+    assert result.gap.attrs["units"] == "km"
+    np.testing.assert_allclose(result.gap, [2.0, 3.0], rtol=1e-15)
 
 
 def test_draws_belong_to_the_row():
     parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9)), {"distance": [1.0, 2.0]}]
-    found = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=7)
-    assert found.mass.dims == found.angle.dims == ("draw", "distance")
+    result = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=7)
+    assert result.mass.dims == result.angle.dims == ("draw", "distance")
     # The first of two streams of each row's own is for the parameters, the second for the setup.
     streams = [row.spawn(2) for row in SeedSequence(7).spawn(6)]
-    assert found.mass.values.ravel().tolist() == [default_rng(first).uniform(0.1, 0.9) for first, _ in streams]
-    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.5), rtol=1e-12)
+    assert result.mass.values.ravel().tolist() == [default_rng(first).uniform(0.1, 0.9) for first, _ in streams]
+    np.testing.assert_allclose(result.angle, expected(result.mass, result.distance, 0.5), rtol=1e-12)
 
     def setup(distance, rng):
         return circle(rng.uniform(0.1, 0.9), distance)
 
     inside = fullbody.sweep(setup, [draws(3), {"distance": [1.0, 2.0]}], 0.5, measure=angle, rng=7, chunk=4)
     mass = np.reshape([default_rng(second).uniform(0.1, 0.9) for _, second in streams], (3, 2))
-    np.testing.assert_allclose(inside.angle, expected(mass, found.distance.values, 0.5), rtol=1e-12)
+    np.testing.assert_allclose(inside.angle, expected(mass, result.distance.values, 0.5), rtol=1e-12)
 
 
 def test_a_generator_draws_the_seed():
     parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9))]
-    found = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=default_rng(7))
+    result = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=default_rng(7))
     seed = int(default_rng(7).integers(2**63))
-    assert_same(found, fullbody.sweep(circle, parts, 0.5, measure=angle, rng=seed))
+    assert_same(result, fullbody.sweep(circle, parts, 0.5, measure=angle, rng=seed))
 
 
 def test_draws_may_be_distributions_of_scipy_and_quantities():
@@ -124,11 +124,11 @@ def test_draws_may_be_distributions_of_scipy_and_quantities():
         return circle(mass, distance.to_value("km"))
 
     parts = draws(4, mass=stats.uniform(0.1, 0.8), distance=lambda rng: rng.normal(2.0, 0.1) * u.km)
-    found = fullbody.sweep(setup, parts, 0.5, measure=angle, rng=12)
-    assert found.distance.attrs == {"units": "km"}
+    result = fullbody.sweep(setup, parts, 0.5, measure=angle, rng=12)
+    assert result.distance.attrs == {"units": "km"}
     rng = default_rng(SeedSequence(12).spawn(1)[0].spawn(2)[0])
-    assert float(found.mass[0]) == stats.uniform(0.1, 0.8).rvs(random_state=rng)
-    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.5), rtol=1e-12)
+    assert float(result.mass[0]) == stats.uniform(0.1, 0.8).rvs(random_state=rng)
+    np.testing.assert_allclose(result.angle, expected(result.mass, result.distance, 0.5), rtol=1e-12)
 
 
 def test_the_end_may_be_a_parameter():
@@ -146,10 +146,10 @@ def test_a_measure_may_give_text_and_leave_values_out():
         far = run.position[0, 1, 0] > 1.5
         return {"fate": "far", "radius": None} if far else {"fate": "near", "radius": 1.0, "also": True}
 
-    found = fullbody.sweep(circle, {"distance": [1.0, 2.0]}, 0.1, measure=measure)
-    assert found.fate.values.tolist() == ["near", "far"]
-    np.testing.assert_array_equal(found.radius, [1.0, np.nan])
-    np.testing.assert_array_equal(found.also, [1.0, np.nan])
+    result = fullbody.sweep(circle, {"distance": [1.0, 2.0]}, 0.1, measure=measure)
+    assert result.fate.values.tolist() == ["near", "far"]
+    np.testing.assert_array_equal(result.radius, [1.0, np.nan])
+    np.testing.assert_array_equal(result.also, [1.0, np.nan])
 
 
 BALLS = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name=name) for name in "AB"]
@@ -184,8 +184,8 @@ def troubled(run):
 
 def test_what_goes_wrong_stays_in_its_row():
     kinds = ["good", "setup", "input", "pair", "overlap", "collision", "singular", "measure", "kind", "ragged", "well"]
-    found = fullbody.sweep(troubles, {"kind": kinds}, 2.0, measure=troubled)
-    told = {kind: tuple(str(found[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
+    result = fullbody.sweep(troubles, {"kind": kinds}, 2.0, measure=troubled)
+    told = {kind: tuple(str(result[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
     assert told["good"] == told["well"] == ("", "", "")
     assert told["setup"] == ("ValueError", "no such setup", "setup")
     assert told["input"][::2] == ("InvalidInput", "setup")
@@ -200,13 +200,13 @@ def test_what_goes_wrong_stays_in_its_row():
     text = "measure gives [5.0]; expected a dict of names to numbers, arrays or texts"
     assert told["kind"] == ("InvalidInput", text, "measure")
     assert "list of shape (2,), but of shape (3,) in row 0; expected one shape throughout" in told["ragged"][1]
-    # What there is of a run is measured; the collision of two spheres at rest is a result.
-    assert found.reason.sel(kind="collision") == "unfinished"
-    assert found["first"].sel(kind="collision") == 1.0
-    assert np.isnan(found["first"].sel(kind=["setup", "input", "overlap", "measure", "kind"])).all()
-    assert np.isnan(found["list"].sel(kind="ragged")).all()
-    assert (found["first"].sel(kind=["good", "well"]) == 1.0).all()
-    assert not np.isnan(found.where(found.error == "")["first"].sel(kind="good"))
+    # An unfinished run is measured too; the collision of two spheres at rest is a result.
+    assert result.reason.sel(kind="collision") == "unfinished"
+    assert result["first"].sel(kind="collision") == 1.0
+    assert np.isnan(result["first"].sel(kind=["setup", "input", "overlap", "measure", "kind"])).all()
+    assert np.isnan(result["list"].sel(kind="ragged")).all()
+    assert (result["first"].sel(kind=["good", "well"]) == 1.0).all()
+    assert not np.isnan(result.where(result.error == "")["first"].sel(kind="good"))
 
 
 FAILURE = ("error", "error_text", "error_stage")
@@ -216,23 +216,23 @@ def gap(run):
     return {"gap": np.linalg.norm(run.position[0, 1] - run.position[0, 0])}
 
 
-def fussy(run, places=1):
+def fussy(run, digits=1):
     """A measure that fails for masses above a half and for runs that were cut short."""
     if run.stop_reason != "end":
         raise LookupError("no end")
     if run.system.masses[1] > 0.5:
         raise ArithmeticError("too heavy")
-    return {"fuss": [1.0] * places}
+    return {"fuss": [1.0] * digits}
 
 
 def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
     first, last = GRID["distance"]
-    measures = [gap, partial(fussy, places=2), angle]
-    found = fullbody.sweep(circle, GRID, 0.8, measure=measures)
-    np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.8), rtol=1e-12)
-    assert found.gap.values.tolist() == [[first, last]] * 3
-    np.testing.assert_array_equal(found.fuss[..., 1], [[1.0] * 2, [1.0] * 2, [np.nan] * 2])
-    told = [tuple(str(found[name][row, 1].values) for name in FAILURE) for row in range(3)]
+    measures = [gap, partial(fussy, digits=2), angle]
+    result = fullbody.sweep(circle, GRID, 0.8, measure=measures)
+    np.testing.assert_allclose(result.angle, expected(result.mass, result.distance, 0.8), rtol=1e-12)
+    assert result.gap.values.tolist() == [[first, last]] * 3
+    np.testing.assert_array_equal(result.fuss[..., 1], [[1.0] * 2, [1.0] * 2, [np.nan] * 2])
+    told = [tuple(str(result[name][row, 1].values) for name in FAILURE) for row in range(3)]
     assert told == [("", "", "")] * 2 + [("ArithmeticError", "fussy: too heavy", "measure")]
 
 
@@ -248,8 +248,8 @@ def test_all_that_goes_wrong_with_a_row_is_told():
         ([gap, fussy, second], "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing'"),
         (divided, "ZeroDivisionError in measure: number 1: division by zero"),
     ):
-        found = fullbody.sweep(troubles, {"kind": ["collision", "good"]}, 2.0, measure=measure)
-        error, text, stage = (str(found[name][0].values) for name in FAILURE)
+        result = fullbody.sweep(troubles, {"kind": ["collision", "good"]}, 2.0, measure=measure)
+        error, text, stage = (str(result[name][0].values) for name in FAILURE)
         assert (error, stage) == ("BodiesOverlap", "run")
         assert text.startswith("A and B")
         assert text.partition("; also ")[2] == told
@@ -264,18 +264,18 @@ def test_names_of_observables_are_measures():
         return observables.tumbles(run, limit="30 deg", body="Beta", about="Alpha")
 
     measures = ["libration", tumbling, "spin_precession"]
-    found = fullbody.sweep(setup, {"angle": [0.1, 0.6]}, "200 h", measure=measures, output="0.5 h")
+    result = fullbody.sweep(setup, {"angle": [0.1, 0.6]}, "200 h", measure=measures, output="0.5 h")
     for k, start in enumerate((0.1, 0.6)):
         system, state = setup(start)
         run = system.integrate(state, "200 h", output="0.5 h")
         libration, tumbles = observables.libration(run), tumbling(run)
-        assert found.libration[k] == libration.amplitude.to_value("rad")
-        assert found.libration_period[k] == libration.period.to_value("h")
-        assert found.largest_yaw[k] == tumbles.largest[2].to_value("rad")
-        assert found.tumbles[k] == float(tumbles.time is not None)
-        assert found.spin_precession[k] == observables.spin_precession(run).to_value("rad / h")
-    assert found.libration_period.attrs == {"units": "h"}
-    assert found.error.values.tolist() == ["", ""]
+        assert result.libration[k] == libration.amplitude.to_value("rad")
+        assert result.libration_period[k] == libration.period.to_value("h")
+        assert result.largest_yaw[k] == tumbles.largest[2].to_value("rad")
+        assert result.tumbles[k] == float(tumbles.time is not None)
+        assert result.spin_precession[k] == observables.spin_precession(run).to_value("rad / h")
+    assert result.libration_period.attrs == {"units": "h"}
+    assert result.error.values.tolist() == ["", ""]
 
 
 def test_values_stay_beside_one_that_does_not_go():
@@ -283,20 +283,20 @@ def test_values_stay_beside_one_that_does_not_go():
         heavy = run.system.masses[1] > 0.5
         return {"wrong": object() if heavy else 0.0, "list": [0.0] * (1 + heavy), "end": run.time[-1]}
 
-    found = fullbody.sweep(circle, {"mass": [0.5, 0.9]}, 0.25, measure=measure)
-    assert found.end.values.tolist() == [0.25, 0.25]
-    assert np.isnan(found.wrong[1])
-    assert np.isnan(found["list"][1]).all()
-    text = str(found.error_text[1].values)
+    result = fullbody.sweep(circle, {"mass": [0.5, 0.9]}, 0.25, measure=measure)
+    assert result.end.values.tolist() == [0.25, 0.25]
+    assert np.isnan(result.wrong[1])
+    assert np.isnan(result["list"][1]).all()
+    text = str(result.error_text[1].values)
     assert text.startswith("measure gives wrong = <object")
     assert "; also InvalidInput in measure: measure gives list of shape (2,), but of shape (1,) in row 0" in text
 
 
 def test_measures_that_give_one_name_twice_are_refused():
     with pytest.warns(InconsistentInput, match="ended with an error"):
-        found = fullbody.sweep(circle, {"mass": [0.5]}, 0.25, measure=[gap, lambda run: {"gap": 0.0, "end": 1.0}])
-    assert (float(found.gap[0]), float(found.end[0])) == (1.0, 1.0)
-    assert str(found.error_text[0].values).startswith("number 1: measure gives gap, which a measure before it gives")
+        result = fullbody.sweep(circle, {"mass": [0.5]}, 0.25, measure=[gap, lambda run: {"gap": 0.0, "end": 1.0}])
+    assert (float(result.gap[0]), float(result.end[0])) == (1.0, 1.0)
+    assert str(result.error_text[0].values).startswith("number 1: measure gives gap, which a measure before it gives")
 
 
 def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
@@ -308,9 +308,9 @@ def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
     text = "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy"
     for kept in ({}, *[{"store": tmp_path / "map.nc", "key": "heavy"}] * 2):
         with pytest.warns(InconsistentInput, match=f"^{text}") as caught:
-            found = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **kept)
-        assert [one.filename for one in caught] == [__file__]
-        assert (found.error == "ValueError").all()
+            result = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **kept)
+        assert [warning.filename for warning in caught] == [__file__]
+        assert (result.error == "ValueError").all()
     with pytest.warns(InconsistentInput, match="^the only row of the sweep ended with an error; that of the first is "):
         fullbody.sweep(setup, {"mass": 0.3}, 0.1, measure=angle)
     fullbody.sweep(setup, {"mass": [0.2, 0.3, 0.4]}, 0.1, measure=angle)
@@ -321,12 +321,12 @@ def test_a_measure_takes_no_name_of_a_parameter_or_dimension():
     def measure(run):
         return {"a": np.zeros(2), "a_0": 1.0}
 
-    found = fullbody.sweep(circle, {"mass": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
-    assert found["a"].dims == ("mass", "a_0")
-    assert (found.error_text == "measure gives a_0, but a_0 is the name of a dimension of a").all()
-    found = fullbody.sweep(lambda a_0: circle(a_0), {"a_0": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
+    result = fullbody.sweep(circle, {"mass": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
+    assert result["a"].dims == ("mass", "a_0")
+    assert (result.error_text == "measure gives a_0, but a_0 is the name of a dimension of a").all()
+    result = fullbody.sweep(lambda a_0: circle(a_0), {"a_0": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
     told = [f"measure gives {name}, but a_0 is the name of a parameter or kept for errors" for name in ("a", "a_0")]
-    assert (found.error_text == "; also InvalidInput in measure: ".join(told)).all()
+    assert (result.error_text == "; also InvalidInput in measure: ".join(told)).all()
 
 
 def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
@@ -343,13 +343,13 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
         return {"text": "whole"}
 
     masses = [0.1, 0.2, 0.3, 0.4, 0.5]
-    found = fullbody.sweep(circle, {"mass": masses}, 0.1, measure=measure, store=tmp_path / "map.nc", key="files")
-    told = found.error_text.values.tolist()
+    result = fullbody.sweep(circle, {"mass": masses}, 0.1, measure=measure, store=tmp_path / "map.nc", key="files")
+    told = result.error_text.values.tolist()
     assert told[0] == r"zero \0 and half a letter \udc80"
     assert "expected text that UTF-8 has" in told[1]
     assert "expected text that UTF-8 has" in told[2]
     assert "the name '.'" in told[3]
-    assert found["text"].values.tolist() == ["", "", "", "", "whole"]
+    assert result["text"].values.tolist() == ["", "", "", "", "whole"]
 
 
 @pytest.mark.parametrize(
@@ -422,13 +422,13 @@ def test_a_unit_comes_from_any_row_that_has_one(order):
         tumbling = run.spin[0, 1, 2] > 0.5 * u.rad / u.hour
         return {"angle": None if tumbling else 3.0 * u.deg, "axes": None if tumbling else [1.0, 2.0] * u.km}
 
-    found = fullbody.sweep(setup, {"factor": order}, 1.0, measure=some)
-    assert found.error.values.tolist() == [""] * len(order)
+    result = fullbody.sweep(setup, {"factor": order}, 1.0, measure=some)
+    assert result.error.values.tolist() == [""] * len(order)
     with_numbers = [factor < 2.0 for factor in order]
-    assert np.isfinite(found.angle.values).tolist() == with_numbers
+    assert np.isfinite(result.angle.values).tolist() == with_numbers
     if any(with_numbers):
-        assert (found.angle.attrs["units"], found.axes.attrs["units"]) == ("deg", "km")
-        assert found.axes.shape == (len(order), 2)
+        assert (result.angle.attrs["units"], result.axes.attrs["units"]) == ("deg", "km")
+        assert result.axes.shape == (len(order), 2)
 
 
 @pytest.mark.parametrize(
@@ -441,8 +441,8 @@ def test_whole_numbers_stay_whole(values):
         got.append(n)
         return circle()
 
-    found = fullbody.sweep(setup, {"n": values}, 0.1, measure=angle, threads=1)
-    assert got == [int(value) for value in values] == found.n.values.tolist()
+    result = fullbody.sweep(setup, {"n": values}, 0.1, measure=angle, threads=1)
+    assert got == [int(value) for value in values] == result.n.values.tolist()
     assert all(type(n) is int for n in got)
 
 
@@ -456,7 +456,7 @@ def test_a_set_up_may_have_random_numbers_or_none():
     def setup(mass, rng=None):
         return circle(mass if rng is None else rng.uniform())
 
-    found = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle)
-    assert_same(found, fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=angle))
+    result = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle)
+    assert_same(result, fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=angle))
     drawn = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle, rng=1)
-    assert not np.array_equal(drawn.angle, found.angle)
+    assert not np.array_equal(drawn.angle, result.angle)

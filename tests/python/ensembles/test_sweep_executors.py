@@ -67,7 +67,7 @@ def processes():
 def test_processes_give_the_map_of_one_process(processes, tmp_path):
     # Functions that are no module's go there whole.
     power = 2.0
-    found = swept(
+    result = swept(
         executor=processes,
         setup=lambda mass, rng: random(mass, rng),
         measure=lambda run: {"angle": angle(run)["angle"] ** power, "process": float(os.getpid() == parent)},
@@ -75,8 +75,8 @@ def test_processes_give_the_map_of_one_process(processes, tmp_path):
         store=tmp_path / "map.nc",
     )
     here = swept(setup=random, rng=12)
-    np.testing.assert_array_equal(found.angle, here.angle**2)
-    assert (found.process == 0.0).all()
+    np.testing.assert_array_equal(result.angle, here.angle**2)
+    assert (result.process == 0.0).all()
 
 
 parent = os.getpid()
@@ -88,8 +88,8 @@ def test_what_goes_wrong_in_a_worker_stays_in_its_row(processes):
             raise SystemExit("no more")
         return circle(mass)
 
-    found = swept(executor=processes, setup=setup)
-    assert found.error.values.tolist() == [""] * 6 + ["SystemExit"]
+    result = swept(executor=processes, setup=setup)
+    assert result.error.values.tolist() == [""] * 6 + ["SystemExit"]
     with pytest.raises(InvalidInput, match=r"the sweep cannot be sent to other processes: .*lock"):
         swept(executor=processes, setup=lambda mass, lock=threading.Lock(): circle(mass))  # noqa: B008
 
@@ -148,7 +148,7 @@ def test_a_bar_counts_rows(capsys):
 def test_ctrl_c_in_a_worker_ends_the_sweep():
     with pytest.raises(Interrupted) as caught:
         swept(executor=Inline((3,), KeyboardInterrupt()))
-    # What was there when it came is kept.
+    # Rows that were done at the interrupt are kept.
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 2 + [False]
 
 
@@ -191,7 +191,7 @@ def test_rows_of_a_dead_worker_of_dask_are_computed_by_another(tmp_path):
     assert (tmp_path / "died").exists()
     assert (tmp_path / "dask.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()
     rows, workers = zip(*(line.split() for line in (tmp_path / "log of dask").read_text().splitlines()), strict=True)
-    # What the dead worker had not yet given away is computed again, but is in the map once.
+    # Rows that the dead worker had not returned are computed again, but are in the map once.
     assert set(rows) == {str(row) for row in range(12)}
     assert rows.count("5") >= 2
     assert len(set(workers)) >= 2

@@ -41,40 +41,45 @@ def begun(tmp_path):
 
 
 def test_the_map_is_a_file(tmp_path):
-    found = swept(tmp_path / "map.nc")
-    assert_same(found, swept(None))
+    result = swept(tmp_path / "map.nc")
+    assert_same(result, swept(None))
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
     with xr.open_dataset(tmp_path / "map.nc") as file:
-        assert_same(found, file.load())
+        assert_same(result, file.load())
     # Again: nothing is computed, since nothing may be written.
     content = (tmp_path / "map.nc").read_bytes()
-    assert_same(found, swept(tmp_path / "map.nc"))
+    assert_same(result, swept(tmp_path / "map.nc"))
     assert (tmp_path / "map.nc").read_bytes() == content
 
 
 def test_a_folder_of_chunks_gives_the_map_of_a_file(tmp_path):
-    found = swept(tmp_path / "map")
+    result = swept(tmp_path / "map")
     names = ["00000000.npz", "00000002.npz", "00000004.npz", "lock", "sweep.json"]
     assert sorted(path.name for path in (tmp_path / "map").iterdir()) == names
-    assert_same(found, swept(None))
-    assert_same(found, swept(tmp_path / "map"))
+    assert_same(result, swept(None))
+    assert_same(result, swept(tmp_path / "map"))
 
 
 def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    whole.mkdir()
+    unbroken_map, broken = tmp_path / "whole", tmp_path / "broken"
+    unbroken_map.mkdir()
     broken.mkdir()
     path = os.pathsep.join([str(TESTS), *sys.path])
-    # Of 2, 5 and 4 setups, 0, 4 and 2 are those of whole chunks; 6 rows are left.
-    command = [sys.executable, TESTS / "support/study.py", f"{whole}:0", *(f"{broken}:{die}" for die in (2, 5, 4, 0))]
+    # Killed after 2, 5 and 4 setups, it keeps 0, 4 and 2 in full chunks; 6 rows are left.
+    command = [
+        sys.executable,
+        TESTS / "support/study.py",
+        f"{unbroken_map}:0",
+        *(f"{broken}:{die}" for die in (2, 5, 4, 0)),
+    ]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
     assert [int(code) for code in done.stdout.split()] == [0, *[-signal.SIGKILL] * 3, 0]
-    assert (broken / "map.nc").read_bytes() == (whole / "map.nc").read_bytes()
+    assert (broken / "map.nc").read_bytes() == (unbroken_map / "map.nc").read_bytes()
     rows = [int(row) for row in (broken / "log").read_text().split()]
     assert rows == [*range(2), *range(5), *range(4, 8), *range(6, 12)]
-    with xr.open_dataset(whole / "map.nc") as found:
-        assert found.error.values.tolist() == [""] * 5 + ["ValueError"] + [""] * 6
-        assert np.isfinite(found.place.where(found.error == "", 0.0)).all()
+    with xr.open_dataset(unbroken_map / "map.nc") as result:
+        assert result.error.values.tolist() == [""] * 5 + ["ValueError"] + [""] * 6
+        assert np.isfinite(result.place.where(result.error == "", 0.0)).all()
 
 
 def test_other_chunks_go_on_too(begun):
@@ -212,17 +217,17 @@ def test_an_extended_map_computes_only_what_is_new(tmp_path, store):
         ({"mass": [0.5, 0.3, 0.05, 0.1], "distance": [2.0, 200.0, 3.0]}, 4),
     ]
     for parameters, more in steps:
-        before = len(ran)
+        count = len(ran)
         if more is None:
             with pytest.raises(InvalidInput, match=r"differs in: dimensions .*; parameter .*include all of its rows"):
                 extended(tmp_path / store, ran, parameters)
         else:
-            found = extended(tmp_path / store, ran, parameters)
-            assert len(ran) == before + more
-            assert_same(found, fullbody.sweep(circle, parameters, 0.5, measure=angle))
+            result = extended(tmp_path / store, ran, parameters)
+            assert len(ran) == count + more
+            assert_same(result, fullbody.sweep(circle, parameters, 0.5, measure=angle))
             # Once more, from the store alone.
-            assert_same(extended(tmp_path / store, ran, parameters), found)
-            assert len(ran) == before + more
+            assert_same(extended(tmp_path / store, ran, parameters), result)
+            assert len(ran) == count + more
 
 
 def test_an_extension_that_was_cut_short_goes_on(tmp_path):
@@ -233,9 +238,9 @@ def test_an_extension_that_was_cut_short_goes_on(tmp_path):
             extended(tmp_path / "map.nc", ran, {"mass": masses})
     assert [mass for mass, _ in ran] == [0.1, 0.5, 0.9, 0.8, 0.7]
     ran.append("resumed")
-    found = extended(tmp_path / "map.nc", ran, {"mass": [*masses, 0.6]})
+    result = extended(tmp_path / "map.nc", ran, {"mass": [*masses, 0.6]})
     assert [mass for mass, _ in ran[6:]] == [2.0, 0.6]
-    assert_same(found, fullbody.sweep(circle, {"mass": [*masses, 0.6]}, 0.5, measure=angle))
+    assert_same(result, fullbody.sweep(circle, {"mass": [*masses, 0.6]}, 0.5, measure=angle))
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
 
 
@@ -244,11 +249,11 @@ def test_more_draws_keep_the_first_ones(tmp_path):
     mass = functools.partial(np.random.Generator.uniform, low=0.1, high=0.9)
     draws = functools.partial(fullbody.ensembles.draws, mass=mass)
     extended(tmp_path / "map.nc", ran, draws(3), rng=1)
-    found = extended(tmp_path / "map.nc", ran, draws(5), rng=1)
+    result = extended(tmp_path / "map.nc", ran, draws(5), rng=1)
     assert len(ran) == 5
-    whole = fullbody.sweep(circle, draws(5), 0.5, measure=angle, rng=1)
-    assert_same(found, whole)
-    assert [mass for mass, _ in ran] == found.mass.values.tolist()
+    unbroken_map = fullbody.sweep(circle, draws(5), 0.5, measure=angle, rng=1)
+    assert_same(result, unbroken_map)
+    assert [mass for mass, _ in ran] == result.mass.values.tolist()
     with pytest.raises(InvalidInput, match="differs in: dimensions"):
         extended(tmp_path / "map.nc", ran, [{"distance": [1.0, 2.0]}, draws(5)], rng=1)
 
@@ -263,22 +268,22 @@ def outcome(store):
 
 def test_a_damaged_chunk_is_named(begun):
     chunk = begun / "00000002.npz"
-    whole, unbroken = chunk.read_bytes(), outcome(None)
+    unbroken_map, unbroken = chunk.read_bytes(), outcome(None)
     last = begun / "00000004.npz"
     rng = np.random.default_rng(1)
-    found = []
-    for place in rng.integers(len(whole), size=60):
-        damaged = bytearray(whole)
-        damaged[place] ^= 0x10
+    results = []
+    for offset in rng.integers(len(unbroken_map), size=60):
+        damaged = bytearray(unbroken_map)
+        damaged[offset] ^= 0x10
         chunk.write_bytes(damaged)
-        found.append(outcome(begun))
+        results.append(outcome(begun))
         last.unlink(missing_ok=True)
     # The damage may be where nothing stands, such as a date.
-    wrong = [text for text in found if text != unbroken]
+    wrong = [text for text in results if text != unbroken]
     assert len(wrong) > 30
     assert {text.split(" cannot ")[0].split(" is ")[0] for text in wrong} == {str(chunk)}
-    for size in (0, 10, len(whole) // 2, len(whole) - 1):
-        chunk.write_bytes(whole[:size])
+    for size in (0, 10, len(unbroken_map) // 2, len(unbroken_map) - 1):
+        chunk.write_bytes(unbroken_map[:size])
         refused(r"00000002.npz is truncated or damaged; where it is deleted", lambda: swept(begun))
     chunk.unlink()
     assert_same(swept(begun), swept(None))
@@ -304,7 +309,7 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
     swept(tmp_path / "changed.nc")
     changed = xr.load_dataset(tmp_path / "changed.nc")
     changed.to_netcdf(tmp_path / "changed.nc", engine="h5netcdf")
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    contents = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     for name, text in {
         "run.nc": "run.nc is not a sweep's map: the file has no attribute fullbody_sweep",
         "text.nc": "text.nc is not a sweep's map: the file is not a NetCDF file",
@@ -316,7 +321,7 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
     with pytest.raises(FileNotFoundError, match=r"no folder .*nowhere to keep map.nc in"):
         swept(tmp_path / "nowhere" / "map.nc")
     refused("store is 3; expected the name of a file", lambda: swept(3))
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == contents
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / "sweep.json").write_text("[1")
     refused("damaged has a damaged description", lambda: swept(tmp_path / "damaged"))
@@ -366,12 +371,12 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, store):
     ) as caught:
         swept(path, measure=measure, parameters=rows, chunk=4)
     assert caught.value.dataset.error.values.tolist() == ["", "", "NotComputed", "NotComputed", "NotComputed"]
-    whole = swept(None, parameters=rows)
-    np.testing.assert_array_equal(caught.value.dataset.angle[:2], whole.angle[:2])
+    unbroken_map = swept(None, parameters=rows)
+    np.testing.assert_array_equal(caught.value.dataset.angle[:2], unbroken_map.angle[:2])
     if store:
         assert json.loads((tmp_path / "map.nc.parts" / "sweep.json").read_text())["sweep"]["rng"] == "None"
         assert [path.name for path in tmp_path.rglob("*.npz")] == ["00000000.npz"]
-        assert_same(swept(path, measure=measure, parameters=rows), whole)
+        assert_same(swept(path, measure=measure, parameters=rows), unbroken_map)
 
 
 class _During(_Once):
