@@ -13,7 +13,7 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("arguments", "message"),
     [
         ({}, "none given; expected one of separation, angular_momentum and rate"),
         ({"separation": 3.0, "rate": 1.0}, "separation, rate given; expected one of"),
@@ -27,9 +27,9 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
         ({"separation": 3.0, "axes": {"B": "xx"}}, "axes of B is 'xx'; expected two of x, y and z"),
     ],
 )
-def test_bad_arguments_of_equilibria_are_refused(ellipsoids, given, message):
+def test_bad_arguments_of_equilibria_are_refused(ellipsoids, arguments, message):
     with pytest.raises(S, match=message):
-        E(ellipsoids, **given)
+        E(ellipsoids, **arguments)
 
 
 @pytest.mark.parametrize("copies", [2, 3])
@@ -79,9 +79,9 @@ def test_folds_are_named():
 def test_points_have_equilibria_too():
     # Kepler: no modes but the orbit's own, of the same frequency.
     system = support.points(1.0, 0.5)
-    found = E(system, separation=2.0)
-    assert found.rate == pytest.approx(np.sqrt(1.5 / 8.0), rel=1e-14)
-    assert found.modes.frequency == pytest.approx([float(found.rate)], rel=1e-9)
+    result = E(system, separation=2.0)
+    assert result.rate == pytest.approx(np.sqrt(1.5 / 8.0), rel=1e-14)
+    assert result.modes.frequency == pytest.approx([float(result.rate)], rel=1e-9)
     assert E(system, angular_momentum=0.7).separation == pytest.approx(0.7**2 / (1 / 9) / 0.5 * 1 / 3, rel=1e-12)
 
 
