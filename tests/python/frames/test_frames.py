@@ -36,7 +36,7 @@ def test_any_frame_of_astropy_and_none_else():
     # The north galactic pole for J2000: 12h 51m 26.282s, +27d 07' 42.01" (Reid & Brunthaler 2004).
     ra, dec = frames.rotate_pole(0.0, np.pi / 2, "galactic", "equatorial")
     np.testing.assert_allclose(np.degrees([ra, dec]), [192.859508, 27.128336], atol=1e-4)
-    # Of no frame, of an observer, of a time, of a moving origin, of aberrated light.
+    # Names of no frame, and frames that belong to an observer, a time, a moving origin or aberrated light.
     for name in ("elliptic", "altaz", "hadec", "teme", "itrs", "hcrs", "fk4", None, 3):
         for pair in ((name, "equatorial"), ("ecliptic", name)):
             expected = "expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame"
@@ -61,14 +61,14 @@ def test_elements_turn_like_their_vectors(degrees):
     angles = np.radians([156.1, 105.4, 319.7, 40.0]) * u.rad
     angles = angles.to(u.deg) if degrees else angles
     orbit = fullbody.KeplerElements(a, e, *angles)
-    turned = orbit.to_frame("ecliptic", "equatorial")
-    assert turned.a == a
-    assert turned.e == e
-    assert turned.i.unit == angles.unit
-    for given, result in zip(orbit.to_cartesian(mu), turned.to_cartesian(mu), strict=True):
-        expected = SkyCoord(*given.value, frame=BarycentricMeanEcliptic(), representation_type="cartesian").icrs
+    rotated = orbit.to_frame("ecliptic", "equatorial")
+    assert rotated.a == a
+    assert rotated.e == e
+    assert rotated.i.unit == angles.unit
+    for vector, result in zip(orbit.to_cartesian(mu), rotated.to_cartesian(mu), strict=True):
+        expected = SkyCoord(*vector.value, frame=BarycentricMeanEcliptic(), representation_type="cartesian").icrs
         np.testing.assert_allclose(result.value, expected.cartesian.xyz.value, rtol=1e-12)
-    back = turned.to_frame("equatorial", "ecliptic")
+    back = rotated.to_frame("equatorial", "ecliptic")
     for name in ("i", "Omega", "omega", "M"):
         np.testing.assert_allclose(getattr(back, name).value, getattr(orbit, name).value, rtol=1e-12)
 
@@ -79,19 +79,19 @@ def test_elements_of_a_run_are_in_its_frame():
     elements = system.integrate(state, 2.0, output=1.0).elements()
     assert elements.frame == elements[0].frame == "equatorial"
     np.testing.assert_allclose(np.degrees([elements.i, elements.Omega]), [[164.1] * 3, [268.0] * 3], rtol=1e-9)
-    turned = elements.to_frame(target="ecliptic")
+    rotated = elements.to_frame(target="ecliptic")
     pole = SkyCoord(178 * u.deg, -74.1 * u.deg).transform_to(BarycentricMeanEcliptic())
-    np.testing.assert_allclose(np.degrees(turned.i), 90 - pole.lat.deg, rtol=1e-9)
-    np.testing.assert_allclose(np.degrees(turned.Omega), pole.lon.deg + 90 - 360 * (pole.lon.deg > 270), rtol=1e-9)
-    assert turned.frame == "ecliptic"
-    assert turned == elements.to_frame("equatorial", "ecliptic")
-    # What is given goes before what is known, for a system's frame is but a name.
-    assert elements.to_frame("ecliptic", "ecliptic") != turned
-    np.testing.assert_allclose(turned.to_frame(target="equatorial").Omega, elements.Omega, rtol=1e-9)
+    np.testing.assert_allclose(np.degrees(rotated.i), 90 - pole.lat.deg, rtol=1e-9)
+    np.testing.assert_allclose(np.degrees(rotated.Omega), pole.lon.deg + 90 - 360 * (pole.lon.deg > 270), rtol=1e-9)
+    assert rotated.frame == "ecliptic"
+    assert rotated == elements.to_frame("equatorial", "ecliptic")
+    # The argument overrides the frame of the elements, because a system's frame is only a label.
+    assert elements.to_frame("ecliptic", "ecliptic") != rotated
+    np.testing.assert_allclose(rotated.to_frame(target="equatorial").Omega, elements.Omega, rtol=1e-9)
     relative = (state.position[1] - state.position[0], state.velocity[1] - state.velocity[0], system.mu())
     made = fullbody.KeplerElements.from_cartesian(*relative, frame=system.frame)
     assert made.frame == "equatorial"
-    np.testing.assert_allclose(made.to_frame(target="ecliptic").i, turned.i[0], rtol=1e-12)
+    np.testing.assert_allclose(made.to_frame(target="ecliptic").i, rotated.i[0], rtol=1e-12)
 
 
 def test_elements_of_no_known_frame_do_not_turn():
@@ -112,12 +112,12 @@ def test_a_frame_of_elements_is_kept_and_compared():
     later = BarycentricMeanEcliptic(equinox="J2015")
     made = [fullbody.KeplerElements(*values, frame=frame) for frame in (None, "ecliptic", "equatorial", later)]
     made.append(fullbody.KeplerElements(*values, frame=BarycentricMeanEcliptic()))
-    for k, one in enumerate(made):
-        assert [one == other for other in made] == [k == n for n in range(len(made))]
-        twin = pickle.loads(pickle.dumps(one))
-        assert twin == one
-        assert repr(twin) == repr(one)
-        assert twin[1] == one[1]
+    for k, orbit in enumerate(made):
+        assert [orbit == other for other in made] == [k == n for n in range(len(made))]
+        twin = pickle.loads(pickle.dumps(orbit))
+        assert twin == orbit
+        assert repr(twin) == repr(orbit)
+        assert twin[1] == orbit[1]
     assert repr(made[1]).endswith("M=0.5, frame='ecliptic')")
     assert "frame" not in repr(made[0])
     with pytest.raises(AttributeError, match="cannot be changed"):
@@ -137,8 +137,8 @@ def test_epochs_are_read_in_any_form():
     run = system.integrate(state, 2 * u.hour, output=1 * u.hour)
     assert run.dates.scale == "tdb"
     np.testing.assert_allclose((run.dates - system.epoch).to_value(u.s), [0, 3600, 7200], atol=1e-6)
-    plain, _ = fullbody.systems.case1(epoch="2000-01-01T12:00:00 tt")
-    assert plain.options["epoch"] == "2000-01-01T12:00:00 TT"
+    reference_system, _ = fullbody.systems.case1(epoch="2000-01-01T12:00:00 tt")
+    assert reference_system.options["epoch"] == "2000-01-01T12:00:00 TT"
     refused("scale", lambda: fullbody.systems.case1(epoch="2000-01-01"))
     refused("no epoch", lambda: fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0).dates)
 
@@ -176,9 +176,9 @@ def test_values_that_are_no_directions_or_states_are_refused():
 
 
 def test_vectors_with_units_keep_them():
-    turned = frames.rotate([0 * u.km, 0 * u.km, 1000 * u.m], "ecliptic", "equatorial")
-    assert turned.unit.is_equivalent(u.km)
-    np.testing.assert_allclose(turned[2].to_value(u.km), np.cos(np.deg2rad(84381.406 / 3600)), rtol=1e-6)
+    rotated = frames.rotate([0 * u.km, 0 * u.km, 1000 * u.m], "ecliptic", "equatorial")
+    assert rotated.unit.is_equivalent(u.km)
+    np.testing.assert_allclose(rotated[2].to_value(u.km), np.cos(np.deg2rad(84381.406 / 3600)), rtol=1e-6)
     longitude, latitude = frames.pole_angles([0, 2, 2] * u.km)
     np.testing.assert_allclose([longitude, latitude], [np.pi / 2, np.pi / 4], rtol=1e-15)
 
@@ -200,6 +200,6 @@ def test_the_ecliptic_of_spice_is_a_frame_of_its_own():
     between = frames.rotation("ecliptic", "eclipj2000")
     angle = np.linalg.norm(between - np.eye(3)) / np.sqrt(2.0)
     assert 0.03 < np.degrees(angle) * 3600 < 0.06
-    # By way of it, as directly.
+    # The rotation through an intermediate frame is the direct one.
     through = frames.rotation("eclipj2000", "galactic") @ between
     np.testing.assert_allclose(through, frames.rotation("ecliptic", "galactic"), atol=1e-15)
