@@ -12,15 +12,15 @@ from support.toml_texts import PAIR
 rebound = pytest.importorskip("rebound")
 
 
-def ours_and_rebounds(a, e, inc, Omega, given, time=0.3):
+def ours_and_rebounds(a, e, inc, Omega, options, time=0.3):
     """Return position and velocity (6,) by both programs."""
     simulation = rebound.Simulation()
     simulation.add(m=1.0)
     simulation.t = time
-    simulation.add(a=a, e=e, inc=inc, Omega=Omega, **given)
+    simulation.add(a=a, e=e, inc=inc, Omega=Omega, **options)
     body = simulation.particles[1]
-    given = given | ({"mu": 1.0, "time": time} if "T" in given else {})
-    r, v = KeplerElements(a, e, inc, Omega, **given).to_cartesian(1.0)
+    options = options | ({"mu": 1.0, "time": time} if "T" in options else {})
+    r, v = KeplerElements(a, e, inc, Omega, **options).to_cartesian(1.0)
     return np.array([*r, *v]), np.array([body.x, body.y, body.z, body.vx, body.vy, body.vz])
 
 
@@ -39,9 +39,9 @@ def test_each_word_means_what_it_means_in_rebound(anomaly, periapsis):
         if not bound and anomaly == "theta":
             sense = 1.0 if inc < np.pi / 2 else -1.0
             value = Omega + sense * (value + (angle if periapsis == "omega" else sense * (angle - Omega)))
-        found, expected = ours_and_rebounds(a, e, inc, Omega, {periapsis: angle, anomaly: value})
+        result, expected = ours_and_rebounds(a, e, inc, Omega, {periapsis: angle, anomaly: value})
         for part in (slice(3), slice(3, 6)):
-            assert np.abs(found[part] - expected[part]).max() < 3e-13 * np.abs(expected[part]).max(), (k, e)
+            assert np.abs(result[part] - expected[part]).max() < 3e-13 * np.abs(expected[part]).max(), (k, e)
 
 
 def test_arrays_and_units_go_in():
@@ -51,12 +51,12 @@ def test_arrays_and_units_go_in():
     late = KeplerElements("1 au", 0.2, 0.0, 0.0, 0.0, T="-25 d", mu="1 au3/yr2", time="0 d")
     np.testing.assert_allclose(late.M, 25.0 / 365.25, rtol=1e-14)
     system, _ = fullbody.systems.kw4(units=True)
-    own = KeplerElements(2.5, 0.0, 0.0, 0.0, 0.0, T=-1.0, mu=system.mu())
-    np.testing.assert_allclose(own.M, np.sqrt(system.mu().value / 2.5**3), rtol=1e-14)
+    united = KeplerElements(2.5, 0.0, 0.0, 0.0, 0.0, T=-1.0, mu=system.mu())
+    np.testing.assert_allclose(united.M, np.sqrt(system.mu().value / 2.5**3), rtol=1e-14)
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({"omega": 0.0}, "the elements have no M; expected one of M, f, T, l, theta"),
         ({"omega": 0.0, "M": 0.0, "f": 0.0}, "both M and f; expected one of"),
@@ -68,8 +68,8 @@ def test_arrays_and_units_go_in():
         ({"omega": 0.0, "f": "1 km"}, "f has the unit km"),
     ],
 )
-def test_an_orbit_without_exactly_one_anomaly_is_refused(given, message):
-    refused(message, lambda: KeplerElements(1.0, 0.1, 0.2, 0.3, **given))
+def test_an_orbit_without_exactly_one_anomaly_is_refused(options, message):
+    refused(message, lambda: KeplerElements(1.0, 0.1, 0.2, 0.3, **options))
 
 
 def test_a_true_anomaly_beyond_the_asymptote_is_refused():

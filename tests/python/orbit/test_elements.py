@@ -8,9 +8,9 @@ from fullbody import KeplerElements
 from support import refused, worst
 
 
-def apart(one, other):
+def apart(first, other):
     """Angle between two directions of a plane."""
-    return np.abs((np.asarray(one) - other + np.pi) % (2 * np.pi) - np.pi).max()
+    return np.abs((np.asarray(first) - other + np.pi) % (2 * np.pi) - np.pi).max()
 
 
 def test_angles_are_reduced():
@@ -30,12 +30,12 @@ def test_periods_are_keplers():
 
 def test_elements_have_units():
     k = KeplerElements(2548 * u.m, 0.0004, 156.1 * u.deg, 105.4 * u.deg, 319.7 * u.deg, 0 * u.deg)
-    plain = KeplerElements(2.548, 0.0004, *np.deg2rad([156.1, 105.4, 319.7, 0.0]))
+    unitless = KeplerElements(2.548, 0.0004, *np.deg2rad([156.1, 105.4, 319.7, 0.0]))
     mu = 2.152
     r, v = k.to_cartesian(mu * u.km**3 / u.hour**2)
-    r_plain, v_plain = plain.to_cartesian(mu)
-    assert worst(r.to_value(u.km), r_plain) < 1e-14
-    assert worst(v.to_value(u.km / u.hour), v_plain) < 1e-14
+    r_unitless, v_unitless = unitless.to_cartesian(mu)
+    assert worst(r.to_value(u.km), r_unitless) < 1e-14
+    assert worst(v.to_value(u.km / u.hour), v_unitless) < 1e-14
     back = KeplerElements.from_cartesian(r, v, mu * u.km**3 / u.hour**2)
     assert back.a.to_value(u.km) == pytest.approx(2.548, rel=1e-13)
     assert back.i.to_value(u.deg) == pytest.approx(156.1, rel=1e-13)
@@ -48,9 +48,9 @@ def test_elements_may_be_arrays():
     r, v = k.to_cartesian(1.5)
     assert r.shape == v.shape == (3, 3)
     for n in range(3):
-        one = KeplerElements(a[n], [0.1, 0.2, 0.3][n], 0.5, 0.0, 0.1, float(n)).to_cartesian(1.5)
-        assert np.array_equal(one[0], r[n])
-        assert np.array_equal(one[1], v[n])
+        single = KeplerElements(a[n], [0.1, 0.2, 0.3][n], 0.5, 0.0, 0.1, float(n)).to_cartesian(1.5)
+        assert np.array_equal(single[0], r[n])
+        assert np.array_equal(single[1], v[n])
     back = KeplerElements.from_cartesian(r, v, 1.5)
     assert len(back) == 3
     assert worst(back.a, a) < 1e-14
