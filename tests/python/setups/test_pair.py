@@ -61,17 +61,17 @@ def test_masses_have_their_closed_forms(first, second, pair, expected):
 
 
 def test_period_and_semi_major_axis_obey_keplers_law():
-    for given in ({"period": 8 * np.pi}, {"semi_major_axis": 4.0}, {"period": 8 * np.pi, "semi_major_axis": 4.0}):
-        system, state = binary(FIRST, SECOND, G=1.0, eccentricity=0.2, elements="osculating", **given)
+    for options in ({"period": 8 * np.pi}, {"semi_major_axis": 4.0}, {"period": 8 * np.pi, "semi_major_axis": 4.0}):
+        system, state = binary(FIRST, SECOND, G=1.0, eccentricity=0.2, elements="osculating", **options)
         np.testing.assert_allclose(relative(state)[0], [3.2, 0, 0], atol=1e-14)
         np.testing.assert_allclose(state.spin[1, 2], 0.25, rtol=1e-14)
         np.testing.assert_allclose(system.momentum(state), 0.0, atol=1e-14)
 
 
 def test_contradictions_are_reported():
-    given = {"period": 8 * np.pi, "semi_major_axis": 4.04, "eccentricity": 0.1}
+    options = {"period": 8 * np.pi, "semi_major_axis": 4.04, "eccentricity": 0.1}
     with pytest.warns(InconsistentInput, match=r"semi-major axis is 4 by .* and 4.04 by .* 0.99 %"):
-        _, state = binary(FIRST, SECOND, G=1.0, **given, elements="osculating")
+        _, state = binary(FIRST, SECOND, G=1.0, **options, elements="osculating")
     np.testing.assert_allclose(relative(state)[0][0], 4.0 * 0.9, rtol=1e-14)
     refused("a difference of 20 %", lambda: binary(FIRST, SECOND, G=1.0, period=8 * np.pi, semi_major_axis=5.0))
     with pytest.raises(InvalidInput, match="total mass is 4 by the components and 5 by total_mass"):
@@ -96,7 +96,7 @@ def test_tolerances_of_zero_and_infinity_refuse_all_and_nothing():
 
 
 @pytest.mark.parametrize(
-    ("given", "what"),
+    ("options", "what"),
     [
         ({"period": 1.0}, "the masses are not given"),
         ({"period": 1.0, "total_mass": 1.0}, "shared is not given"),
@@ -108,8 +108,8 @@ def test_tolerances_of_zero_and_infinity_refuse_all_and_nothing():
         ({"total_mass": 1.0 * u.kg, "mass_ratio": 0.1, "period": 1.0}, "no units"),
     ],
 )
-def test_what_is_missing_or_wrong_is_named(given, what):
-    refused(what, lambda: binary(Component(**BIG), Component(**SMALL), G=1.0, **given))
+def test_what_is_missing_or_wrong_is_named(options, what):
+    refused(what, lambda: binary(Component(**BIG), Component(**SMALL), G=1.0, **options))
     with pytest.raises(InvalidInput, match="G is not given"):
         binary(Component(**BIG), Component(**SMALL), period=1.0, total_mass=1.0, mass_ratio=0.1)
 
@@ -163,46 +163,46 @@ def test_binaries_have_units():
 def test_mean_elements_keep_the_period():
     # The osculating start loses 3 J2 (R/a)^2 of the period.
     a, c, size = 1.0, 0.8, 5.0
-    given = {"G": 1.0, "mass_ratio": 1e-6, "total_mass": 1.0, "mismatch_warning": INF}
+    options = {"G": 1.0, "mass_ratio": 1e-6, "total_mass": 1.0, "mismatch_warning": INF}
     shapes = (Component(semi_axes=(a, a, c), rotation_period=3.0), Component(diameter=0.1))
     period = 2 * np.pi * size**1.5
     j2 = (a**2 - c**2) / 5 / a**2
     loss = 1.5 * j2 / size**2
     runs = {}
     for kind in ("osculating", "mean"):
-        system, state = binary(*shapes, period=period, elements=kind, **given)
+        system, state = binary(*shapes, period=period, elements=kind, **options)
         run = system.integrate(state, 20 * period, output=period / 30)
         runs[kind] = fullbody.observables.mutual_period(run).mean
     np.testing.assert_allclose(runs["mean"], period, rtol=1e-9)
     np.testing.assert_allclose(runs["osculating"], period * (1 - 2 * loss), rtol=0.1 * loss)
     # The other way round: the semi-major axis is kept, and n^2 a^3 = G M (1 + 3/2 J2/a^2 - 15/8 J4/a^4), with
     # J4 = -3/35 (1 - c^2)^2 of a homogeneous spheroid of radius one.
-    system, state = binary(*shapes, semi_major_axis=size, elements="mean", **given)
+    system, state = binary(*shapes, semi_major_axis=size, elements="mean", **options)
     np.testing.assert_allclose(relative(state)[0], [size, 0, 0], atol=1e-14)
     rate = np.linalg.norm(relative(state)[1]) / size
     fourth = 15 / 8 * 3 / 35 * (a**2 - c**2) ** 2 / size**4
     np.testing.assert_allclose(rate**2 * size**3, 1 + loss + fourth, rtol=1e-6)
     np.testing.assert_allclose(state.spin[1, 2], rate, rtol=1e-12)
-    refused("elements is 'true'", lambda: binary(*shapes, period=period, elements="true", **given))
+    refused("elements is 'true'", lambda: binary(*shapes, period=period, elements="true", **options))
 
 
 def test_an_observed_period_is_a_mean():
     first = Component(semi_axes=(1.0, 0.95, 0.8), rotation_period=3.0, pole=(0.3, 1.4))
     shapes = first, Component(semi_axes=(0.2, 0.17, 0.15))
-    given = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.05, "mean_anomaly": 1.0}
+    base = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.05, "mean_anomaly": 1.0}
     period, errors = 2 * np.pi * 4.0**1.5, []
     for options in ({}, {"semi_major_axis": 4.0}, {"elements": "osculating"}):
-        system, state = binary(*shapes, period=period, **given, **options)
+        system, state = binary(*shapes, period=period, **base, **options)
         run = system.integrate(state, 30 * period, output=period / 30)
         errors.append(abs(fullbody.observables.mutual_period(run).mean / period - 1))
         np.testing.assert_allclose(state.spin[1, 2], 2 * np.pi / period, rtol=1e-15)
     assert max(errors[:2]) < 3e-5
     assert 1e-3 < errors[2] < 0.1
-    mean = binary(*shapes, period=period, **given)[1].position
+    mean = binary(*shapes, period=period, **base)[1].position
     for gravity in ("surface", "multipole:4"):
-        _, other = binary(*shapes, period=period, gravity=gravity, **given)
+        _, other = binary(*shapes, period=period, gravity=gravity, **base)
         np.testing.assert_allclose(other.position, mean, rtol=2e-4)
-    system, state = binary(*shapes, semi_major_axis=4.0, **given)
+    system, state = binary(*shapes, semi_major_axis=4.0, **base)
     assert fullbody.KeplerElements.from_cartesian(*relative(state), system.mu()).a == pytest.approx(4.0, rel=1e-14)
 
 
@@ -221,10 +221,10 @@ def test_bodies_that_meet_have_keplers_orbit_in_the_attraction_they_start_in():
     r, v = relative(state)
     np.testing.assert_allclose(force @ force, (v @ v / np.linalg.norm(r) * 0.1 / 1.21) ** 2, rtol=1e-9)
     start = binary(ball, long, semi_major_axis=size, mismatch_warning=INF, **pair)
-    said = mean_period.warning_of_later(*start, period, 16)
+    message = mean_period.warning_of_later(*start, period, 16)
     told = "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
-    assert said.startswith(told)
-    assert said.endswith("be run: body 0 and body 1 meet in them")
+    assert message.startswith(told)
+    assert message.endswith("be run: body 0 and body 1 meet in them")
 
 
 LONG = {"semi_axes": (1, 0.7, 0.6), "rotation_period": 16 * np.pi}
@@ -232,7 +232,7 @@ BALL = {"diameter": 0.2}
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "given"),
+    ("first", "second", "options"),
     [
         ({"semi_axes": (1, 1, 0.8), "rotation_period": 3.0}, BALL, {"eccentricity": 0.5, "mean_anomaly": 2}),
         (LONG, {"semi_axes": (1, 0.8, 0.7)}, {"mass_ratio": 0.6}),
@@ -242,28 +242,28 @@ BALL = {"diameter": 0.2}
     ],
     ids=["eccentric", "doubly locked", "retrograde", "retrograde at the orbit's rate", "slow libration"],
 )
-def test_the_mean_period_of_regular_motion_is_kept(first, second, given):
+def test_the_mean_period_of_regular_motion_is_kept(first, second, options):
     period = 16 * np.pi
-    given = {"G": 1.0, "mass_ratio": 0.02, "total_mass": 1.0, **given}
-    system, state = binary(Component(**first), Component(**second), period=period, **given)
+    options = {"G": 1.0, "mass_ratio": 0.02, "total_mass": 1.0, **options}
+    system, state = binary(Component(**first), Component(**second), period=period, **options)
     run = system.integrate(state, 40.5 * period, output=period / 40)
-    found = fullbody.observables.mutual_period(run)
-    assert abs(found.mean / period - 1) < 2e-4
-    if "eccentricity" not in given:
-        assert abs(found.period.mean() / period - 1) < 5e-4
+    result = fullbody.observables.mutual_period(run)
+    assert abs(result.mean / period - 1) < 2e-4
+    if "eccentricity" not in options:
+        assert abs(result.period.mean() / period - 1) < 5e-4
 
 
 def test_irregular_motion_has_no_mean_period_and_says_so():
     shapes = Component(semi_axes=(1, 0.95, 0.8), rotation_period=3.0), Component(semi_axes=(0.3, 0.22, 0.2))
-    given = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.3, "mean_anomaly": 2.0}
+    options = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.3, "mean_anomaly": 2.0}
     period = 16 * np.pi
     with pytest.warns(InconsistentInput, match="too irregular for a start to have it") as caught:
-        system, state = binary(*shapes, period=period, **given)
-    said = float(str(caught[0].message).split(" given by ")[1].split()[0])
+        system, state = binary(*shapes, period=period, **options)
+    stated = float(str(caught[0].message).split(" given by ")[1].split()[0])
     run = system.integrate(state, 16 * period, output=period / 32)
-    found = fullbody.observables.mutual_period(run).mean / period - 1
-    assert 1e-6 < abs(found) < 0.05
-    assert found == pytest.approx(said, rel=0.5)
+    result = fullbody.observables.mutual_period(run).mean / period - 1
+    assert 1e-6 < abs(result) < 0.05
+    assert result == pytest.approx(stated, rel=0.5)
 
 
 def sidereal(run, revolutions, period):
@@ -277,7 +277,7 @@ def sidereal(run, revolutions, period):
 
 
 OBLATE, MOON = {"semi_axes": (0.4, 0.38, 0.31), "rotation_period": 2.5}, {"semi_axes": (0.1, 0.08, 0.07)}
-#: In km, hours and kg.
+#: Arguments in km, hours and kg.
 KILOMETRES = {"G": 8.6498928e-13, "total_mass": 5e11, "equal_density": True, "period": 12.0}
 
 
@@ -289,9 +289,9 @@ def test_a_mean_that_does_not_last_is_told():
         system, state = binary(*shapes, **KILOMETRES, **e)
     run = system.integrate(state, 32 * 12.0, output=12.0 / 32)
     assert abs(sidereal(run, 16, 12.0)) < 1e-4
-    said = float(str(caught[0].message).split(" of it over 32")[0].split()[-1])
-    # Without a window more is left of what recurs.
-    assert sidereal(run, 32, 12.0) == pytest.approx(said, rel=0.5)
+    stated = float(str(caught[0].message).split(" of it over 32")[0].split()[-1])
+    # Without a window more of the periodic terms remains.
+    assert sidereal(run, 32, 12.0) == pytest.approx(stated, rel=0.5)
     assert abs(sidereal(run, 32, 12.0)) > 1e-4
 
 
@@ -303,8 +303,8 @@ def test_the_mean_lasts_where_the_plane_of_the_orbit_turns(tilt):
     rate = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)
     angle = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(run.time))])
     normal = np.cross(r, v)
-    turned = np.degrees(np.arccos(normal[0] @ normal[-1] / np.linalg.norm(normal[0]) / np.linalg.norm(normal[-1])))
-    assert turned > 5 or tilt == np.pi / 2
+    swing = np.degrees(np.arccos(normal[0] @ normal[-1] / np.linalg.norm(normal[0]) / np.linalg.norm(normal[-1])))
+    assert swing > 5 or tilt == np.pi / 2
     for revolutions in (16, 32, 64):
         time, swept = run.time[: revolutions * 32 + 1], angle[: revolutions * 32 + 1]
         slope = np.polyfit(time, swept, 1, w=np.sin(np.pi * time / time[-1]) ** 3)[0]
@@ -316,8 +316,8 @@ def warned(e, anomaly=0.0, size=5.0, **options):
     primary = Component(semi_axes=(1.0, 1.0, 0.9), rotation_period=INF, mass=1.0)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        given = {"semi_major_axis": size, "eccentricity": e, "mean_anomaly": anomaly, "elements": "osculating"}
-        made = binary(primary, Component(diameter=1e-3, mass=1e-9), G=1.0, **{**given, **options})
+        orbit = {"semi_major_axis": size, "eccentricity": e, "mean_anomaly": anomaly, "elements": "osculating"}
+        made = binary(primary, Component(diameter=1e-3, mass=1e-9), G=1.0, **{**orbit, **options})
     return made, [str(warning.message) for warning in caught]
 
 
@@ -332,12 +332,12 @@ def test_an_osculating_eccentricity_below_the_forced_one_is_warned_of():
         (forced / 2, np.pi, 1.5 * forced),
         (forced / 2, np.pi / 2, np.hypot(forced, forced / 2)),
     ):
-        (system, state), said = warned(e, anomaly)
-        assert len(said) == 1
-        assert "elements='mean'" in said[0]
+        (system, state), message = warned(e, anomaly)
+        assert len(message) == 1
+        assert "elements='mean'" in message[0]
         words = ("that of ", "ellipse of eccentricity ")
-        numbers = [float(said[0].split(before)[1].split()[0].strip(";")) for before in words]
-        # What is left is of the second order: J4, 1 % of the first.
+        numbers = [float(message[0].split(prefix)[1].split()[0].strip(";")) for prefix in words]
+        # Terms of the second order (J4), 1 % of the first, are left out.
         np.testing.assert_allclose(numbers, [forced, free], rtol=0.02)
         run = system.integrate(state, 40 * 2 * np.pi * size**1.5, output=2.0)
         np.testing.assert_allclose(fullbody.observables.orbit_shape(run).e, free, rtol=0.02)
@@ -361,20 +361,20 @@ def test_the_mean_of_ordinary_binaries_lasts(seed):
 
 def test_the_attraction_is_the_mean_over_a_turn():
     shapes = Component(semi_axes=(1.0, 0.8, 0.6), rotation_period=0.5), Component(diameter=0.02, rotation_period=INF)
-    given = {"G": 1.0, "mass_ratio": 1e-9, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 3.0}
-    system, state = binary(*shapes, **given, synchronous=False)
+    options = {"G": 1.0, "mass_ratio": 1e-9, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 3.0}
+    system, state = binary(*shapes, **options, synchronous=False)
     v = relative(state)[1]
     series = system.with_options(gravity="multipole:12")
     pulls = []
     for angle in np.linspace(0.0, np.pi, 48, endpoint=False):
-        turned = [[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], state.attitude[1]]
-        pulls.append(-series.interactions(state.replace(attitude=turned)).force[1, 0] / system.masses[1])
+        attitude = [[np.cos(angle / 2), 0, 0, np.sin(angle / 2)], state.attitude[1]]
+        pulls.append(-series.interactions(state.replace(attitude=attitude)).force[1, 0] / system.masses[1])
     np.testing.assert_allclose(v @ v / 3.0, np.mean(pulls), rtol=1e-6)
     assert np.ptp(pulls) > 0.01 * np.mean(pulls)
     # A body so long that it would reach the other in a turn is taken as it stands.
     long = Component(semi_axes=(2.0, 0.5, 0.5), rotation_period=1000.0, rotation_angle=np.pi / 2)
-    given = {"G": 1.0, "mass_ratio": 1e-3, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 1.8}
-    system, state = binary(long, Component(diameter=0.2), **given)
+    options = {"G": 1.0, "mass_ratio": 1e-3, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 1.8}
+    system, state = binary(long, Component(diameter=0.2), **options)
     v = relative(state)[1]
     pull = -system.interactions(state).force[1, 0] / system.masses[1]
     np.testing.assert_allclose(v @ v / 1.8, pull * 1.001, rtol=1e-9)
@@ -399,14 +399,14 @@ def test_densities_that_no_asteroid_has_are_warned_of():
     def weigh(mass, **options):
         masses = {"mass": mass, "name": "Ball"}, {"mass": 5.2360e11 * u.kg}
         first, second = (Component(**ball, **m) for m in masses)
-        given = {"semi_major_axis": 3 * u.km, "synchronous": False, "units": ("km", "hour", "kg")}
-        return binary(first, second, **given, **options)
+        base = {"semi_major_axis": 3 * u.km, "synchronous": False, "units": ("km", "hour", "kg")}
+        return binary(first, second, **base, **options)
 
     weigh(5.2360e11 * u.kg)
     for mass, density in ((5.2360e9 * u.kg, "10"), (2.0944e10 * u.t, "4e.04")):
         with pytest.warns(InconsistentInput, match=f"^Ball has a density of {density} kg/m3; expected 100"):
             weigh(mass)
-    # In km, hour and kg a density of two is two kilograms a cubic kilometre.
+    # A density of two is two kilograms a cubic kilometre in the units km, hour and kg.
     first, second = (Component(**ball, density=2.0, name=name) for name in ("Alpha", "Beta"))
     with pytest.warns(InconsistentInput) as caught:
         binary(first, second, semi_major_axis=3 * u.km, units=("km", "hour", "kg"), synchronous=False)
@@ -417,15 +417,15 @@ def test_densities_that_no_asteroid_has_are_warned_of():
 def test_a_rotation_that_is_not_stated_is_visible():
     still, turning = Component(diameter=2.0, mass=3.0), Component(diameter=2.0, mass=3.0, rotation_period=4.0)
     small = Component(diameter=0.2, mass=0.1, name="Beta")
-    given = {"G": 1.0, "semi_major_axis": 5.0}
+    options = {"G": 1.0, "semi_major_axis": 5.0}
     with pytest.warns(InconsistentInput, match="primary 'body 0' has no rotation_period and starts without"):
-        _, state = binary(still, small, **given)
+        _, state = binary(still, small, **options)
     np.testing.assert_array_equal(state.spin[0], 0.0)
     with pytest.warns(InconsistentInput, match="secondary 'Beta' has no rotation_period"):
-        _, state = binary(turning, small, synchronous=False, **given)
+        _, state = binary(turning, small, synchronous=False, **options)
     np.testing.assert_allclose(state.spin, [[0, 0, np.pi / 2], [0, 0, 0]])
     # Said outright, no warning; a synchronous secondary turns with the orbit of n^2 a^3 = G M.
-    _, state = binary(Component(diameter=2.0, mass=3.0, rotation_period=INF), small, **given)
+    _, state = binary(Component(diameter=2.0, mass=3.0, rotation_period=INF), small, **options)
     np.testing.assert_allclose(state.spin, [[0, 0, 0], [0, 0, np.sqrt(3.1 / 125)]])
 
 
@@ -477,10 +477,10 @@ def test_numbers_with_units_are_refused_by_a_system_without():
         first, second = Component(**size, mass=1.0, rotation_period=3.0), Component(diameter=0.1, mass=0.01)
         period = 20 * u.h if size["diameter" if "diameter" in size else "diameters"] == 2.0 else 20.0
         refused(r"have units and the system has none; expected units=\('km', ", binary, first, second, period=period)
-    given = {"period": 20 * u.h}
+    options = {"period": 20 * u.h}
     first = Component(diameter=2 * u.km, density=2 * u.g / u.cm**3, rotation_period=3 * u.h)
     second = Component(diameter=0.2 * u.km, density=2 * u.g / u.cm**3)
-    usual, same = (binary(first, second, units=units, **given)[1] for units in (True, ("km", "hour", "kg")))
+    usual, same = (binary(first, second, units=units, **options)[1] for units in (True, ("km", "hour", "kg")))
     assert usual == same
     refused("^G is not given", binary, FIRST, SECOND, period=20.0)
 
@@ -495,16 +495,8 @@ def test_orbits_that_do_not_close_are_refused(e, kind):
 @pytest.mark.parametrize(
     ("options", "part", "what"),
     [
-        (
-            {"synchronous": False, "libration": 0.5},
-            {"rotation_period": 2.0},
-            r"libration is 0\.5 of a secondary",
-        ),
-        (
-            {},
-            {"rotation_angle": 1.0},
-            r"rotation_angle is 1\.0 of a secondary that is synchronous; expected lib",
-        ),
+        ({"synchronous": False, "libration": 0.5}, {"rotation_period": 2.0}, r"libration is 0\.5 of a secondary"),
+        ({}, {"rotation_angle": 1.0}, r"rotation_angle is 1\.0 of a secondary that is synchronous; expected lib"),
         ({"libration": 10}, {}, "libration is 10; expected radians, a turn at most"),
         ({"bodies": []}, {}, "'bodies' is not an option of binary"),
         ({"peroid": 3.0}, {}, r"'peroid' is not an option of binary; did you mean 'period'\?"),

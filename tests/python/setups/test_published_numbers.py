@@ -19,8 +19,8 @@ TWICE = {"GM": 1.0, "total_mass": 1.0, **SMALL}
 def test_a_system_divides_GM_by_its_own_constant():
     system = System([Body(Sphere(0.4), GM=6.0), Body(Sphere(0.1), mass=1.0)], G=2.0)
     assert system.masses.tolist() == [3.0, 1.0]
-    given = [Body(Sphere("390 m"), GM="36 m3/s2"), Body(Sphere("80 m"), GM="3e-10 km3/s2")]
-    united = System(given, units=True, G="6.6e-11 m3/(kg s2)")
+    bodies = [Body(Sphere("390 m"), GM="36 m3/s2"), Body(Sphere("80 m"), GM="3e-10 km3/s2")]
+    united = System(bodies, units=True, G="6.6e-11 m3/(kg s2)")
     assert united.masses.to_value(u.kg) == pytest.approx([36.0 / 6.6e-11, 0.3 / 6.6e-11], rel=1e-14)
     assert united.mu().to_value("m3/s2") == pytest.approx(36.3, rel=1e-14)
 
@@ -39,8 +39,8 @@ def test_a_body_by_itself_takes_the_constant_of_astropy_or_the_given_one():
 
 def test_a_third_body_takes_GM_for_mu():
     orbit = fullbody.KeplerElements(100.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    one = fullbody.forces.ThirdBody(GM=2.0, orbit=orbit, of="body")
-    assert one == fullbody.forces.ThirdBody(mu=2.0, orbit=orbit, of="body")
+    third = fullbody.forces.ThirdBody(GM=2.0, orbit=orbit, of="body")
+    assert third == fullbody.forces.ThirdBody(mu=2.0, orbit=orbit, of="body")
     with pytest.raises(InvalidInput, match=r"GM and mu of third body are 2\.0 and 1\.0; expected one of the two"):
         fullbody.forces.ThirdBody(GM=2.0, mu=1.0, orbit=orbit, of="body")
 
@@ -69,20 +69,20 @@ def test_masses_that_are_given_twice_or_not_at_all_are_refused(make, message):
 
 
 def test_draws_have_the_means_and_the_errors_of_the_published_numbers():
-    # Of 100 draws the mean has an error of a tenth of sigma, and sigma one of 7 per cent: three of these.
+    # The mean of 100 draws has an error of sigma / 10, and sigma one of 7 per cent; the limits are three of these.
     shapes = Component(diameter="780 ± 30 m", rotation_period="2.26 h"), Component(diameter="151 m")
     orbit = {"total_mass": "(5.4 ± 0.4)e11 kg", "mass_ratio": "0.0093(13)", "semi_major_axis": "1.19 ± 0.03 km"}
     pair = binary(*shapes, **orbit, units=True)
     drawn = pair.draw(100, rng=3)
     masses = np.array([system.masses.to_value(u.kg) for system, _ in drawn])
     radii = [system[0].shape.a.to_value(u.m) for system, _ in drawn]
-    for found, mean, sigma in (
+    for result, mean, sigma in (
         (masses.sum(axis=1), 5.4e11, 4e10),
         (masses[:, 1] / masses[:, 0], 0.0093, 0.0013),
         (radii, 390, 15),
     ):
-        assert np.mean(found) == pytest.approx(mean, abs=0.3 * sigma)
-        assert np.std(found) == pytest.approx(sigma, rel=0.21)
+        assert np.mean(result) == pytest.approx(mean, abs=0.3 * sigma)
+        assert np.std(result) == pytest.approx(sigma, rel=0.21)
     # The numbers without an error stay, and the draws are those of the seed.
     assert {system[1].shape.a.to_value(u.m) for system, _ in drawn} == {75.5}
     assert [s.masses[0] for s, _ in pair.draw(3, rng=3)] == [s.masses[0] for s, _ in drawn[:3]]

@@ -173,10 +173,10 @@ def test_files_that_are_no_toml_are_refused(tmp_path):
 
 
 def test_a_byte_order_mark_is_no_statement(tmp_path):
-    plain = read(tmp_path, PAIR)
+    reference = read(tmp_path, PAIR)
     (tmp_path / "system.toml").write_bytes(b"\xef\xbb\xbf" + PAIR.replace("\n", "\r\n").encode())
     setup = fullbody.read_toml(tmp_path / "system.toml")
-    assert (setup.system, setup.state, setup.until) == (plain.system, plain.state, plain.until)
+    assert (setup.system, setup.state, setup.until) == (reference.system, reference.state, reference.until)
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ force = "0.01 N"
 
 
 def test_every_kind_is_that_of_the_constructor(tmp_path):
-    # By hand from the texts: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2.
+    # The conversions are done by hand: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2.
     setup = read(tmp_path, PAIR + SUN + MOON + TIDE + RADIATION)
     orbit = fullbody.KeplerElements(0.64 * 149597870.7, 0.69, np.radians(38.9), np.radians(245), 3.37, 0.2)
     newton, joule = 3600.0**2 / 1e3, 3600.0**2 / 1e6
@@ -91,12 +91,12 @@ def test_every_kind_is_that_of_the_constructor(tmp_path):
     other = setup.system.with_forces(expected)
     state = setup.state
     for name, load in other.loads(state).items():
-        own = setup.system.loads(state)[name]
-        for one, exact in ((own.force, load.force), (own.torque, load.torque)):
-            np.testing.assert_allclose(one, exact, rtol=1e-11, atol=1e-13 * np.abs(exact).max())
+        loaded = setup.system.loads(state)[name]
+        for value, exact in ((loaded.force, load.force), (loaded.torque, load.torque)):
+            np.testing.assert_allclose(value, exact, rtol=1e-11, atol=1e-13 * np.abs(exact).max())
     for name in ("Sun", "third body"):
-        one, exact = (np.array(s.third_body(name, [0.0, 1.5])) for s in (setup.system, other))
-        np.testing.assert_allclose(one, exact, rtol=1e-13)
+        value, exact = (np.array(s.third_body(name, [0.0, 1.5])) for s in (setup.system, other))
+        np.testing.assert_allclose(value, exact, rtol=1e-13)
     assert [force.name for force in setup.system.forces] == [force.name for force in other.forces]
     run = setup.run()
     assert run.work["Sun"].unit.is_equivalent(u.J)
@@ -159,8 +159,8 @@ pressure = "4.5e-6 Pa"
     inertia = 2.353e12 / 5 * (0.766**2 + 0.7475**2)
     assert loads["YORP on Alpha"].torque[0, 2].value == pytest.approx(1e-8 / 24.0**2 * inertia, rel=1e-12)
     published = {"normalization": "jacobson_scheeres_2011", "pressure": 4.5e-6 * u.Pa}
-    given = forces.Byorp("Beta", "Alpha", coefficient=0.02, **published)
-    expected = setup.system.with_forces([given]).loads(setup.state)["BYORP on Beta"].force
+    force = forces.Byorp("Beta", "Alpha", coefficient=0.02, **published)
+    expected = setup.system.with_forces([force]).loads(setup.state)["BYORP on Beta"].force
     np.testing.assert_allclose(loads["BYORP on Beta"].force, expected, rtol=1e-13)
     with pytest.raises(InvalidInput, match=r"forces\[1\]\.coefficient: is '1 N'; expected numbers"):
         read(tmp_path, PAIR + text.replace("0.02", '"1 N"'))
@@ -175,8 +175,8 @@ def test_every_argument_of_the_kinds_is_read(tmp_path):
         "BinaryYarkovsky": {"on": '"Beta"', "about": '"Alpha"', "pressure": "1"},
     }
     refused(f"expected one of {', '.join(map(repr, needed))}$", read, tmp_path, f'{PAIR}[[forces]]\nkind = "tide"\n')
-    for kind, given in needed.items():
+    for kind, text in needed.items():
         for entry in fields(getattr(forces, kind)):
-            wrong = "".join(f"{name} = {value}\n" for name, value in (given | {entry.name: "false"}).items())
+            wrong = "".join(f"{name} = {value}\n" for name, value in (text | {entry.name: "false"}).items())
             with pytest.raises(InvalidInput, match=rf"forces\[0\]\.{entry.name}: is False; expected"):
                 read(tmp_path, f'{PAIR}[[forces]]\nkind = "{kind}"\n{wrong}')

@@ -195,12 +195,7 @@ TWO, THREE, SIZE = HEAD + BODIES + BINARY + RUN, HEAD + TRIPLE + RUN, "diameter 
         (TWO, "mass = 0.02", "mass = 0.02\nsynchronous = true", r"body\[1\]\.synchronous: .*expected it in \[binary\]"),
         (TWO, "mass = 0.02", "mass = 0.02\nposition = [1, 0, 0]", r"body\[1\]\.position: is not a key"),
         (TWO, "eccentricity", "excentricity", r"binary\.excentricity: is not a key .*did you mean 'eccentricity'"),
-        (
-            TWO,
-            "[binary]",
-            "[binary]\npole = [0, 0]\ninclination = 1",
-            r"binary: has pole and inclination; expected",
-        ),
+        (TWO, "[binary]", "[binary]\npole = [0, 0]\ninclination = 1", r"binary: has pole and inclination; expected"),
         (TWO, "[binary]", "[binary]\ninclination = 1.0", r"binary\.ascending_node: is missing"),
         (TWO, "[binary]", "[binary]\npole = [0]", r"binary\.pole: is \[0\]; expected 2 numbers"),
         (TWO, "[binary]", "[binary]\nstart_period = 1.0", "start_period is 1.0; expected it beside a period of mean"),
