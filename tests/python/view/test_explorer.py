@@ -59,11 +59,11 @@ def test_a_slider_moves_the_run_and_its_curves():
 @pytest.mark.parametrize("values", [{"e": 2.0, "distance": 1.0}, {"e": -5.0}])
 def test_what_cannot_run_is_an_error_and_the_last_run_stays(values):
     explorer = fullbody.explore(pair, {"e": (0.0, 0.5), "distance": (5.0, 20.0)}, duration=10.0)
-    page, before = Page(explorer), explorer.run
+    page, previous = Page(explorer), explorer.run
     answer = page.ask("run", **{"e": 0.1, "distance": 10.0} | values)
     assert answer["error"]
     assert "result" not in answer
-    assert explorer.run is before
+    assert explorer.run is previous
     assert explorer.values == {"e": 0.1, "distance": 10.0}
 
 
