@@ -11,5 +11,5 @@ def radar():
 
 
 @pytest.fixture(scope="module")
-def found(radar):
+def fitted(radar):
     return fullbody.fit(pair, START, radar)

@@ -19,7 +19,7 @@ from support.fits import QUICK, VIEW, dimorphos, flyby, kw4, pair
 
 COUNT = int(os.environ.get("FULLBODY_CLOSED_LOOP", "0"))
 FULL = COUNT > 0
-#: What is put in for the full length, beside the numbers that setups have by default.
+#: True values of the full-length test, beside the defaults of the setups.
 KW4 = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.05, "roll": 0.02, "x": 0.0, "y": 0.0}
 DIDYMOS = {"mass": 5.28, "polar": 0.29, "a": 0.0885, "b": 0.87, "c": 0.66}
 DIDYMOS |= {"roll": 0.0, "pitch": 0.0, "period": 11.92, "phase": 0.4}
@@ -31,7 +31,9 @@ def check(fits, truth):
     """Pulls of the parameters have mean 0 and standard deviation 1 within their errors; p-values are uniform."""
     fits = list(fits)
     count = len(fits)
-    pulls = np.array([[(one.values[name] - truth[name]) / one.sigma[name] for name in truth] for one in fits])
+    pulls = np.array(
+        [[(fit_of_draw.values[name] - truth[name]) / fit_of_draw.sigma[name] for name in truth] for fit_of_draw in fits]
+    )
     names = ", ".join(truth)
     print(f"\n{count} fits of {names}: means {pulls.mean(axis=0).round(3)}, deviations {pulls.std(axis=0).round(3)}")
     # Five errors of a mean, and of a standard deviation, of normal numbers.
@@ -39,9 +41,12 @@ def check(fits, truth):
     assert np.abs(pulls.std(axis=0) - 1.0).max() < 5 / np.sqrt(2 * count)
     # All parameters together: chi2 of the truth is higher than the least one by a number with the distribution of
     # chi2, whatever the parameters are, where the distance in a covariance depends on how they are chosen.
-    apart = [2.0 * (one.log_posterior(one.minima[0].values) - one.log_posterior(truth)) for one in fits]
+    apart = [
+        2.0 * (fit_of_draw.log_posterior(fit_of_draw.minima[0].values) - fit_of_draw.log_posterior(truth))
+        for fit_of_draw in fits
+    ]
     distances = kstest(apart, chi2_distribution(len(truth)).cdf)
-    uniform = kstest([one.p_value for one in fits], "uniform")
+    uniform = kstest([fit_of_draw.p_value for fit_of_draw in fits], "uniform")
     print(f"p of the rises of chi2 {distances.pvalue:.3f}, of the p-values {uniform.pvalue:.3f}")
     print(f"errors of the first {', '.join(f'{name} {fits[0].sigma[name]:.2g}' for name in truth)}")
     assert distances.pvalue > 1e-3
@@ -53,21 +58,21 @@ def radar(truth, hours, count):
     times = np.linspace(1.0, hours - 1.0, count) * u.h
     rng, geometry, (system, state) = np.random.default_rng(1), flyby(hours), kw4(**truth)
 
-    def data(ranges, rates, **places):
-        options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": geometry, **places}
+    def data(ranges, rates, **bodies):
+        options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": geometry, **bodies}
         return observing.RadarAstrometry(times, range=ranges, range_rate=rates, **options)
 
     zero, exact = np.zeros(count), []
-    # What Alpha does about the barycentre tells the ratio of the masses.
-    for places in ({"body": "Beta", "about": "Alpha"}, {"body": "Alpha"}):
-        blank = data(zero * u.km, zero * u.cm / u.s, **places)
+    # Alpha's motion about the barycentre constrains the ratio of the masses.
+    for bodies in ({"body": "Beta", "about": "Alpha"}, {"body": "Alpha"}):
+        blank = data(zero * u.km, zero * u.cm / u.s, **bodies)
         run = system.integrate(state, hours, output=blank.emission(system), integrator=LOOSE)
-        exact.append((places, blank.predict(run)))
+        exact.append((bodies, blank.predict(run)))
     while True:
         noise = [(rng.normal(size=count) * 75 * u.m, rng.normal(size=count) * u.cm / u.s) for _ in exact]
         both = [
-            data(one.range + more[0], one.range_rate + more[1], **places)
-            for (places, one), more in zip(exact, noise, strict=True)
+            data(data_set.range + more[0], data_set.range_rate + more[1], **bodies)
+            for (bodies, data_set), more in zip(exact, noise, strict=True)
         ]
         yield fullbody.fit(kw4, truth, both, integrator=LOOSE)
 
@@ -114,9 +119,9 @@ def light(truth, nights, points):
         if "polar" in truth:
             seen = [truth["polar"], truth["c"]] + errors * rng.normal(size=2)
             data.append(observing.Measured("figures", figures, seen, errors, times=[]))
-        found = fullbody.fit(setup, truth, data, integrator=LOOSE)
-        assert found.dof == sum(part.size for part in found.pulls) - len(truth) - nights
-        yield found
+        result = fullbody.fit(setup, truth, data, integrator=LOOSE)
+        assert result.dof == sum(part.size for part in result.pulls) - len(truth) - nights
+        yield result
 
 
 def test_light_curves_of_didymos_give_masses_shapes_and_pole():
@@ -150,6 +155,6 @@ def test_points_give_pulls_and_p_values_of_their_distributions():
         columns = {"range": exact.range + noise[0], "range_rate": exact.range_rate + noise[1]}
         fits.append(fullbody.fit(pair, truth, observing.RadarAstrometry(times, **columns, **options), integrator=QUICK))
     check(fits, truth)
-    scatter = np.cov([[one.values[name] for one in fits] for name in truth])
+    scatter = np.cov([[fit_of_draw.values[name] for fit_of_draw in fits] for name in truth])
     # Elements of a covariance from so many draws are known to the root of two over their number.
     np.testing.assert_allclose(scatter, fits[0].covariance, rtol=5 * np.sqrt(2 / len(fits)))

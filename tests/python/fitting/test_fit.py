@@ -42,45 +42,45 @@ def test_eris_has_the_values_and_errors_of_an_independent_fit():
 
     start = {"a": 37300.0, "period": 15.7859, "e": Free(0.006, min=0.0), "i": 45.5 * u.deg, "node": 126.0 * u.deg}
     start |= {"argument": 180.0 * u.deg, "mean": 180.0 * u.deg}
-    found = fullbody.fit(dysnomia, start, data, integrator=fullbody.Verner98(rtol=1e-11, atol=1e-11))
-    assert found.chi2 == pytest.approx(107.545, abs=0.005)
-    assert found.dof == 31
+    result = fullbody.fit(dysnomia, start, data, integrator=fullbody.Verner98(rtol=1e-11, atol=1e-11))
+    assert result.chi2 == pytest.approx(107.545, abs=0.005)
+    assert result.dof == 31
     # Holler et al. (2021) exclude a Keplerian orbit at 6.3 sigma.
-    assert norm.isf(found.p_value / 2) == pytest.approx(6.3, abs=0.05)
+    assert norm.isf(result.p_value / 2) == pytest.approx(6.3, abs=0.05)
     expected = {"a": (37272.3, 61.0), "period": (15.785897, 0.000047), "e": (0.00624, 0.00101), "i": (45.50, 0.16)}
     for name, (value, error) in expected.items():
         digit = {"a": 0.05, "period": 5e-7, "e": 5e-6, "i": 5e-3}[name]
-        assert abs(getattr(found.values[name], "value", found.values[name]) - value) <= digit
-        assert getattr(found.sigma[name], "value", found.sigma[name]) == pytest.approx(error, rel=0.03)
-    assert found.runs <= 14
-    text = repr(found)
+        assert abs(getattr(result.values[name], "value", result.values[name]) - value) <= digit
+        assert getattr(result.sigma[name], "value", result.sigma[name]) == pytest.approx(error, rel=0.03)
+    assert result.runs <= 14
+    text = repr(result)
     assert "chi2" in text
     assert "37272" in text
-    assert found.values["node"].unit == u.deg
+    assert result.values["node"].unit == u.deg
     # The run goes through all data, some years each way from the epoch, with one continuous solution.
-    assert data.chi2(found.run) == pytest.approx(found.chi2, rel=1e-6)
+    assert data.chi2(result.run) == pytest.approx(result.chi2, rel=1e-6)
 
 
-def test_the_minimum_is_that_of_any_other_solver(radar, found):
+def test_the_minimum_is_that_of_any_other_solver(radar, fitted):
     def chi2(x):
         system, state = pair(mass=x[0], a=x[1])
         run = system.integrate(state, 30.0, output=radar.emission(system))
         return radar.chi2(run)
 
-    start = [found.values["mass"] + 1e-4, found.values["a"] - 1e-4]
+    start = [fitted.values["mass"] + 1e-4, fitted.values["a"] - 1e-4]
     other = minimize(chi2, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-8})
-    assert found.chi2 == pytest.approx(other.fun, abs=1e-6)
-    off = np.abs(other.x - list(found.values.values())) / list(found.sigma.values())
+    assert fitted.chi2 == pytest.approx(other.fun, abs=1e-6)
+    off = np.abs(other.x - list(fitted.values.values())) / list(fitted.sigma.values())
     assert off.max() < 1e-2
     # chi2 is higher by one at one error, with the other parameter at its best: the definition of the error.
     for k, name in enumerate(("mass", "a")):
-        shift = found.covariance[:, k] / found.sigma[name]
-        assert chi2(np.array(list(found.values.values())) + shift) - found.chi2 == pytest.approx(1.0, rel=0.02)
+        shift = fitted.covariance[:, k] / fitted.sigma[name]
+        assert chi2(np.array(list(fitted.values.values())) + shift) - fitted.chi2 == pytest.approx(1.0, rel=0.02)
 
 
 def test_order_units_and_epoch_of_the_data_change_nothing():
     radar = noisy(np.random.default_rng(5), *kw4(), np.linspace(2.0, 38.0, 15) * u.h, 40.0)
-    found = fullbody.fit(kw4, START, radar, integrator=QUICK)
+    result = fullbody.fit(kw4, START, radar, integrator=QUICK)
     order = np.random.default_rng(1).permutation(len(radar))
     options = {"body": "Beta", "about": "Alpha", "geometry": radar.geometry}
     columns = {"range": radar.range[order].to(u.m), "range_rate": radar.range_rate[order].to(u.km / u.day)}
@@ -94,30 +94,30 @@ def test_order_units_and_epoch_of_the_data_change_nothing():
 
     start = {"mass": 2.36e9 * u.t, "a": 2545.0 * u.m}
     other = fullbody.fit(later, start, [shuffled], integrator=QUICK)
-    assert other.chi2 == pytest.approx(found.chi2, rel=1e-8)
-    assert abs(other.values["mass"].to_value(1e12 * u.kg) - found.values["mass"]) < 1e-4 * found.sigma["mass"]
-    assert abs(other.values["a"].to_value(u.km) - found.values["a"]) < 1e-4 * found.sigma["a"]
-    np.testing.assert_allclose(other.correlation, found.correlation, atol=1e-5)
-    assert other.sigma["a"].to_value(u.km) == pytest.approx(found.sigma["a"], rel=1e-5)
+    assert other.chi2 == pytest.approx(result.chi2, rel=1e-8)
+    assert abs(other.values["mass"].to_value(1e12 * u.kg) - result.values["mass"]) < 1e-4 * result.sigma["mass"]
+    assert abs(other.values["a"].to_value(u.km) - result.values["a"]) < 1e-4 * result.sigma["a"]
+    np.testing.assert_allclose(other.correlation, result.correlation, atol=1e-5)
+    assert other.sigma["a"].to_value(u.km) == pytest.approx(result.sigma["a"], rel=1e-5)
 
 
 def test_axes_of_the_system_change_nothing():
     radar = noisy(np.random.default_rng(5), *kw4(), np.linspace(2.0, 38.0, 15) * u.h, 40.0)
-    turn = fullbody.frames.rotation("ecliptic", "equatorial")
+    rotation = fullbody.frames.rotation("ecliptic", "equatorial")
 
-    def turned(mass, a):
+    def rotated(mass, a):
         """The same system and state along the axes of the equator."""
         system, state = kw4(mass=mass, a=a)
-        matrices = Rotation.from_matrix(turn @ state.rotation_matrix)
-        vectors = {name: np.asarray(getattr(state, name)) @ turn.T for name in ("position", "velocity")}
+        matrices = Rotation.from_matrix(rotation @ state.rotation_matrix)
+        vectors = {name: np.asarray(getattr(state, name)) @ rotation.T for name in ("position", "velocity")}
         state = fullbody.State.from_scipy(rotation=matrices, spin=np.asarray(state.spin), **vectors)
         return system.with_options(frame="equatorial"), state
 
-    one, other = (fullbody.fit(setup, START, radar, integrator=QUICK) for setup in (kw4, turned))
-    assert other.chi2 == pytest.approx(one.chi2, rel=1e-8)
+    first, other = (fullbody.fit(setup, START, radar, integrator=QUICK) for setup in (kw4, rotated))
+    assert other.chi2 == pytest.approx(first.chi2, rel=1e-8)
     for name in START:
-        assert abs(other.values[name] - one.values[name]) < 1e-3 * one.sigma[name]
-        assert other.sigma[name] == pytest.approx(one.sigma[name], rel=1e-5)
+        assert abs(other.values[name] - first.values[name]) < 1e-3 * first.sigma[name]
+        assert other.sigma[name] == pytest.approx(first.sigma[name], rel=1e-5)
 
 
 def test_a_prior_on_what_the_data_do_not_touch_comes_back(radar):
@@ -147,17 +147,17 @@ def test_an_unconstrained_combination_is_named(radar):
         return pair(mass=mass + 2 * more, a=a)
 
     with pytest.warns(InconsistentInput, match="the data do not constrain (mass|more)"):
-        found = fullbody.fit(setup, {"mass": 2.36, "a": 2.545, "more": 0.01}, radar)
-    assert found.condition > 1e8
+        result = fullbody.fit(setup, {"mass": 2.36, "a": 2.545, "more": 0.01}, radar)
+    assert result.condition > 1e8
     # A change of mass by -2 is one of more by 1.
-    assert {"mass", "more"} == {name for name, part in found.weakest.items() if abs(part) > 0.1}
-    assert "mass" in found.unconstrained
-    assert np.isinf(found.sigma["mass"])
-    assert np.isinf(found.sigma["more"])
-    assert 0.0 < found.sigma["a"] < 0.1
-    assert not np.isnan(found.covariance).any()
-    assert found.values["mass"] + 2 * found.values["more"] == pytest.approx(2.353, abs=0.05)
-    refused("no distribution to draw from", lambda: found.draw(3, 0))
+    assert {"mass", "more"} == {name for name, part in result.weakest.items() if abs(part) > 0.1}
+    assert "mass" in result.unconstrained
+    assert np.isinf(result.sigma["mass"])
+    assert np.isinf(result.sigma["more"])
+    assert 0.0 < result.sigma["a"] < 0.1
+    assert not np.isnan(result.covariance).any()
+    assert result.values["mass"] + 2 * result.values["more"] == pytest.approx(2.353, abs=0.05)
+    refused("no distribution to draw from", lambda: result.draw(3, 0))
 
     with pytest.warns(InconsistentInput, match="the data do not constrain colour"):
         fullbody.fit(lambda a, colour: pair(a=a), {"a": 2.545, "colour": 1.0}, radar)
@@ -172,23 +172,23 @@ def limited(least, most):
     return setup
 
 
-def test_refused_proposals_are_shortened_and_counted(radar, found):
+def test_refused_proposals_are_shortened_and_counted(radar, fitted):
     far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, radar)
     assert far.refused > 0
     assert "that the author likes" in far.last_refusal
     assert f"{far.refused} proposals refused" in repr(far)
-    assert far.chi2 == pytest.approx(found.chi2, rel=1e-8)
+    assert far.chi2 == pytest.approx(fitted.chi2, rel=1e-8)
     with pytest.raises(InvalidInput, match=r"start of the fit is refused.*that the author likes"):
         fullbody.fit(limited(2.2, 2.5), {"mass": 3.0, "a": 2.5}, radar)
 
 
-def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large(radar, found):
+def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large(radar, fitted):
     # The errors are ten thousand times smaller than the noise, so that the best pulls are of that size.
     columns = {"range": radar.range, "range_rate": radar.range_rate, "sigma": (2e-6, 1e-6)}
     data = observing.RadarAstrometry(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
     far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, data)
     assert far.refused > 0
-    assert far.chi2 == pytest.approx(1e8 * found.chi2, rel=1e-6)
+    assert far.chi2 == pytest.approx(1e8 * fitted.chi2, rel=1e-6)
 
 
 def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
@@ -206,11 +206,11 @@ def test_robust_losses_withstand_outliers(radar):
     start = {"mass": 2.353, "a": 2.55}
     shifts = {}
     for loss in ("linear", "cauchy", "huber", "soft_l1", "arctan", Outliers(0.1, 30.0)):
-        found = fullbody.fit(pair, start, data, loss=loss)
-        shifts[str(loss)] = max(abs(found.values[name] - TRUE[name]) / found.sigma[name] for name in start)
+        result = fullbody.fit(pair, start, data, loss=loss)
+        shifts[str(loss)] = max(abs(result.values[name] - TRUE[name]) / result.sigma[name] for name in start)
         if loss != "linear":
-            assert found.p_value is None
-            assert 0.0 < found.sigma["a"] < 0.1
+            assert result.p_value is None
+            assert 0.0 < result.sigma["a"] < 0.1
     linear = shifts.pop("linear")
     assert linear > 5.0
     assert max(shifts.values()) < 4.0
@@ -220,33 +220,33 @@ def test_the_error_of_a_robust_estimate_is_that_of_an_m_estimator():
     # Huber's estimate of a mean has a variance that is larger than that of the mean by a known factor.
     values = 2.0 + np.random.default_rng(4).normal(size=20000)
     data = observing.Measured("masses", lambda run: np.full(len(values), run.system.masses[0]), values, 1.0, times=[])
-    found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.1}, data, loss="huber")
+    result = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.1}, data, loss="huber")
     # Huber & Ronchetti (2009): the mean of psi^2 over the square of the mean of psi', psi being cut at one.
     inside = norm.cdf(1.0) - norm.cdf(-1.0)
     factor = (inside - 2.0 * norm.pdf(1.0) + 2.0 * norm.sf(1.0)) / inside**2
     assert factor == pytest.approx(1.107, abs=1e-3)
-    assert found.sigma["mass"] == pytest.approx(np.sqrt(factor / len(values)), rel=0.015)
+    assert result.sigma["mass"] == pytest.approx(np.sqrt(factor / len(values)), rel=0.015)
 
 
 @pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan", Outliers(0.1, 5.0)])
 def test_losses_have_the_derivatives_that_they_state(loss):
-    given, h = loss_of(loss), 1e-5
+    robust, h = loss_of(loss), 1e-5
     pulls = np.sqrt([0.01, 0.5, 3.0, 20.0, 900.0])
 
     def difference(function):
         return (function(pulls * (1 + h)) - function(pulls * (1 - h))) / (2 * h * pulls)
 
     def psi(pulls):
-        return np.prod(given.roots(pulls), axis=0)
+        return np.prod(robust.roots(pulls), axis=0)
 
-    root, slope = given.roots(pulls)
+    root, slope = robust.roots(pulls)
     assert (root > 0).all()
-    np.testing.assert_allclose(difference(lambda pulls: given.roots(pulls)[0]), slope, rtol=1e-7)
+    np.testing.assert_allclose(difference(lambda pulls: robust.roots(pulls)[0]), slope, rtol=1e-7)
     # Beside zeros the inflation by one pull tells the derivative of psi there, which may be below zero.
     zeros = np.zeros(20)
-    level = given.roots(zeros)[1] ** 2
-    for pull, one, change in zip(pulls, psi(pulls), difference(psi), strict=True):
-        steep = np.sqrt(one**2 / 21 / given.inflation(np.append(zeros, pull), 0))
+    level = robust.roots(zeros)[1] ** 2
+    for pull, derivative, change in zip(pulls, psi(pulls), difference(psi), strict=True):
+        steep = np.sqrt(derivative**2 / 21 / robust.inflation(np.append(zeros, pull), 0))
         assert 21 * steep - level.sum() == pytest.approx(change, rel=1e-6, abs=1e-9)
 
 
@@ -267,44 +267,46 @@ def test_jitter_is_found_with_its_error():
     options = {"sigma": 75 * u.m, "body": "Beta", "about": "Alpha", "geometry": exact.geometry}
     data = observing.RadarAstrometry(times, range=ranges, **options)
     start = {"a": 2.55, "jitter": Free(100 * u.m, min=0 * u.m)}
-    found = fullbody.fit(lambda a: kw4(a=a), start, [lambda jitter: data.with_jitter(jitter)], integrator=QUICK)
-    assert found.values["jitter"].unit == u.m
+    result = fullbody.fit(lambda a: kw4(a=a), start, [lambda jitter: data.with_jitter(jitter)], integrator=QUICK)
+    assert result.values["jitter"].unit == u.m
     # All errors are alike: the total variance is the mean square, up to the one degree of freedom of a.
-    total = np.hypot(found.values["jitter"].to_value("m"), 75.0)
-    scatter = np.sqrt(np.mean(found.residuals[0].range.to_value("m") ** 2))
+    total = np.hypot(result.values["jitter"].to_value("m"), 75.0)
+    scatter = np.sqrt(np.mean(result.residuals[0].range.to_value("m") ** 2))
     assert total == pytest.approx(scatter, rel=1e-4)
     # That of a normal distribution's width is the width over the root of 2 n.
-    error = total / np.sqrt(2 * 60) * total / found.values["jitter"].to_value("m")
-    assert found.sigma["jitter"].to_value("m") == pytest.approx(error, rel=1e-3)
-    assert list(found.draw(3, 0).columns) == ["a"]
+    error = total / np.sqrt(2 * 60) * total / result.values["jitter"].to_value("m")
+    assert result.sigma["jitter"].to_value("m") == pytest.approx(error, rel=1e-3)
+    assert list(result.draw(3, 0).columns) == ["a"]
 
 
 def test_bounds_hold_and_are_named(radar):
-    found = fullbody.fit(pair, {"mass": Free(2.45, min=2.40), "a": 2.545}, radar)
-    assert found.values["mass"] >= 2.40
-    assert found.at_bounds == ("mass",)
-    assert "at its bound" in repr(found)
+    result = fullbody.fit(pair, {"mass": Free(2.45, min=2.40), "a": 2.545}, radar)
+    assert result.values["mass"] >= 2.40
+    assert result.at_bounds == ("mass",)
+    assert "at its bound" in repr(result)
 
 
-def test_log_posterior_is_chi2_and_its_gradient(radar, found):
+def test_log_posterior_is_chi2_and_its_gradient(radar, fitted):
     values = {"mass": 2.352, "a": 2.5505}
     system, state = pair(**values)
     run = system.integrate(state, 30.0, output=radar.emission(system))
-    density, gradient = found.log_posterior(values, gradient=True)
+    density, gradient = fitted.log_posterior(values, gradient=True)
     assert density == pytest.approx(-0.5 * radar.chi2(run), rel=1e-12)
-    assert found.log_posterior([2.352, 2.5505]) == density
+    assert fitted.log_posterior([2.352, 2.5505]) == density
     for k, name in enumerate(values):
-        expected = central_of_state(lambda by, name=name: found.log_posterior(values | {name: values[name] + by}), 1e-5)
+        expected = central_of_state(
+            lambda by, name=name: fitted.log_posterior(values | {name: values[name] + by}), 1e-5
+        )
         assert gradient[k] == pytest.approx(expected, rel=1e-6)
-    assert found.log_posterior([-1.0, 2.55]) == -np.inf
-    refused("values has no 'a'", lambda: found.log_posterior({"mass": 2.0}))
+    assert fitted.log_posterior([-1.0, 2.55]) == -np.inf
+    refused("values has no 'a'", lambda: fitted.log_posterior({"mass": 2.0}))
 
 
-def test_draws_have_the_covariance_and_go_through_a_sweep(found):
-    drawn = found.draw(20000, rng=1)
-    rows = np.stack([drawn.columns[name] for name in found.names])
-    np.testing.assert_allclose(np.cov(rows), found.covariance, rtol=0.05)
-    few = found.draw(3, rng=1)
+def test_draws_have_the_covariance_and_go_through_a_sweep(fitted):
+    drawn = fitted.draw(20000, rng=1)
+    rows = np.stack([drawn.columns[name] for name in fitted.names])
+    np.testing.assert_allclose(np.cov(rows), fitted.covariance, rtol=0.05)
+    few = fitted.draw(3, rng=1)
     swept = fullbody.sweep(pair, few, 5.0, measure=lambda run: {"end": run.elements().e[-1]}, output="ends")
     assert swept.sizes == {"row": 3}
     np.testing.assert_array_equal(swept.mass, few.columns["mass"])
@@ -318,21 +320,21 @@ def test_many_starts_find_mirror_images(radar):
 
     options = {"starts": 6, "rng": 3, "integrator": QUICK}
     start = {"angle": Free(0.5 * u.rad, min=-2 * u.rad, max=2 * u.rad), "a": Free(2.54, prior=(2.5495, 1e-4))}
-    found = fullbody.fit(setup, start, radar, **options)
-    assert sum(one.starts for one in found.minima) == 6
-    angles = sorted(round(abs(one.values["angle"].value), 1) for one in found.minima)
+    result = fullbody.fit(setup, start, radar, **options)
+    assert sum(minimum.starts for minimum in result.minima) == 6
+    angles = sorted(round(abs(minimum.values["angle"].value), 1) for minimum in result.minima)
     assert len(angles) >= 2
-    assert {one.values["angle"].value > 0 for one in found.minima} == {True, False}
-    chi2 = [one.chi2 for one in found.minima]
+    assert {minimum.values["angle"].value > 0 for minimum in result.minima} == {True, False}
+    chi2 = [minimum.chi2 for minimum in result.minima]
     assert chi2 == sorted(chi2)
-    assert "Minima from 6 starts" in repr(found)
+    assert "Minima from 6 starts" in repr(result)
     refused("rng is None", lambda: fullbody.fit(setup, start, radar, starts=3))
     refused("no parameter has two bounds or a prior", lambda: fullbody.fit(pair, {"a": 2.5}, radar, starts=3, rng=1))
 
 
 def test_progress_tells_runs_and_chi2(radar, capsys):
-    found = fullbody.fit(pair, START, radar, progress="a pair")
-    assert f"chi2 {found.chi2:.5f}"[:-3] in capsys.readouterr().err
+    result = fullbody.fit(pair, START, radar, progress="a pair")
+    assert f"chi2 {result.chi2:.5f}"[:-3] in capsys.readouterr().err
     seen = []
     fullbody.fit(pair, {"a": 2.545}, radar, progress=lambda *told: seen.append(told))
     assert seen[-1][0] > 3
@@ -341,14 +343,14 @@ def test_progress_tells_runs_and_chi2(radar, capsys):
     assert last < first
 
 
-def test_samples_and_figures_have_the_values_of_the_fit(radar, found):
+def test_samples_and_figures_have_the_values_of_the_fit(radar, fitted):
     pytest.importorskip("emcee")
     pytest.importorskip("corner")
-    samples = found.sample(steps=20, walkers=8, rng=2)
+    samples = fitted.sample(steps=20, walkers=8, rng=2)
     assert samples.sizes == {"chain": 8, "draw": 20}
-    assert abs(float(samples.a.mean()) - found.values["a"]) < found.sigma["a"]
-    again = found.sample(steps=5, walkers=8, rng=2)
+    assert abs(float(samples.a.mean()) - fitted.values["a"]) < fitted.sigma["a"]
+    again = fitted.sample(steps=5, walkers=8, rng=2)
     np.testing.assert_array_equal(samples.mass[:, :5], again.mass)
-    assert len(found.plot.residuals()) == 1
-    assert len(found.plot.corner(samples).axes) == 4
-    refused("sampler is 'gibbs'", found.sample, "gibbs", rng=1)
+    assert len(fitted.plot.residuals()) == 1
+    assert len(fitted.plot.corner(samples).axes) == 4
+    refused("sampler is 'gibbs'", fitted.sample, "gibbs", rng=1)

@@ -72,8 +72,8 @@ BETWEEN = {"a": Free(2.55, min=2.5, max=2.6)}
     ],
 )
 def test_bad_arguments_are_refused(radar, options, message):
-    given = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
-    refused(message, fullbody.fit, given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
+    call = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
+    refused(message, fullbody.fit, call.pop("setup"), call.pop("parameters"), call.pop("observations"), **call)
 
 
 def test_bad_data_and_setups_are_refused(radar):
@@ -143,10 +143,10 @@ def test_a_setup_that_fails_once_does_not_end_the_fit(radar, call):
             raise ValueError("this time not")
         return pair(mass=mass, a=a)
 
-    found = fullbody.fit(setup, START, radar)
+    result = fullbody.fit(setup, START, radar)
     assert len(calls) > call
-    assert not found.message
-    assert found.chi2 == pytest.approx(fullbody.fit(pair, START, radar).chi2, rel=1e-7)
+    assert not result.message
+    assert result.chi2 == pytest.approx(fullbody.fit(pair, START, radar).chi2, rel=1e-7)
 
 
 def test_observations_whose_number_depends_on_a_parameter_are_refused(radar):
@@ -156,32 +156,32 @@ def test_observations_whose_number_depends_on_a_parameter_are_refused(radar):
         return observing.RadarAstrometry(radar.times[rows], **values, body=1, about=0, geometry=VIEW)
 
     with pytest.warns(InconsistentInput, match="refused: InvalidInput: the observations have 10 numbers"):
-        found = fullbody.fit(pair, START, data)
-    assert found.refused
+        result = fullbody.fit(pair, START, data)
+    assert result.refused
 
 
 def test_as_many_data_as_parameters_leave_no_p_value(radar):
     rows = {"range": radar.range[:2], "sigma": 0.02, "body": 1, "about": 0, "geometry": VIEW}
-    found = fullbody.fit(pair, START, observing.RadarAstrometry(radar.times[:2], **rows))
-    assert (found.dof, found.p_value) == (0, None)
-    assert found.chi2 < 1e-6
-    data, many = observing.RadarAstrometry(radar.times[:2], **rows), {**START, "more": 0.0}
+    result = fullbody.fit(pair, START, observing.RadarAstrometry(radar.times[:2], **rows))
+    assert (result.dof, result.p_value) == (0, None)
+    assert result.chi2 < 1e-6
+    data, parameters = observing.RadarAstrometry(radar.times[:2], **rows), {**START, "more": 0.0}
     message = "3 parameters, and there are 2 numbers of data and priors"
-    refused(message, fullbody.fit, lambda mass, a, more: pair(mass + more, a), many, data)
+    refused(message, fullbody.fit, lambda mass, a, more: pair(mass + more, a), parameters, data)
 
 
 def test_a_value_of_the_system_alone_needs_no_times():
     measured = observing.Measured("mass", lambda run: run.system.masses[0], 2.4, 0.1, times=[])
-    found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.3}, measured)
-    assert found.values["mass"] == pytest.approx(2.4, rel=1e-9)
-    assert found.sigma["mass"] == pytest.approx(0.1, rel=1e-9)
+    result = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.3}, measured)
+    assert result.values["mass"] == pytest.approx(2.4, rel=1e-9)
+    assert result.sigma["mass"] == pytest.approx(0.1, rel=1e-9)
 
 
 def test_a_fit_that_walks_into_a_refused_value_names_the_bound_to_give():
     measured = observing.Measured("mass", lambda run: run.system.masses[0], -0.2, 0.1, times=[])
     with pytest.warns(InconsistentInput, match=r"expected a finite number above zero; give Free the bound min of mass"):
-        found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 1.0}, measured)
-    assert 0.0 < found.values["mass"] < 1e-9
+        result = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 1.0}, measured)
+    assert 0.0 < result.values["mass"] < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -196,8 +196,8 @@ def test_a_fit_that_walks_into_a_refused_value_names_the_bound_to_give():
         (lambda fit: Outliers(np.nan), "fraction is nan; expected a number above 0"),
     ],
 )
-def test_what_a_fit_cannot_do_is_refused(found, call, message):
-    refused(message, lambda: call(found))
+def test_what_a_fit_cannot_do_is_refused(fitted, call, message):
+    refused(message, lambda: call(fitted))
 
 
 def test_an_interrupt_returns_the_best_so_far(radar):
@@ -210,9 +210,9 @@ def test_an_interrupt_returns_the_best_so_far(radar):
         return pair(mass=mass, a=a)
 
     with pytest.warns(InconsistentInput, match="interrupted: the values are the best so far"):
-        found = fullbody.fit(setup, START, radar)
-    assert "interrupted" in found.message
-    assert np.isfinite(found.chi2)
+        result = fullbody.fit(setup, START, radar)
+    assert "interrupted" in result.message
+    assert np.isfinite(result.chi2)
     calls[:] = [1] * 15
     with pytest.raises(Interrupted, match="nothing to return"):
         fullbody.fit(setup, START, radar)
@@ -228,7 +228,7 @@ def test_the_signal_of_ctrl_c_returns_the_best_so_far(radar):
         return pair(mass=mass, a=a)
 
     with pytest.warns(InconsistentInput, match="interrupted: the values are the best so far"):
-        found = fullbody.fit(setup, START, radar)
-    assert found.message.startswith("interrupted")
+        result = fullbody.fit(setup, START, radar)
+    assert result.message.startswith("interrupted")
     system, state = pair(**START)
-    assert found.chi2 <= radar.chi2(system.integrate(state, 30.0, output=radar.times))
+    assert result.chi2 <= radar.chi2(system.integrate(state, 30.0, output=radar.times))

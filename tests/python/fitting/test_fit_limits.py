@@ -10,11 +10,11 @@ from support import refused
 from support.fits import START, pair
 
 
-def test_a_fit_that_stops_at_the_limit_on_proposals_shows_no_errors(radar, found):
+def test_a_fit_that_stops_at_the_limit_on_proposals_shows_no_errors(radar, fitted):
     far = {"mass": 2.4, "a": 2.45}
     with pytest.warns(InconsistentInput, match="stopped after 2 proposals, the limit"):
         stopped = fullbody.fit(pair, far, radar, proposals=2)
-    assert stopped.chi2 > 2.0 * found.chi2
+    assert stopped.chi2 > 2.0 * fitted.chi2
     text = repr(stopped)
     assert text.startswith("Fit, not at a minimum")
     rows = [line.split() for line in text.splitlines() if line.strip().startswith(("mass ", "a "))]
@@ -22,9 +22,9 @@ def test_a_fit_that_stops_at_the_limit_on_proposals_shows_no_errors(radar, found
     table = stopped.to_table()
     assert table["sigma"].mask.all()
     assert "correlation" not in table.meta
-    whole = fullbody.fit(pair, far, radar, proposals=100)
-    assert not whole.message
-    assert whole.chi2 == pytest.approx(found.chi2, rel=1e-9)
+    complete = fullbody.fit(pair, far, radar, proposals=100)
+    assert not complete.message
+    assert complete.chi2 == pytest.approx(fitted.chi2, rel=1e-9)
     refused("proposals is 0; expected a whole number above zero", lambda: fullbody.fit(pair, far, radar, proposals=0))
 
 
@@ -43,7 +43,7 @@ def test_a_warning_of_a_setup_is_shown_once_a_fit(radar):
         fit.log_posterior({"mass": 2.35, "a": 2.55})
         fit.derived(lambda run: run.system.masses[0])
     assert len(calls) > 10
-    assert [str(one.message) for one in caught] == ["mass is 2.3599999999999999", "another one"]
+    assert [str(warning.message) for warning in caught] == ["mass is 2.3599999999999999", "another one"]
     assert caught[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -51,18 +51,20 @@ def test_a_warning_of_a_setup_is_shown_once_a_fit(radar):
             fullbody.fit(setup, START, radar)
 
 
-def test_a_derived_quantity_has_the_spread_of_samples(found):
+def test_a_derived_quantity_has_the_spread_of_samples(fitted):
     """The logarithm of the mass has the samples' own standard deviation, to the first order that of the fit."""
-    samples = found.sample(steps=60, rng=3).isel(draw=slice(20, None))
-    by_samples = found.derived(lambda run: np.log(run.system.masses[0]), samples=samples, n=320, rng=1)
-    assert by_samples.value == pytest.approx(np.log(found.values["mass"]), rel=1e-12)
+    samples = fitted.sample(steps=60, rng=3).isel(draw=slice(20, None))
+    by_samples = fitted.derived(lambda run: np.log(run.system.masses[0]), samples=samples, n=320, rng=1)
+    assert by_samples.value == pytest.approx(np.log(fitted.values["mass"]), rel=1e-12)
     assert by_samples.draws.shape == (320,)
     assert by_samples.sigma == pytest.approx(float(np.log(samples["mass"]).std(ddof=1)), rel=1e-9)
-    assert by_samples.sigma == pytest.approx(found.derived(lambda run: np.log(run.system.masses[0])).sigma, rel=0.3)
-    refused("rng is None, but 100 draws", lambda: found.derived(lambda run: run.system.masses[0], samples=samples))
-    many = {"samples": samples, "n": 10**6, "rng": 1}
-    refused("n is 1000000; expected a whole number", lambda: found.derived(lambda run: run.system.masses[0], **many))
+    assert by_samples.sigma == pytest.approx(fitted.derived(lambda run: np.log(run.system.masses[0])).sigma, rel=0.3)
+    refused("rng is None, but 100 draws", lambda: fitted.derived(lambda run: run.system.masses[0], samples=samples))
+    options = {"samples": samples, "n": 10**6, "rng": 1}
+    refused(
+        "n is 1000000; expected a whole number", lambda: fitted.derived(lambda run: run.system.masses[0], **options)
+    )
     few = {"n": 5, "rng": 1}
-    refused("samples is 3; expected a Dataset with mass, a", found.derived, lambda run: 1.0, samples=3, **few)
+    refused("samples is 3; expected a Dataset with mass, a", fitted.derived, lambda run: 1.0, samples=3, **few)
     results = iter([1.0, 1.0, np.nan])
-    refused("result of the derived quantity is nan", found.derived, lambda run: next(results), samples=samples, **few)
+    refused("result of the derived quantity is nan", fitted.derived, lambda run: next(results), samples=samples, **few)

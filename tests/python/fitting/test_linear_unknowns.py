@@ -49,11 +49,14 @@ def series(run, coefficients):
 def light():
     """Magnitudes of 1999 KW4 with a series and the air of two nights, and with noise of 0.005 magnitudes."""
     system, state = kw4()
-    plain = observing.Photometry(TIMES * u.h, np.zeros(60), 0.005, geometry=VIEW, zero=0.0)
-    run = system.integrate(state, 40.0, output=plain.emission(system), integrator=QUICK)
+    template = observing.Photometry(TIMES * u.h, np.zeros(60), 0.005, geometry=VIEW, zero=0.0)
+    run = system.integrate(state, 40.0, output=template.emission(system), integrator=QUICK)
     noise = 0.005 * np.random.default_rng(2).normal(size=60)
     return (
-        plain.predict(run) + series(run, COEFFICIENTS) + (ZEROS + SLOPES * AIRMASS[:, None])[range(60), NIGHT] + noise
+        template.predict(run)
+        + series(run, COEFFICIENTS)
+        + (ZEROS + SLOPES * AIRMASS[:, None])[range(60), NIGHT]
+        + noise
     )
 
 
@@ -81,7 +84,7 @@ class Explicit:
 
 
 @pytest.fixture(scope="module")
-def found(data):
+def fitted(data):
     return fullbody.fit(kw4, START, data, integrator=QUICK)
 
 
@@ -89,26 +92,26 @@ def explicit_fit(light, **options):
     def observations(z0, z1, x0, x1, c1, s1, c2, s2):
         return Explicit(light, np.array([z0, z1]), np.array([x0, x1]), np.array([c1, s1, c2, s2]))
 
-    known = dict(zip(("z0", "z1", "x0", "x1", "c1", "s1", "c2", "s2"), [*ZEROS, *SLOPES, *COEFFICIENTS], strict=True))
-    return fullbody.fit(kw4, START | known, observations, integrator=QUICK, **options)
+    truth = dict(zip(("z0", "z1", "x0", "x1", "c1", "s1", "c2", "s2"), [*ZEROS, *SLOPES, *COEFFICIENTS], strict=True))
+    return fullbody.fit(kw4, START | truth, observations, integrator=QUICK, **options)
 
 
-def test_linear_unknowns_have_the_values_errors_and_correlations_of_parameters(light, found):
+def test_linear_unknowns_have_the_values_errors_and_correlations_of_parameters(light, fitted):
     explicit = explicit_fit(light)
-    assert found.names[3:7] == ("zero point of 0", "zero point of 1", "airmass slope of 0", "airmass slope of 1")
-    assert found.names[7:] == ("cos 1 of Alpha", "sin 1 of Alpha", "cos 2 of Alpha", "sin 2 of Alpha")
-    assert found.chi2 == pytest.approx(explicit.chi2, rel=1e-8)
-    assert found.dof == explicit.dof == 60 - 11
+    assert fitted.names[3:7] == ("zero point of 0", "zero point of 1", "airmass slope of 0", "airmass slope of 1")
+    assert fitted.names[7:] == ("cos 1 of Alpha", "sin 1 of Alpha", "cos 2 of Alpha", "sin 2 of Alpha")
+    assert fitted.chi2 == pytest.approx(explicit.chi2, rel=1e-8)
+    assert fitted.dof == explicit.dof == 60 - 11
     errors = np.sqrt(np.diag(explicit.covariance))
-    assert np.abs((found.numbers - explicit.numbers) / errors).max() < 1e-3
-    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), errors, rtol=1e-4)
-    np.testing.assert_allclose(found.correlation, explicit.correlation, atol=1e-4)
+    assert np.abs((fitted.numbers - explicit.numbers) / errors).max() < 1e-3
+    np.testing.assert_allclose(np.sqrt(np.diag(fitted.covariance)), errors, rtol=1e-4)
+    np.testing.assert_allclose(fitted.correlation, explicit.correlation, atol=1e-4)
     # The series takes part of what tells how Alpha is tilted.
-    assert np.abs(found.correlation[2, 7:]).max() > 0.1
-    assert found.iterations <= explicit.iterations
+    assert np.abs(fitted.correlation[2, 7:]).max() > 0.1
+    assert fitted.iterations <= explicit.iterations
     # The truth is within the errors that were put in.
     truth = np.concatenate([[2.55, 0.05, 0.05], ZEROS, SLOPES, COEFFICIENTS])
-    assert np.abs((found.numbers - truth) / errors).max() < 4.0
+    assert np.abs((fitted.numbers - truth) / errors).max() < 4.0
 
 
 def differences(problem, k, step):
@@ -169,10 +172,10 @@ def test_the_angle_of_a_series_grows_with_the_rotation_from_the_bisector():
     state = fullbody.State(np.zeros((1, 3)), np.zeros((1, 3)), spin=[[0.0, 0.0, 2 * np.pi]])
     sides = {"to_observer": [1e9, 1e9, 3e8], "to_sun": [1e9, -1e9, 3e8]}
     geometry = observing.Geometry([0.0, 3.0], **sides, light_time=False)
-    one = observing.RotationSeries("A", order=2)
+    first = observing.RotationSeries("A", order=2)
     # The x-axis starts along the bisector; a quarter of a turn follows.
     times = np.array([0.0, 0.25, 0.5, 1.125])
-    data = observing.Photometry(times, np.zeros(4), 1.0, geometry=geometry, zero=0.0, rotation=one)
+    data = observing.Photometry(times, np.zeros(4), 1.0, geometry=geometry, zero=0.0, rotation=first)
     design = data.linear(ball.integrate(state, 3.0, dense=True)).design[:, 0]
     half = np.sqrt(0.5)
     expected = [[1, 0, 1, 0], [0, 1, -1, 0], [-1, 0, 1, 0], [half, half, 0, 1]]
@@ -186,11 +189,11 @@ def test_log_posterior_is_integrated_over_the_linear_unknowns(light):
     for a in (2.55, 2.548):
         system, state = kw4(a=a)
         run = system.integrate(state, 40.0, output=data.emission(system), integrator=QUICK)
-        plain = observing.Photometry(TIMES[:30] * u.h, light[:30], 0.02, geometry=VIEW, zero=0.0).residuals(run)
+        offsets = observing.Photometry(TIMES[:30] * u.h, light[:30], 0.02, geometry=VIEW, zero=0.0).residuals(run)
         hours, best = TIMES[:30] - TIMES[:30].mean(), fit.linear[0]
         zeros = best["zero point of 0"] + np.linspace(-0.06, 0.06, 241)
         drifts = best["drift of 0"].to_value(1 / u.h) + np.linspace(-0.025, 0.025, 241)
-        left = plain - zeros[:, None, None] - drifts[:, None] * hours
+        left = offsets - zeros[:, None, None] - drifts[:, None] * hours
         density = np.exp(-0.5 * np.sum((left / 0.02) ** 2, axis=-1))
         total = density.sum() * (zeros[1] - zeros[0]) * (drifts[1] - drifts[0])
         assert fit.log_posterior({"a": a}) == pytest.approx(np.log(total), abs=1e-6)
@@ -224,10 +227,10 @@ class Own:
         return self.linear(run).solved()[1]
 
 
-def test_classes_of_users_may_declare_linear_unknowns(data, found):
-    own = fullbody.fit(kw4, START, Own(data), integrator=QUICK)
-    np.testing.assert_allclose(own.numbers, found.numbers, rtol=1e-6, atol=1e-8)
-    np.testing.assert_allclose(own.correlation, found.correlation, atol=1e-6)
+def test_classes_of_users_may_declare_linear_unknowns(data, fitted):
+    custom = fullbody.fit(kw4, START, Own(data), integrator=QUICK)
+    np.testing.assert_allclose(custom.numbers, fitted.numbers, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(custom.correlation, fitted.correlation, atol=1e-6)
 
 
 def test_samples_are_of_the_parameters_without_linear_unknowns(light):
@@ -239,9 +242,9 @@ def test_samples_are_of_the_parameters_without_linear_unknowns(light):
     assert float(last.log_posterior) == pytest.approx(fit.log_posterior({"a": float(last.a)}), rel=1e-12)
 
 
-def test_log_posterior_takes_the_parameters_without_linear_unknowns(found):
+def test_log_posterior_takes_the_parameters_without_linear_unknowns(fitted):
     refused(
-        "values has 'zero point of 0'; expected all of a, libration, tilt", lambda: found.log_posterior(found.values)
+        "values has 'zero point of 0'; expected all of a, libration, tilt", lambda: fitted.log_posterior(fitted.values)
     )
 
 
@@ -339,21 +342,21 @@ def test_a_series_of_an_order_that_epochs_alias_is_refused():
         data.chi2(ball.integrate(state, 9.0, dense=True))
 
 
-def test_series_are_shared_by_data_sets_and_zero_points_are_not(light, found):
+def test_series_are_shared_by_data_sets_and_zero_points_are_not(light, fitted):
     """Each night as a data set of its own, with the same label, gives the same fit as both nights in one."""
     parts = []
     for night in (0, 1):
-        own = night == NIGHT
-        options = OPTIONS | {"night": np.zeros(30, dtype=int), "airmass": AIRMASS[own]}
-        parts.append(observing.Photometry(TIMES[own] * u.h, light[own], 0.005, **options))
+        of_night = night == NIGHT
+        options = OPTIONS | {"night": np.zeros(30, dtype=int), "airmass": AIRMASS[of_night]}
+        parts.append(observing.Photometry(TIMES[of_night] * u.h, light[of_night], 0.005, **options))
     both = fullbody.fit(kw4, START, parts, integrator=QUICK)
-    assert both.chi2 == pytest.approx(found.chi2, rel=1e-9)
+    assert both.chi2 == pytest.approx(fitted.chi2, rel=1e-9)
     assert both.names[3:5] == ("zero point of 0 of observations[0]", "airmass slope of 0 of observations[0]")
-    assert both.names[5:9] == found.names[7:]
+    assert both.names[5:9] == fitted.names[7:]
     order = [*range(3), 3, 9, 4, 10, *range(5, 9)]
-    np.testing.assert_allclose(both.numbers[order], found.numbers, rtol=1e-6)
-    np.testing.assert_allclose(both.covariance[np.ix_(order, order)], found.covariance, rtol=1e-3, atol=1e-12)
-    np.testing.assert_allclose(np.concatenate(both.residuals), found.residuals[0], atol=1e-7)
+    np.testing.assert_allclose(both.numbers[order], fitted.numbers, rtol=1e-6)
+    np.testing.assert_allclose(both.covariance[np.ix_(order, order)], fitted.covariance, rtol=1e-3, atol=1e-12)
+    np.testing.assert_allclose(np.concatenate(both.residuals), fitted.residuals[0], atol=1e-7)
     # Each of the data sets predicts with the unknowns of the fit, which are not those at which its own chi2 is least.
     left = parts[0].residuals(both.run, both.linear[0])
     np.testing.assert_allclose(left, both.residuals[0], atol=1e-6)
@@ -361,16 +364,16 @@ def test_series_are_shared_by_data_sets_and_zero_points_are_not(light, found):
     refused("linear has no 'zero point of 0'", lambda: parts[0].predict(both.run, {}))
 
 
-def test_a_fit_with_linear_unknowns_is_saved_drawn_and_shown(found, tmp_path):
+def test_a_fit_with_linear_unknowns_is_saved_drawn_and_shown(fitted, tmp_path):
     path = tmp_path / "fit.nc"
-    found.save(path)
+    fitted.save(path)
     read = fullbody.load(path)
-    assert read == found
-    assert read.names == found.names
-    assert read.values == found.values
-    np.testing.assert_array_equal(read.covariance, found.covariance)
-    assert repr(read) == repr(found)
-    assert list(found.to_table()["parameter"]) == list(found.names)
-    assert list(found.draw(3, 0).columns) == ["a", "libration", "tilt"]
-    assert list(found.minima[0].values) == ["a", "libration", "tilt"]
-    assert found.values["zero point of 0"] == found.linear[0]["zero point of 0"]
+    assert read == fitted
+    assert read.names == fitted.names
+    assert read.values == fitted.values
+    np.testing.assert_array_equal(read.covariance, fitted.covariance)
+    assert repr(read) == repr(fitted)
+    assert list(fitted.to_table()["parameter"]) == list(fitted.names)
+    assert list(fitted.draw(3, 0).columns) == ["a", "libration", "tilt"]
+    assert list(fitted.minima[0].values) == ["a", "libration", "tilt"]
+    assert fitted.values["zero point of 0"] == fitted.linear[0]["zero point of 0"]

@@ -42,8 +42,8 @@ def test_the_best_pole_is_next_to_the_true_one_or_its_mirror(scan):
     best = scan.minima[0]
     mirror = TRUE["longitude"] - 180 * u.deg
     poles = [fullbody.frames.pole_vector(lon, TRUE["latitude"]) for lon in (TRUE["longitude"], mirror)]
-    found = fullbody.frames.pole_vector(best.longitude, best.latitude)
-    assert max(found @ pole for pole in poles) > np.cos(np.radians(25.0))
+    result = fullbody.frames.pole_vector(best.longitude, best.latitude)
+    assert max(result @ pole for pole in poles) > np.cos(np.radians(25.0))
 
 
 def test_minima_are_lower_than_their_neighbours(scan):
@@ -68,16 +68,20 @@ def test_light_of_a_known_convex_series_is_fitted_without_residual():
     distance = np.linalg.norm(view.to_observer(DATA.times).to_value("km"), axis=1) / 299792.458 / 3600.0
     for k, hours in enumerate(DAYS * 24.0 - distance):
         angle = 2.0 * np.pi * hours / 8.4
-        turn = axes @ [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
+        axes_of_body = axes @ [
+            [np.cos(angle), -np.sin(angle), 0.0],
+            [np.sin(angle), np.cos(angle), 0.0],
+            [0.0, 0.0, 1.0],
+        ]
         ways = (view.to_observer(DATA.times[k]).value, view.to_sun(DATA.times[k]).value)
-        mu, mu0 = (np.maximum(normals @ (way @ turn) / np.linalg.norm(way), 0.0) for way in ways)
+        mu, mu0 = (np.maximum(normals @ (way @ axes_of_body) / np.linalg.norm(way), 0.0) for way in ways)
         light.append(np.sum(area * mu * mu0 / np.maximum(mu + mu0, 1e-12)))
     data = fullbody.observing.Photometry(DATA.times, -2.5 * np.log10(light), 1e-3, geometry=view)
-    found = period_scan(data, [8.4, 8.4001, 8.4002] * u.h, poles=3, degree=2, smoothness=1e3)
-    assert found.by_pole[0, 0] < 1.0
-    assert found.fitted[0, 0].value == pytest.approx(8.4, abs=1e-6)
-    assert found.longitude[0, 0].value == pytest.approx(longitude.value, abs=0.1)
-    assert found.latitude[0, 0].value == pytest.approx(latitude.value, abs=0.1)
+    result = period_scan(data, [8.4, 8.4001, 8.4002] * u.h, poles=3, degree=2, smoothness=1e3)
+    assert result.by_pole[0, 0] < 1.0
+    assert result.fitted[0, 0].value == pytest.approx(8.4, abs=1e-6)
+    assert result.longitude[0, 0].value == pytest.approx(longitude.value, abs=0.1)
+    assert result.latitude[0, 0].value == pytest.approx(latitude.value, abs=0.1)
 
 
 def test_an_interrupted_scan_continues_from_its_store(tmp_path, scan):
@@ -112,8 +116,8 @@ def test_sets_of_data_have_their_own_zero_points(scan):
         for rows, offset in ((first, 3.0), (~first, -2.0))
     ]
     lowest = int(np.argmin(scan.chi2))
-    found = period_scan(parts, scan.periods[lowest - 2 : lowest + 3], **OPTIONS)
-    assert found.minima[0].chi2 == pytest.approx(scan.minima[0].chi2, rel=0.01)
+    result = period_scan(parts, scan.periods[lowest - 2 : lowest + 3], **OPTIONS)
+    assert result.minima[0].chi2 == pytest.approx(scan.minima[0].chi2, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -155,19 +155,19 @@ def observed():
 
 
 @pytest.fixture(scope="module")
-def found():
+def fitted():
     prior = (0.0, fitting.smoothness(3, 0.3)[1:])
     parameters = {"coefficients": Free(np.full(15, 0.01), prior=prior), "period": 6.0003}
     return fullbody.fit(convex, parameters, [observed(), fitting.closure("A", 0.01)])
 
 
-def test_a_convex_shape_is_recovered_within_its_errors(found):
-    assert not found.differenced
-    assert 0.7 < found.chi2 / found.dof < 1.3
-    apart = np.append(found.values["coefficients"] - 2 * SERIES[1:16], found.values["period"] - 6.0)
-    errors = np.sqrt(np.diag(found.covariance))[:16]
+def test_a_convex_shape_is_recovered_within_its_errors(fitted):
+    assert not fitted.differenced
+    assert 0.7 < fitted.chi2 / fitted.dof < 1.3
+    apart = np.append(fitted.values["coefficients"] - 2 * SERIES[1:16], fitted.values["period"] - 6.0)
+    errors = np.sqrt(np.diag(fitted.covariance))[:16]
     assert np.mean((apart / errors) ** 2) < 2.0
-    assert found.sigma["coefficients"].max() < 0.05
+    assert fitted.sigma["coefficients"].max() < 0.05
 
 
 def test_a_fit_of_faces_ends_where_their_kinks_hide_the_minimum():
@@ -194,10 +194,10 @@ def test_a_shape_may_start_as_a_sphere_whose_principal_axes_are_not_defined():
     assert "principal axes of A, which turn at once" in derivatives.undifferentiable["coefficients[3]"]
 
 
-def test_closure_is_one_of_the_observations(found):
-    closure = found.system["A"].shape.closure
+def test_closure_is_one_of_the_observations(fitted):
+    closure = fitted.system["A"].shape.closure
     assert np.abs(closure).max() < 0.03
-    np.testing.assert_allclose(found.pulls[1], -closure / 0.01, atol=1e-12)
+    np.testing.assert_allclose(fitted.pulls[1], -closure / 0.01, atol=1e-12)
 
 
 def test_regularisations_have_exact_derivatives():
@@ -247,10 +247,10 @@ def test_a_convex_polyhedron_has_no_concavity_and_a_pit_has_that_of_its_edges():
 
 
 def test_the_tilt_of_the_principal_axis_is_that_by_which_a_shape_was_turned():
-    turn = rotations.matrices(rotations.about([1.0, 2.0, 0.0] / np.sqrt(5.0), 0.2))
+    rotation = rotations.matrices(rotations.about([1.0, 2.0, 0.0] / np.sqrt(5.0), 0.2))
     shape = HarmonicShape([0, 0, 0, 0, 0, 0, -0.2, 0, 0.1], faces=320)
-    turned = fullbody.Polyhedron(shape.vertices @ turn.T, shape.faces)
-    np.testing.assert_allclose(value_of(fitting.principal_axis("A"), turned), turn[:2, 2], atol=1e-9)
+    rotated = fullbody.Polyhedron(shape.vertices @ rotation.T, shape.faces)
+    np.testing.assert_allclose(value_of(fitting.principal_axis("A"), rotated), rotation[:2, 2], atol=1e-9)
     refused("two of the moments of inertia are equal", value_of, fitting.principal_axis("A"), HarmonicShape([0.0]))
 
 
