@@ -14,7 +14,7 @@ AXES = (1.0, 0.8, 0.5)
 PROBE = Body(Ellipsoid(0.7, 0.5, 0.3), mass=0.4, name="probe")
 
 
-def turn(seed=0):
+def random_attitude(seed=0):
     q = np.random.default_rng(seed).normal(size=4)
     return q / np.linalg.norm(q)
 
@@ -22,8 +22,8 @@ def turn(seed=0):
 def lump(seed=0):
     """Overlapping lobes with a boulder, a void and a mass point, none of them in a special place."""
     return [
-        Part(Ellipsoid(*AXES), density=2.0, position=(0.3, 0.1, -0.2), attitude=turn(seed)),
-        Part(Ellipsoid(0.6, 0.5, 0.4), mass=1.7, position=(-0.9, 0.4, 0.1), attitude=turn(seed + 1)),
+        Part(Ellipsoid(*AXES), density=2.0, position=(0.3, 0.1, -0.2), attitude=random_attitude(seed)),
+        Part(Ellipsoid(0.6, 0.5, 0.4), mass=1.7, position=(-0.9, 0.4, 0.1), attitude=random_attitude(seed + 1)),
         Part(Sphere(0.1), density=-2.0, position=(0.4, 0.0, -0.3)),
         Part(Sphere(0.2), mass=0.1, position=(0.2, 1.0, 0.5)),
         Part(PointMass(), mass=0.2, position=(0.2, -0.3, 0.1)),
@@ -39,11 +39,11 @@ METHODS = ("focal", "surface", "multipole:8")
 
 @pytest.mark.parametrize("gravity", METHODS)
 def test_coincident_parts_of_half_the_density_are_one_body(gravity):
-    whole = Body(Ellipsoid(*AXES), density=3.0, name="A")
+    reference = Body(Ellipsoid(*AXES), density=3.0, name="A")
     halves = Body(Composite([Part(Ellipsoid(*AXES), density=1.5)] * 2), name="A")
-    close(halves.inertia, whole.inertia, 1e-15)
+    close(halves.inertia, reference.inertia, 1e-15)
     for distance in (2.1, 9.0, 1e4):
-        pairs = (fullbody.System([body, PROBE], G=1.3, gravity=gravity) for body in (halves, whole))
+        pairs = (fullbody.System([body, PROBE], G=1.3, gravity=gravity) for body in (halves, reference))
         f, g = (pair.interactions(pose(distance)) for pair in pairs)
         close(f.force, g.force, 1e-14)
         close(f.torque, g.torque, 1e-14, scale=np.abs(g.force).max())
@@ -51,7 +51,7 @@ def test_coincident_parts_of_half_the_density_are_one_body(gravity):
 
 
 def test_confocal_layers_of_equal_mass_have_equal_fields():
-    # By Maclaurin's theorem.
+    # Maclaurin's theorem.
     thin, thick = 0.3, 0.9
     shapes = [[Ellipsoid(*np.sqrt(np.square(AXES) + k)) for k in ks] for ks in ((0.0, thin), (thin, thick))]
     layers = [
@@ -81,8 +81,8 @@ def test_a_homothetic_shell_has_no_field_inside():
     beyond = rng.normal(size=(50, 3)) * 3.0
     beyond = beyond[np.square(beyond / AXES).sum(axis=1) > 1.0]
     for what in ("potential", "field", "gradient"):
-        found, whole, core = (getattr(body.gravity(beyond, G=1.0), what) for body in (shell, outer, inner))
-        close(found, whole - core, 1e-14)
+        result, outer_field, core = (getattr(body.gravity(beyond, G=1.0), what) for body in (shell, outer, inner))
+        close(result, outer_field - core, 1e-14)
     close(shell.inertia, inertia(outer.mass, AXES) * (1.0 - 0.6**5), 1e-14)
 
 
@@ -95,9 +95,9 @@ def test_parts_that_nearly_cancel_are_told():
     told = r"parts 0 and 1 of shell, of 12\.5664 and -12\.5664 in mass, nearly cancel: .* by 1e-07 of their size"
     with pytest.warns(InconsistentInput, match=told):
         system = fullbody.System([shells[1e-9], PROBE], G=1.0)
-    found = system.interactions(pose(2.5))
+    result = system.interactions(pose(2.5))
     exact = fullbody.System([Body(Sphere(1.0), mass=shells[1e-9].mass, name="shell"), PROBE], G=1.0)
-    error = np.abs(found.force / exact.interactions(pose(2.5)).force - 1.0).max()
+    error = np.abs(result.force / exact.interactions(pose(2.5)).force - 1.0).max()
     assert error < 1e-7
     # Who asks for no more is not told.
     fullbody.System([shells[1e-9], PROBE], G=1.0, gravity_tolerance=1e-8)
@@ -112,16 +112,20 @@ def test_principal_frames_of_composites_are_numpys_sums():
     assert body.mass == pytest.approx(masses.sum(), rel=1e-15)
     centre = masses @ centres / masses.sum()
     tensor = np.zeros((3, 3))
-    for part, mass, place in zip(parts, masses, centres - centre, strict=True):
+    for part, mass, position in zip(parts, masses, centres - centre, strict=True):
         rotation, axes = matrix(part.attitude), part.shape.semi_axes or (0.0, 0.0, 0.0)
         tensor += rotation @ np.diag(inertia(mass, axes)) @ rotation.T
-        tensor += mass * (place @ place * np.eye(3) - np.outer(place, place))
-    turned = matrix(body.working_frame.attitude)
-    close(turned @ tensor @ turned.T, np.diag(body.inertia), 1e-14)
-    close(turned @ centre + body.working_frame.position, np.zeros(3), 1e-15, scale=1.0)
+        tensor += mass * (position @ position * np.eye(3) - np.outer(position, position))
+    axes_of_body = matrix(body.working_frame.attitude)
+    close(axes_of_body @ tensor @ axes_of_body.T, np.diag(body.inertia), 1e-14)
+    close(axes_of_body @ centre + body.working_frame.position, np.zeros(3), 1e-15, scale=1.0)
     # No other naming and directing of the axes, a signed permutation, is nearer to the working frame.
-    others = [s @ np.eye(3)[list(o)] for o in permutations(range(3)) for s in map(np.diag, product((1, -1), repeat=3))]
-    assert np.trace(turned) >= max(np.trace(s @ turned) for s in others if np.linalg.det(s) > 0.0) - 1e-14
+    equivalents = [
+        s @ np.eye(3)[list(o)] for o in permutations(range(3)) for s in map(np.diag, product((1, -1), repeat=3))
+    ]
+    assert (
+        np.trace(axes_of_body) >= max(np.trace(s @ axes_of_body) for s in equivalents if np.linalg.det(s) > 0.0) - 1e-14
+    )
 
 
 def test_a_degenerate_principal_frame_is_kept():
@@ -130,7 +134,7 @@ def test_a_degenerate_principal_frame_is_kept():
 
     unturned = np.array([1.0, 0.0, 0.0, 0.0])
     # All moments equal: parts on a cube's corners, turned.
-    q = turn()
+    q = random_attitude()
     corners = [matrix(q) @ np.array([x, y, z]) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
     close(attitude([Part(Sphere(0.5), mass=1.0, position=c) for c in corners]), unturned, 0.0)
     # Two equal, about an axis that the working frame has: nothing is turned; the shift leaves it so.
@@ -144,7 +148,7 @@ def test_a_degenerate_principal_frame_is_kept():
     close(attitude(ends), shortest / np.linalg.norm(shortest), 1e-15)
     across = np.array([0.8, 0.6, 0.0])
     ring = [s * v for v in (across, np.cross(axis, across)) for s in (-1, 1)]
-    around = attitude([Part(Sphere(0.5), mass=1.0, position=place) for place in ring])
+    around = attitude([Part(Sphere(0.5), mass=1.0, position=position) for position in ring])
     close(around, shortest / np.linalg.norm(shortest), 1e-15)
     # Different ones along the working frame's axes: whichever is the largest.
     for axes in ((1, 2, 3), (3, 2, 1), (2, 3, 1)):
@@ -161,13 +165,13 @@ def direct(parts, state, gravity):
         mass = part.mass if part.mass is not None else part.density * 4.0 / 3.0 * np.pi * np.prod(part.shape.semi_axes)
         # Gravity is linear in the mass.
         body = Body(part.shape, mass=abs(mass), name="part")
-        place = into @ np.array(part.position) + frame.position
-        own = quaternion_product(p, quaternion_product(frame.attitude, part.attitude))
-        here = fullbody.State([first + matrix(p) @ place, second], np.zeros((2, 3)), attitude=[own, q])
+        position = into @ np.array(part.position) + frame.position
+        attitude = quaternion_product(p, quaternion_product(frame.attitude, part.attitude))
+        here = fullbody.State([first + matrix(p) @ position, second], np.zeros((2, 3)), attitude=[attitude, q])
         f = fullbody.System([body, PROBE], G=1.3, gravity=gravity).interactions(here)
         sign = np.sign(mass)
         total += sign * f.force[0]
-        torques[0] += sign * (into @ matrix(part.attitude) @ f.torque[0] + np.cross(place, matrix(p).T @ f.force[0]))
+        torques[0] += sign * (into @ matrix(part.attitude) @ f.torque[0] + np.cross(position, matrix(p).T @ f.force[0]))
         torques[1] += sign * f.torque[1]
         energy += sign * f.potential_energy
     return total, torques, energy
@@ -239,7 +243,7 @@ def test_point_method_takes_the_whole_as_a_point():
 
 def test_many_parts_are_not_printed_one_by_one():
     rng = np.random.default_rng(3)
-    points = [Part(fullbody.PointMass(), mass=1.0, position=place) for place in rng.normal(size=(3000, 3))]
+    points = [Part(fullbody.PointMass(), mass=1.0, position=position) for position in rng.normal(size=(3000, 3))]
     body = fullbody.Body(Composite(points))
     for text in (repr(body), body._repr_html_()):
         assert "2980 more" in text
@@ -247,16 +251,16 @@ def test_many_parts_are_not_printed_one_by_one():
 
 
 def test_parts_by_their_gm_are_parts_by_their_mass():
-    places = ([0.0, 0.0, 0.0], [1.5, 0.2, 0.0])
+    positions = ([0.0, 0.0, 0.0], [1.5, 0.2, 0.0])
     moon = Body(Sphere(0.1), mass=0.01, name="moon")
 
     def system(**options):
-        parts = [Part(Sphere(0.5), position=place, **options) for place in places]
+        parts = [Part(Sphere(0.5), position=position, **options) for position in positions]
         return fullbody.System([Body(Composite(parts), name="pair"), moon], G=2.0)
 
-    found, expected = system(GM=3.0), system(mass=1.5)
-    assert found.masses.tolist() == expected.masses.tolist() == [3.0, 0.01]
-    assert found.bodies[0] == expected.bodies[0]
+    result, expected = system(GM=3.0), system(mass=1.5)
+    assert result.masses.tolist() == expected.masses.tolist() == [3.0, 0.01]
+    assert result.bodies[0] == expected.bodies[0]
     united = Composite([Part(Sphere("0.5 km"), GM="1 km3/h2", position=[x, "0 km", "0 km"]) for x in ("0 km", "1 km")])
     G = fullbody.System([moon], units=("km", "h", "kg")).G
     assert Body(united).mass.to_value("kg") == pytest.approx(2.0 / G.to_value("km3 / (kg h2)"), rel=1e-14)

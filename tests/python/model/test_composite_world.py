@@ -14,29 +14,29 @@ from support.toml_texts import read
 
 #: Balls on two axes whose centre of mass and principal axes are exactly those of the working frame.
 PLACES = {(3.0, 0.0, 0.0): 1.0, (-1.0, 0.0, 0.0): 3.0, (0.0, 2.0, 0.0): 0.5, (0.0, -2.0, 0.0): 0.5}
-CROSS = [Part(Sphere(0.5), mass=m, position=place) for place, m in PLACES.items()]
+CROSS = [Part(Sphere(0.5), mass=m, position=where) for where, m in PLACES.items()]
 TURN = np.array([0.5, 0.1, -0.7, 0.5])
 AWAY = np.array([0.48, -0.6, 0.64])
 
 
-def load(body, place):
+def load(body, position):
     """The load of a mass point that stays where it is on one body at rest."""
-    system = fullbody.System([body], G=1.0, forces=[at_rest(place, 2.0)])
+    system = fullbody.System([body], G=1.0, forces=[at_rest(position, 2.0)])
     return system.loads(fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[TURN]))["Sun"]
 
 
 @pytest.mark.parametrize("distance", [4.0, 30.0, 1e4, 1e8, 1e12])
 def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
-    found = load(Body(Composite(CROSS), name="A"), distance * AWAY)
+    result = load(Body(Composite(CROSS), name="A"), distance * AWAY)
     frame = matrix(TURN / np.linalg.norm(TURN))
     with mp.workdps(50):
         exact = np.vectorize(mp.mpf, otypes=[object])
-        place = exact(frame).T @ exact(distance * AWAY)
-        lines = {p: place - exact(p) for p in [(0.0, 0.0, 0.0), *PLACES]}
+        position = exact(frame).T @ exact(distance * AWAY)
+        lines = {p: position - exact(p) for p in [(0.0, 0.0, 0.0), *PLACES]}
         pulls = {p: 2 * line / mp.sqrt(line @ line) ** 3 for p, line in lines.items()}
         force = sum(m * (pulls[p] - pulls[0.0, 0.0, 0.0]) for p, m in PLACES.items())
         torque = sum(m * np.cross(exact(p), pulls[p]) for p, m in PLACES.items())
-    for values, expected in ((found.torque[0], torque), (frame.T @ found.force[0], force)):
+    for values, expected in ((result.torque[0], torque), (frame.T @ result.force[0], force)):
         close(values, expected.astype(float), 1e-14)
 
 
@@ -44,15 +44,15 @@ def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
 def test_third_bodies_act_on_split_ellipsoids_as_on_whole_ones(distance):
     shape = Ellipsoid(1.0, 0.8, 0.5)
     halves = Composite([Part(shape, mass=m, position=(5.0, 6.0, 7.0)) for m in (0.7, 0.3)])
-    found, expected = (load(body, distance * AWAY) for body in (Body(halves, name="A"), Body(shape, mass=1.0)))
-    close(found.torque, expected.torque, 1e-13)
-    close(found.force, expected.force, 1e-13)
+    result, expected = (load(body, distance * AWAY) for body in (Body(halves, name="A"), Body(shape, mass=1.0)))
+    close(result.torque, expected.torque, 1e-13)
+    close(result.force, expected.force, 1e-13)
 
 
 def test_a_third_body_inside_a_part_is_told():
-    for parts, place in ((CROSS, (0.0, 2.0, 0.0)), ([Part(Ellipsoid(3, 2, 1), mass=1.0)], (2.0, 0.0, 0.0))):
+    for parts, position in ((CROSS, (0.0, 2.0, 0.0)), ([Part(Ellipsoid(3, 2, 1), mass=1.0)], (2.0, 0.0, 0.0))):
         with pytest.raises((ForceFailed, InvalidInput), match="Sun"):
-            load(Body(Composite(parts), name="A"), matrix(TURN / np.linalg.norm(TURN)) @ np.array(place))
+            load(Body(Composite(parts), name="A"), matrix(TURN / np.linalg.norm(TURN)) @ np.array(position))
 
 
 def fly(parts, probe, position, velocity, spin=(0, 0, 0), until=20.0, integrator=None, **options):
@@ -96,13 +96,13 @@ def test_a_swinging_arm_hits_a_ball_when_it_should(terminal, at):
     if terminal:
         run = fly(*swing, events=watched)
         assert [event.time for event in run.events] == [run.time[-1]]
-        found = run.time[-1]
+        result = run.time[-1]
     else:
         with pytest.raises(BodiesOverlap) as caught:
             fly(*swing)
-        found = caught.value.time
+        result = caught.value.time
     # Grazing, 1e-12 in the distance is 1e-9 in the time.
-    assert found == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
+    assert result == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
@@ -113,11 +113,11 @@ def test_no_contact_of_an_arm_is_too_short_to_be_seen():
         meeting, miss = rng.uniform(0.2, step), rng.uniform(-1, 1) * 1.99 * radius
         velocity = rng.normal(size=3) * rng.choice([0.0, 0.3])
         end = np.array([np.cos(rate * meeting), np.sin(rate * meeting), 0.0])
-        place = (arm + miss) * end - velocity * meeting
+        position = (arm + miss) * end - velocity * meeting
 
-        def gap(times, place=place, velocity=velocity, arm=arm, rate=rate, radius=radius):
+        def gap(times, position=position, velocity=velocity, arm=arm, rate=rate, radius=radius):
             """The distance to the nearest of the three balls."""
-            ball = place + np.multiply.outer(times, velocity)
+            ball = position + np.multiply.outer(times, velocity)
             tip = arm * np.stack([np.cos(rate * times), np.sin(rate * times), 0 * times], axis=-1)
             to_tips = [np.linalg.norm(ball - sign * tip, axis=-1) - 2 * radius for sign in (-1, 1)]
             return np.min([*to_tips, np.linalg.norm(ball, axis=-1) - 0.3 - radius], axis=0)
@@ -127,10 +127,10 @@ def test_no_contact_of_an_arm_is_too_short_to_be_seen():
         parts = [*dumbbell(radius, arm), Part(Sphere(0.3), mass=0.2)]
         integrator = fullbody.SymplecticSplitting(step / 1.001, "leapfrog")
         with pytest.raises(BodiesOverlap) as caught:
-            fly(parts, radius, place, velocity, (0, 0, rate), until=step, integrator=integrator)
-        found = caught.value.time
-        assert abs(gap(np.array(found))) < 1e-11
-        assert gap(np.linspace(0.0, found, 2000)[:-1]).min() > 0.0
+            fly(parts, radius, position, velocity, (0, 0, rate), until=step, integrator=integrator)
+        result = caught.value.time
+        assert abs(gap(np.array(result))) < 1e-11
+        assert gap(np.linspace(0.0, result, 2000)[:-1]).min() > 0.0
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
@@ -185,17 +185,11 @@ HOLLOW = [Part(Ellipsoid(2, 2, 0.1), mass=2.0), Part(Ellipsoid(0.1, 0.1, 3), mas
         (lambda: Part(Sphere(1.0), mass=1.0, attitude=(0, 0, 0, 0)), "attitude of a part is"),
         (lambda: Body(Composite([BALL]), mass=2.0), "is given a mass, and is a composite"),
         (lambda: Body(Composite([BALL]), density=2.0), "is given a density, and is a composite"),
-        (
-            lambda: Body(Composite([BALL, Part(Sphere(0.5), mass=-1.0)]), name="shell"),
-            "mass of shell, .* is 0; exp",
-        ),
+        (lambda: Body(Composite([BALL, Part(Sphere(0.5), mass=-1.0)]), name="shell"), "mass of shell, .* is 0; exp"),
         (lambda: Body(Composite([BALL, Part(Sphere(0.5), mass=-2.0)])), "is -1; expected a finite sum above zero"),
         # The rounding of 0.1 + 0.2 - 0.3 is no mass.
         (lambda: Body(Composite([Part(Sphere(1.0), mass=m) for m in (0.1, 0.2, -0.3)])), "expected a finite sum"),
-        (
-            lambda: Body(Composite(ROD)),
-            r"moments of inertia of body 0 is \[0, 0.5, 0.5\]; .* parts with extent",
-        ),
+        (lambda: Body(Composite(ROD)), r"moments of inertia of body 0 is \[0, 0.5, 0.5\]; .* parts with extent"),
         (lambda: Body(Composite(HOLLOW)), "moments of inertia of body 0 is .*; expected"),
         (lambda: Composite.layers(Sphere(1.0), (0.9, 0.5), (1.0, 2.0)), "expected numbers that fall from 1"),
         (lambda: Composite.layers(Sphere(1.0), (1.0, 1.0), (1.0, 2.0)), "expected numbers that fall from 1"),
@@ -324,9 +318,9 @@ def test_a_locked_dumbbell_librates_at_the_rate_of_its_moments():
     free = fullbody.Component(composite=Composite(parts), name="B")
     shared = {"total_mass": 1e12, "period": 60.0, "G": 1.0, "equal_density": True}
     refused("equal_density is given, and B is a composite", fullbody.binary, primary, free, **shared)
-    for match, given in (
+    for match, options in (
         ("composite of a component is", {"composite": parts}),
         ("has 2 of semi_axes, diameters", {"composite": Composite(parts), "diameter": 1.0}),
         ("given a density, and has a Composite", {"composite": Composite(parts), "density": 1.0}),
     ):
-        refused(match, fullbody.Component, **given)
+        refused(match, fullbody.Component, **options)

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from fullbody import Body, Polyhedron, State, System
 from fullbody.errors import BodiesOverlap, NotConverged
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from support.attraction import attraction
-from support.meshes import box, octahedron
+from support.meshes import box, convex_hull, octahedron
 
 
 def finer(polyhedron, level):
@@ -37,12 +36,7 @@ def finer(polyhedron, level):
 def hull(rng, count, size):
     points = rng.normal(size=(count, 3))
     points *= size / np.linalg.norm(points, axis=1)[:, None] * rng.uniform(0.8, 1.0, size=(count, 1))
-    found = ConvexHull(points)
-    faces = []
-    for simplex, outward in zip(found.simplices, found.equations[:, :3], strict=True):
-        a, b, c = points[simplex]
-        faces.append(simplex if np.cross(b - a, c - a) @ outward > 0.0 else simplex[::-1])
-    return Polyhedron(points, faces)
+    return convex_hull(points)
 
 
 def notched():
@@ -62,7 +56,7 @@ SHAPES = {
 }
 
 
-def own_vertices(polyhedron):
+def vertices_of(polyhedron):
     """The vertices in the frame of the centre of mass and the principal axes."""
     frame = Body(polyhedron, mass=1.0).working_frame
     return Rotation.from_quat(frame.attitude, scalar_first=True).apply(np.array(polyhedron.vertices)) + frame.position
@@ -70,7 +64,7 @@ def own_vertices(polyhedron):
 
 def triangles(polyhedron, position, rotation):
     """The faces in the inertial frame."""
-    return (rotation.apply(own_vertices(polyhedron)) + position)[np.asarray(polyhedron.faces)]
+    return (rotation.apply(vertices_of(polyhedron)) + position)[np.asarray(polyhedron.faces)]
 
 
 def bodies_of(shapes):
@@ -78,7 +72,7 @@ def bodies_of(shapes):
 
 
 def radius(body):
-    return np.linalg.norm(own_vertices(body.shape), axis=1).max()
+    return np.linalg.norm(vertices_of(body.shape), axis=1).max()
 
 
 def near(rng, shapes, gap):
@@ -86,13 +80,13 @@ def near(rng, shapes, gap):
     rotations = Rotation.random(2, random_state=rng)
     direction = rng.normal(size=3)
     direction /= np.linalg.norm(direction)
-    attitude, rest = rotations.as_quat(scalar_first=True), np.zeros((2, 3))
+    attitude, zeros = rotations.as_quat(scalar_first=True), np.zeros((2, 3))
     bodies = bodies_of(shapes)
     system = System(bodies, G=1.0)
     low, high = 0.0, sum(radius(body) for body in bodies)
 
     def at(distance):
-        return State([np.zeros(3), distance * direction], rest, attitude=attitude, spin=rest)
+        return State([np.zeros(3), distance * direction], zeros, attitude=attitude, spin=zeros)
 
     for _ in range(30):
         middle = 0.5 * (low + high)
@@ -105,14 +99,14 @@ def near(rng, shapes, gap):
     return at(high + gap * min(radius(body) for body in bodies)), rotations
 
 
-def errors_of(found, expected, bodies):
+def errors_of(result, expected, bodies):
     """Errors of the force, and of the torques over the radii, relative to the force."""
     force, *torques = expected
     strength = bodies[0].mass * bodies[1].mass
     size = strength * np.linalg.norm(force)
-    errors = [np.linalg.norm(found.force[1] - strength * force) / size]
+    errors = [np.linalg.norm(result.force[1] - strength * force) / size]
     for k, body in enumerate(bodies):
-        errors.append(np.linalg.norm(found.torque[k] - strength * torques[k]) / size / radius(body))
+        errors.append(np.linalg.norm(result.torque[k] - strength * torques[k]) / size / radius(body))
     return errors
 
 
@@ -129,13 +123,13 @@ def test_the_error_is_below_its_bound_and_the_bound_below_the_tolerance(kind, ga
     rng = np.random.default_rng(round(100 * gap) + len(kind))
     coarse = SHAPES[kind](rng)
     state, rotations = near(rng, coarse, gap)
-    first, second = (triangles(*each) for each in zip(coarse, state.position, rotations, strict=True))
+    first, second = (triangles(*entry) for entry in zip(coarse, state.position, rotations, strict=True))
     expected = list(attraction(first, second, state.position))
-    expected[1:] = [turn.inv().apply(torque) for turn, torque in zip(rotations, expected[1:], strict=True)]
+    expected[1:] = [rotation.inv().apply(torque) for rotation, torque in zip(rotations, expected[1:], strict=True)]
     bodies = bodies_of([finer(shape, 3) for shape in coarse])
-    found = System(bodies, G=1.0, gravity_tolerance=tolerance).interactions(state)
-    assert 0.0 < found.truncation_error <= tolerance
-    assert max(errors_of(found, expected, bodies)) <= found.truncation_error + 1e-12
+    result = System(bodies, G=1.0, gravity_tolerance=tolerance).interactions(state)
+    assert 0.0 < result.truncation_error <= tolerance
+    assert max(errors_of(result, expected, bodies)) <= result.truncation_error + 1e-12
 
 
 def edge_of_series(system, state, outside):
@@ -161,28 +155,28 @@ def test_the_force_has_no_step_beyond_the_tolerance_where_the_rule_changes(toler
     exact = System(bodies_of(coarse), G=1.0, gravity="surface", gravity_tolerance=1e-13)
     state, _ = near(rng, coarse, 0.3)
     inside, outside = edge_of_series(system, state, 2.6)
-    found = [system.interactions(each) for each in (inside, outside)]
-    assert found[0].truncation_error > 0.0 == found[1].truncation_error
+    results = [system.interactions(sample) for sample in (inside, outside)]
+    assert results[0].truncation_error > 0.0 == results[1].truncation_error
     expected = exact.interactions(inside)
     strength = bodies[0].mass * bodies[1].mass
     scaled = [expected.force[1] / strength, *(expected.torque / strength)]
-    errors = [errors_of(each, scaled, bodies) for each in found]
+    errors = [errors_of(sample, scaled, bodies) for sample in results]
     assert np.max(errors) < tolerance
-    torques = np.linalg.norm(found[0].torque - found[1].torque, axis=1)
-    steps = [np.linalg.norm(found[0].force[1] - found[1].force[1]), *torques]
+    torques = np.linalg.norm(results[0].torque - results[1].torque, axis=1)
+    steps = [np.linalg.norm(results[0].force[1] - results[1].force[1]), *torques]
     sizes = np.array([1.0, radius(bodies[0]), radius(bodies[1])]) * np.linalg.norm(expected.force[1])
     assert (steps / sizes < tolerance).all()
-    assert abs(found[0].potential_energy / expected.potential_energy - 1.0) < tolerance
-    assert abs(found[1].potential_energy / expected.potential_energy - 1.0) < tolerance
+    assert abs(results[0].potential_energy / expected.potential_energy - 1.0) < tolerance
+    assert abs(results[1].potential_energy / expected.potential_energy - 1.0) < tolerance
 
 
 def test_a_run_that_is_resumed_before_the_change_equals_the_unbroken_one_bit_for_bit(tmp_path):
     rng = np.random.default_rng(5)
     coarse = SHAPES["octahedra"](rng)
     system = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-3)
-    place, _ = near(rng, coarse, 0.3)
-    direction = place.position[1] / np.linalg.norm(place.position[1])
-    state = place.replace(position=[np.zeros(3), 1.9 * direction], velocity=[np.zeros(3), -0.9 * direction])
+    position, _ = near(rng, coarse, 0.3)
+    direction = position.position[1] / np.linalg.norm(position.position[1])
+    state = position.replace(position=[np.zeros(3), 1.9 * direction], velocity=[np.zeros(3), -0.9 * direction])
     unbroken, broken = (
         fullbody.Simulation(system, state, integrator=fullbody.Verner98(rtol=1e-5, atol=1e-5)) for _ in range(2)
     )
@@ -197,7 +191,7 @@ def test_a_run_that_is_resumed_before_the_change_equals_the_unbroken_one_bit_for
         assert np.array_equal(first.position, second.position)
         assert np.array_equal(first.attitude, second.attitude)
         assert np.array_equal(first.energy, second.energy)
-    ends = [system.interactions(each).truncation_error for each in (state, unbroken.state)]
+    ends = [system.interactions(sample).truncation_error for sample in (state, unbroken.state)]
     assert ends[0] == 0.0 < ends[1]
 
 
@@ -223,15 +217,15 @@ def test_derivatives_are_those_of_the_rule_over_few_faces(kind):
     coarse = SHAPES[kind](rng)
     state, _ = near(rng, coarse, 0.2)
     exact = System(bodies_of(coarse), G=1.0, gravity="surface", gravity_tolerance=1e-10)
-    found = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-6)
-    assert found.interactions(state).truncation_error > 0.0
+    result = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-6)
+    assert result.interactions(state).truncation_error > 0.0
     names = [name for name in exact.parameters if name.startswith(("scale", "mass", "G"))]
-    one, other = exact.jacobian(state, names), found.jacobian(state, names)
-    np.testing.assert_allclose(other.rates, one.rates, atol=1e-6 * np.abs(one.rates).max(), rtol=0.0)
+    first, other = exact.jacobian(state, names), result.jacobian(state, names)
+    np.testing.assert_allclose(other.rates, first.rates, atol=1e-6 * np.abs(first.rates).max(), rtol=0.0)
     assert any(name.startswith("scale") for name in names)
     for name in names:
-        size = np.abs(one.by_parameter[name]).max()
-        np.testing.assert_allclose(other.by_parameter[name], one.by_parameter[name], atol=1e-6 * size, rtol=0.0)
+        size = np.abs(first.by_parameter[name]).max()
+        np.testing.assert_allclose(other.by_parameter[name], first.by_parameter[name], atol=1e-6 * size, rtol=0.0)
 
 
 def test_the_harmonic_series_alone_does_not_converge_near_by():

@@ -24,10 +24,10 @@ def coefficients(degree, size=0.1):
 def real_harmonic(degree, order, directions):
     """A real spherical harmonic with a mean square of one and without the sign (-1)^m, by scipy."""
     x, y, z = directions.T
-    complex_one = sph_harm_y(degree, abs(order), np.arccos(z), np.arctan2(y, x)) * np.sqrt(4 * np.pi)
+    complex_harmonic = sph_harm_y(degree, abs(order), np.arccos(z), np.arctan2(y, x)) * np.sqrt(4 * np.pi)
     if order == 0:
-        return complex_one.real
-    return np.sqrt(2) * (-1) ** order * (complex_one.real if order > 0 else complex_one.imag)
+        return complex_harmonic.real
+    return np.sqrt(2) * (-1) ** order * (complex_harmonic.real if order > 0 else complex_harmonic.imag)
 
 
 def facet_areas(normals, polyhedron):
@@ -36,9 +36,9 @@ def facet_areas(normals, polyhedron):
     a, b, c = np.moveaxis(vertices[polyhedron.faces], 1, 0)
     across = np.cross(b - a, c - a) / 2
     size = np.linalg.norm(across, axis=1)
-    own = ((across / size[:, None]) @ normals.T).argmax(axis=1)
-    assert np.linalg.norm(across / size[:, None] - normals[own], axis=1).max() < 1e-6
-    return np.bincount(own, size, len(normals))
+    facet = ((across / size[:, None]) @ normals.T).argmax(axis=1)
+    assert np.linalg.norm(across / size[:, None] - normals[facet], axis=1).max() < 1e-6
+    return np.bincount(facet, size, len(normals))
 
 
 def of_ellipsoid(axes, degree, **options):
@@ -52,8 +52,8 @@ def of_ellipsoid(axes, degree, **options):
 
 @pytest.mark.parametrize(("degree", "order"), [(0, 0), (1, -1), (1, 0), (1, 1), (2, -2), (3, 2), (5, -3), (8, 8)])
 def test_harmonics_are_those_of_scipy(degree, order):
-    found = harmonics(3, 8)[:, degree * degree + degree + order]
-    np.testing.assert_allclose(found, real_harmonic(degree, order, geodesic_mesh(3).points), atol=1e-13)
+    result = harmonics(3, 8)[:, degree * degree + degree + order]
+    np.testing.assert_allclose(result, real_harmonic(degree, order, geodesic_mesh(3).points), atol=1e-13)
 
 
 @pytest.mark.parametrize("parts", [1, 2, 5])
@@ -69,8 +69,10 @@ def test_the_logarithm_of_the_radius_is_the_series():
     series = coefficients(4)
     shape = HarmonicShape(series, degree=4, reference_radius=3.0)
     radii = np.linalg.norm(shape.vertices, axis=1)
-    places = [(n, m) for n in range(5) for m in range(-n, n + 1)]
-    parts = [c * real_harmonic(n, m, shape.vertices / radii[:, None]) for c, (n, m) in zip(series, places, strict=True)]
+    indices = [(n, m) for n in range(5) for m in range(-n, n + 1)]
+    parts = [
+        c * real_harmonic(n, m, shape.vertices / radii[:, None]) for c, (n, m) in zip(series, indices, strict=True)
+    ]
     np.testing.assert_allclose(np.log(radii / 3.0), sum(parts), atol=1e-14)
 
 
@@ -84,9 +86,9 @@ def test_the_volume_of_a_spheroidal_series_converges_with_the_square_of_the_size
 
 def test_a_harmonic_shape_is_a_polyhedron_in_every_respect():
     shape = HarmonicShape(coefficients(5), reference_radius=2.0, faces=320)
-    plain = fullbody.Polyhedron(shape.vertices, shape.faces)
-    assert shape == plain
-    first, second = (fullbody.Body(one, density=1.5) for one in (shape, plain))
+    reference = fullbody.Polyhedron(shape.vertices, shape.faces)
+    assert shape == reference
+    first, second = (fullbody.Body(solid, density=1.5) for solid in (shape, reference))
     np.testing.assert_array_equal(first.inertia, second.inertia)
     np.testing.assert_array_equal(first.working_frame.attitude, second.working_frame.attitude)
     assert first.gravity([0.0, 0.0, 9.0], G=1.0).potential == second.gravity([0.0, 0.0, 9.0], G=1.0).potential
@@ -97,12 +99,12 @@ def test_facets_of_minkowskis_polytope_have_the_areas():
     for series in (coefficients(2, 0.3), coefficients(6, 0.5), np.where(even, coefficients(8, 2.0), 0.0)):
         shape = ConvexShape(series, reference_radius=2.0, faces=400)
         solid = shape.polyhedron()
-        found = facet_areas(shape.normals, solid)
+        result = facet_areas(shape.normals, solid)
         # The areas that close at the least sum of squared changes over areas are areas times 1 + m.n.
-        change = found / shape.areas - 1
+        change = result / shape.areas - 1
         multiplier = np.linalg.lstsq(shape.normals, change, rcond=None)[0]
         assert np.abs(shape.areas * (change - shape.normals @ multiplier)).max() < 1e-9 * shape.areas.max()
-        assert np.abs(found @ shape.normals).max() < 1e-9 * found.sum()
+        assert np.abs(result @ shape.normals).max() < 1e-9 * result.sum()
         assert solid.volume > 0
 
 

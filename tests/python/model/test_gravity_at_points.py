@@ -28,20 +28,20 @@ def resting(position, attitude=None):
     return fullbody.State(position, np.zeros((len(position), 3)), attitude)
 
 
-def within(found, expected, tolerance):
+def within(result, expected, tolerance):
     """Arrays of vectors or matrices alike, relative to the size of each."""
     axes = tuple(range(1, np.ndim(expected)))
     size = np.sqrt(np.sum(np.square(expected), axis=axes, keepdims=True))
-    assert (np.abs(found - expected) <= tolerance * size).all(), np.abs((found - expected) / size).max()
+    assert (np.abs(result - expected) <= tolerance * size).all(), np.abs((result - expected) / size).max()
 
 
 def test_gravity_at_points_has_the_values_of_44_digits():
     for case in reference("derivatives")["fields"]:
         body = Body(Ellipsoid(*map(float, case["axes"])), mass=1.0)
-        found = body.gravity([float(x) for x in case["point"]], G=1.0)
-        assert float(found.potential) == pytest.approx(float(case["potential"]), rel=4e-15)
-        within(found.field[None], np.array([case["field"]], dtype=float), 4e-15)
-        within(found.gradient[None], np.array([case["gradient"]], dtype=float), 4e-15)
+        result = body.gravity([float(x) for x in case["point"]], G=1.0)
+        assert float(result.potential) == pytest.approx(float(case["potential"]), rel=4e-15)
+        within(result.field[None], np.array([case["field"]], dtype=float), 4e-15)
+        within(result.gradient[None], np.array([case["gradient"]], dtype=float), 4e-15)
 
 
 def by_integrals(x):
@@ -61,13 +61,13 @@ def by_integrals(x):
 
 @pytest.mark.parametrize("x", [(0.0, 0.0, 0.0), (0.3, -0.4, 0.1), (0.9, 0.1, -0.1)])
 def test_gravity_inside_an_ellipsoid_is_dirichlets(x):
-    found = Body(Ellipsoid(*AXES), mass=1.0).gravity(x, G=1.0)
+    result = Body(Ellipsoid(*AXES), mass=1.0).gravity(x, G=1.0)
     potential, field, gradient = by_integrals(np.array(x))
-    assert float(found.potential) == pytest.approx(potential, rel=1e-15)
-    assert found.field == pytest.approx(field, rel=1e-14)
-    within(found.gradient[None], gradient[None], 2e-15)
+    assert float(result.potential) == pytest.approx(potential, rel=1e-15)
+    assert result.field == pytest.approx(field, rel=1e-14)
+    within(result.gradient[None], gradient[None], 2e-15)
     # Poisson's equation.
-    assert np.trace(found.gradient) == pytest.approx(-3.0 / np.prod(AXES), rel=1e-14)
+    assert np.trace(result.gradient) == pytest.approx(-3.0 / np.prod(AXES), rel=1e-14)
 
 
 def test_the_gradient_of_a_polyhedron_is_that_of_differences():
@@ -76,10 +76,10 @@ def test_the_gradient_of_a_polyhedron_is_that_of_differences():
     for x, trace in (((1.7, 0.4, -0.3), 0.0), ((0.2, -0.5, 0.3), -4.0 * np.pi), ((30.0, 20.0, -50.0), 0.0)):
         steps = np.array(x) + h * np.array([-2, -1, 1, 2])[:, None, None] * np.eye(3)
         a, b, c, d = body.gravity(steps, G=1.0).field
-        found = body.gravity(x, G=1.0).gradient
-        size = np.abs(found).max()
-        assert found == pytest.approx((8.0 * (c - b) - (d - a)) / (12.0 * h), abs=1e-9 * size + 1e-12)
-        assert np.trace(found) == pytest.approx(trace, abs=1e-13)
+        result = body.gravity(x, G=1.0).gradient
+        size = np.abs(result).max()
+        assert result == pytest.approx((8.0 * (c - b) - (d - a)) / (12.0 * h), abs=1e-9 * size + 1e-12)
+        assert np.trace(result) == pytest.approx(trace, abs=1e-13)
 
 
 def test_a_system_is_the_sum_of_its_bodies_where_they_are():
@@ -95,22 +95,22 @@ def test_a_system_is_the_sum_of_its_bodies_where_they_are():
     attitudes = rng.normal(size=(4, 4))
     attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
     state = resting([[0, 0, 0], [6, 1, 0], [-5, 4, 2], [1, -7, 3]], attitudes)
-    places = rng.normal(size=(7, 11, 3)) * 5.0
+    positions = rng.normal(size=(7, 11, 3)) * 5.0
     # Some inside.
-    places[0, :4] = state.position + rng.normal(size=(4, 3)) * 0.2
-    total = system.gravity(state, places)
+    positions[0, :4] = state.position + rng.normal(size=(4, 3)) * 0.2
+    total = system.gravity(state, positions)
     sums = [0.0, 0.0, 0.0]
     for k, body in enumerate(shapes):
-        turn = matrix(state.attitude[k])
-        own = body.gravity((places - state.position[k]) @ turn, G=2.0)
-        parts = own.potential, own.field @ turn.T, turn @ own.gradient @ turn.T
-        one = system.gravity(state, places, body=k)
-        for found, expected in zip((one.potential, one.field, one.gradient), parts, strict=True):
-            within(found.reshape(77, -1), expected.reshape(77, -1), 2e-13)
+        rotation = matrix(state.attitude[k])
+        field = body.gravity((positions - state.position[k]) @ rotation, G=2.0)
+        parts = field.potential, field.field @ rotation.T, rotation @ field.gradient @ rotation.T
+        single = system.gravity(state, positions, body=k)
+        for result, expected in zip((single.potential, single.field, single.gradient), parts, strict=True):
+            within(result.reshape(77, -1), expected.reshape(77, -1), 2e-13)
         sums = [total + part for total, part in zip(sums, parts, strict=True)]
     assert total.potential.shape == (7, 11)
-    for found, expected in zip((total.potential, total.field, total.gradient), sums, strict=True):
-        within(found.reshape(77, -1), expected.reshape(77, -1), 2e-13)
+    for result, expected in zip((total.potential, total.field, total.gradient), sums, strict=True):
+        within(result.reshape(77, -1), expected.reshape(77, -1), 2e-13)
 
 
 def test_the_third_law_gives_the_force_on_a_point():
@@ -118,54 +118,54 @@ def test_the_third_law_gives_the_force_on_a_point():
     system, state = fullbody.systems.kw4()
     probe = Body(PointMass(), mass=1.0, name="probe")
     both = fullbody.System([*system.bodies, probe], G=system.G)
-    place = np.array([1.9, -1.2, 0.7])
-    force = both.interactions(resting([*state.position, place], [*state.attitude, [1, 0, 0, 0]])).force[2]
-    within(system.gravity(state, place).field[None], force[None], 1e-14)
+    position = np.array([1.9, -1.2, 0.7])
+    force = both.interactions(resting([*state.position, position], [*state.attitude, [1, 0, 0, 0]])).force[2]
+    within(system.gravity(state, position).field[None], force[None], 1e-14)
 
 
 def test_gravity_along_a_run_is_that_of_its_states(flown):
-    places = np.array([[3.0, 1.0, 0.5], [0.0, 2.0, 2.0], [0.1, 0.1, 0.1]])
-    found = flown.gravity([[1.0], [2.5]], places, body="Alpha")
-    assert found.field.shape == (2, 3, 3)
+    positions = np.array([[3.0, 1.0, 0.5], [0.0, 2.0, 2.0], [0.1, 0.1, 0.1]])
+    result = flown.gravity([[1.0], [2.5]], positions, body="Alpha")
+    assert result.field.shape == (2, 3, 3)
     for row, time in enumerate((1.0, 2.5)):
-        assert np.array_equal(found.field[row], flown.system.gravity(flown(time), places, body=0).field)
-    track = flown.gravity([1.0, 2.5, 1.0], places)
-    assert np.array_equal(track.potential[1], flown.system.gravity(flown(2.5), places[1]).potential)
-    assert np.array_equal(track.gradient[2], flown.system.gravity(flown(1.0), places[2]).gradient)
+        assert np.array_equal(result.field[row], flown.system.gravity(flown(time), positions, body=0).field)
+    track = flown.gravity([1.0, 2.5, 1.0], positions)
+    assert np.array_equal(track.potential[1], flown.system.gravity(flown(2.5), positions[1]).potential)
+    assert np.array_equal(track.gradient[2], flown.system.gravity(flown(1.0), positions[2]).gradient)
     # Samples need no continuous solution.
     bare = flown[:]
     bare.dense = None
-    assert np.array_equal(bare.gravity(2.0, places).field, flown.system.gravity(flown[1], places).field)
-    refused(r"time is 2\.5, of no sample; .* dense=True", lambda: bare.gravity(2.5, places))
-    refused("time is 7", lambda: flown.gravity(7.0, places))
-    refused(r"times of shape \(2,\) and points of shape \(3, 3\)", lambda: flown.gravity([1.0, 2.0], places))
+    assert np.array_equal(bare.gravity(2.0, positions).field, flown.system.gravity(flown[1], positions).field)
+    refused(r"time is 2\.5, of no sample; .* dense=True", lambda: bare.gravity(2.5, positions))
+    refused("time is 7", lambda: flown.gravity(7.0, positions))
+    refused(r"times of shape \(2,\) and points of shape \(3, 3\)", lambda: flown.gravity([1.0, 2.0], positions))
 
 
 def test_gravity_at_points_has_units_and_the_shape_of_the_points():
-    plain, state = fullbody.systems.kw4()
+    unitless, state = fullbody.systems.kw4()
     system, with_units = fullbody.systems.kw4(units=True)
-    expected = plain.gravity(state, [2.0, 1.0, 0.5])
-    found = system.gravity(with_units, [2000.0, 1000.0, 500.0] * u.m)
-    assert found.potential.to_value("km2/hour2") == pytest.approx(expected.potential, rel=1e-14)
-    assert found.field.to_value("km/hour2") == pytest.approx(expected.field, rel=1e-13)
-    assert found.gradient.unit == u.hour**-2
-    assert found.gradient.to_value("hour-2") == pytest.approx(expected.gradient, rel=1e-12)
-    found = Body(Sphere(1.0), mass=1.0).gravity(np.zeros((0, 3)), G=1.0)
-    assert (found.potential.shape, found.field.shape, found.gradient.shape) == ((0,), (0, 3), (0, 3, 3))
+    expected = unitless.gravity(state, [2.0, 1.0, 0.5])
+    result = system.gravity(with_units, [2000.0, 1000.0, 500.0] * u.m)
+    assert result.potential.to_value("km2/hour2") == pytest.approx(expected.potential, rel=1e-14)
+    assert result.field.to_value("km/hour2") == pytest.approx(expected.field, rel=1e-13)
+    assert result.gradient.unit == u.hour**-2
+    assert result.gradient.to_value("hour-2") == pytest.approx(expected.gradient, rel=1e-12)
+    result = Body(Sphere(1.0), mass=1.0).gravity(np.zeros((0, 3)), G=1.0)
+    assert (result.potential.shape, result.field.shape, result.gradient.shape) == ((0,), (0, 3), (0, 3, 3))
 
 
 def test_bad_points_are_refused_by_index():
     system = fullbody.System([Body(CUBE, mass=1.0, name="cube"), Body(PointMass(), mass=0.1, name="dust")], G=1.0)
     state = resting([[0, 0, 0], [0, 0, 4.0]])
-    for places, words in (
+    for positions, words in (
         ([[1, 2, 3], [4, np.nan, 6]], r"point 1, component 1, is NaN; expected a finite number"),
         ([[[1, 2, 3], [0, 0, 4.0]]], r"point \(0, 1\) is \[0, 0, 4\]; expected one away from the point mass of dust"),
         (np.zeros((3, 2)), r"points has shape \(3, 2\); expected \(\.\.\., 3\)"),
     ):
-        refused(words, system.gravity, state, places)
-    found = system.gravity(state, [[9, 9, 9], [1.0, 0.3, 0.2]])
-    assert np.isfinite(found.field).all()
-    refused(r"point 1 is \[1, 0.3, 0.2\]; expected one off the surface of cube", lambda: found.gradient)
+        refused(words, system.gravity, state, positions)
+    result = system.gravity(state, [[9, 9, 9], [1.0, 0.3, 0.2]])
+    assert np.isfinite(result.field).all()
+    refused(r"point 1 is \[1, 0.3, 0.2\]; expected one off the surface of cube", lambda: result.gradient)
     refused("body is 'Gamma'", system.gravity, state, [1, 2, 3], body="Gamma")
     refused("state has 1 bodies; expected 2", system.gravity, resting([[0, 0, 0]]), [1, 2, 3])
 
@@ -186,8 +186,8 @@ def test_threads_and_crowds_change_no_bit():
     here: dict = {}
     exec(HASH, here)
     assert told.strip() == here["digest"]
-    system, state, cloud, whole = (here[name] for name in ("system", "state", "cloud", "found"))
+    system, state, cloud, reference = (here[name] for name in ("system", "state", "cloud", "found"))
     for some in (slice(0, 1), slice(17, 18), slice(1000, 1700), slice(None, None, -1)):
         part = system.gravity(state, cloud[some])
         for name in ("potential", "field", "gradient"):
-            assert np.array_equal(getattr(part, name), getattr(whole, name)[some])
+            assert np.array_equal(getattr(part, name), getattr(reference, name)[some])

@@ -55,29 +55,29 @@ def test_the_series_of_two_smooth_bodies_is_exact(second):
 
 @pytest.mark.parametrize("case", range(7))
 def test_radar_shapes_interact_as_by_the_integrals_over_their_faces(case):
-    known = reference("kw4_shapes")["cases"][case]
+    values = reference("kw4_shapes")["cases"][case]
     radar, _ = ready("kw4", shape="radar")
     bodies = [Body(body.shape, mass=1.0, name=body.name) for body in radar.bodies]
     zeros = np.zeros((2, 3))
-    state = State([np.zeros(3), known["separation"]], zeros, attitude=known["attitude"], spin=zeros)
-    found = System(bodies, G=1.0).interactions(state)
-    assert found.potential_energy == pytest.approx(known["potential_energy"], rel=1e-14)
-    force = np.array(known["force_on_first"])
+    state = State([np.zeros(3), values["separation"]], zeros, attitude=values["attitude"], spin=zeros)
+    result = System(bodies, G=1.0).interactions(state)
+    assert result.potential_energy == pytest.approx(values["potential_energy"], rel=1e-14)
+    force = np.array(values["force_on_first"])
     size = np.linalg.norm(force)
-    assert np.linalg.norm(found.force - [force, -force], axis=1).max() < 2e-14 * size
-    torques = np.array([known["torque_first"], known["torque_second"]])
+    assert np.linalg.norm(result.force - [force, -force], axis=1).max() < 2e-14 * size
+    torques = np.array([values["torque_first"], values["torque_second"]])
     # The distant torques of the integrals have lost digits: sums in extended precision agree with the series to 7e-15.
-    lost = 3e-16 if known["separation"][0] ** 2 > 50.0 else 1e-17
+    lost = 3e-16 if values["separation"][0] ** 2 > 50.0 else 1e-17
     allowed = 5e-14 * np.linalg.norm(torques, axis=1) + lost * size
-    assert (np.linalg.norm(found.torque - torques, axis=1) < allowed).all()
+    assert (np.linalg.norm(result.torque - torques, axis=1) < allowed).all()
 
 
 @pytest.mark.parametrize("case", range(3))
 def test_tetrahedra_interact_as_in_arbitrary_precision(case):
-    known = reference("tetrahedra")
-    pose = known["cases"][case]
+    values = reference("tetrahedra")
+    pose = values["cases"][case]
     assert float(pose["error"]) < 1e-20
-    bodies = [Body(Polyhedron(known[which], known["faces"]), mass=1.0, name=which) for which in ("first", "second")]
+    bodies = [Body(Polyhedron(values[which], values["faces"]), mass=1.0, name=which) for which in ("first", "second")]
     frames = [body.working_frame for body in bodies]
     # The working frames are the inertial frame, the second one moved by the separation.
     rotations = [matrix(frame.attitude).T for frame in frames]
@@ -85,14 +85,14 @@ def test_tetrahedra_interact_as_in_arbitrary_precision(case):
     position = [at - rotation @ frame.position for at, rotation, frame in zip(moved, rotations, frames, strict=True)]
     attitude = [frame.attitude * [1, -1, -1, -1] for frame in frames]
     state = State(position, np.zeros((2, 3)), attitude=attitude, spin=np.zeros((2, 3)))
-    found = System(bodies, G=1.0, gravity="harmonic").interactions(state)
+    result = System(bodies, G=1.0, gravity="harmonic").interactions(state)
     force = np.array(pose["force_on_second"], dtype=float)
     size = np.linalg.norm(force)
-    assert np.linalg.norm(found.force - [-force, force], axis=1).max() < 2e-14 * size
+    assert np.linalg.norm(result.force - [-force, force], axis=1).max() < 2e-14 * size
     for k, which in enumerate(("torque_on_first", "torque_on_second")):
         torque = np.array(pose[which], dtype=float)
         # Vertices about the centre of mass are rounded, so that the force has a lever of about 2e-16.
-        assert np.linalg.norm(rotations[k] @ found.torque[k] - torque) < 5e-14 * np.linalg.norm(torque) + 4e-16 * size
+        assert np.linalg.norm(rotations[k] @ result.torque[k] - torque) < 5e-14 * np.linalg.norm(torque) + 4e-16 * size
 
 
 def test_voids_are_summed_within_the_tolerance():
@@ -113,12 +113,12 @@ def test_no_error_exceeds_the_bound_with_voids(seed):
         lobe = Part(Ellipsoid(*(0.5 * axes)), mass=rng.uniform(0.1, 0.5), position=at[0])
         void = Part(Ellipsoid(*(0.4 * axes)), mass=-rng.uniform(0.05, 0.4), position=at[1])
         bodies.append(Body(Composite([Part(Ellipsoid(*axes), mass=1.0), lobe, void]), name=name))
-    found = []
+    results = []
     for tolerance in 10.0 ** rng.uniform(-10.0, -2.0, size=25):
         state = pose(rng, rng.uniform(4.0, 9.0))
-        found.append(max(differences(bodies, state, tolerance, exact="focal")[:2]) / tolerance)
+        results.append(max(differences(bodies, state, tolerance, exact="focal")[:2]) / tolerance)
     # The bound is careful, but not empty.
-    assert 1e-5 < max(found) < 1.0
+    assert 1e-5 < max(results) < 1.0
 
 
 def test_a_fixed_order_is_a_truncated_series():
@@ -165,10 +165,10 @@ def test_three_bodies_attract_pair_by_pair():
     zeros = np.zeros((3, 3))
     attitude = rng.normal(size=(3, 4))
     state = State(position, zeros, attitude / np.linalg.norm(attitude, axis=1)[:, None])
-    exact, found = (System(bodies, G=1.0, gravity=gravity).interactions(state) for gravity in ("surface", "harmonic"))
+    exact, result = (System(bodies, G=1.0, gravity=gravity).interactions(state) for gravity in ("surface", "harmonic"))
     scale = np.abs(exact.force).max()
-    np.testing.assert_allclose(found.force, exact.force, rtol=0.0, atol=3e-14 * scale)
-    np.testing.assert_allclose(found.torque, exact.torque, rtol=0.0, atol=3e-14 * scale)
+    np.testing.assert_allclose(result.force, exact.force, rtol=0.0, atol=3e-14 * scale)
+    np.testing.assert_allclose(result.torque, exact.torque, rtol=0.0, atol=3e-14 * scale)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -180,8 +180,12 @@ def test_derivatives_are_those_of_the_surface_integrals(seed):
     state = pose(rng, 2.6)
     exact, series = (System(bodies, G=1.0, gravity=gravity) for gravity in ("surface", "harmonic"))
     names = [name for name in exact.parameters if name.startswith(("semi-axis", "scale", "mass", "G"))]
-    one, other = exact.jacobian(state, names), series.jacobian(state, names)
-    np.testing.assert_allclose(other.rates, one.rates, atol=1e-11 * np.abs(one.rates).max(), rtol=0.0)
+    exact_jacobian, other = exact.jacobian(state, names), series.jacobian(state, names)
+    np.testing.assert_allclose(
+        other.rates, exact_jacobian.rates, atol=1e-11 * np.abs(exact_jacobian.rates).max(), rtol=0.0
+    )
     for name in names:
-        size = np.abs(one.by_parameter[name]).max()
-        np.testing.assert_allclose(other.by_parameter[name], one.by_parameter[name], atol=1e-10 * size, rtol=0.0)
+        size = np.abs(exact_jacobian.by_parameter[name]).max()
+        np.testing.assert_allclose(
+            other.by_parameter[name], exact_jacobian.by_parameter[name], atol=1e-10 * size, rtol=0.0
+        )

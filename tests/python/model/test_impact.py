@@ -21,15 +21,15 @@ def pair():
 def test_momentum_and_angular_momentum_are_conserved(longitude, latitude):
     system, state = pair()
     way = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
-    place = state.rotation_matrix[1] @ (way / np.sqrt((way**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
-    velocity = -50.0 * place + [1.0, 2.0, -3.0]
+    position = state.rotation_matrix[1] @ (way / np.sqrt((way**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
+    velocity = -50.0 * position + [1.0, 2.0, -3.0]
     after = state.impact(system, 1, mass=1e-3, velocity=velocity, longitude=longitude, latitude=latitude)
     # The body keeps its mass: the projectile gives what it has relative to the ground, which goes on.
-    ground = state.velocity[1] + np.cross(state.rotation_matrix[1] @ state.spin[1], place)
+    ground = state.velocity[1] + np.cross(state.rotation_matrix[1] @ state.spin[1], position)
     momentum = 1e-3 * (state.velocity[1] + velocity - ground)
     np.testing.assert_allclose(system.momentum(after) - system.momentum(state), momentum, rtol=1e-11, atol=1e-13)
-    turned = system.angular_momentum(after) - system.angular_momentum(state)
-    np.testing.assert_allclose(turned, np.cross(state.position[1] + place, momentum), rtol=1e-10, atol=1e-13)
+    change = system.angular_momentum(after) - system.angular_momentum(state)
+    np.testing.assert_allclose(change, np.cross(state.position[1] + position, momentum), rtol=1e-10, atol=1e-13)
     np.testing.assert_array_equal(after.position, state.position)
     np.testing.assert_array_equal(after.velocity[0], state.velocity[0])
     assert (after.spin[1] != state.spin[1]).any()

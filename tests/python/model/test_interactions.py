@@ -54,7 +54,7 @@ def test_three_bodies_are_the_sum_over_pairs():
     state = State(
         [[0, 0, 0], [2, 0.3, 0], [0.5, 2, 1]], np.zeros((3, 3)), [[1, 0, 0, 0], [0.5, 0.5, 0.5, 0.5], [1, 0, 0, 0]]
     )
-    whole = System(bodies, G=1.0).interactions(state)
+    total = System(bodies, G=1.0).interactions(state)
     force, torque, energy = np.zeros((3, 3)), np.zeros((3, 3)), 0.0
     for i, j in ((0, 1), (0, 2), (1, 2)):
         pair = State(state.position[[i, j]], np.zeros((2, 3)), state.attitude[[i, j]])
@@ -62,9 +62,9 @@ def test_three_bodies_are_the_sum_over_pairs():
         force[[i, j]] += f.force
         torque[[i, j]] += f.torque
         energy += f.potential_energy
-    assert worst(whole.force, force) < 1e-14
-    assert worst(whole.torque, torque) < 1e-13
-    assert whole.potential_energy == pytest.approx(energy, rel=1e-14)
+    assert worst(total.force, force) < 1e-14
+    assert worst(total.torque, torque) < 1e-13
+    assert total.potential_energy == pytest.approx(energy, rel=1e-14)
 
 
 PLACES = [(0.0087, 0.8198), (0.9838, 0.7486), (0.9742, 0.8015), (0.9873, 0.8164)]
@@ -77,8 +77,8 @@ def test_force_on_a_small_body_above_a_disc_has_the_tolerance(across, height, to
     unit = np.sqrt(1 - c * c)
     bodies = [Body(Ellipsoid(1, 1, c), mass=1.0), Body(Ellipsoid(2e-4, 1.9e-4, 1.8e-4), mass=1e-9)]
     for angle in (0.0, 0.3, 2.0):
-        place = [across * np.cos(angle), across * np.sin(angle), height]
-        state = State(position=[[0, 0, 0], np.multiply(place, unit)], velocity=np.zeros((2, 3)))
+        position = [across * np.cos(angle), across * np.sin(angle), height]
+        state = State(position=[[0, 0, 0], np.multiply(position, unit)], velocity=np.zeros((2, 3)))
         exact = System(bodies, G=1.0, gravity="surface", gravity_tolerance=1e-13).interactions(state).force[1]
         force = System(bodies, G=1.0, gravity_tolerance=tolerance).interactions(state).force[1]
         assert np.linalg.norm(force - exact) < 3 * tolerance * np.linalg.norm(exact)

@@ -13,9 +13,9 @@ def pair(case, gravity, mass=(2.0, 3.0), G=0.5):
     """The system and state of a case, with bodies elsewhere than at the origin."""
     axes = [np.array(case[name], dtype=float) for name in ("axes_a", "axes_b")]
     bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
-    place = np.array([0.3, -0.1, 0.2])
+    position = np.array([0.3, -0.1, 0.2])
     state = fullbody.State.from_tait_bryan(
-        [place, place + np.array(case["separation"], dtype=float)],
+        [position, position + np.array(case["separation"], dtype=float)],
         np.zeros((2, 3)),
         np.array([case["angles_a"], case["angles_b"]], dtype=float),
     )
@@ -39,7 +39,7 @@ def test_jacobians_have_the_reference_values(case, gravity):
     expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
     for i, block in enumerate(blocks(jacobian)):
         assert worst(block, expected[3 * (i // 3) :, 3 * (i % 3) :][:3, :3]) < 1e-12
-    # Of the rates: accelerations, and torques over moments that change too; without spin only torque over moment.
+    # Rates are accelerations, and torques over moments, which the parameter changes too; there is no spin.
     torques = system.interactions(state).torque
     for k, name in enumerate(names):
         by, column = jacobian.by_parameter[name], expected[:, 9 + k]
@@ -59,7 +59,7 @@ POSES = reference("pair_jacobians")
 @pytest.mark.parametrize("gravity", ["focal", "surface"])
 @pytest.mark.parametrize("case", POSES, ids=[case["name"] for case in POSES])
 def test_jacobians_of_near_and_far_poses_keep_their_digits(case, gravity):
-    # In 18 digits: tests/data/make_derivatives.py.
+    # The expected values have 18 digits (tests/data/make_derivatives.py).
     system, state = pair(case, gravity)
     jacobian = system.jacobian(state)
     expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
@@ -93,11 +93,11 @@ def test_derivatives_of_rates_are_differences(made, step, tolerance):
     actual = system.jacobian(state, names)
     assert worst(actual.flow, rates(system, state)) < 1e-12
     for k in (0, 4, 7, 14, 20):
-        place = (k // 12, k % 12 // 3, k % 3)
-        change = central_of_state(lambda by, place=place: rates(system, displaced(state, *place, by)), step * size[k])
-        if place[1] == 2:
+        index = (k // 12, k % 12 // 3, k % 3)
+        change = central_of_state(lambda by, index=index: rates(system, displaced(state, *index, by)), step * size[k])
+        if index[1] == 2:
             # A rotation by theta also moves the axes of the spin: d(theta)/dt = dspin - spin x theta.
-            change[12 * place[0] + 6 : 12 * place[0] + 9] -= np.cross(state.spin[place[0]], np.eye(3)[place[2]])
+            change[12 * index[0] + 6 : 12 * index[0] + 9] -= np.cross(state.spin[index[0]], np.eye(3)[index[2]])
         assert worst(actual.rates[:, k] / size, change / size) < tolerance
     for name in names:
         change = central_of_state(lambda by, name=name: rates(system.changed(name, by), state), 0.2 * step)
@@ -111,12 +111,12 @@ def test_far_bodies_lose_no_digits():
         np.array(state.position) * [[1.0], [3e4]], state.velocity, state.attitude, state.spin, time=state.time
     )
     moments = np.diag(inertia(system.bodies[1]))
-    turn = far.rotation_matrix[1]
-    x = turn.T @ (far.position[0] - far.position[1])
+    rotation = far.rotation_matrix[1]
+    x = rotation.T @ (far.position[0] - far.position[1])
     r = np.linalg.norm(x)
     rate = np.cross(np.eye(3), moments @ x) + np.cross(x, moments.T).reshape(3, 3)
     expected = 3.0 * (rate.T / r**5 - 5.0 * np.outer(np.cross(x, moments @ x), x) / r**7)
-    actual = system.jacobian(far).torque_by_position[1, :, 0] @ turn
+    actual = system.jacobian(far).torque_by_position[1, :, 0] @ rotation
     assert worst(actual, expected) < 1e-8
 
 
@@ -164,7 +164,7 @@ def test_derivatives_by_semi_axes_beside_a_third_body_are_differences(axes, dist
     system, state = beside(axes, distance)
     for k, axis in enumerate("abc"):
         name, step = f"semi-axis {axis} of B", 2e-3 * axes[k]
-        both = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
+        both = (world.jacobian(state, [name]).by_parameter[name] for world in (system, system.with_forces([])))
         actual = np.subtract(*both)[[[15, 16, 17], [21, 22, 23]]]
         weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
         expected = sum(w * np.subtract(*(sunlit(axes + s * step * np.eye(3)[k]) for s in (m, -m))) for m, w in weights)

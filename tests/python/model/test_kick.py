@@ -27,22 +27,22 @@ def local(run, other):
     return np.einsum("kji,kj->ki", axes, run.position[:, 1] - run.position[:, 0] - r)
 
 
-@pytest.mark.parametrize("place", [0, 1, 2])
-def test_a_kick_starts_the_motion_of_clohessy_and_wiltshire(place):
+@pytest.mark.parametrize("position", [0, 1, 2])
+def test_a_kick_starts_the_motion_of_clohessy_and_wiltshire(position):
     """The chaser starts with a velocity alone (Clohessy & Wiltshire 1960, J. Aerosp. Sci. 27, 653)."""
     n, speed = 1.3, 1e-6
     system, state = circle(n)
-    dv = speed * np.eye(3)[place]
-    run, plain = (system.integrate(start, 10.0, output=0.25) for start in (state.kick(1, dv, along="orbit"), state))
-    t = plain.time
+    dv = speed * np.eye(3)[position]
+    run, reference = (system.integrate(start, 10.0, output=0.25) for start in (state.kick(1, dv, along="orbit"), state))
+    t = reference.time
     s, c, o = np.sin(n * t), np.cos(n * t), 0 * t
     expected = [
         np.stack([s, 2 * (c - 1), o], axis=1),
         np.stack([2 * (1 - c), 4 * s - 3 * n * t, o], axis=1),
         np.stack([o, o, s], axis=1),
-    ][place] * (speed / n)
-    # What first order leaves out is its square, with the time.
-    np.testing.assert_allclose(local(run, plain), expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+    ][position] * (speed / n)
+    # Terms of the second order, which grow with time, are left out.
+    np.testing.assert_allclose(local(run, reference), expected, rtol=0, atol=1e-4 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("dv", [-0.1, 0.05, 0.3])
@@ -60,20 +60,20 @@ def test_a_kick_along_the_motion_changes_the_semi_major_axis_by_vis_viva(dv):
 
 def test_a_kick_of_dart_changes_the_period_by_its_share():
     # The period of a light body changes by dP/P = 3 dv/v.
-    system, before = fullbody.systems.didymos(units=True, gravity="point")
+    system, original = fullbody.systems.didymos(units=True, gravity="point")
     dv = -2.70 * u.mm / u.s
-    after = before.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
-    assert after.velocity.unit == before.velocity.unit
-    gained = (system.momentum(after) - system.momentum(before)).to_value(u.kg * u.mm / u.s)
+    after = original.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
+    assert after.velocity.unit == original.velocity.unit
+    gained = (system.momentum(after) - system.momentum(original)).to_value(u.kg * u.mm / u.s)
     mass = system.masses[1].to_value(u.kg)
     np.testing.assert_allclose(np.linalg.norm(gained), mass * 2.70, rtol=1e-9)
-    np.testing.assert_array_equal(after.velocity[0], before.velocity[0])
+    np.testing.assert_array_equal(after.velocity[0], original.velocity[0])
     for name in ("position", "attitude", "spin"):
-        np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
-    speed = np.linalg.norm(before.velocity[1] - before.velocity[0]).to_value(u.mm / u.s)
+        np.testing.assert_array_equal(getattr(after, name), getattr(original, name))
+    speed = np.linalg.norm(original.velocity[1] - original.velocity[0]).to_value(u.mm / u.s)
     periods = [
         observables.mutual_period(system.integrate(state, "20 day", output="0.5 hour")).mean.value
-        for state in (before, after)
+        for state in (original, after)
     ]
     np.testing.assert_allclose(periods[1] / periods[0] - 1, -3 * 2.70 / speed, rtol=0.05)
 
@@ -96,22 +96,22 @@ def test_kicks_may_be_given_in_body_or_inertial_axes():
 def test_rotations_act_about_inertial_or_body_axes(angle):
     q = Q
     state = fullbody.State([[0, 0, 0], [0, 2, 0]], [[0, 0, 0], [-1, 0, 0]], [[1, 0, 0, 0], q], [[0, 0, 1], [1, 2, 3]])
-    for axis, turn in (([5, 0, 0], rot_x), ([0, 1e-200, 0], rot_y), ([0, 0, 1e200], rot_z)):
-        own = state.rotated(1, axis, angle)
-        np.testing.assert_allclose(own.rotation_matrix[1], matrix(q) @ turn(angle), atol=1e-14)
+    for axis, rotation in (([5, 0, 0], rot_x), ([0, 1e-200, 0], rot_y), ([0, 0, 1e200], rot_z)):
+        bodily = state.rotated(1, axis, angle)
+        np.testing.assert_allclose(bodily.rotation_matrix[1], matrix(q) @ rotation(angle), atol=1e-14)
         inertial = state.rotated(1, axis, angle, along="inertial")
-        np.testing.assert_allclose(inertial.rotation_matrix[1], turn(angle) @ matrix(q), atol=1e-14)
-        for turned in (own, inertial):
-            np.testing.assert_array_equal(turned.spin, state.spin)
-            np.testing.assert_array_equal(turned.attitude[0], state.attitude[0])
-            np.testing.assert_array_equal(turned.position, state.position)
-            np.testing.assert_allclose(np.linalg.norm(turned.attitude, axis=1), 1.0, rtol=1e-15)
+        np.testing.assert_allclose(inertial.rotation_matrix[1], rotation(angle) @ matrix(q), atol=1e-14)
+        for rotated in (bodily, inertial):
+            np.testing.assert_array_equal(rotated.spin, state.spin)
+            np.testing.assert_array_equal(rotated.attitude[0], state.attitude[0])
+            np.testing.assert_array_equal(rotated.position, state.position)
+            np.testing.assert_allclose(np.linalg.norm(rotated.attitude, axis=1), 1.0, rtol=1e-15)
     # Radial is y here, transverse is -x.
     orbit = state.rotated(1, [1, 0, 0], angle, along="orbit")
     np.testing.assert_allclose(orbit.rotation_matrix[1], rot_y(angle) @ matrix(q), atol=1e-14)
     orbit = state.rotated(1, [0, 1, 0], angle, along="orbit", about=0)
     np.testing.assert_allclose(orbit.rotation_matrix[1], rot_x(-angle) @ matrix(q), atol=1e-14)
-    # As Quantities.
+    # Arguments may be Quantities.
     assert state.rotated(1, [1, 0, 0] * u.km, angle * u.rad) == state.rotated(1, [1, 0, 0], angle)
     np.testing.assert_allclose(
         state.rotated(1, [0, 0, 1], "90 deg").rotation_matrix[1], matrix(q) @ rot_z(np.pi / 2), atol=1e-14
@@ -134,11 +134,11 @@ def test_states_know_the_names_of_their_bodies():
         assert start.kick("Gamma", dv, along="orbit", about="Alpha") == start.kick(2, dv, along="orbit", about=0)
     for happened in run.events:
         happened.state.kick("Gamma", dv)
-    plain = fullbody.State(state.position, state.velocity)
-    refused(r"body of kick is 'Gamma', and this state does not know .* 0 to 2", lambda: plain.kick("Gamma", dv))
+    nameless = fullbody.State(state.position, state.velocity)
+    refused(r"body of kick is 'Gamma', and this state does not know .* 0 to 2", lambda: nameless.kick("Gamma", dv))
     refused(r"body of kick is 'gamma'; did you mean 'Gamma'\?", lambda: state.kick("gamma", dv))
     # Names are no part of what a state is.
-    assert plain == state.replace(attitude=plain.attitude, spin=plain.spin)
+    assert nameless == state.replace(attitude=nameless.attitude, spin=nameless.spin)
 
 
 @pytest.mark.parametrize(

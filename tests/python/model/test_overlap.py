@@ -76,18 +76,18 @@ def test_a_quadrature_at_its_limit_says_so():
     assert 'use gravity="focal"' not in str(caught.value)
 
 
-@pytest.mark.parametrize("place", [[0, 0, 0], [0.3, 0, 0], [0, 0, 0.05]])
-def test_nested_bodies_overlap(place):
-    assert_overlap(*pair((1.0, 0.8, 0.7), (0.2, 0.1, 0.1), place))
-    assert_overlap(*pair((0.2, 0.1, 0.1), (1.0, 0.8, 0.7), place))
-    assert_overlap(*pair((1.0, 0.8, 0.7), (1.0, 0.8, 0.7), place))
+@pytest.mark.parametrize("position", [[0, 0, 0], [0.3, 0, 0], [0, 0, 0.05]])
+def test_nested_bodies_overlap(position):
+    assert_overlap(*pair((1.0, 0.8, 0.7), (0.2, 0.1, 0.1), position))
+    assert_overlap(*pair((0.2, 0.1, 0.1), (1.0, 0.8, 0.7), position))
+    assert_overlap(*pair((1.0, 0.8, 0.7), (1.0, 0.8, 0.7), position))
 
 
 def test_a_point_overlaps_what_it_is_in_or_at():
     rock = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=1.0, name="Alpha")
     system = fullbody.System([rock, fullbody.Body(fullbody.PointMass(), mass=1.0, name="Beta")], G=1.0)
-    for place in ([0, 0, 0], [0.999, 0, 0]):
-        assert_overlap(system, fullbody.State([[0, 0, 0], place], np.zeros((2, 3)), time=3.5))
+    for position in ([0, 0, 0], [0.999, 0, 0]):
+        assert_overlap(system, fullbody.State([[0, 0, 0], position], np.zeros((2, 3)), time=3.5))
     outside = fullbody.State([[0, 0, 0], [1.001, 0, 0]], np.zeros((2, 3)))
     assert np.isfinite(system.interactions(outside).force).all()
     bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in ("Alpha", "Beta")]

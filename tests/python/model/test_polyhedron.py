@@ -12,14 +12,14 @@ from support.meshes import CORNERS, CUBE, box, close, focal_points, icosphere, o
 
 
 def test_a_box_has_its_moments_and_tells_its_working_frame():
-    turn = matrix(np.array([0.8, 0.1, -0.3, 0.2]) / np.sqrt(0.78))
-    place, sides = np.array([3.0, -2.0, 5.0]), np.array([2.0, 1.4, 0.6])
-    body = Body(Polyhedron((CORNERS - 0.5) * sides @ turn.T + place, CUBE), density=2.0)
+    rotation = matrix(np.array([0.8, 0.1, -0.3, 0.2]) / np.sqrt(0.78))
+    position, sides = np.array([3.0, -2.0, 5.0]), np.array([2.0, 1.4, 0.6])
+    body = Body(Polyhedron((CORNERS - 0.5) * sides @ rotation.T + position, CUBE), density=2.0)
     close(body.mass, 2.0 * sides.prod(), 1e-14)
     close(body.inertia, (np.sum(sides**2) - sides**2) * body.mass / 12.0, 1e-14)
     frame = body.working_frame
-    close(matrix(frame.attitude) @ place + frame.position, 0.0, 4e-15, scale=1.0)
-    close(matrix(frame.attitude) @ turn, np.eye(3), 4e-15)
+    close(matrix(frame.attitude) @ position + frame.position, 0.0, 4e-15, scale=1.0)
+    close(matrix(frame.attitude) @ rotation, np.eye(3), 4e-15)
     close(np.array(body.fitted_ellipsoid().semi_axes), sides * (5.0 / 12.0) ** 0.5, 1e-14)
     # A degenerate principal frame is kept.
     cube = Body(Polyhedron(CORNERS, CUBE), mass=1.0)
@@ -73,9 +73,9 @@ def test_the_field_has_all_digits_near_edges_and_far_away(x):
     potential, field = werner_scheeres(solid.vertices, solid.faces, 0.48, x)
     body = Body(solid, mass=1.0)
     # Near a surface some digits of the point itself are lost, in the differences to its corners.
-    found = body.gravity(x, G=1.0)
-    close(found.potential, potential, 3e-14)
-    close(found.field, field, 3e-14)
+    result = body.gravity(x, G=1.0)
+    close(result.potential, potential, 3e-14)
+    close(result.field, field, 3e-14)
 
 
 def test_the_field_is_that_of_another_program():
@@ -94,23 +94,23 @@ def test_the_field_is_that_of_another_program():
     rows = peer.evaluate(polyhedron=other, computation_points=points, parallel=False)
     # Its G is that of CODATA 2018, and its acceleration has one sign or the other, by its version.
     potential, field = (np.array([row[k] for row in rows]) / 6.67430e-11 for k in (0, 1))
-    found = body.gravity(points, G=1.0)
-    close(found.potential, potential, 1e-12)
-    close(found.field, np.sign(np.sum(field * found.field)) * field, 1e-12)
+    result = body.gravity(points, G=1.0)
+    close(result.potential, potential, 1e-12)
+    close(result.field, np.sign(np.sum(field * result.field)) * field, 1e-12)
 
 
 def test_two_octahedra_have_the_interactions_of_a_volume_integral():
-    known = reference("octahedra")
-    bodies = [Body(octahedron(*known[f"half_diagonals_{k}"]), mass=1.0, name=k) for k in "ab"]
+    values = reference("octahedra")
+    bodies = [Body(octahedron(*values[f"half_diagonals_{k}"]), mass=1.0, name=k) for k in "ab"]
     state = fullbody.State.from_tait_bryan(
-        [[0.0, 0.0, 0.0], known["separation"]], np.zeros((2, 3)), [known["angles_a"], known["angles_b"]]
+        [[0.0, 0.0, 0.0], values["separation"]], np.zeros((2, 3)), [values["angles_a"], values["angles_b"]]
     )
-    found = fullbody.System(bodies, G=1.0).interactions(state)
-    force = np.array(known["force_on_a_inertial"], dtype=float)
-    close(found.force, [force, -force], 1e-14)
-    close(found.potential_energy, float(known["potential_energy"]), 1e-14)
-    torques = np.array([known[f"torque_on_{k}_body"] for k in "ab"], dtype=float)
-    close(found.torque, torques, 1e-14, scale=np.abs(force).max())
+    result = fullbody.System(bodies, G=1.0).interactions(state)
+    force = np.array(values["force_on_a_inertial"], dtype=float)
+    close(result.force, [force, -force], 1e-14)
+    close(result.potential_energy, float(values["potential_energy"]), 1e-14)
+    torques = np.array([values[f"torque_on_{k}_body"] for k in "ab"], dtype=float)
+    close(result.torque, torques, 1e-14, scale=np.abs(force).max())
 
 
 @pytest.mark.parametrize("other", [octahedron(0.5, 0.4, 0.3), Ellipsoid(0.5, 0.4, 0.3), PointMass()], ids=repr)
@@ -149,11 +149,15 @@ def test_a_series_tells_what_it_leaves_out(mesh, distance):
         assert exact.truncation_error == 0.0
         size = np.linalg.norm(exact.force[0])
         for degree in (2, 4, 6):
-            found = fullbody.System(bodies, G=3.0, gravity=f"multipole:{degree}").interactions(state)
-            error = np.linalg.norm(found.force[0] / 3.0 - exact.force[0]) / size
-            torque = np.linalg.norm(found.torque / 3.0 - exact.torque, axis=1).max() / size
+            result = fullbody.System(bodies, G=3.0, gravity=f"multipole:{degree}").interactions(state)
+            error = np.linalg.norm(result.force[0] / 3.0 - exact.force[0]) / size
+            torque = np.linalg.norm(result.torque / 3.0 - exact.torque, axis=1).max() / size
             # The torque is counted by the bodies' radii, which are not far from one.
-            assert 0.7 * max(error, torque) < found.truncation_error < 6.0 * max(error, torque), (degree, error, torque)
+            assert 0.7 * max(error, torque) < result.truncation_error < 6.0 * max(error, torque), (
+                degree,
+                error,
+                torque,
+            )
     highest = fullbody.System(bodies, G=1.0, gravity="multipole:16").interactions(state)
     assert 0.0 <= highest.truncation_error < 1e-7
 
@@ -170,10 +174,10 @@ def test_layers_of_a_polyhedron_attract_as_the_difference_of_two():
     state = fullbody.State([[0, 0, 0], [1.5, 1.2, -1.8]], np.zeros((2, 3)))
     # The three have one centre and one principal frame.
     ball = Body(Sphere(0.1), mass=2.0, name="B")
-    found, whole, core = (fullbody.System([body, ball], G=1.0).interactions(state) for body in bodies)
-    size = np.abs(whole.force).max()
+    result, total, core = (fullbody.System([body, ball], G=1.0).interactions(state) for body in bodies)
+    size = np.abs(total.force).max()
     for name in ("force", "torque", "potential_energy"):
-        close(getattr(found, name), getattr(whole, name) - getattr(core, name), 1e-13, scale=size)
+        close(getattr(result, name), getattr(total, name) - getattr(core, name), 1e-13, scale=size)
     united = Polyhedron(corners * u.km, faces)
     layers = Composite.layers(united, fractions=(1.0, 0.6), densities=(3.0 * u.kg / u.km**3, 5.0 * u.kg / u.km**3))
     assert Body(layers).mass.to_value("kg") == pytest.approx((3.0 + 2.0 * 0.6**3) * united.volume.value, rel=1e-13)
@@ -196,50 +200,50 @@ def test_polyhedron_and_ellipsoid_attract_each_other_equally(distance, order):
     axes = (0.9, 0.7, 0.5)
     bodies = [Body(box(1.0, 0.9, 0.7), mass=1.0, name="box"), Body(Ellipsoid(*axes), mass=2.0, name="egg")]
     state = pose(distance * np.array([0.48, -0.6, 0.64]))
-    turns = state.rotation_matrix
+    rotations = state.rotation_matrix
     points, weights = focal_points(*axes)
-    arms = points @ turns[1].T
-    found = bodies[0].gravity((state.position[1] + arms) @ turns[0], G=1.0)
-    field, potential = found.field @ turns[0].T, found.potential
+    arms = points @ rotations[1].T
+    result = bodies[0].gravity((state.position[1] + arms) @ rotations[0], G=1.0)
+    field, potential = result.field @ rotations[0].T, result.potential
     force = 2.0 * weights @ field
-    torque = 2.0 * weights @ np.cross(arms, field) @ turns[1]
-    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ turns[0]
+    torque = 2.0 * weights @ np.cross(arms, field) @ rotations[1]
+    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ rotations[0]
     state = fullbody.State(state.position[order], state.velocity, state.attitude[order])
-    found = fullbody.System([bodies[k] for k in order], G=1.0).interactions(state)
-    close(found.force[order], [-force, force], 2e-14)
-    close(found.torque[order], [back, torque], 2e-14, scale=np.abs(force).max() * max(1.0, 3.0 * distance * 1e-2))
-    close(found.potential_energy, -2.0 * weights @ potential, 2e-14)
+    result = fullbody.System([bodies[k] for k in order], G=1.0).interactions(state)
+    close(result.force[order], [-force, force], 2e-14)
+    close(result.torque[order], [back, torque], 2e-14, scale=np.abs(force).max() * max(1.0, 3.0 * distance * 1e-2))
+    close(result.potential_energy, -2.0 * weights @ potential, 2e-14)
 
 
 @pytest.mark.parametrize("other", [Sphere(0.4), PointMass(), "composite"])
 def test_polyhedra_attract_spheres_points_and_composites_by_their_field(other):
     body, state, centres = Body(box(1.0, 0.9, 0.7), mass=1.5, name="A"), pose([0.9, -0.7, 0.6]), [np.zeros(3)]
     if other == "composite":
-        places = np.array([[x, 0.2 * x, 0.0] for x in (-0.2, 0.3)])
-        probe = Body(Composite([Part(Sphere(0.1), mass=1.0, position=place) for place in places]), name="B")
-        centres = places @ matrix(probe.working_frame.attitude).T + probe.working_frame.position
+        positions = np.array([[x, 0.2 * x, 0.0] for x in (-0.2, 0.3)])
+        probe = Body(Composite([Part(Sphere(0.1), mass=1.0, position=position) for position in positions]), name="B")
+        centres = positions @ matrix(probe.working_frame.attitude).T + probe.working_frame.position
     else:
         probe = Body(other, mass=2.0, name="B")
-    found = fullbody.System([body, probe], G=1.0).interactions(state)
-    turns = state.rotation_matrix
-    arms = centres @ turns[1].T
-    pulls = 2.0 / len(arms) * body.gravity((state.position[1] + arms) @ turns[0], G=1.0).field @ turns[0].T
+    result = fullbody.System([body, probe], G=1.0).interactions(state)
+    rotations = state.rotation_matrix
+    arms = centres @ rotations[1].T
+    pulls = 2.0 / len(arms) * body.gravity((state.position[1] + arms) @ rotations[0], G=1.0).field @ rotations[0].T
     force, torque = pulls.sum(axis=0), np.cross(arms, pulls).sum(axis=0)
-    close(found.force, [-force, force], 1e-14)
-    close(found.torque[1], turns[1].T @ torque, 1e-14, scale=np.abs(force).max())
+    close(result.force, [-force, force], 1e-14)
+    close(result.torque[1], rotations[1].T @ torque, 1e-14, scale=np.abs(force).max())
 
 
 def test_parts_of_a_cut_box_are_the_box():
-    whole = Body(box(1.2, 0.8, 0.6), density=2.0, name="A")
+    reference = Body(box(1.2, 0.8, 0.6), density=2.0, name="A")
     half = Polyhedron((CORNERS - [1.0, 0.5, 0.5]) * [0.6, 0.8, 0.6], CUBE)
     parts = [Part(half, density=2.0), Part(half, density=2.0, position=(0.6, 0.0, 0.0))]
     cut = Body(Composite(parts), name="A")
-    close(cut.inertia, whole.inertia, 1e-14)
+    close(cut.inertia, reference.inertia, 1e-14)
     probe = Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")
     state = pose([1.1, 0.9, -0.8])
-    one, two = (fullbody.System([body, probe], G=1.0).interactions(state) for body in (whole, cut))
-    close(two.force, one.force, 2e-14)
-    close(two.torque, one.torque, 2e-14, scale=np.abs(one.force).max())
+    expected, result = (fullbody.System([body, probe], G=1.0).interactions(state) for body in (reference, cut))
+    close(result.force, expected.force, 2e-14)
+    close(result.torque, expected.torque, 2e-14, scale=np.abs(expected.force).max())
 
 
 def test_numbering_turning_and_units_change_nothing():
@@ -251,16 +255,16 @@ def test_numbering_turning_and_units_change_nothing():
     order = rng.permutation(len(solid.vertices))
     faces = np.argsort(order)[np.roll(solid.faces, 1, axis=1)][rng.permutation(len(solid.faces))]
     again = Polyhedron(solid.vertices[order], faces)
-    found = fullbody.System([Body(again, mass=1.0, name="A"), probe], G=1.0).interactions(state)
-    close(found.force, expected.force, 5e-15)
+    result = fullbody.System([Body(again, mass=1.0, name="A"), probe], G=1.0).interactions(state)
+    close(result.force, expected.force, 5e-15)
     with_units = Polyhedron(solid.vertices * 1000.0 * u.m, solid.faces)
     body = Body(with_units, mass=3.0 * u.kg)
-    plain = Body(solid, mass=3.0)
+    unitless = Body(solid, mass=3.0)
     G = 6.0e-11
     points = np.array([[1.5, 0.2, 0.1], [20.0, 1.0, 3.0]])
     united = body.gravity(points * u.km, G=G * u.m**3 / u.kg / u.s**2).field
-    close(united.to_value(u.km / u.s**2), plain.gravity(points, G=G * 1e-9).field, 1e-14)
-    close(body.inertia.to_value(u.kg * u.km**2), plain.inertia, 1e-14)
+    close(united.to_value(u.km / u.s**2), unitless.gravity(points, G=G * 1e-9).field, 1e-14)
+    close(body.inertia.to_value(u.kg * u.km**2), unitless.inertia, 1e-14)
     close(with_units.volume.to_value(u.km**3), solid.volume, 1e-14)
 
 
@@ -298,7 +302,7 @@ def test_octahedra_keep_energy_and_momenta(integrator):
 
 @pytest.mark.parametrize(("distance", "speed", "across"), [(12.0, -1.2, 0.2), (3.0, 1.2, 0.6)], ids=["in", "out"])
 def test_two_polyhedra_of_one_size_keep_energy_whichever_is_integrated_over(distance, speed, across):
-    # On the way the two take turns as the body that is integrated over, with layers of equal order.
+    # The body that is integrated over changes along this path, with layers of equal order.
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(box(1.2, 1.0, 1.1), mass=0.5, name="B")]
     start = fullbody.State(
         [[0.0, 0.0, 0.0], [distance, 0.5, 0.3]],
@@ -326,10 +330,10 @@ def test_thin_faces_in_a_plane_change_nothing(thin):
     cut = [*faces[1:], [0, 1, 4], [1, 2, 4], [2, 0, 4]]
     shapes = Polyhedron(vertices, faces), Polyhedron([*vertices, new], cut)
     points = [[2.0, 0.3, 0.4], [1.2, 0.1, 0.1], [0.5, 0.6, 0.7], [0.0, 0.1, 0.05]]
-    expected, found = (Body(shape, mass=1.0).gravity(points, G=1.0) for shape in shapes)
+    expected, result = (Body(shape, mass=1.0).gravity(points, G=1.0) for shape in shapes)
     for k in range(4):
-        close(found.potential[k], expected.potential[k], 1e-13)
-        close(found.field[k], expected.field[k], 1e-13)
+        close(result.potential[k], expected.potential[k], 1e-13)
+        close(result.field[k], expected.field[k], 1e-13)
 
 
 @pytest.mark.parametrize("far", [50.0, 1e6, 1e12])
@@ -341,7 +345,7 @@ def test_vertices_without_a_face_do_not_count(far):
     assert np.array_equal(first.field, second.field)
 
 
-def force_by_volume(body, solid, mass, place, turn, count):
+def force_by_volume(body, solid, mass, position, rotation, count):
     """A body's force on a star-shaped solid: Gauss points in the tetrahedra between its origin and faces."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     r, s, t = np.meshgrid(*[(nodes + 1.0) / 2.0] * 3, indexing="ij")
@@ -351,7 +355,7 @@ def force_by_volume(body, solid, mass, place, turn, count):
         r_, s_, t_ = (x[..., None] for x in (r, s, t))
         points = r_ * ((1.0 - s_) * a + s_ * ((1.0 - t_) * b + t_ * c))
         share = (weight * r**2 * s * np.linalg.det([a, b, c])).ravel()
-        force += share @ body.gravity(points.reshape(-1, 3) @ turn.T + place, G=1.0).field
+        force += share @ body.gravity(points.reshape(-1, 3) @ rotation.T + position, G=1.0).field
         volume += share.sum()
     return mass * force / volume
 
@@ -362,25 +366,25 @@ def test_force_of_a_large_polyhedron_on_small_parts_keeps_its_digits(seed):
     parts = [Part(small, mass=0.5, position=(x, 0.0, 0.0)) for x in (-0.07, 0.07)]
     bodies = [Body(large, mass=2.0, name="large"), Body(Composite(parts), name="pair")]
     rng = np.random.default_rng(seed)
-    direction, turn = rng.normal(size=3), rng.normal(size=4)
-    place = rng.uniform(1.13, 1.3) * direction / np.linalg.norm(direction)
-    attitude = [[1.0, 0.0, 0.0, 0.0], turn / np.linalg.norm(turn)]
-    state = fullbody.State([[0.0] * 3, place], np.zeros((2, 3)), attitude, np.zeros((2, 3)))
+    direction, rotation = rng.normal(size=3), rng.normal(size=4)
+    position = rng.uniform(1.13, 1.3) * direction / np.linalg.norm(direction)
+    attitude = [[1.0, 0.0, 0.0, 0.0], rotation / np.linalg.norm(rotation)]
+    state = fullbody.State([[0.0] * 3, position], np.zeros((2, 3)), attitude, np.zeros((2, 3)))
 
-    turn = matrix(attitude[1])
-    at = [place + turn @ part.position for part in parts]
-    expected = sum(force_by_volume(bodies[0], small, 0.5, x, turn, 10) for x in at)
-    found = fullbody.System(bodies, G=1.0).interactions(state).force
-    close(found, [-expected, expected], 3e-14)
+    rotation = matrix(attitude[1])
+    at = [position + rotation @ part.position for part in parts]
+    expected = sum(force_by_volume(bodies[0], small, 0.5, x, rotation, 10) for x in at)
+    result = fullbody.System(bodies, G=1.0).interactions(state).force
+    close(result, [-expected, expected], 3e-14)
 
 
 @pytest.mark.parametrize("distance", [1e-1, 1e-3, 1e-6])
 def test_force_near_the_centre_of_a_ring_is_exact_to_rounding(distance):
     ring, grain = torus(1.0, 0.3), octahedron(0.3, 0.24, 0.18)
     bodies = [Body(ring, mass=1.0, name="ring"), Body(grain, mass=0.1, name="grain")]
-    place = distance * np.array([0.6, -0.48, 0.64])
-    state = fullbody.State([[0.0] * 3, place], np.zeros((2, 3)), [[1.0, 0.0, 0.0, 0.0]] * 2, np.zeros((2, 3)))
+    position = distance * np.array([0.6, -0.48, 0.64])
+    state = fullbody.State([[0.0] * 3, position], np.zeros((2, 3)), [[1.0, 0.0, 0.0, 0.0]] * 2, np.zeros((2, 3)))
 
-    expected = force_by_volume(bodies[0], grain, 0.1, place, np.eye(3), 16)
-    found = fullbody.System(bodies, G=1.0).interactions(state).force
-    close(found, [-expected, expected], 3e-14, scale=0.1)
+    expected = force_by_volume(bodies[0], grain, 0.1, position, np.eye(3), 16)
+    result = fullbody.System(bodies, G=1.0).interactions(state).force
+    close(result, [-expected, expected], 3e-14, scale=0.1)

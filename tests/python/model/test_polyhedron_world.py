@@ -51,9 +51,9 @@ def test_third_bodies_torque_polyhedra_as_point_masses_do():
     solid, far = Body(box(1.0, 0.9, 0.5), mass=1.0, name="A"), np.array([30.0, 40.0, -20.0])
     state = pose(far)
     alone = fullbody.State([[0.0] * 3], [[0.0] * 3], state.attitude[:1])
-    found = fullbody.System([solid], G=1.0, forces=[at_rest(far, 50.0)]).loads(alone)["Sun"]
+    result = fullbody.System([solid], G=1.0, forces=[at_rest(far, 50.0)]).loads(alone)["Sun"]
     expected = fullbody.System([solid, Body(PointMass(), mass=50.0)], G=1.0).interactions(state)
-    close(found.torque[0], expected.torque[0], 1e-11)
+    close(result.torque[0], expected.torque[0], 1e-11)
 
 
 def write(path, vertices, faces):
@@ -84,9 +84,9 @@ def test_shapes_are_read_from_files(tmp_path, kind):
     solid = octahedron(1.0, 0.75, 0.5)
     path = tmp_path / f"shape.{kind}"
     write(path, solid.vertices, solid.faces)
-    found = Polyhedron.load(path, unit="km")
-    assert found.volume.to_value(u.km**3) == pytest.approx(solid.volume, rel=1e-6 if kind == "stl" else 1e-14)
-    assert len(found.faces) == 8
+    result = Polyhedron.load(path, unit="km")
+    assert result.volume.to_value(u.km**3) == pytest.approx(solid.volume, rel=1e-6 if kind == "stl" else 1e-14)
+    assert len(result.faces) == 8
     if kind != "stl":
         assert Polyhedron.load(path) == solid
     for unit in ("kg", "kilometre-ish", 3, ("km",)):
@@ -96,21 +96,21 @@ def test_shapes_are_read_from_files(tmp_path, kind):
 @pytest.mark.parametrize("make", [fullbody.systems.kw4, fullbody.systems.didymos], ids=lambda make: make.__name__)
 def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
     system, state = make(units=True)
-    bodies, turn = [], matrix(np.array([np.cos(0.05), 0.0, 0.0, np.sin(0.05)]))
+    bodies, rotation = [], matrix(np.array([np.cos(0.05), 0.0, 0.0, np.sin(0.05)]))
     for body in system.bodies:
         axes = [axis.to_value(u.km) for axis in body.shape.semi_axes]
         solid = icosphere(2, axes)
         path = tmp_path / f"{body.name}.obj"
-        write(path, solid.vertices @ turn.T, solid.faces)
+        write(path, solid.vertices @ rotation.T, solid.faces)
         shape = Polyhedron.load(path.rename(path.with_suffix(".tab")), unit="km")
         bodies.append(Body(shape, mass=body.mass, name=body.name))
         # The mesh lies within its ellipsoid.
         assert 0.93 < (shape.volume / (4.0 / 3.0 * np.pi * np.prod(axes) * u.km**3)).to_value("") < 1.0
     meshes = fullbody.System(bodies, units=("km", "hour", "kg"), gravity_tolerance=1e-8)
-    found, expected = meshes.interactions(state), system.interactions(state)
-    close(found.force.value, expected.force.value, 2e-3)
+    result, expected = meshes.interactions(state), system.interactions(state)
+    close(result.force.value, expected.force.value, 2e-3)
     quick = fullbody.Verner98(1e-8, 1e-8)
-    runs = [each.integrate(state, 5.0, output=[5.0], integrator=quick) for each in (meshes, system)]
+    runs = [world.integrate(state, 5.0, output=[5.0], integrator=quick) for world in (meshes, system)]
     ends = [(run.position[-1, 1] - run.position[-1, 0]).to_value(u.km) for run in runs]
     assert np.linalg.norm(ends[0] - ends[1]) < 0.01 * np.linalg.norm(ends[1])
 
@@ -194,8 +194,8 @@ def test_films_show_polyhedra_and_composites(tmp_path):
         assert (painted[0] != painted[-1]).sum() > 30
     # The ball around the polyhedron makes another picture.
     ball = fullbody.System([Body(Sphere(1.0), mass=1.0, name="A"), bodies[1]], G=1.0, gravity_tolerance=1e-8)
-    round_one = pictures(ball.integrate(state, 1e-3, output=1e-3), "ball.gif")[0]
-    blue = [(frame[..., 2] - frame[..., 0] > 25).sum() for frame in (frames[0], round_one)]
+    round_picture = pictures(ball.integrate(state, 1e-3, output=1e-3), "ball.gif")[0]
+    blue = [(frame[..., 2] - frame[..., 0] > 25).sum() for frame in (frames[0], round_picture)]
     assert blue[0] < 0.8 * blue[1]
 
 
@@ -249,9 +249,9 @@ def test_gubas_polyhedra_are_read(tmp_path):
     (tmp_path / "faces.csv").write_text("\n".join(f"{i},{j},{k},," for i, j, k in faces) + "\n")
     with pytest.warns(UserWarning, match=r"turned by 22\.9 degrees"):
         system, state = fullbody.read_gubas(path)
-    plain_path = tmp_path / "plain.cfg"
-    plain_path.write_text((DATA / "peers" / "gubas_pair.cfg").read_text())
-    plain, other = fullbody.read_gubas(plain_path)
+    spheres_path = tmp_path / "plain.cfg"
+    spheres_path.write_text((DATA / "peers" / "gubas_pair.cfg").read_text())
+    spheres, other = fullbody.read_gubas(spheres_path)
     primary = system.bodies[0]
     close(primary.mass, primary.density * 0.4 * 0.3 * 0.2, 1e-13)
     close(primary.inertia, primary.mass / 12.0 * np.array([0.13, 0.2, 0.25]), 1e-13)
@@ -259,23 +259,23 @@ def test_gubas_polyhedra_are_read(tmp_path):
     close(state.rotation_matrix[0], other.rotation_matrix[0] @ matrix(q), 1e-14)
     spin = other.rotation_matrix[0] @ other.spin[0]
     close(state.rotation_matrix[0] @ state.spin[0], spin, 1e-14)
-    assert plain.bodies[1] == system.bodies[1]
+    assert spheres.bodies[1] == system.bodies[1]
 
 
 def test_sians_polyhedra_are_read(tmp_path):
     pytest.importorskip("trimesh")
     text = (DATA / "peers" / "sians_pair.txt").read_text()
-    plain, other = fullbody.read_sians(DATA / "peers" / "sians_pair.txt")
+    spheres, other = fullbody.read_sians(DATA / "peers" / "sians_pair.txt")
     (tmp_path / "initial_values").mkdir()
     write(tmp_path / "box.obj", *(getattr(box(1.0, 0.8, 0.6), name) for name in ("vertices", "faces")))
-    head, _, rest = text.partition("@ Semi")
-    line, _, rest = rest.partition("\n")
-    _, _, rest = rest.partition("\n")
+    head, _, remainder = text.partition("@ Semi")
+    line, _, remainder = remainder.partition("\n")
+    _, _, remainder = remainder.partition("\n")
     path = tmp_path / "initial_values" / "pair.txt"
-    path.write_text(f"{head}@ Semi{line}\nbox.obj 0.5\n{rest}")
+    path.write_text(f"{head}@ Semi{line}\nbox.obj 0.5\n{remainder}")
     system, state = fullbody.read_sians(path)
     close(system.bodies[0].shape.volume, 0.48 / 8.0, 1e-14)
-    assert system.bodies[1] == plain.bodies[1]
+    assert system.bodies[1] == spheres.bodies[1]
     close(state.rotation_matrix, other.rotation_matrix, 1e-14)
     close(state.spin, other.spin, 1e-14)
 

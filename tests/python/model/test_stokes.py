@@ -56,52 +56,52 @@ def test_low_coefficients_of_an_ellipsoid_are_the_closed_forms():
 
 
 def test_field_outside_the_sphere_is_that_of_the_ellipsoid():
-    places = np.random.default_rng(5).normal(size=(20, 3))
-    places *= np.linspace(1.6, 9.0, 20)[:, None] / np.linalg.norm(places, axis=1, keepdims=True)
-    found, exact = by_harmonics(ALPHA).gravity(places, G=1.0), ALPHA.gravity(places, G=1.0)
+    positions = np.random.default_rng(5).normal(size=(20, 3))
+    positions *= np.linspace(1.6, 9.0, 20)[:, None] / np.linalg.norm(positions, axis=1, keepdims=True)
+    result, exact = by_harmonics(ALPHA).gravity(positions, G=1.0), ALPHA.gravity(positions, G=1.0)
     for name in ("potential", "field", "gradient"):
-        close(getattr(found, name), getattr(exact, name), 1e-13)
+        close(getattr(result, name), getattr(exact, name), 1e-13)
 
 
 @pytest.mark.parametrize("other", [BETA, by_harmonics(BETA, 40), fullbody.Body(fullbody.PointMass(), mass=0.3)])
 def test_force_torque_and_energy_are_those_of_the_ellipsoids(other):
     exact = fullbody.System([ALPHA, BETA if other.shape.semi_axes is None and other.name else other], G=1.0)
     system = fullbody.System([by_harmonics(ALPHA), other], G=1.0)
-    found, known = system.interactions(posed()), exact.interactions(posed())
-    close(found.force, known.force, 2e-13)
-    close(found.torque, known.torque, 2e-12)
-    assert found.potential_energy == pytest.approx(known.potential_energy, rel=1e-13)
+    result, expected = system.interactions(posed()), exact.interactions(posed())
+    close(result.force, expected.force, 2e-13)
+    close(result.torque, expected.torque, 2e-12)
+    assert result.potential_energy == pytest.approx(expected.potential_energy, rel=1e-13)
 
 
 def test_motion_is_that_of_the_ellipsoids():
     pairs = [ALPHA, BETA], [by_harmonics(ALPHA), by_harmonics(BETA, 40)]
-    known, found = (fullbody.System(pair, G=1.0).integrate(posed(), 30.0, output=30.0) for pair in pairs)
-    np.testing.assert_allclose(found.position[-1], known.position[-1], atol=1e-9)
-    np.testing.assert_allclose(found.spin[-1], known.spin[-1], atol=1e-9)
-    assert np.abs(found.energy / found.energy[0] - 1.0).max() < 1e-12
+    expected, result = (fullbody.System(pair, G=1.0).integrate(posed(), 30.0, output=30.0) for pair in pairs)
+    np.testing.assert_allclose(result.position[-1], expected.position[-1], atol=1e-9)
+    np.testing.assert_allclose(result.spin[-1], expected.spin[-1], atol=1e-9)
+    assert np.abs(result.energy / result.energy[0] - 1.0).max() < 1e-12
 
 
 def test_coefficients_in_any_frame_make_the_same_body():
     body, integrals, mass = points()
-    found = fullbody.Body(StokesCoefficients.from_inertia_integrals(integrals, radius=2.0), mass=mass)
-    np.testing.assert_allclose(found.inertia, body.inertia, rtol=1e-12)
-    np.testing.assert_allclose(found.working_frame.position, body.working_frame.position, atol=1e-13)
-    np.testing.assert_allclose(found.working_frame.attitude, body.working_frame.attitude, atol=1e-12)
-    places = np.random.default_rng(7).normal(size=(10, 3))
-    places *= 9.0 / np.linalg.norm(places, axis=1, keepdims=True)
-    one, other = found.gravity(places, G=1.0), body.gravity(places, G=1.0)
-    np.testing.assert_allclose(one.potential, other.potential, rtol=1e-13)
-    close(one.field, other.field, 1e-13)
-    # Those of a composite are those of its parts, here far less of them.
+    result = fullbody.Body(StokesCoefficients.from_inertia_integrals(integrals, radius=2.0), mass=mass)
+    np.testing.assert_allclose(result.inertia, body.inertia, rtol=1e-12)
+    np.testing.assert_allclose(result.working_frame.position, body.working_frame.position, atol=1e-13)
+    np.testing.assert_allclose(result.working_frame.attitude, body.working_frame.attitude, atol=1e-12)
+    positions = np.random.default_rng(7).normal(size=(10, 3))
+    positions *= 9.0 / np.linalg.norm(positions, axis=1, keepdims=True)
+    first, other = result.gravity(positions, G=1.0), body.gravity(positions, G=1.0)
+    np.testing.assert_allclose(first.potential, other.potential, rtol=1e-13)
+    close(first.field, other.field, 1e-13)
+    # A composite's coefficients up to degree 12 reproduce its field.
     again = fullbody.Body(body.harmonics(12), mass=mass)
-    close(again.gravity(places, G=1.0).field, other.field, 1e-9)
+    close(again.gravity(positions, G=1.0).field, other.field, 1e-9)
     np.testing.assert_allclose(again.inertia, body.inertia, rtol=1e-12)
 
 
 def test_normalisations_agree_with_each_other():
     C, S = ALPHA.harmonics(6).unnormalized()
-    plain = StokesCoefficients(C, S, reference_radius=1.0, inertia=0.142, normalization="unnormalized")
-    np.testing.assert_allclose(plain.C, ALPHA.harmonics(6).C, rtol=1e-14)
+    reference = StokesCoefficients(C, S, reference_radius=1.0, inertia=0.142, normalization="unnormalized")
+    np.testing.assert_allclose(reference.C, ALPHA.harmonics(6).C, rtol=1e-14)
 
 
 @pytest.mark.parametrize("name", ["C2,0", "C2,2", "C3,1", "S4,3", "mean moment of inertia"])
@@ -126,8 +126,8 @@ def test_sensitivities_are_differences_of_runs(name):
     def vector(run):
         return np.stack([run.position[-1], run.velocity[-1], run.spin[-1]], axis=1)
 
-    found = run(derivatives=[f"{name} of A"]).sensitivity[f"{name} of A"][-1]
-    close(found.reshape(2, 4, 3)[:, [0, 1, 3]], central_of_state(lambda by: vector(run(by)), 1e-4), 1e-8)
+    result = run(derivatives=[f"{name} of A"]).sensitivity[f"{name} of A"][-1]
+    close(result.reshape(2, 4, 3)[:, [0, 1, 3]], central_of_state(lambda by: vector(run(by)), 1e-4), 1e-8)
 
 
 def test_files_give_coefficients_and_gm(tmp_path):
@@ -215,8 +215,8 @@ def test_bad_coefficients_are_refused(change, expected):
 def test_units_and_copies_keep_the_body():
     shape = ALPHA.harmonics(6)
     assert pickle.loads(pickle.dumps(shape)) == shape != ALPHA.harmonics(5)
-    whole = StokesCoefficients(shape.C, shape.S, reference_radius=1.0 * u.km, inertia=shape.inertia * 1e6 * u.m**2)
-    united = fullbody.System([fullbody.Body(whole, mass=2e12 * u.kg)], units=("m", "s", "kg"))
+    in_units = StokesCoefficients(shape.C, shape.S, reference_radius=1.0 * u.km, inertia=shape.inertia * 1e6 * u.m**2)
+    united = fullbody.System([fullbody.Body(in_units, mass=2e12 * u.kg)], units=("m", "s", "kg"))
     np.testing.assert_allclose(united[0].inertia.to_value(u.kg * u.km**2), 1e12 * ALPHA.inertia, rtol=1e-12)
 
 
