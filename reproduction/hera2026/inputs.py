@@ -182,10 +182,7 @@ SHAPES: Final[Mapping[str, tuple[Input, Input]]] = {
         Input(425.0, 7.5, "m", "D23", "axes 851 and 849 m", second_hand=True),
         Input(310.0, 7.5, "m", "D23", "axis 620 +- 15 m", second_hand=True),
     ),
-    "naidu2024": (
-        Input(394.0, 11.0, "m", "N24", "equatorial radius"),
-        Input(290.0, 16.0, "m", "N24", "polar radius"),
-    ),
+    "naidu2024": (Input(394.0, 11.0, "m", "N24", "equatorial radius"), Input(290.0, 16.0, "m", "N24", "polar radius")),
 }
 
 
