@@ -282,5 +282,4 @@ def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
         InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 2"
     ):
         fullbody.Simulation.load(tmp_path / "other.sim")
-    with pytest.raises(InvalidInput, match=r"it is a simulation, which fullbody\.Simulation\.load reads"):
-        fullbody.load(DATA / "simulation.bin")
+    refused(r"it is a simulation, which fullbody\.Simulation\.load reads", fullbody.load, DATA / "simulation.bin")
