@@ -31,9 +31,7 @@ def check(fits, truth):
     """Pulls of the parameters have mean 0 and standard deviation 1 within their errors; p-values are uniform."""
     fits = list(fits)
     count = len(fits)
-    pulls = np.array(
-        [[(fit_of_draw.values[name] - truth[name]) / fit_of_draw.sigma[name] for name in truth] for fit_of_draw in fits]
-    )
+    pulls = np.array([[(fit.values[name] - truth[name]) / fit.sigma[name] for name in truth] for fit in fits])
     names = ", ".join(truth)
     print(f"\n{count} fits of {names}: means {pulls.mean(axis=0).round(3)}, deviations {pulls.std(axis=0).round(3)}")
     # Five errors of a mean, and of a standard deviation, of normal numbers.
@@ -41,12 +39,9 @@ def check(fits, truth):
     assert np.abs(pulls.std(axis=0) - 1.0).max() < 5 / np.sqrt(2 * count)
     # All parameters together: chi2 of the truth is higher than the least one by a number with the distribution of
     # chi2, whatever the parameters are, where the distance in a covariance depends on how they are chosen.
-    apart = [
-        2.0 * (fit_of_draw.log_posterior(fit_of_draw.minima[0].values) - fit_of_draw.log_posterior(truth))
-        for fit_of_draw in fits
-    ]
+    apart = [2.0 * (fit.log_posterior(fit.minima[0].values) - fit.log_posterior(truth)) for fit in fits]
     distances = kstest(apart, chi2_distribution(len(truth)).cdf)
-    uniform = kstest([fit_of_draw.p_value for fit_of_draw in fits], "uniform")
+    uniform = kstest([fit.p_value for fit in fits], "uniform")
     print(f"p of the rises of chi2 {distances.pvalue:.3f}, of the p-values {uniform.pvalue:.3f}")
     print(f"errors of the first {', '.join(f'{name} {fits[0].sigma[name]:.2g}' for name in truth)}")
     assert distances.pvalue > 1e-3
@@ -155,6 +150,6 @@ def test_points_give_pulls_and_p_values_of_their_distributions():
         columns = {"range": exact.range + noise[0], "range_rate": exact.range_rate + noise[1]}
         fits.append(fullbody.fit(pair, truth, observing.RadarAstrometry(times, **columns, **options), integrator=QUICK))
     check(fits, truth)
-    scatter = np.cov([[fit_of_draw.values[name] for fit_of_draw in fits] for name in truth])
+    scatter = np.cov([[fit.values[name] for fit in fits] for name in truth])
     # Elements of a covariance from so many draws are known to the root of two over their number.
     np.testing.assert_allclose(scatter, fits[0].covariance, rtol=5 * np.sqrt(2 / len(fits)))

@@ -125,13 +125,11 @@ def test_launches_and_runs_that_mean_nothing_are_refused():
 
 def test_particles_take_units():
     system, state = fullbody.systems.kw4(units=True)
-    with pytest.raises(InvalidInput, match="velocity has the unit"):
-        system.fly(state, Particles(["3 km", "0 km", "0 km"] and [[3.0, 0.0, 0.0]], [["1 kg"] * 3]), 1.0)
+    refused("velocity has the unit", lambda: system.fly(state, Particles([[3.0, 0, 0]], [["1 kg"] * 3]), 1.0))
     reference = system.fly(state, ONE, 1.0, output="ends")
     metres = Particles([["3000 m", "0 m", "0 m"]], [["0 m/s", "0.8 km/h", "0 m/s"]])
-    assert (system.fly(state, metres, "1 hour", output="ends").position - reference.position).to_value(
-        "km"
-    ) == pytest.approx(0.0)
+    change = system.fly(state, metres, "1 hour", output="ends").position - reference.position
+    assert np.abs(change.to_value("km")).max() < 1e-12
 
 
 def test_a_function_of_the_bodies_is_left_out_loudly():
