@@ -29,7 +29,7 @@ def test_fits_are_those_of_other_programs(name, chi2, a, period):
         assert result.fit.sigma[key] == pytest.approx(error, rel=0.1)
 
 
-def test_a_system_whose_file_lacks_data_is_said_to():
+def test_a_verdict_tells_that_a_file_lacks_data():
     """Its period is four published errors off, which is within the joint error of a fit to the few rows."""
     result = catalogue.refit("2000_cm105")
     # All observations are before the epoch of the elements, and their derivatives are exact.
@@ -138,7 +138,7 @@ def test_the_largest_of_some_directions_has_its_distribution():
     np.testing.assert_allclose(flattening._quadrupoles(np.eye(3)).sum(axis=0), 0.0, atol=1e-15)
 
 
-def test_offsets_are_turned_back_to_the_published_table():
+def test_offsets_are_rotated_back_to_the_published_table():
     # Benecchi et al. (2010): offsets to the east and north and their errors.
     hiisi = [[-0.0247, 0.0367], [0.0324, 0.0244], [-0.0238, -0.0084], [-0.0210, 0.0154], [0.0236, 0.0040]]
     errors = [[0.0182, 0.0124], [0.0113, 0.0218], [0.0008, 0.0010], [0.0007, 0.0008], [0.0013, 0.0017]]

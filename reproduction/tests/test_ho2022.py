@@ -104,6 +104,6 @@ def test_the_report_has_its_figures(report):
     }
 
 
-def test_the_whole_grid_is_the_papers():
+def test_the_full_grid_is_the_papers():
     grid = study.GRID
     assert len(grid["case"]) * len(grid["mass_ratio"]) * len(grid["tilt"]) == 9990

@@ -46,7 +46,7 @@ def test_motion_along_z_by_arithmetic():
     assert np.abs(run.position[:, 0, 2]).max() == curves["compensated"].z.max()
 
 
-def test_plain_doubles_follow_the_default_integrator():
+def test_double_precision_follows_the_default_integrator():
     """An independent integrator, started off the symmetry, finds the same motion along z."""
     system, state = fullbody.systems.case1()
     state = state.replace(position=np.add(state.position, [[0, 0, 1e-3], [0, 0, -1e-3]]))

@@ -46,7 +46,7 @@ def readings(numbers):
     return {reading["name"]: reading for reading in numbers["readings"]}
 
 
-def test_beta_turned_by_half_a_turn_spins_alike():
+def test_beta_rotated_by_half_a_revolution_spins_alike():
     """An ellipsoid is its own image under a half turn about its pole; x and y change their signs."""
     make = spin.FAMILIES["Beta rotated about its own pole by"][3]
     first, second = (six(make(SYSTEM, STATE, angle)) for angle in (-150.0, 30.0))
@@ -95,7 +95,7 @@ def test_an_orientation_gives_all_six_printed_numbers(best):
     assert off(rotated(best.inv())) > 0.5
 
 
-def test_rounding_leaves_the_turn_a_range(numbers, best):
+def test_rounding_leaves_a_range_of_rotation_angles(numbers, best):
     """The range holds an hour of mean motion and the spin rate taken as an angle; beyond it a number differs."""
     least, largest = sorted(abs(angle) for angle in numbers["search"]["turn"])
     size = np.degrees(best.magnitude())

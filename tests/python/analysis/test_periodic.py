@@ -111,7 +111,7 @@ def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
     assert held.closure < 1e-12
 
 
-def test_a_turning_primary_comes_back_by_half_turns():
+def test_a_rotating_primary_comes_back_by_half_turns():
     # Kepler's orbit about a body that turns freely: with half a turn of the primary in a third of a revolution.
     bodies = body_list(A=(fullbody.Ellipsoid(0.8, 0.7, 0.6), 1.0), B=(fullbody.Ellipsoid(0.3, 0.27, 0.2), 0.02))
     system = fullbody.System(bodies, G=1.0)

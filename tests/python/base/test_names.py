@@ -130,7 +130,7 @@ def test_names_with_control_characters_are_refused(name):
     assert Body(PointMass(), mass=1.0, name="Ünicode 小 $x_1$").name == "Ünicode 小 $x_1$"
 
 
-def test_bodies_without_names_have_those_of_their_places():
+def test_bodies_without_names_are_called_by_their_indices():
     unnamed = System([Body(PointMass(), mass=1.0) for _ in range(2)], G=1.0)
     start = State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0.1, 0]])
     assert unnamed.mu("body 0", "body 1") == 2.0

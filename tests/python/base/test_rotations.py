@@ -62,7 +62,7 @@ def test_volume_and_inertia_with_and_without_units():
             refused("expected both or neither", lambda mixed=mixed, name=name: getattr(mixed, name))
 
 
-def test_rates_are_those_of_a_uniform_turn():
+def test_rates_are_those_of_a_uniform_rotation():
     rng = np.random.default_rng(5)
     attitudes, spins = rng.normal(size=(6, 4)), rng.normal(size=(6, 3))
     attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
@@ -75,7 +75,7 @@ def test_rates_are_those_of_a_uniform_turn():
     assert np.abs(rotations.rates(attitudes, spins) - expected).max() < 1e-11
 
 
-def test_inverse_undoes_a_turn():
+def test_the_inverse_undoes_a_rotation():
     rotation = rotations.about([1.0, 2.0, -0.5], 0.7)
     np.testing.assert_allclose(
         rotations.product(rotations.inverse(rotation), rotation), [1.0, 0.0, 0.0, 0.0], atol=1e-15

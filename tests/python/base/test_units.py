@@ -81,7 +81,7 @@ def test_quantities_into_a_system_without_units_are_refused():
         refused_with(words, call)
 
 
-def test_plain_numbers_beside_quantities_name_both():
+def test_errors_for_numbers_without_units_beside_quantities_name_both():
     mixed = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
     unitless = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
     united = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
@@ -222,7 +222,7 @@ def test_texts_that_are_no_times_are_refused():
         u.Unit("days")
 
 
-def test_plain_elements_beside_the_mu_of_a_system():
+def test_elements_without_units_take_those_of_the_mu_of_a_system():
     system, _ = fullbody.systems.kw4(units=("km", "day", "kg"))
     unitless, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
     mu = system.mu()

@@ -114,7 +114,7 @@ def test_info_shows_the_others_beside_a_bad_file(description, tmp_path, capsys):
     assert str(bad) not in out
 
 
-def test_a_place_that_cannot_be_written_is_told_before_the_run(description, tmp_path, capsys, monkeypatch):
+def test_a_path_that_cannot_be_written_is_refused_before_the_run(description, tmp_path, capsys, monkeypatch):
     def work(*_, **__):
         raise AssertionError("ran")
 

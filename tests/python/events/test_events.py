@@ -244,7 +244,7 @@ def test_bad_events_are_refused(make, message):
     refused(r"events is .*; expected a list", lambda: system.integrate(state, 1.0, events=events.Contact()))
 
 
-def test_numpy_integers_are_places():
+def test_numpy_integers_are_indices_of_bodies():
     system, state = ellipse()
     event = events.Periapsis(np.int64(0), np.int32(1), direction=np.int8(1))
     assert len(system.integrate(state, 7.0, events=[event]).events) == 1

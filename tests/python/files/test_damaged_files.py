@@ -108,7 +108,7 @@ def test_a_file_edited_with_xarray_loads(written, tmp_path):
 # Damage
 
 
-def test_zeros_in_place_of_any_block_are_refused(written, tmp_path):
+def test_zeros_instead_of_any_block_are_refused(written, tmp_path):
     run, data = written
     path = tmp_path / "run.nc"
     for first in range(0, len(data), 512):

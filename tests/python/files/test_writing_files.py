@@ -266,7 +266,7 @@ def test_a_name_too_long_for_the_system_is_told(run, tmp_path):
 
 @every_writer
 @quiet
-def test_a_place_that_cannot_be_written_is_named_as_it_was_given(name, run, tmp_path, monkeypatch):
+def test_a_path_that_cannot_be_written_is_named_as_in_the_call(name, run, tmp_path, monkeypatch):
     path = tmp_path / name
     path.mkdir()
     with pytest.raises(IsADirectoryError) as caught:
@@ -390,7 +390,7 @@ def test_errors_while_writing_name_the_wanted_path(error, tmp_path):
     assert caught.value is other
 
 
-def test_asking_for_a_place_changes_nothing(tmp_path):
+def test_a_check_of_a_path_changes_nothing(tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
     previous = path.stat()

@@ -51,7 +51,7 @@ def test_every_reader_names_the_right_one_for_every_other_file(tmp_path):
                 assert str(caught.value).endswith(f"; it is {what}, which {right} reads"), (name, reader)
 
 
-def test_a_damaged_file_is_not_said_to_be_for_another_reader(tmp_path):
+def test_the_error_of_a_damaged_file_names_no_other_reader(tmp_path):
     system, state = fullbody.systems.case1()
     system.integrate(state, 1.0, output="ends").save(tmp_path / "run.nc")
     content = (tmp_path / "run.nc").read_bytes()

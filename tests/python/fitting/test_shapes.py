@@ -114,7 +114,7 @@ def test_the_light_of_a_pair_with_events_has_exact_derivatives_by_the_shape():
     assert max(relative_errors(pair, parameters, light(20, 10.0), steps).values()) < 2e-6
 
 
-def test_a_factor_of_the_whole_shape_is_no_deformation():
+def test_a_scale_factor_of_a_shape_is_no_deformation():
     def setup(size):
         shape = HarmonicShape(SERIES, reference_radius=size, faces=80)
         system = fullbody.System([fullbody.Body(shape, mass=7e18, name="A")], G=1.0)
@@ -246,7 +246,7 @@ def test_a_convex_polyhedron_has_no_concavity_and_a_pit_has_that_of_its_edges():
     assert abs(value_of(fitting.convexity("A"), fullbody.Polyhedron(vertices, faces))[0] - expected) < 1e-12
 
 
-def test_the_tilt_of_the_principal_axis_is_that_by_which_a_shape_was_turned():
+def test_the_tilt_of_the_principal_axis_is_that_by_which_a_shape_was_rotated():
     rotation = rotations.matrices(rotations.about([1.0, 2.0, 0.0] / np.sqrt(5.0), 0.2))
     shape = HarmonicShape([0, 0, 0, 0, 0, 0, -0.2, 0, 0.1], faces=320)
     rotated = fullbody.Polyhedron(shape.vertices @ rotation.T, shape.faces)

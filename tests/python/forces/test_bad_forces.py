@@ -231,7 +231,7 @@ def test_forces_beyond_all_measure_end_in_an_error(force):
 
 @pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
 @pytest.mark.parametrize("quantity", ["velocity", "spin"])
-def test_a_function_that_turns_out_to_depend_on_velocities_is_refused(integrator, quantity):
+def test_a_function_that_depends_on_velocities_against_its_declaration_is_refused(integrator, quantity):
     function = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
     with pytest.raises(ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
         SYSTEM.with_forces([function]).integrate(STATE, 1.0, integrator=integrator)

@@ -71,7 +71,7 @@ def test_third_bodies_are_where_keplers_equation_has_them(e):
         assert (point == position[2]).all()
 
 
-def test_a_table_of_places_is_the_orbit_it_was_taken_from():
+def test_a_table_of_positions_is_the_orbit_that_it_samples():
     system, state = pair()
     third = sun()
     times = np.linspace(-1.0, 21.0, 201)
@@ -165,7 +165,7 @@ FRAMES = ("ecliptic", "equatorial", "galactic", BarycentricMeanEcliptic(equinox=
 
 @pytest.mark.parametrize("system_frame", ["ecliptic", "equatorial", "galactic"])
 @pytest.mark.parametrize("path_frame", FRAMES)
-def test_a_path_in_another_frame_is_turned_into_that_of_the_system(system_frame, path_frame):
+def test_a_path_in_another_frame_is_rotated_into_that_of_the_system(system_frame, path_frame):
     """The place in its own frame by another program's Kepler orbit, turned by astropy's coordinates."""
     rng, times = np.random.default_rng(17), [0.0, 2.0, 4.0, 7.0]
     system = fullbody.System(

@@ -170,7 +170,7 @@ UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
         ([9.0, 0.0, None], UPRIGHT, lambda n: n, "B goes round A"),
     ],
 )
-def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, attitude, rate, angle):
+def test_a_lag_in_which_bodies_rotate_by_more_than_a_radian_is_warned_of(spin, attitude, rate, angle):
     n = np.sqrt(1.001 / 1.3**3)
     spins = [n if component is None else component for component in spin]
     options = {"orbit": (1.3, 0, 0, 0, 0, 0), "spin": [spins, [0, 0, 0]], "attitude": [attitude, UPRIGHT]}

@@ -16,14 +16,14 @@ from support import ready, refused
 OBLIQUITY = np.radians(84381.406 / 3600)
 
 
-def test_the_ecliptic_is_turned_about_the_equinox_by_the_obliquity():
+def test_the_ecliptic_is_rotated_about_the_equinox_by_the_obliquity():
     c, s = np.cos(OBLIQUITY), np.sin(OBLIQUITY)
     expected = [[1, 0, 0], [0, c, s], [0, -s, c]]
     # The ICRS differs from the equator and equinox of J2000 by some hundredths of an arc second.
     np.testing.assert_allclose(frames.rotation("equatorial", "ecliptic"), expected, atol=2e-7)
 
 
-def test_poles_are_turned_as_astropy_turns_them():
+def test_poles_are_rotated_as_by_astropy():
     lon, lat = frames.rotate_pole(310 * u.deg, -84 * u.deg, "ecliptic", "equatorial")
     expected = SkyCoord(310 * u.deg, -84 * u.deg, frame=BarycentricMeanEcliptic()).icrs
     assert abs(lon - expected.ra).to_value(u.arcsec) < 1e-6
@@ -56,7 +56,7 @@ def test_attitude_of_a_pole_points_z_there():
 
 
 @pytest.mark.parametrize("degrees", [False, True])
-def test_elements_turn_like_their_vectors(degrees):
+def test_elements_rotate_like_their_vectors(degrees):
     a, e, mu = 2.5 * u.km, 0.3, 2e-6 * u.km**3 / u.s**2
     angles = np.radians([156.1, 105.4, 319.7, 40.0]) * u.rad
     angles = angles.to(u.deg) if degrees else angles
@@ -94,7 +94,7 @@ def test_elements_of_a_run_are_in_its_frame():
     np.testing.assert_allclose(made.to_frame(target="ecliptic").i, rotated.i[0], rtol=1e-12)
 
 
-def test_elements_of_no_known_frame_do_not_turn():
+def test_elements_of_an_unknown_frame_are_not_rotated():
     orbit = fullbody.KeplerElements(2.0, 0.1, 0.2, 0.3, 0.4, 0.5)
     system, state = fullbody.systems.case1()
     for elements in (orbit, system.integrate(state, 1.0).elements()):
@@ -123,7 +123,7 @@ def test_a_frame_of_elements_is_kept_and_compared():
         made[0].frame = "ecliptic"
 
 
-def test_a_hyperbola_and_arrays_turn():
+def test_a_hyperbola_and_arrays_are_rotated():
     orbit = fullbody.KeplerElements(-1.0, 1.5, np.array([0.1, 0.2]), 0.3, 0.4, -2.0, frame="ecliptic")
     back = orbit.to_frame(target="equatorial").to_frame(target="ecliptic")
     np.testing.assert_allclose(back.i, orbit.i, rtol=1e-12)

@@ -232,7 +232,7 @@ def test_composites_keep_energy_and_momenta(integrator):
     assert np.abs(np.diff(run.spin[[0, -1]], axis=0)).max() > 0.01
 
 
-def test_point_method_takes_the_whole_as_a_point():
+def test_the_point_method_takes_a_composite_as_a_point():
     state = pose(7.0)
     points = fullbody.System([Body(Composite(lump()), name="A"), PROBE], G=1.0, gravity="point").interactions(state)
     r = state.position[1]

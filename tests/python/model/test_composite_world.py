@@ -41,7 +41,7 @@ def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
 
 
 @pytest.mark.parametrize("distance", [2.0, 1e3, 1e9])
-def test_third_bodies_act_on_split_ellipsoids_as_on_whole_ones(distance):
+def test_third_bodies_act_on_split_ellipsoids_as_on_undivided_ones(distance):
     shape = Ellipsoid(1.0, 0.8, 0.5)
     halves = Composite([Part(shape, mass=m, position=(5.0, 6.0, 7.0)) for m in (0.7, 0.3)])
     result, expected = (load(body, distance * AWAY) for body in (Body(halves, name="A"), Body(shape, mass=1.0)))

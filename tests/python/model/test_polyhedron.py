@@ -246,7 +246,7 @@ def test_parts_of_a_cut_box_are_the_box():
     close(result.torque, expected.torque, 2e-14, scale=np.abs(expected.force).max())
 
 
-def test_numbering_turning_and_units_change_nothing():
+def test_numbering_rotation_and_units_of_a_mesh_change_nothing():
     solid = icosphere(1, (1.0, 0.7, 0.5))
     probe = Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")
     state = pose([1.6, 0.9, -1.1])

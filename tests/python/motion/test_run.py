@@ -169,7 +169,7 @@ def test_the_repr_of_a_run_tells_its_end():
 
 
 @pytest.mark.parametrize("until", [3.0, 3.001, 60.0, -60.0])
-def test_progress_function_gets_the_time_passed_and_the_whole_time(until):
+def test_progress_function_gets_the_elapsed_and_the_total_time(until):
     seen = []
     system, state = fullbody.systems.kw4_ho2021()
     system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: seen.append(a))

@@ -85,7 +85,7 @@ def test_a_periapsis_that_precesses_across_the_ends_of_revolutions():
     assert 80 * moved > 2 * np.pi, "the periapsis has not gone round"
 
 
-def test_shapes_have_units_and_places():
+def test_orbit_shapes_have_units_and_names_of_bodies():
     system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "10 day", output="0.5 hour")
     result = observables.orbit_shape(run, body="Dimorphos", about="Didymos")

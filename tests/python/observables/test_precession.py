@@ -168,7 +168,7 @@ def test_the_apsidal_rate_is_that_of_a_count_of_passages(inclination):
     np.testing.assert_allclose(result.apsidal, expected, rtol=0, atol=0.01 * abs(node))
 
 
-def test_the_period_of_an_orbit_whose_plane_turns_over_is_found():
+def test_the_period_of_an_orbit_whose_plane_turns_over_is_computed():
     system, state = fullbody.systems.kw4_ho2021()
     steep = starts.start(state, system.mu(), i=120.0)
     run = system.integrate(steep, 3000.0, output=0.5, integrator=fullbody.Verner98(1e-10, 1e-10))

@@ -162,7 +162,7 @@ def test_units_of_a_table_may_be_given_by_column():
     assert bright.sigma.tolist() == [pytest.approx(0.05)]
 
 
-def test_position_angles_that_look_like_degrees_are_told():
+def test_position_angles_that_look_like_degrees_are_warned_of():
     with pytest.warns(InconsistentInput, match="position_angle has values up to 45 radians"):
         polar([1.0] * u.mas, [45.0])
 

@@ -119,7 +119,7 @@ def write_curve(path, days, magnitude):
     return path
 
 
-def test_errors_are_estimated_from_the_scatter_and_said(tmp_path):
+def test_errors_are_estimated_from_the_scatter_with_a_warning(tmp_path):
     rng = np.random.default_rng(5)
     days = np.sort(rng.uniform(0.0, 0.3, 400))
     shape = 0.15 * np.cos(4.0 * np.pi * days / 0.35)
@@ -201,7 +201,7 @@ def about(axis, angle):
     return np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]] if axis == 1 else [[c, -s, 0], [s, c, 0], [0, 0, 1]])
 
 
-def test_a_model_turns_by_the_formula_of_the_database():
+def test_a_model_rotates_by_the_formula_of_the_database():
     later = Time(2438882.0 + 100.7, format="jd", scale="tdb")
     model = observing.read_damit_model(SHAPE, SPIN, density="2 g/cm3", epoch=later, name="Ariadne")
     angle = 30.0 + 360.0 * 100.7 * 24.0 / 5.76198

@@ -30,7 +30,7 @@ def convex_light(result, e, s):
     return np.sum(np.divide(mu * mu0, mu + mu0, out=np.zeros_like(mu), where=mu + mu0 > 0) * area)
 
 
-def test_convex_bodies_in_overlapping_pieces_shine_as_the_whole():
+def test_convex_bodies_in_overlapping_pieces_are_as_bright_as_undivided_ones():
     rng = np.random.default_rng(3)
     hidden = 0
     for _ in range(60):

@@ -458,7 +458,7 @@ KOALA = """1
 """
 
 
-def test_files_of_koala_have_places_to_the_west_and_north_in_a_plane_that_moves_with_the_shadow(tmp_path):
+def test_files_of_koala_have_positions_to_the_west_and_north_in_a_plane_that_moves_with_the_shadow(tmp_path):
     path = tmp_path / "event.occ"
     path.write_text(KOALA)
     data = observing.StellarOccultation.read_koala(path, body="A")

@@ -76,7 +76,7 @@ def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
         assert 1.0 - 1.0 / height == pytest.approx(energy * 0.36**count, rel=1e-9)
 
 
-def test_a_particle_comes_to_rest_and_turns_with_its_body():
+def test_a_particle_comes_to_rest_and_rotates_with_its_body():
     system, state = lone(spin=(0.0, 0.0, 0.3))
     bounce = fullbody.particles.Bounce(normal=0.5, tangential=0.5, rest=1e-3)
     particles = fullbody.Particles([[1.01, 0.0, 0.2]], [[0.0, 0.3, 0.0]])
@@ -208,7 +208,7 @@ def test_the_fastest_particles_strike_too(speed):
 
 
 @pytest.mark.parametrize("excess", [0.0, 2.3e-16, -1e-15, 1e-13, -1e-13, 1e-12])
-def test_a_particle_on_an_equator_that_turns_as_an_orbit_does_comes_to_rest(excess):
+def test_a_particle_on_an_equator_at_orbital_speed_comes_to_rest(excess):
     # Rounding alone presses it down or lifts it: it must neither bounce at one instant nor follow the surface.
     system, state = lone(spin=(0.0, 0.0, 1.0 + excess))
     bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest=5.8e-3)

@@ -46,7 +46,7 @@ def test_impacts_lie_where_they_were(flown):
     refused("Gamma", lambda: plots.impacts(flight, "Gamma"))
 
 
-def test_the_view_has_the_particles_places(flown):
+def test_the_view_has_the_positions_of_particles(flown):
     run, flight = flown
     shown = data_of(run.view(flight=flight).to_html())[0]["particles"]
     times = np.frombuffer(base64.b64decode(shown["time"]))

@@ -17,7 +17,7 @@ COARSE = [
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_lone_body_turns_about_a_principal_axis(axis):
+def test_a_lone_body_rotates_about_a_principal_axis(axis):
     # The variational equations have constant coefficients: an exponential solves them. For the middle axis it grows.
     body = fullbody.Body(fullbody.Ellipsoid(1.0, 0.6, 0.1), mass=1.0)
     system = fullbody.System([body], G=1.0)

@@ -42,7 +42,7 @@ def test_transition_matrices_of_fixed_steps_are_symplectic(integrator):
 
 
 @pytest.mark.parametrize("integrator", [*STEPS, TIGHT], ids=["lie", "aba864", "leapfrog", "verner98"])
-def test_transition_matrices_of_points_turn_evenly(integrator):
+def test_transition_matrices_of_points_rotate_uniformly(integrator):
     # d theta/dt = dspin - spin x theta and d spin/dt = 0 have constant coefficients: the exponential of their matrix.
     system, state = pair_of_points(0.3)
     spin = np.array([[0.4, -0.2, 0.3], [-1.1, 0.7, 0.5]])

@@ -34,7 +34,7 @@ def free_top(moments, spin, time):
         *(((0.5, -1.0, 0.4), 3.0), ((0.2, 0.1, -1.0), -2.0), ((0.01, 1.0, 0.004), 0.5)),
     ],
 )
-def test_a_free_top_is_turned_to_the_last_digit(spin, time):
+def test_a_free_top_rotates_exactly_to_the_last_digit(spin, time):
     body = fullbody.Body(fullbody.Ellipsoid(*AXES), mass=1.0)
     state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], spin=[spin])
     # One step, whose two drifts are half of it.

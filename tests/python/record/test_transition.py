@@ -137,7 +137,7 @@ def test_entries_have_the_unit_of_row_by_column():
 @pytest.mark.parametrize(
     "integrator", [fullbody.Verner98(rtol=1e-13, atol=1e-13), fullbody.SymplecticSplitting(step=0.02)]
 )
-def test_the_matrices_of_consecutive_runs_multiply_to_that_of_the_whole(integrator):
+def test_the_matrices_of_consecutive_runs_multiply_to_that_of_one_run(integrator):
     elements = fullbody.KeplerElements(12.0, 0.3, 0.4, 1.0, 2.0, 0.3)
     system, state = pair(forces=[fullbody.forces.ThirdBody(mu=30.0, orbit=elements, of="system", name="Sun")])
     reference = system.integrate(state, 9.0, output="ends", integrator=integrator, derivatives=True).transition[-1]

@@ -296,7 +296,7 @@ def test_a_mean_that_does_not_last_is_told():
 
 
 @pytest.mark.parametrize("tilt", [np.pi / 6, np.pi / 2, 2.5])
-def test_the_mean_lasts_where_the_plane_of_the_orbit_turns(tilt):
+def test_the_mean_period_lasts_where_the_plane_of_the_orbit_precesses(tilt):
     system, state = binary(Component(**OBLATE, tilt=tilt), Component(**MOON), **KILOMETRES)
     run = system.integrate(state, 64 * 12.0, output=12.0 / 32)
     r, v = (name[:, 1] - name[:, 0] for name in (run.position, run.velocity))
@@ -359,7 +359,7 @@ def test_the_mean_of_ordinary_binaries_lasts(seed):
     assert abs(sidereal(run, 64, period)) < 1e-4
 
 
-def test_the_attraction_is_the_mean_over_a_turn():
+def test_the_attraction_is_the_mean_over_a_rotation():
     shapes = Component(semi_axes=(1.0, 0.8, 0.6), rotation_period=0.5), Component(diameter=0.02, rotation_period=INF)
     options = {"G": 1.0, "mass_ratio": 1e-9, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 3.0}
     system, state = binary(*shapes, **options, synchronous=False)

@@ -241,7 +241,7 @@ def test_names_that_give_no_frames_are_refused(system, start, tmp_path):
     assert "FRAME_A_FIXED = -658030000" in (tmp_path / "a.tf").read_text()
 
 
-def test_files_are_replaced_whole(run, tmp_path):
+def test_files_are_replaced_atomically(run, tmp_path):
     path = run.to_spk(tmp_path / "a.bsp", {"Beta": 5}, CENTRE)
     content = path.read_bytes()
     with pytest.raises(FileNotFoundError):
@@ -251,7 +251,7 @@ def test_files_are_replaced_whole(run, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["a.bsp"]
 
 
-def test_a_moment_and_plain_numbers_are_no_run_for_a_kernel(system, start, tmp_path):
+def test_a_single_time_and_numbers_without_units_are_no_run_for_a_kernel(system, start, tmp_path):
     for dense, message in ((False, "the run has 1 samples; a kernel needs three or more"), (True, "a stretch of time")):
         moment = system.integrate(start, START, dense=dense)
         refused(message, moment.to_spk, tmp_path / "a.bsp", IDS, CENTRE)
