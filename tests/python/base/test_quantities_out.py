@@ -1,4 +1,4 @@
-"""Every dimensional result, one by one: Quantities from a system with units, plain numbers from one without."""
+"""Dimensional results are Quantities in a system with units and plain numbers in one without."""
 
 import fullbody
 import numpy as np

@@ -17,7 +17,7 @@ def distance_from_usual(state):
 
 @pytest.fixture(scope="module")
 def eventful():
-    """Many kinds at once, some of them twice, without units."""
+    """A run without units with events of many kinds, some of them twice."""
     system, state = fullbody.systems.kw4_ho2021()
     watched = [
         events.Separation(0, 1, 2.545, direction=-1),

@@ -1,4 +1,4 @@
-"""Files whose content is no run: whatever stands in them, an error names the file, the place and what was expected."""
+"""Files whose content is no run are refused; the error names the file, the entry and the expectation."""
 
 import json
 
@@ -53,7 +53,7 @@ def described(old, new):
 
 
 def values(name, index, value):
-    """One number of a variable replaced."""
+    """Replace one number of a variable."""
 
     def change(dataset):
         dataset = dataset.copy(deep=True)
@@ -173,7 +173,7 @@ def test_compressed_files_load(run, tmp_path):
 
 
 def replacements(value, wrong):
-    """Copies of a JSON value, in each of which one entry is another."""
+    """Copies of a JSON value, each with another entry replaced."""
     for key in value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():
         inner = [wrong] + [entry for entry in replacements(value[key], wrong)]
         for entry in inner:

@@ -1,4 +1,4 @@
-"""Files as they are written: whole or not at all, on the disk, through links, with permissions, under any name."""
+"""Files are written completely or not at all: order of system calls, links, permissions, names."""
 
 import errno
 import os

@@ -68,7 +68,7 @@ def data(light):
 
 
 class Explicit:
-    """The same photometry with its linear unknowns given: a class of its own, without exact derivatives."""
+    """Photometry with given linear unknowns, in a class without exact derivatives."""
 
     def __init__(self, light, zeros, slopes, coefficients):
         self.plain = observing.Photometry(TIMES * u.h, light, 0.005, geometry=VIEW, zero=0.0)

@@ -156,7 +156,7 @@ def test_thermal_inertia_gives_the_parameter_of_the_textbook():
 
 @pytest.mark.parametrize("units", [None, ("km", "hour", "kg")])
 def test_derivatives_are_those_of_differences(units):
-    """With a lag in plain numbers, and with a thermal inertia in a system with units."""
+    """The force has a lag in a system without units, and a thermal inertia in one with units."""
     system, state, _ = pair(2.5, tilt=0.05, lean=0.1)
     options = {"lag": 0.3, "pressure": 3e-3}
     if units:

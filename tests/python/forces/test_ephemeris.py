@@ -25,7 +25,7 @@ def helio(days):
 
 
 def planet(name, days):
-    """A planet from the Sun in km, ecliptic, by astropy's own turning of coordinates."""
+    """A planet from the Sun in km, ecliptic, by astropy's rotation of coordinates."""
     times = Time(DATE.split()[0], scale="tdb") + days * u.day
     away = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
     ecliptic = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
@@ -33,7 +33,7 @@ def planet(name, days):
 
 
 def spot(third, days, units=("km", "hour", "kg")):
-    """The path that the core makes of the table, in km."""
+    """The path that the core interpolates in the table, in km."""
     system, _ = fullbody.systems.kw4(units=units, frame="ecliptic")
     return system.with_forces([third]).third_body(third.name, days * u.day)[0].to_value("km")
 

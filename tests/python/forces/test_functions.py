@@ -44,7 +44,7 @@ def drag(time, state, k=1e-3):
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """The code above, by the C compiler of the machine."""
+    """The code above, compiled by the C compiler of the machine."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("needs a C compiler")
@@ -68,7 +68,7 @@ def same(first, other):
 
 
 def test_a_rotating_force_and_a_periodic_torque_give_the_motion_of_the_closed_form():
-    """As in a field that rotates m v' = A (cos t, sin t, 0) + g z, and C w' = c cos t about z in the sphere's frame."""
+    """In a rotating field m v' = A (cos t, sin t, 0) + g z, and C w' = c cos t about z in the sphere's frame."""
     system = fullbody.System([fullbody.Body(fullbody.Sphere(0.5), mass=2.0)], G=1.0)
     state = fullbody.State([[1.0, 2.0, 3.0]], [[0.5, 0.0, -1.0]], spin=[[0.0, 0.0, 1.0]])
 

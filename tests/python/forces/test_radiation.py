@@ -146,7 +146,7 @@ def spin_of(run):
 
 @pytest.mark.parametrize("eps", [0.4, 2.0])
 def test_spin_and_obliquity_change_as_the_closed_form(eps):
-    """By d omega/dt = along/C and d eps/dt = across/(C omega), eps - eps_0 = across/along log(omega/omega_0)."""
+    """d omega/dt = along/C and d eps/dt = across/(C omega) give eps - eps_0 = across/along log(omega/omega_0)."""
     along, across = 2e-4, 3e-4
     system, state = turning(eps, along=along, across=across)
     run = system.integrate(state, 100.0, output=25.0)

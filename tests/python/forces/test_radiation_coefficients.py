@@ -175,7 +175,7 @@ def test_the_tide_of_1996_fg3_in_equilibrium_has_the_published_ratio_within_its_
 
 
 def test_components_follow_the_principal_axes_of_any_body_frame():
-    """The same solid with its axes named otherwise."""
+    """The two shapes are one solid whose axes have other names."""
     shape = lumpy(2)
     rotation = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     rotated = Polyhedron(np.asarray(shape.vertices) @ rotation.T, shape.faces)

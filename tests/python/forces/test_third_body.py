@@ -166,7 +166,7 @@ FRAMES = ("ecliptic", "equatorial", "galactic", BarycentricMeanEcliptic(equinox=
 @pytest.mark.parametrize("system_frame", ["ecliptic", "equatorial", "galactic"])
 @pytest.mark.parametrize("path_frame", FRAMES)
 def test_a_path_in_another_frame_is_rotated_into_that_of_the_system(system_frame, path_frame):
-    """The place in its own frame by another program's Kepler orbit, turned by astropy's coordinates."""
+    """The position in its own frame by another program's Kepler orbit, rotated by astropy's coordinates."""
     rng, times = np.random.default_rng(17), [0.0, 2.0, 4.0, 7.0]
     system = fullbody.System(
         [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)], G=0.5, frame=system_frame

@@ -140,7 +140,7 @@ def test_energy_falls_and_angular_momentum_stays():
 
 @pytest.mark.parametrize("case", range(3))
 def test_spins_and_orbits_are_those_of_reboundx(case):
-    """Its effect tides_spin, with the bulges that do not lag made a millionth of a millionth."""
+    """REBOUNDx has the effect tides_spin; bulges without a lag have a Love number of 1e-12 there."""
     data = reference("tides_spin")
     of = data["cases"][case]
     satellite = fullbody.Sphere(0.1)

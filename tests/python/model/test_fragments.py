@@ -13,7 +13,7 @@ from support.meshes import box, convex_hull, octahedron
 
 
 def finer(polyhedron, level):
-    """The same solid with each face divided into 4**level faces in its plane."""
+    """Divide each face of a solid into 4**level faces in its plane."""
     vertices, faces = [tuple(v) for v in polyhedron.vertices], [tuple(face) for face in polyhedron.faces]
     for _ in range(level):
         middles: dict = {}

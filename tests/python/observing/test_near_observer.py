@@ -23,7 +23,7 @@ def rotations(states):
 
 
 def rays(axes, states, eye, i, j, angle):
-    """How near rays from a point that graze body i, at angles (K, M), come to the centre of j in its unit sphere."""
+    """The distances of the centre of j, in its unit sphere, from rays that graze body i at angles (K, M)."""
     # In the unit sphere of body i the rays touch it on a circle about the direction to the point.
     p = np.einsum("kab,ka->kb", rotations(states)[:, i], eye - states.position[:, i]) / axes[i]
     square = np.sum(p * p, axis=1)[:, None]

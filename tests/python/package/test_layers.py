@@ -92,7 +92,7 @@ def leaves(tree):
 
 @functools.cache
 def rust_imports():
-    """For each file of src, by its module's path, the files whose names it uses; re-exports are looked through."""
+    """The files whose names each file of src uses, by module path; re-exports are resolved."""
     text = {
         path.relative_to(SRC).with_suffix("").parts: re.sub(r"//.*", "", path.read_text()) for path in SRC.rglob("*.rs")
     }

@@ -1,4 +1,4 @@
-"""Bodies on straight ways before a radar, and their spectra and images in plain numbers."""
+"""Bodies on straight paths before a radar, and their spectra and images in plain numbers."""
 
 import warnings
 

@@ -15,10 +15,10 @@ G = 6.6743e-20 * 3600.0**2
 
 
 def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, libration=0.05, x=0.0, y=0.0):
-    """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its turns about x and y.
+    """1999 KW4 with Alpha's mass in 1e12 kg, shortest semi-axis and separation in km, and rotations about x and y.
 
-    The mutual orbit starts at the speed of a circle, in the plane of the ecliptic after all has been turned by the
-    vector (x, y, 0).
+    The mutual orbit starts at the speed of a circle, in the plane of the ecliptic, after a rotation of the system by
+    the vector (x, y, 0).
     """
     masses = mass * 1e12, ratio * mass * 1e12
     alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, c), mass=masses[0], name="Alpha")

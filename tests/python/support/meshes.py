@@ -71,7 +71,7 @@ def focal_points(a, b, c, n=12, m=48):
 
 
 def with_more_faces(solid):
-    """The same solid with each face cut in three."""
+    """Divide each face of a solid into three."""
     corners = solid.vertices[solid.faces]
     middle = len(solid.vertices) + np.arange(len(solid.faces))
     faces = [np.column_stack([solid.faces[:, k], solid.faces[:, (k + 1) % 3], middle]) for k in range(3)]

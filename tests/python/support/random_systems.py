@@ -111,7 +111,7 @@ def body(rng, kind, name, mass):
 
 
 def forces(rng, kinds, fixed):
-    """Forces strong enough to be seen; of those that depend on velocities none beside fixed steps."""
+    """Random forces with visible effects; fixed steps get none that depend on velocities."""
     made = []
     which = rng.random()
     if which < 0.2:

@@ -22,13 +22,13 @@ def pair(mass=1e-2, small=(0.12, 0.10, 0.08), **options):
 
 
 def sun(**options):
-    """A third body whose tide on the pair is some 1e-4 of what holds it."""
+    """A third body whose tide on the pair is some 1e-4 of the pair's own attraction."""
     orbit = fullbody.KeplerElements(2000.0, 0.3, 0.4, 1.0, 2.0, 0.3)
     return ThirdBody(**({"mu": 1e6, "orbit": orbit, "of": "system", "name": "Sun"} | options))
 
 
 def drag(time, state):
-    """A force that depends on time, place and velocity, and a torque."""
+    """A force that depends on time, position and velocity, and a torque."""
     force = -1e-5 * state.velocity + 1e-6 * np.cos(0.3 * time) * state.position
     return force, -1e-6 * state.spin
 
