@@ -6,7 +6,7 @@ Lengths are in metres or kilometres, times in hours or days, angles in degrees, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 __all__ = [
@@ -190,11 +190,6 @@ def inputs_with_shape(shape: str) -> dict[str, Input]:
     """Return the table of inputs with a published shape of Didymos, by its name in :data:`SHAPES`."""
     equatorial, polar = SHAPES[shape]
     return INPUTS | {"equatorial": equatorial, "polar": polar}
-
-
-def inputs_with_scaled_errors(factors: Mapping[str, float]) -> dict[str, Input]:
-    """Return the table of inputs with the errors of some of them multiplied by factors, by name."""
-    return INPUTS | {name: replace(INPUTS[name], sigma=INPUTS[name].sigma * factor) for name, factor in factors.items()}
 
 
 #: Values with unit and source that the study does not use, for comparison with its results.

@@ -90,7 +90,7 @@ def test_equal_means_the_printed_digits(draft):
     assert all(verdict.ours == verdict.printed for verdict in equal)
 
 
-def test_kw4_command_and_report_measure_alike(numbers, tmp_path, capsys):
+def test_kw4_command_and_report_measure_alike(numbers, tmp_path):
     assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
     command = json.loads((tmp_path / "numbers.json").read_text())
     for shape in paper.YEAR:

@@ -138,7 +138,7 @@ def test_bodies_without_names_are_called_by_their_indices():
     assert len(run.events) == 1
 
 
-def test_names_are_found_in_another_normal_form(tmp_path):
+def test_names_are_found_in_another_normal_form():
     sphere, other = fullbody.Sphere(1.0), "B"
     body, force = (unicodedata.normalize("NFD", name) for name in ("Äpyän", "Jättiläinen"))
     far = fullbody.KeplerElements(100.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -336,7 +336,7 @@ def test_standard_output_is_not_replaced(tmp_path):
     ]
 
 
-def test_devices_are_not_read(tmp_path):
+def test_devices_are_not_read():
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
         refused("/dev/zero is a device; expected a file", lambda read=read: read("/dev/zero"))
     refused("the file is not a NetCDF file", lambda: fullbody.load("/dev/zero"))

@@ -343,7 +343,7 @@ def test_progress_tells_runs_and_chi2(radar, capsys):
     assert last < first
 
 
-def test_samples_and_figures_have_the_values_of_the_fit(radar, fitted):
+def test_samples_and_figures_have_the_values_of_the_fit(fitted):
     pytest.importorskip("emcee")
     pytest.importorskip("corner")
     samples = fitted.sample(steps=20, walkers=8, rng=2)

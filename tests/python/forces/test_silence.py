@@ -17,11 +17,6 @@ SPHERES = [
 ]
 
 
-def table(first, last, count, position, mu=1e-3):
-    times = np.linspace(first, last, count)
-    return forces.ThirdBody(mu=mu, times=times, positions=[position(time) for time in times], of="body", name="bullet")
-
-
 @pytest.mark.parametrize("gap", [1e-9, -1e-9, 1e-12, -1e-12, 1e-14, -1e-14])
 def test_the_force_of_a_third_body_near_a_parabola_keeps_its_digits(gap):
     e = 1.0 - gap

@@ -137,7 +137,7 @@ def test_partial_derivatives_are_differences(nights, run, geometry):
         )
 
 
-def test_tables_masks_and_dates(nights, run, geometry):
+def test_tables_masks_and_dates(nights):
     table = pandas.DataFrame({"JD": [2459850.5, 2459850.25, 2459850.75], "V": [14.0, np.nan, 14.2], "e": [0.01] * 3})
     dated = observing.Geometry(
         Time([2459850.0, 2459852.0], format="jd", scale="tdb"),
