@@ -91,16 +91,16 @@ def by_ias15(setup: Setup, _: object, steps: float) -> Measured:
         count[0] += 1
 
     sim.additional_forces = counted
-    turns = 40.0 * np.pi
-    sim.integrate(turns, exact_finish_time=0)
+    duration = 40.0 * np.pi
+    sim.integrate(duration, exact_finish_time=0)
     per_orbit = sim.steps_done / 20.0, count[0] / 20.0
-    times = moments(turns * steps / sim.steps_done, steps)
+    times = moments(duration * steps / sim.steps_done, steps)
     sim = simulation()
     first = sim.energy()
     errors = np.empty(times.shape)
-    for place in np.argsort(times, axis=None):
-        sim.integrate(times.flat[place], exact_finish_time=0)
-        errors.flat[place] = (sim.energy() - first) / abs(first)
+    for index in np.argsort(times, axis=None):
+        sim.integrate(times.flat[index], exact_finish_time=0)
+        errors.flat[index] = (sim.energy() - first) / abs(first)
     return *per_orbit, errors
 
 

@@ -84,8 +84,8 @@ def main(draws):
     print(f"{good.sum()} of {draws} fits have error bars, {time.perf_counter() - started:.0f} s")
     print(f"mean chi2 {np.mean([chi2 for _, chi2, _ in results]):.1f} for {results[0][2]} degrees of freedom")
     for name, column in zip(NAMES, errors.T, strict=True):
-        one, two = ((np.abs(column) < k).mean() for k in (1.0, 1.96))
-        print(f"{name:16}{one:7.1%} {two:7.1%}   mean {column.mean():+.2f}, deviation {column.std():.2f}")
+        narrow, wide = ((np.abs(column) < k).mean() for k in (1.0, 1.96))
+        print(f"{name:16}{narrow:7.1%} {wide:7.1%}   mean {column.mean():+.2f}, deviation {column.std():.2f}")
     print(f"{'all':16}{(np.abs(errors) < 1).mean():7.1%} {(np.abs(errors) < 1.96).mean():7.1%}   expected 68.3% 95.0%")
 
 

@@ -1,4 +1,4 @@
-"""What derivatives cost: a year of 1999 KW4 with its transition matrices, beside the year alone and beside differences.
+"""The cost of derivatives: a year of 1999 KW4 with transition matrices, beside the year alone and beside differences.
 
     python benches/derivatives.py [hours] [rounds]
 
@@ -83,21 +83,21 @@ def parameters():
     ]
     system = system.with_forces(forces)
     names = [name for name in system.parameters if name.split(" of ")[-1] in ("Sun", "tide", "yorp", "byorp")]
-    hours, each, among = HOURS / 10.0, {name: [] for name in names}, []
+    hours, costs, among = HOURS / 10.0, {name: [] for name in names}, []
     for _ in range(ROUNDS):
         alone, matrix = seconds(system, state, hours), seconds(system, state, hours, derivatives=True)
         among.append((seconds(system, state, hours, derivatives=names) - matrix) / alone / len(names))
         for name in names:
-            each[name].append((seconds(system, state, hours, derivatives=[name]) - matrix) / alone)
-    columns = ", ".join(f"{name} {statistics.median(values):.2f}" for name, values in each.items())
+            costs[name].append((seconds(system, state, hours, derivatives=[name]) - matrix) / alone)
+    columns = ", ".join(f"{name} {statistics.median(values):.2f}" for name, values in costs.items())
     print(f"each parameter, in runs: {statistics.median(among):.2f} among all; by itself {columns}; at most 0.5")
 
 
 def seconds(system, state, hours=HOURS, **options):
     """Return the processor's time of one run, in seconds."""
-    before = time.process_time()
+    start = time.process_time()
     system.integrate(state, hours, output="ends" if hours < HOURS else 24.0, **options)
-    return time.process_time() - before
+    return time.process_time() - start
 
 
 if __name__ == "__main__":

@@ -66,26 +66,26 @@ def race(ways: dict[str, Callable[[int], Any]], parts: int, repeats: int) -> dic
     return {name: (times[0], times[1]) for name, times in total.items()}
 
 
-def table(title: str, found: dict[str, tuple[float, float]], count: int) -> None:
+def table(title: str, results: dict[str, tuple[float, float]], count: int) -> None:
     """Print the runs a second and the ratios to the first way."""
     print(f"\n{title:<44}{'wall s':>9}{'processor s':>13}{'runs/s':>9}{'ratio':>8}")
-    first = next(iter(found.values()))[0]
-    for name, (wall, processor) in found.items():
+    first = next(iter(results.values()))[0]
+    for name, (wall, processor) in results.items():
         print(f"  {name:<42}{wall:9.2f}{processor:13.2f}{count / wall:9.3g}{first / wall:8.3f}")
 
 
-def ours(given: list[Member], days: float, size: int, repeats: int) -> dict[str, tuple[float, float]]:
+def ours(batch_members: list[Member], days: float, size: int, repeats: int) -> dict[str, tuple[float, float]]:
     """Return the members run in a loop, on one thread, and on two threads."""
-    parts = [given[k : k + size] for k in range(0, len(given), size)]
+    parts = [batch_members[k : k + size] for k in range(0, len(batch_members), size)]
     until = days * DAY
 
-    def many(part: int, threads: int) -> Any:
+    def batch(part: int, threads: int) -> Any:
         return fullbody.integrate_many(parts[part], until, output="ends", threads=threads)
 
     ways: dict[str, Callable[[int], Any]] = {
         "a loop of single runs": lambda k: [s.integrate(start, until, output="ends") for s, start in parts[k]],
-        "integrate_many, one thread": lambda k: many(k, 1),
-        "integrate_many, two threads": lambda k: many(k, 2),
+        "integrate_many, one thread": lambda k: batch(k, 1),
+        "integrate_many, two threads": lambda k: batch(k, 2),
     }
     return race(ways, len(parts), repeats)
 
@@ -112,7 +112,7 @@ def by_rebound(task: tuple[int, float, tuple[float, float, Any]]) -> float:
     return float(sim.particles[1].x)
 
 
-def others(count: int, days: float, repeats: int) -> dict[str, tuple[float, float]]:
+def peers(count: int, days: float, repeats: int) -> dict[str, tuple[float, float]]:
     """Return the runs of points by another program on one and on two cores."""
     until = days * DAY
     try:
@@ -147,13 +147,13 @@ def short(count: int, days: float, threads: int) -> None:
     system, state = fullbody.systems.didymos()
     until = days * DAY
 
-    def given() -> Any:
+    def sample() -> Any:
         rng = np.random.default_rng(1)
         for _ in range(count):
             yield system, state.rotated("Dimorphos", [0, 0, 1], 0.3 * rng.random())
 
-    # What integrate_many adds to a member does not depend on how long its run is, and is seen best where that is short.
-    some = [member for _, member in zip(range(count // 20), given(), strict=False)]
+    # The overhead of integrate_many per member does not depend on the length of its run, and shows best for short runs.
+    some = [member for _, member in zip(range(count // 20), sample(), strict=False)]
     described = fullbody.Verner98()._describe(system.context.units)
     start = _core.Simulation
 
@@ -170,14 +170,14 @@ def short(count: int, days: float, threads: int) -> None:
     core, short_alone, short_together = (min(times) for times in zip(*taken, strict=True))
     more = short_together - short_alone
     runs: list[Any] = []
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    wall, used = seconds(lambda: runs.extend(fullbody.integrate_many(given(), until, output="ends", threads=threads)))
+    usage = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    wall, used = seconds(lambda: runs.extend(fullbody.integrate_many(sample(), until, output="ends", threads=threads)))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     kept = sum(values.nbytes for run in runs for values in run.arrays.values())
     print(f"\n{count} runs of {days:g} days on {threads} threads: {wall:.1f} s, {count / wall:.0f} a second")
     print(f"  of the processor {used:.1f} s, {1e3 * core:.2f} ms a run of integration alone and")
     print(f"  {1e6 * more:.0f} microseconds a run more, {100 * more / (core + more):.1f} %")
-    print(f"  memory at most {peak / 1024:.0f} MiB, {before / 1024:.0f} MiB before; {kept / 2**20:.1f} MiB of samples")
+    print(f"  memory at most {peak / 1024:.0f} MiB, {usage / 1024:.0f} MiB before; {kept / 2**20:.1f} MiB of samples")
 
 
 def main() -> None:
@@ -190,17 +190,17 @@ def main() -> None:
     parser.add_argument("--short-days", type=float, default=2.0)
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--only-short", action="store_true")
-    given = parser.parse_args()
-    if given.only_short:
-        short(given.short, given.short_days, 2)
+    arguments = parser.parse_args()
+    if arguments.only_short:
+        short(arguments.short, arguments.short_days, 2)
         return
-    found = ours(members(given.members), given.days, given.slice, given.repeats)
-    table(f"{given.members} members, {given.days:g} days of Dimorphos", found, given.members)
-    found = ours(points(given.members), given.days, given.slice, given.repeats)
-    table(f"{given.members} members, {given.days:g} days, points", found, given.members)
-    found = others(given.members, given.days, given.repeats)
-    table("the same by another program", found, given.members)
-    words = ["--only-short", f"--short={given.short}", f"--short-days={given.short_days}"]
+    results = ours(members(arguments.members), arguments.days, arguments.slice, arguments.repeats)
+    table(f"{arguments.members} members, {arguments.days:g} days of Dimorphos", results, arguments.members)
+    results = ours(points(arguments.members), arguments.days, arguments.slice, arguments.repeats)
+    table(f"{arguments.members} members, {arguments.days:g} days, points", results, arguments.members)
+    results = peers(arguments.members, arguments.days, arguments.repeats)
+    table("the same by another program", results, arguments.members)
+    words = ["--only-short", f"--short={arguments.short}", f"--short-days={arguments.short_days}"]
     subprocess.run([sys.executable, __file__, *words], check=True)
 
 

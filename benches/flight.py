@@ -33,8 +33,8 @@ def old_way(run, x, v, until, rtol):
         x, v = y.reshape(2, -1, 3)
         state, g = run(time), np.zeros_like(x)
         for k, body in enumerate(bodies):
-            turn = state.rotation_matrix[k]
-            g += body.gravity((x - state.position[k]) @ turn, G).field @ turn.T
+            rotation = state.rotation_matrix[k]
+            g += body.gravity((x - state.position[k]) @ rotation, G).field @ rotation.T
         return np.concatenate([v, g]).ravel()
 
     start = np.concatenate([x, v]).ravel()
@@ -44,8 +44,8 @@ def old_way(run, x, v, until, rtol):
 def timed(work):
     """Return what some work gives, the seconds that it takes by the clock, and by the processors."""
     clock, cpu = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_utime
-    found = work()
-    return found, time.perf_counter() - clock, resource.getrusage(resource.RUSAGE_SELF).ru_utime - cpu
+    result = work()
+    return result, time.perf_counter() - clock, resource.getrusage(resource.RUSAGE_SELF).ru_utime - cpu
 
 
 def main():
@@ -71,19 +71,19 @@ def main():
         old, clock, cpu = timed(lambda rtol=rtol: old_way(run, x[free], v[free], arguments.hours, rtol))
         error = np.abs(old - exact.position[-1, free]).max()
         print(f"old way  rtol {rtol:.0e}: error {error:.1e} km, {clock:7.3f} s, processor {cpu:7.3f} s")
-        for own in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12):
-            new, clock_new, cpu_new = timed(lambda own=own: fly(own))
+        for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12):
+            new, clock_new, cpu_new = timed(lambda tolerance=tolerance: fly(tolerance))
             reached = np.abs(new.position[-1, free] - exact.position[-1, free]).max()
             if reached <= error:
                 break
-        print(f"flight   rtol {own:.0e}: error {reached:.1e} km, {clock_new:7.3f} s, processor {cpu_new:7.3f} s")
+        print(f"flight   rtol {tolerance:.0e}: error {reached:.1e} km, {clock_new:7.3f} s, processor {cpu_new:7.3f} s")
         print(f"         {cpu / cpu_new:.0f} times quicker on one thread")
     if arguments.million:
         x, v = particles(1_000_000, nearest=4.0)
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         flight, clock, cpu = timed(lambda: system.fly(state, fullbody.Particles(x, v), 2.0))
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        memory = f"{most / 2**20:.2f} GiB at most, {before / 2**20:.2f} before"
+        memory = f"{most / 2**20:.2f} GiB at most, {start / 2**20:.2f} before"
         print(f"{flight}\n  {clock:.1f} s, processor {cpu:.1f} s, {memory}")
 
 

@@ -1,4 +1,4 @@
-"""What external forces cost: the year of 1999 KW4 with Sun, tide and BYORP beside the year without.
+"""The cost of external forces: the year of 1999 KW4 with Sun, tide and BYORP beside the year without.
 
     python benches/forces.py [--hours 8766] [--repeats 3]
 
@@ -48,19 +48,21 @@ def compiled(folder: str) -> Function:
     return Function(ctypes.CDLL(str(library)).nothing, name="nothing", depends_on_velocity=False)
 
 
-def race(cases: dict[str, list[Force]], hours: float, repeats: int, turns: float = 1.0) -> dict[str, tuple[float, int]]:
+def race(
+    cases: dict[str, list[Force]], hours: float, repeats: int, spin_factor: float = 1.0
+) -> dict[str, tuple[float, int]]:
     """Return the shortest time of the processor, seconds, and the evaluations of each; Beta's spin is multiplied."""
-    found: dict[str, tuple[float, int]] = {}
+    results: dict[str, tuple[float, int]] = {}
     for _ in range(repeats):
         for name, forces in cases.items():
             system, state = fullbody.systems.kw4()
-            state = state.replace(spin=state.spin * [[1.0], [turns]])
+            state = state.replace(spin=state.spin * [[1.0], [spin_factor]])
             system = system.with_forces(forces)
             started = time.process_time()
             run = system.integrate(state, hours, output=[hours])
             seconds = time.process_time() - started
-            found[name] = (min(seconds, found.get(name, (seconds, 0))[0]), run.statistics.evaluations)
-    return found
+            results[name] = (min(seconds, results.get(name, (seconds, 0))[0]), run.statistics.evaluations)
+    return results
 
 
 def main() -> None:
@@ -76,19 +78,19 @@ def main() -> None:
         "BYORP": [BYORP],
         "Sun, tide and BYORP": [SUN, TIDE, BYORP],
     }
-    found = race(cases, arguments.hours, arguments.repeats)
-    base, _ = found["without"]
+    results = race(cases, arguments.hours, arguments.repeats)
+    base, _ = results["without"]
     print(f"1999 KW4, {arguments.hours:g} h{'':<15}seconds     ratio   evaluations")
-    for name, (seconds, evaluations) in found.items():
+    for name, (seconds, evaluations) in results.items():
         print(f"{name:<33}{seconds:8.3f}{seconds / base:10.3f}{evaluations:14}")
     with tempfile.TemporaryDirectory() as folder:
         nothing = compiled(folder)
         cases = {"none": [], "one": [nothing], "tide": [TIDE], "both": [TIDE, nothing]}
-        found = race(cases, arguments.hours, arguments.repeats)
+        results = race(cases, arguments.hours, arguments.repeats)
     # Per evaluation of each, for the last bits may differ.
-    each = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in found.items()}
-    print(f"a compiled force that does nothing: {each['one'] - each['none']:.0f} ns a call as the only force,")
-    print(f"{each['both'] - each['tide']:.0f} ns beside the tide; the first includes what the books of any force cost")
+    costs = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in results.items()}
+    print(f"a compiled force that does nothing: {costs['one'] - costs['none']:.0f} ns a call as the only force,")
+    print(f"{costs['both'] - costs['tide']:.0f} ns beside the tide; the first includes the record of work and impulse")
     radar = fullbody.systems.kw4(shape="radar")[0]
     started = time.process_time()
     coefficients = radiation_coefficients(radar["Beta"])
@@ -97,12 +99,15 @@ def main() -> None:
     started = time.process_time()
     radiation_coefficients(radar["Beta"], **shadow)
     print(f"with the shadow of Alpha's 9,168 faces: {time.process_time() - started:.2f} s")
-    for turns, named in ((1.0, {"YORP": coefficients.yorp(2e5, on="Beta"), "BYORP": BYORP}), (3.0, {"heat": HEAT})):
+    for spin_factor, named in (
+        (1.0, {"YORP": coefficients.yorp(2e5, on="Beta"), "BYORP": BYORP}),
+        (3.0, {"heat": HEAT}),
+    ):
         cases = {"tide": [TIDE]} | {name: [TIDE, force] for name, force in named.items()}
-        found = race(cases, arguments.hours, arguments.repeats, turns)
-        each = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in found.items()}
+        results = race(cases, arguments.hours, arguments.repeats, spin_factor)
+        costs = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in results.items()}
         for name in named:
-            print(f"{name}: {each[name] - each['tide']:.0f} ns an evaluation beside the tide")
+            print(f"{name}: {costs[name] - costs['tide']:.0f} ns an evaluation beside the tide")
 
 
 if __name__ == "__main__":

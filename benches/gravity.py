@@ -55,7 +55,7 @@ def by_scipy(points):
 def ellipsoid():
     body = fullbody.Body(fullbody.Ellipsoid(*AXES), mass=1.0, name="Alpha")
     state = fullbody.State(np.zeros((1, 3)), np.zeros((1, 3)))
-    places = {
+    points_by_place = {
         "far, 3 to 30 km": cloud(3.0, 30.0),
         f"far, {BEYOND_CACHES} points": cloud(3.0, 30.0, BEYOND_CACHES),
         "near, 0.77 to 1 km": cloud(0.77, 1.0),
@@ -66,7 +66,7 @@ def ellipsoid():
     print(
         f"{'ellipsoid, ns a point':24}" + "".join(f"{path + what:>20}" for path in paths for what in ("", ", gradient"))
     )
-    for name, points in places.items():
+    for name, points in points_by_place.items():
         row = []
         for path in paths:
             system = fullbody.System([body], G=1.0, vector_path=path)
@@ -83,11 +83,11 @@ def ellipsoid():
             row += [both, best(gradient) - both]
         print(f"{name:24}" + "".join(f"{value:20.1f}" for value in row))
 
-    points = places["far, 3 to 30 km"]
-    found = body.gravity(points, G=1.0).field
+    points = points_by_place["far, 3 to 30 km"]
+    result = body.gravity(points, G=1.0).field
 
     def scipys():
-        error = np.abs(by_scipy(points) / found - 1.0).max()
+        error = np.abs(by_scipy(points) / result - 1.0).max()
         assert error < 1e-11, error
         return len(points)
 

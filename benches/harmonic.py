@@ -71,12 +71,12 @@ def reach(body: Body) -> float:
 
 def error(bodies: list[Body], state: State, exact: str, tolerance: float) -> float:
     """Return the larger one of the relative error of the force and that of the torques over force times size."""
-    known = System(bodies, G=1.0, gravity=exact).interactions(state)
-    found = System(bodies, G=1.0, gravity="harmonic", gravity_tolerance=tolerance).interactions(state)
-    force = np.linalg.norm(known.force[0])
+    reference = System(bodies, G=1.0, gravity=exact).interactions(state)
+    result = System(bodies, G=1.0, gravity="harmonic", gravity_tolerance=tolerance).interactions(state)
+    force = np.linalg.norm(reference.force[0])
     arms = force * np.array([reach(body) for body in bodies])
-    torques = np.linalg.norm(found.torque - known.torque, axis=1) / arms
-    return float(max(np.linalg.norm(found.force[0] - known.force[0]) / force, torques.max()))
+    torques = np.linalg.norm(result.torque - reference.torque, axis=1) / arms
+    return float(max(np.linalg.norm(result.force[0] - reference.force[0]) / force, torques.max()))
 
 
 def cost(hours: float) -> None:
@@ -84,7 +84,7 @@ def cost(hours: float) -> None:
     radar, start = fullbody.systems.kw4(shape="radar")
     smooth, beginning = fullbody.systems.kw4()
 
-    def each(system: System, state: State) -> float:
+    def cost_of(system: System, state: State) -> float:
         taken = []
         for _ in range(5):
             started = time.process_time()
@@ -92,10 +92,10 @@ def cost(hours: float) -> None:
             taken.append((time.process_time() - started) / run.statistics.evaluations)
         return 1e6 * min(taken)
 
-    surface = each(smooth.with_options(gravity="surface"), beginning)
+    surface = cost_of(smooth.with_options(gravity="surface"), beginning)
     print(f"two ellipsoids by the surface rule, 2.55 km: {surface:.2f} us")
     for tolerance in (1e-14, 1e-10, 1e-6):
-        series = each(radar.with_options(gravity_tolerance=tolerance), start)
+        series = cost_of(radar.with_options(gravity_tolerance=tolerance), start)
         print(f"radar shapes at {tolerance:.0e}, 2.55 km: {series:.2f} us, {series / surface:.1f} times as long")
 
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 
-#: What a run may come to; the first three are faults.
+#: Possible outcomes of a run; the first three are faults.
 OUTCOMES = ("passed over", "inside", "false alarm", "other error", "right")
 
 
@@ -63,13 +63,7 @@ def place(body: fullbody.Body, q: Vector, n: Vector) -> Vector:
 
 def integrator(rng: np.random.Generator, crossing: float) -> fullbody.record.integrators.Integrator:
     """Return an integrator by its index; `crossing` is the time in which the bodies pass each other."""
-    pairs = [
-        fullbody.DormandPrince54,
-        fullbody.Verner65,
-        fullbody.Verner76,
-        fullbody.Verner87,
-        fullbody.Verner98,
-    ]
+    pairs = [fullbody.DormandPrince54, fullbody.Verner65, fullbody.Verner76, fullbody.Verner87, fullbody.Verner98]
     kind = rng.integers(len(pairs) + 4)
     if kind < len(pairs):
         tolerance = 10.0 ** -rng.uniform(2, 13)
@@ -80,8 +74,8 @@ def integrator(rng: np.random.Generator, crossing: float) -> fullbody.record.int
     return fullbody.SymplecticSplitting(step, ("leapfrog", "ABA864", "ABA1064")[kind - len(pairs) - 1])
 
 
-def name(one: fullbody.record.integrators.Integrator) -> str:
-    return getattr(one, "scheme", type(one).__name__)
+def name(integrator: fullbody.record.integrators.Integrator) -> str:
+    return getattr(integrator, "scheme", type(integrator).__name__)
 
 
 def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
@@ -89,10 +83,10 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
     kinds = [("sphere", "sphere"), ("sphere", "point"), ("ellipsoid", "point"), ("ellipsoid", "ellipsoid")]
     kind = kinds[rng.integers(len(kinds))]
     bodies = [
-        fullbody.Body(shape(rng, each), mass=10.0 ** rng.uniform(-3, 0), name=label)
-        for each, label in zip(kind, "AB", strict=True)
+        fullbody.Body(shape(rng, letter), mass=10.0 ** rng.uniform(-3, 0), name=label)
+        for letter, label in zip(kind, "AB", strict=True)
     ]
-    turned = np.array([attitude(rng), attitude(rng)])
+    rotated = np.array([attitude(rng), attitude(rng)])
     size = max(max(body.shape.semi_axes) for body in bodies if body.shape.semi_axes)
     speed, along = 10.0 ** rng.uniform(-1, 1), direction(rng)
     away = size * 10.0 ** rng.uniform(0.7, 2.0)
@@ -105,18 +99,18 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
         if rng.random() < 0.5:
             spin = rng.normal(size=(2, 3)) * speed / size
     else:
-        # With a normal across the path, both touch where their centres are the sum of the places with it apart.
+        # With a normal across the path, both touch where their centres are apart by the sum of the support points.
         G = speed**2 * size * 1e-22
         normal = np.cross(along, direction(rng))
         normal /= np.linalg.norm(normal)
-        touching = sum(place(body, q, normal) for body, q in zip(bodies, turned, strict=True))
+        touching = sum(place(body, q, normal) for body, q in zip(bodies, rotated, strict=True))
         depth = 10.0 ** rng.uniform(-6, -0.5) * (1 if style == "graze" else -1)
         nearest = (1.0 - depth) * touching
     backwards = rng.random() < 0.5
     sign = -1.0 if backwards else 1.0
     share = bodies[1].mass / (bodies[0].mass + bodies[1].mass)
     r, v = nearest - away * along, sign * speed * along
-    state = fullbody.State([-share * r, (1 - share) * r], [-share * v, (1 - share) * v], turned, spin)
+    state = fullbody.State([-share * r, (1 - share) * r], [-share * v, (1 - share) * v], rotated, spin)
     system = fullbody.System(bodies, G=G)
     chosen = integrator(rng, size / speed)
     until = sign * rng.uniform(1.5, 4.0) * away / speed

@@ -18,5 +18,5 @@ def best(module: str, repeats: int = 10) -> float:
 
 
 if __name__ == "__main__":
-    alone, whole = best("numpy"), best("fullbody")
-    print(f"import fullbody: {whole:.3f} s, of which numpy {alone:.3f} s")
+    alone, package = best("numpy"), best("fullbody")
+    print(f"import fullbody: {package:.3f} s, of which numpy {alone:.3f} s")

@@ -22,10 +22,10 @@ def instructions(method: str, path: str, count: int) -> int:
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", "/".join(PROGRAM)]
         command += [method, "1e-14", path, str(count)]
         result = subprocess.run(command, capture_output=True, text=True, check=True)
-    found = re.search(r"Collected : (\d+)", result.stderr)
-    if found is None:
+    computed = re.search(r"Collected : (\d+)", result.stderr)
+    if computed is None:
         raise RuntimeError(f"callgrind printed no count:\n{result.stderr}")
-    return int(found.group(1))
+    return int(computed.group(1))
 
 
 def main() -> None:
@@ -37,8 +37,8 @@ def main() -> None:
     print("instructions of one interaction (force and both torques), 1999 KW4, tolerance 1e-14")
     for method in METHODS:
         for path in ("portable", "avx2") if method in ("focal", "surface") else ("portable",):
-            few, many = (instructions(method, path, count) for count in (100, 600))
-            print(f"  {method:<14}{path:<10}{(many - few) / 500:10.0f}")
+            few, several = (instructions(method, path, count) for count in (100, 600))
+            print(f"  {method:<14}{path:<10}{(several - few) / 500:10.0f}")
 
 
 if __name__ == "__main__":

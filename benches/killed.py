@@ -40,10 +40,10 @@ def main(kills: int) -> int:
     """Kill, go on, compare."""
     rng = random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
-        whole, broken = Path(folder, "whole.nc"), Path(folder, "broken.nc")
+        unbroken, broken = Path(folder, "whole.nc"), Path(folder, "broken.nc")
         start = time.perf_counter()
-        subprocess.run([sys.executable, __file__, "--store", whole], check=True, stdout=subprocess.DEVNULL)
-        print(f"unbroken: {time.perf_counter() - start:.1f} s, {whole.stat().st_size} bytes")
+        subprocess.run([sys.executable, __file__, "--store", unbroken], check=True, stdout=subprocess.DEVNULL)
+        print(f"unbroken: {time.perf_counter() - start:.1f} s, {unbroken.stat().st_size} bytes")
         killed = calls = 0
         while not broken.exists():
             calls += 1
@@ -58,7 +58,7 @@ def main(kills: int) -> int:
                         killed += 1
             done = len(list(Path(folder, "broken.nc.parts").glob("*.npz")))
             print(f"call {calls}: {'done' if broken.exists() else f'{done} chunks are there'}")
-        same = whole.read_bytes() == broken.read_bytes()
+        same = unbroken.read_bytes() == broken.read_bytes()
         print(f"killed {killed} times; the map is {'the same, byte for byte' if same else 'ANOTHER ONE'}")
         return 0 if same and killed >= min(kills, calls - 1) else 1
 

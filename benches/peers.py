@@ -47,7 +47,7 @@ TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 Peer = Callable[[int, np.ndarray, float], tuple[np.ndarray, np.ndarray, float]]
 
 system, start = fullbody.systems.kw4(shape="radar")
-rest = fullbody.State(start.position, np.zeros((2, 3)), attitude=start.attitude, spin=np.zeros((2, 3)))
+resting = fullbody.State(start.position, np.zeros((2, 3)), attitude=start.attitude, spin=np.zeros((2, 3)))
 G = system.G / HOUR**2
 
 
@@ -149,12 +149,12 @@ def peer_rows(name: str, run: Peer) -> list[dict[str, Any]]:
 
     rows: list[dict[str, Any]] = []
     tightest = fullbody.Verner98(1e-15, 1e-15)
-    fall = system.with_options(gravity="surface").integrate(rest, FALL / HOUR, integrator=tightest)[-1]
+    fall = system.with_options(gravity="surface").integrate(resting, FALL / HOUR, integrator=tightest)[-1]
     exact = np.diff(fall.velocity, axis=0)[0] / HOUR
     steps_per_hour = np.nan
     for order, span in SPANS.items():
         # The difference between the two runs contains neither the preparation of the shapes nor the first steps.
-        fall_times, fallen, preparation = fastest(order, numbers(rest), FALL)
+        fall_times, fallen, preparation = fastest(order, numbers(resting), FALL)
         times, states, taken = fastest(order, numbers(start), span)
         row: dict[str, Any] = {"program": name, "order": order}
         row["force_error"] = error(inertial(fallen[-1], slice(3, 6)), exact)
@@ -235,7 +235,7 @@ def main() -> None:
     parser.add_argument("--hours", type=float, default=200.0, help="hours of fullbody's runs")
     parser.add_argument("--out", type=Path, help="the JSON file for the numbers")
     options = parser.parse_args()
-    # What cannot be measured or written is refused before minutes of measurement.
+    # Arguments that cannot be measured or written are refused before minutes of measurement.
     if not 0.0 < options.hours < np.inf:
         parser.error(f"--hours is {options.hours}; expected a number above zero")
     for name, path in (("gubas", options.gubas), ("f2bptoolkit", options.f2bptoolkit), ("out", options.out)):
@@ -244,10 +244,7 @@ def main() -> None:
     print(f"{'':<29}{'force error':>12}{'us/evaluation':>14}{'s/1000 h':>14}")
     rows = own_rows(options.hours, 3)
     peers: dict[str, dict[str, str | None]] = {}
-    for name, path, peer in (
-        ("GUBAS", options.gubas, gubas),
-        ("F2BPtoolkit", options.f2bptoolkit, f2bptoolkit),
-    ):
+    for name, path, peer in (("GUBAS", options.gubas, gubas), ("F2BPtoolkit", options.f2bptoolkit, f2bptoolkit)):
         if path is not None:
             peers[name] = {"commit": commit(path), "built_by": options.flags}
             with tempfile.TemporaryDirectory() as folder:

@@ -66,14 +66,14 @@ def convexinv(program, text, pole):
     with tempfile.TemporaryDirectory() as folder:
         where = Path(folder)
         (where / "input").write_text(INPUT.format(*pole, PERIOD))
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        start = resource.getrusage(resource.RUSAGE_CHILDREN)
         command = [program, "-v", "-o", "areas", "input", "curves"]
         done = subprocess.run(command, input=text, cwd=where, capture_output=True, text=True, check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     printed = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
     told = [line.strip() for line in printed if "dev" in line][-1:]
     told += [line.strip() for line in printed if "lambda, beta and period" in line][-1:]
-    return after.ru_utime - before.ru_utime, "; ".join(told)
+    return after.ru_utime - start.ru_utime, "; ".join(told)
 
 
 def inverted(data, pole):

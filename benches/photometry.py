@@ -128,11 +128,11 @@ def by_shapes(paths):
 
     def hull(shape):
         points = np.asarray(shape.vertices)
-        found = ConvexHull(points)
-        kept, facets = np.unique(found.simplices, return_inverse=True)
+        result = ConvexHull(points)
+        kept, facets = np.unique(result.simplices, return_inverse=True)
         points, facets = points[kept], facets.reshape(-1, 3)
         a, b, c = np.moveaxis(points[facets], 1, 0)
-        inward = np.sum(np.cross(b - a, c - a) * found.equations[:, :3], axis=1) < 0
+        inward = np.sum(np.cross(b - a, c - a) * result.equations[:, :3], axis=1) < 0
         facets[inward] = facets[inward][:, ::-1]
         return fullbody.Polyhedron(points, facets)
 
@@ -144,15 +144,15 @@ def by_shapes(paths):
         apart, hidden = 3.0 * size * unit(rng.normal(size=(count, 3))), e * 3.0 * size + aside * 0.6 * size
         cases = [(f"{len(b.shape.faces):,} facets{kind}", [b], None) for b in bodies]
         cases += [(f"both{kind}, apart", bodies, apart), (f"both{kind}, in events", bodies, hidden)]
-        for name, some, place in cases:
+        for name, some, distance in cases:
             position = np.zeros((count, len(some), 3))
-            if place is not None:
-                position[:, 1] = place
-            given = Epochs(np.zeros(count), position, unit(rng.normal(size=(count, len(some), 4))), e, s)
+            if distance is not None:
+                position[:, 1] = distance
+            sample = Epochs(np.zeros(count), position, unit(rng.normal(size=(count, len(some), 4))), e, s)
             photometer = Photometer(fullbody.System(some, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
-            photometer.brightness(given)
-            rows.append((name, best(lambda p=photometer, g=given: p.brightness(g), count, 3)))
-            rows.append((f"{name}, derivatives", best(lambda p=photometer, g=given: p.derivatives(g), count, 3)))
+            photometer.brightness(sample)
+            rows.append((name, best(lambda p=photometer, g=sample: p.brightness(g), count, 3)))
+            rows.append((f"{name}, derivatives", best(lambda p=photometer, g=sample: p.derivatives(g), count, 3)))
     return rows
 
 
@@ -163,27 +163,27 @@ def main():
     rows = []
     for name, law in (("Lommel-Seeliger", observing.LommelSeeliger()), ("Lambert", observing.Lambert())):
         count = COUNT if name != "Lambert" else COUNT // 10
-        one = Photometer(fullbody.System(bodies[:1], G=1.0), law, 1.0, True, 0.0)
+        single = Photometer(fullbody.System(bodies[:1], G=1.0), law, 1.0, True, 0.0)
         two = Photometer(fullbody.System(bodies, G=1.0), law, 1.0, True, 0.0)
         alone, pair = (Epochs(*epochs(count, n)) for n in (1, 2))
-        rows.append((f"{name}, one body", best(lambda p=one, a=alone: p.brightness(a), count)))
+        rows.append((f"{name}, one body", best(lambda p=single, a=alone: p.brightness(a), count)))
         rows.append((f"{name}, a pair in an event", best(lambda p=two, a=pair: p.brightness(a), count)))
         rows.append((f"{name}, the same with derivatives", best(lambda p=two, a=pair: p.derivatives(a), count)))
     two = Photometer(fullbody.System(bodies, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
-    given = epochs(50, 2)
-    exact = two.brightness(Epochs(*given))[:, 0]
+    sample = epochs(50, 2)
+    exact = two.brightness(Epochs(*sample))[:, 0]
     for size in (1000, 10_000, 100_000):
         z = 1 - 2 * (np.arange(size) + 0.5) / size
         angle = np.pi * (1 + 5**0.5) * np.arange(size)
         points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
-        e, s = (vector[0] / np.linalg.norm(vector[0]) for vector in given[3:])
-        call = lambda points=points, e=e, s=s: [by_facets(points, axes, where, e, s) for where in given[1][:, 1]]  # noqa: E731
+        e, s = (vector[0] / np.linalg.norm(vector[0]) for vector in sample[3:])
+        call = lambda points=points, e=e, s=s: [by_facets(points, axes, where, e, s) for where in sample[1][:, 1]]  # noqa: E731
         error = np.abs(np.array(call()) / exact - 1).max()
         rows.append((f"numpy, {size} facets, error {error:.0e}", best(call, 50, 3)))
     for size in (200, 800, 3200) if shapely else ():
         points, facets = sphere(size)
         call = lambda points=points, facets=facets: [  # noqa: E731
-            by_clipping(points, facets, axes, where, e, s) for where in given[1][::5, 1]
+            by_clipping(points, facets, axes, where, e, s) for where in sample[1][::5, 1]
         ]
         error = np.abs(np.array(call()) / exact[::5] - 1).max()
         rows.append((f"shapely, {len(facets)} facets clipped, error {error:.0e}", best(call, 10, 3)))

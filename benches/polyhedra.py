@@ -54,8 +54,8 @@ def interaction():
         pair.interactions(state)
         run = pair.integrate(state, 20.0)
         taken = best(lambda pair=pair: pair.integrate(state, 20.0), 3)
-        each = taken / run.statistics.evaluations * 1e6
-        print(f"interaction of {len(faces):6d} faces with an ellipsoid: {each:6.1f} us")
+        cost = taken / run.statistics.evaluations * 1e6
+        print(f"interaction of {len(faces):6d} faces with an ellipsoid: {cost:6.1f} us")
 
 
 def distances(tolerance=1e-10, pose=0):
@@ -74,8 +74,8 @@ def distances(tolerance=1e-10, pose=0):
     radius = np.linalg.norm(beta.shape.vertices, axis=1).max()
 
     def at(distance):
-        rest = np.zeros((2, 3))
-        return fullbody.State([np.zeros(3), distance * direction], rest, attitude=attitude, spin=rest)
+        zeros = np.zeros((2, 3))
+        return fullbody.State([np.zeros(3), distance * direction], zeros, attitude=attitude, spin=zeros)
 
     low, high = 0.3, 1.2
     for _ in range(30):
@@ -90,7 +90,7 @@ def distances(tolerance=1e-10, pose=0):
     print(f"contact at {high:.4f} km; tolerance {tolerance:g}")
     for distance in [2.55, 2.0, 1.7, 1.5, 1.35, 1.3, 1.25, 1.2, 1.15, 1.1, 1.08] + [high + g * radius for g in gaps]:
         start = time.process_time()
-        found = pair.interactions(at(distance))
+        result = pair.interactions(at(distance))
         first = time.process_time() - start
         taken = []
         for _ in range(3):
@@ -99,7 +99,7 @@ def distances(tolerance=1e-10, pose=0):
             run = simulation.integrate(1.0)
             taken.append((time.process_time() - start) / run.statistics.evaluations)
         print(
-            f"{distance:.4f} km: {min(taken) * 1e3:9.3f} ms, first {first:6.2f} s, bound {found.truncation_error:.1e}"
+            f"{distance:.4f} km: {min(taken) * 1e3:9.3f} ms, first {first:6.2f} s, bound {result.truncation_error:.1e}"
         )
 
 

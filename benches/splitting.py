@@ -28,18 +28,18 @@ def main() -> None:
     """Print the table."""
     integrators = {"Verner98()": fullbody.Verner98(), "splitting": fullbody.SymplecticSplitting(step=STEP)}
     cases = [(shape, name) for shape in ("ellipsoid", "spheroid") for name in integrators]
-    # In turns, so that a burden of the machine falls on all.
-    found = {case: [] for case in cases}
+    # The cases alternate, so that a load of the machine affects all of them.
+    results = {case: [] for case in cases}
     for _ in range(REPEATS):
         for shape, name in cases:
-            found[shape, name].append(year(shape, integrators[name]))
-    unit = min(found["ellipsoid", "Verner98()"])[0]
+            results[shape, name].append(year(shape, integrators[name]))
+    unit = min(results["ellipsoid", "Verner98()"])[0]
     print(f"a year of 1999 KW4; steps of the splitting of {STEP} h, ABA864")
     print(f"  {'':<12}{'':<14}{'s CPU':>8}{'ratio':>8}{'evaluations':>13}{'us each':>9}{'energy':>10}")
     for shape, name in cases:
-        seconds, evaluations, error = min(found[shape, name])
-        each = seconds / evaluations * 1e6
-        print(f"  {shape:<12}{name:<14}{seconds:8.3f}{seconds / unit:8.3f}{evaluations:13}{each:9.3f}{error:10.1e}")
+        seconds, evaluations, error = min(results[shape, name])
+        cost = seconds / evaluations * 1e6
+        print(f"  {shape:<12}{name:<14}{seconds:8.3f}{seconds / unit:8.3f}{evaluations:13}{cost:9.3f}{error:10.1e}")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,8 @@ from fullbody.errors import FullbodyError
 
 __all__ = ["Study", "as_json", "command", "listed", "percent", "publish", "reported", "table", "write_numbers"]
 
-#: What writes a study into a folder: a draft or all of it, with a bar or without one. Gives the report's path.
+#: A function that writes a study into a folder (its draft or all of it, with or without a progress bar) and returns
+#: the path of the report.
 Study = Callable[[Path, bool, bool], Path]
 
 

@@ -36,15 +36,15 @@ def typeset(text: str) -> str:
     '5.84 ± 0.29'
     """
 
-    def power(found: re.Match[str]) -> str:
-        number, sign, exponent = found.groups()
+    def power(match: re.Match[str]) -> str:
+        number, sign, exponent = match.groups()
         if float(number) == 0.0:
             return "0"
         factor = "" if number == "1" else f"{number} × "  # noqa: RUF001
         return f"{factor}10<sup>{'−' if sign == '-' else ''}{exponent}</sup>"  # noqa: RUF001
 
-    def symbol(found: re.Match[str]) -> str:
-        name, index = found.group(1) or found.group(3), found.group(2) or found.group(4)
+    def symbol(match: re.Match[str]) -> str:
+        name, index = match.group(1) or match.group(3), match.group(2) or match.group(4)
         return f"<i>{GREEK.get(name, name)}</i>" + (f"<sub>{index}</sub>" if index else "")
 
     text = _SYMBOL.sub(symbol, _POWER_OF_TEN.sub(power, escape(text))).replace("+-", "±")

@@ -53,11 +53,11 @@ def _keep(folder: Path, name: str, done: subprocess.CompletedProcess[str]) -> st
     """Store the last input of a batch, which hypothesis has made as short as it can, and what was printed."""
     last = _last(folder, name)
     content = last.read_bytes() if last.exists() else b""
-    place = folder / f"{name}-{hashlib.sha256(content).hexdigest()[:12]}{last.suffix}"
-    place.write_bytes(content)
-    place.with_suffix(".log").write_text(done.stdout)
+    path = folder / f"{name}-{hashlib.sha256(content).hexdigest()[:12]}{last.suffix}"
+    path.write_bytes(content)
+    path.with_suffix(".log").write_text(done.stdout)
     how = f"ended by signal {-done.returncode}" if done.returncode < 0 else done.stdout.strip().splitlines()[-1:]
-    return f"{place}: {how}"
+    return f"{path}: {how}"
 
 
 def _last(folder: Path, name: str) -> Path:
@@ -102,13 +102,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(10**9))
     parser.add_argument("--folder", type=Path, default=Path("out", "fuzz"))
     parser.add_argument("--batch", help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    if given.batch is not None:
-        batch(given.batch, given.seed, given.folder)
+    arguments = parser.parse_args()
+    if arguments.batch is not None:
+        batch(arguments.batch, arguments.seed, arguments.folder)
         return 0
-    if unknown := set(given.targets) - set(TARGETS):
+    if unknown := set(arguments.targets) - set(TARGETS):
         parser.error(f"no target {', '.join(unknown)}; expected some of {', '.join(TARGETS)}")
-    return 1 if hunt(given.targets or list(TARGETS), given.minutes, given.seed, given.folder) else 0
+    return 1 if hunt(arguments.targets or list(TARGETS), arguments.minutes, arguments.seed, arguments.folder) else 0
 
 
 if __name__ == "__main__":

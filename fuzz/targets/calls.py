@@ -74,8 +74,10 @@ def _rows(width: int, count: int = 2) -> Any:
 
 _SHAPES = st.one_of(
     st.just(("PointMass", {})),
-    st.fixed_dictionaries({"radius": _or_any(_POSITIVE)}).map(lambda given: ("Sphere", given)),
-    st.fixed_dictionaries({axis: _or_any(_POSITIVE, 12) for axis in "abc"}).map(lambda given: ("Ellipsoid", given)),
+    st.fixed_dictionaries({"radius": _or_any(_POSITIVE)}).map(lambda arguments: ("Sphere", arguments)),
+    st.fixed_dictionaries({axis: _or_any(_POSITIVE, 12) for axis in "abc"}).map(
+        lambda arguments: ("Ellipsoid", arguments)
+    ),
 )
 _BODIES = st.fixed_dictionaries(
     {"shape": _SHAPES},
@@ -146,40 +148,40 @@ _EVENTS = st.tuples(
 )
 
 
-def _shape(given: tuple[str, dict[str, Any]]) -> Any:
-    return getattr(fullbody, given[0])(**given[1])
+def _shape(arguments: tuple[str, dict[str, Any]]) -> Any:
+    return getattr(fullbody, arguments[0])(**arguments[1])
 
 
-def _body(given: dict[str, Any]) -> Any:
-    return fullbody.Body(**{**given, "shape": _shape(given["shape"])})
+def _body(arguments: dict[str, Any]) -> Any:
+    return fullbody.Body(**{**arguments, "shape": _shape(arguments["shape"])})
 
 
-def _system(given: dict[str, Any]) -> Any:
-    bodies = given["bodies"]
-    return fullbody.System(**{**given, "bodies": [_body(body) for body in bodies]})
+def _system(arguments: dict[str, Any]) -> Any:
+    bodies = arguments["bodies"]
+    return fullbody.System(**{**arguments, "bodies": [_body(body) for body in bodies]})
 
 
-def _check_system(given: tuple[dict[str, Any], dict[str, Any]]) -> None:
-    system = _system(given[0])
+def _check_system(arguments: tuple[dict[str, Any], dict[str, Any]]) -> None:
+    system = _system(arguments[0])
     check_finite(system.masses, system.G)
     check_object(system)
     for body in system.bodies:
         check_object(body)
-    check_start(system, fullbody.State(**given[1]))
+    check_start(system, fullbody.State(**arguments[1]))
 
 
-def _check_state(given: dict[str, Any]) -> None:
-    state = fullbody.State(**given)
+def _check_state(arguments: dict[str, Any]) -> None:
+    state = fullbody.State(**arguments)
     check_state(state)
     check_state(state.replace(time=state.time))
 
 
-def _check_angled(given: dict[str, Any]) -> None:
-    check_state(fullbody.State.from_tait_bryan(**given))
+def _check_angled(arguments: dict[str, Any]) -> None:
+    check_state(fullbody.State.from_tait_bryan(**arguments))
 
 
-def _check_elements(given: tuple[dict[str, Any], Any, Any, Any]) -> None:
-    values, mu, r, v = given
+def _check_elements(arguments: tuple[dict[str, Any], Any, Any, Any]) -> None:
+    values, mu, r, v = arguments
     with refusing():
         elements = fullbody.KeplerElements(**values)
         check_object(elements)
@@ -197,9 +199,9 @@ def _stop(*_: Any) -> None:
     raise _Enough("long enough")
 
 
-def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
+def _check_run(arguments: tuple[Any, Any, Any, Any, list[Any]]) -> None:
     """Check a short run of case 1 with any integrator, end, output and events."""
-    (kind, settings), until, output, watched, dense = given
+    (kind, settings), until, output, watched, dense = arguments
     integrator = getattr(fullbody, kind)(**settings)
     check_object(integrator)
     system, state = fullbody.systems.case1(gravity="point")
@@ -221,9 +223,9 @@ def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
 
 
 def _target(name: str, inputs: Any, check: Callable[[Any], None]) -> Target:
-    def enter(given: Any) -> None:
+    def enter(arguments: Any) -> None:
         with refusing():
-            check(given)
+            check(arguments)
 
     return Target(name, inputs, enter)
 

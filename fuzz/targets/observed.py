@@ -72,8 +72,8 @@ _SYSTEM = _SYSTEM.with_options(frame="ecliptic")
 _RUN = _SYSTEM.integrate(_STATE, 6.0, dense=True)
 
 
-def _check_observed(given: tuple[dict[str, Any], tuple[str, dict[str, Any]], Any]) -> None:
-    geometry, (kind, options), jitter = given
+def _check_observed(arguments: tuple[dict[str, Any], tuple[str, dict[str, Any]], Any]) -> None:
+    geometry, (kind, options), jitter = arguments
     made = getattr(observing, kind)(**options, geometry=observing.Geometry(**geometry))
     assert repr(made)
     assert len(made) >= 1
@@ -90,8 +90,8 @@ def _table(names: tuple[str, ...]) -> Any:
     return st.fixed_dictionaries({name: column for name in ("times", *names)})
 
 
-def _check_table(given: tuple[dict[str, Any], dict[str, Any]]) -> None:
-    columns, options = given
+def _check_table(arguments: tuple[dict[str, Any], dict[str, Any]]) -> None:
+    columns, options = arguments
     geometry = observing.Geometry([0.0, 6.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
     for kind in (observing.RadarAstrometry, observing.Astrometry, observing.Photometry):
         try:
@@ -142,17 +142,17 @@ _FITS = st.fixed_dictionaries(
 )
 
 
-def _check_fit(given: dict[str, Any]) -> None:
-    found = fullbody.fit(
+def _check_fit(arguments: dict[str, Any]) -> None:
+    result = fullbody.fit(
         _setup,
-        given.pop("parameters"),
-        given.pop("observations", _RANGES),
+        arguments.pop("parameters"),
+        arguments.pop("observations", _RANGES),
         integrator=fullbody.Verner65(rtol=1e-6, atol=1e-6),
-        **given,
+        **arguments,
     )
-    assert repr(found)
-    check_finite(list(found.values.values()), found.chi2, found.correlation)
-    assert not np.isnan(found.covariance).any()
+    assert repr(result)
+    check_finite(list(result.values.values()), result.chi2, result.correlation)
+    assert not np.isnan(result.covariance).any()
 
 
 TARGETS: list[Target] = [

@@ -48,9 +48,9 @@ def _saved(kind: str) -> bytes:
             import xarray as xr
 
             with xr.open_dataset(path, decode_times=False) as dataset:
-                plain = dataset.drop_encoding()
+                decoded = dataset.drop_encoding()
                 packed = {name: {"zlib": True, "shuffle": True, "fletcher32": True} for name in ("time", "position")}
-                plain.to_netcdf(path.with_suffix(".packed"), engine="h5netcdf", encoding=packed)
+                decoded.to_netcdf(path.with_suffix(".packed"), engine="h5netcdf", encoding=packed)
             return _with_checksum(path.with_suffix(".packed").read_bytes())
         return path.read_bytes()
 

@@ -20,7 +20,7 @@ CORPUS = Path(__file__).parents[1] / "corpus"
 
 @dataclass(frozen=True)
 class Target:
-    """A way into the package.
+    """A function of the package that takes external input.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from .target import CORPUS, Target, check_finite, check_start, file_target
 
 _PEERS = Path(__file__).parents[2] / "tests" / "data" / "peers"
 _WORD = re.compile(r"[^\s,\[\]{}=:#\"]+")
-#: What is put in the place of words.
+#: Replacements of words.
 _NUMBERS = [
     *("0", "-0.0", "-1", "1e308", "-1e308", "5e-324", "1e-200", "1e999", "nan", "-inf", "1_0", "0x10", "1e", "."),
     *("1" + "0" * 400, "9" * 5000, "0." + "1" * 400, "1/0", "1/2", "2*pi", "pi*1e999", "(((1)))", "１２", "+", "1e5"),
@@ -36,10 +36,10 @@ def _edited(draw: Any, originals: list[str], words: list[str]) -> bytes:
         line = draw(st.integers(0, len(lines) - 1))
         match draw(st.sampled_from(["word", "word", "word", "word", "swap", "drop", "double", "cut", "insert"])):
             case "word":
-                places = list(_WORD.finditer(text))
-                if places:
-                    place = draw(st.sampled_from(places))
-                    text = text[: place.start()] + draw(st.sampled_from(words)) + text[place.end() :]
+                matches = list(_WORD.finditer(text))
+                if matches:
+                    word = draw(st.sampled_from(matches))
+                    text = text[: word.start()] + draw(st.sampled_from(words)) + text[word.end() :]
                 continue
             case "cut":
                 text = text[: draw(st.integers(0, len(text)))]

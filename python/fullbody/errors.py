@@ -14,6 +14,7 @@ from typing import Any
 __all__ = [
     "BodiesOverlap",
     "ChartSingularity",
+    "ForceFailed",
     "FullbodyError",
     "InconsistentInput",
     "Interrupted",

@@ -18,23 +18,25 @@ __all__ = ["all_figures"]
 _COLOURS = ("#e41a1c", "#ff7f00", "#ffffff", "#f781bf", "#4daf4a", "#00e5ff", "#a6d854", "#ffff33", "#cab2d6")
 
 
-def all_figures(found: xarray.Dataset) -> dict[str, Figure]:
+def all_figures(dataset: xarray.Dataset) -> dict[str, Figure]:
     """Return the only map, by its name."""
-    return {"map": _map(found)}
+    return {"map": _map(dataset)}
 
 
-def _map(found: xarray.Dataset) -> Figure:
+def _map(dataset: xarray.Dataset) -> Figure:
     figure = Figure(figsize=(12, 8.2), layout="constrained")
-    betas = found.beta.values
+    betas = dataset.beta.values
     axes = figure.subplots(len(betas), 3, sharex=True, sharey=True, squeeze=False)
-    a_b, b_c = (np.linspace(found[name].values[0], found[name].values[-1], 300) for name in ("a_b", "b_c"))
+    a_b, b_c = (np.linspace(dataset[name].values[0], dataset[name].values[-1], 300) for name in ("a_b", "b_c"))
     three = frequencies(*np.meshgrid(a_b, b_c, indexing="ij"))
     image: Any = None
     drawn: dict[str, Line2D] = {}
     for row, beta in zip(axes, betas, strict=True):
         for axis, name in zip(row, ("roll", "pitch", "yaw"), strict=True):
-            values = np.rad2deg(found[f"largest_{name}"].sel(beta=beta).values).T
-            image = axis.pcolormesh(found.a_b, found.b_c, values, vmin=0, vmax=180, cmap="viridis", shading="nearest")
+            values = np.rad2deg(dataset[f"largest_{name}"].sel(beta=beta).values).T
+            image = axis.pcolormesh(
+                dataset.a_b, dataset.b_c, values, vmin=0, vmax=180, cmap="viridis", shading="nearest"
+            )
             for colour, (label, vanishing) in zip(_COLOURS, RESONANCES.items(), strict=True):
                 gap = vanishing(*three)
                 if gap.min() < 0.0 < gap.max():

@@ -1,4 +1,4 @@
-"""What Agrusa et al. (2021) state, as far as their abstract does, and what is assumed beside it."""
+"""Numbers that the abstract of Agrusa et al. (2021) states, and assumptions made beside them."""
 
 from __future__ import annotations
 

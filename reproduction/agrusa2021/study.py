@@ -70,28 +70,28 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
 NEAR = 0.03
 
 
-def counts(found: xarray.Dataset) -> dict[str, Any]:
+def counts(dataset: xarray.Dataset) -> dict[str, Any]:
     """Count, for each beta, the unstable shapes: among all, near each resonance of the theory, and far from them."""
-    three = theory.frequencies(*np.meshgrid(found.a_b, found.b_c, indexing="ij"))
+    three = theory.frequencies(*np.meshgrid(dataset.a_b, dataset.b_c, indexing="ij"))
     near = {name: np.abs(vanishing(*three)) < NEAR for name, vanishing in theory.RESONANCES.items()}
     where = {"all": np.full(three[0].shape, True), **near, "none of these": ~np.any(list(near.values()), axis=0)}
     told = {}
-    for beta in found.beta.values:
-        part = found.sel(beta=beta)
+    for beta in dataset.beta.values:
+        part = dataset.sel(beta=beta)
         days = part.tumbling_time.values[part.tumbles.values == 1.0] / 24.0
         told[f"{beta:g}"] = {
             "errors": int((part.error != "").sum()),
             "unstable_day_median": float(np.median(days)) if len(days) else np.nan,
             "yaw_beyond_90": float((part.largest_yaw > np.pi / 2).mean()),
             "largest_drift": float(part.energy_drift_orbital.max()),
-            "near": {name: _shapes(part, place) for name, place in where.items()},
+            "near": {name: _shapes(part, region) for name, region in where.items()},
         }
     return told
 
 
-def _shapes(part: xarray.Dataset, place: Any) -> dict[str, float]:
+def _shapes(part: xarray.Dataset, region: Any) -> dict[str, float]:
     """Return a sentence on the shapes at some rows of the map; angles in degrees."""
-    roll, tumbles = (part[name].values[place] for name in ("largest_roll", "tumbles"))
+    roll, tumbles = (part[name].values[region] for name in ("largest_roll", "tumbles"))
     if not len(roll):
         return {"shapes": 0, "unstable": np.nan, "rolls_over": np.nan, "roll_median": np.nan}
     return {
@@ -105,16 +105,16 @@ def _shapes(part: xarray.Dataset, place: Any) -> dict[str, float]:
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Run everything and write the report."""
-    found = sweep(folder, draft, progress)
+    result = sweep(folder, draft, progress)
     numbers = {
         "program": f"fullbody {fullbody.__version__}",
         "paper": "Agrusa et al. (2021), Icarus 370, 114624, doi:10.1016/j.icarus.2021.114624",
         "draft": draft,
         "stated": paper.STATED,
         "assumed": paper.ASSUMED,
-        "counts": counts(found),
+        "counts": counts(result),
     }
-    return publish(folder, _text(numbers), figures.all_figures(found), numbers)
+    return publish(folder, _text(numbers), figures.all_figures(result), numbers)
 
 
 def _text(numbers: dict[str, Any]) -> str:
@@ -127,12 +127,14 @@ def _text(numbers: dict[str, Any]) -> str:
             percent(shapes["rolls_over"]),
             "-" if np.isnan(shapes["roll_median"]) else f"{shapes['roll_median']:.1f}",
         ]
-        for beta, one in numbers["counts"].items()
-        for name, shapes in one["near"].items()
+        for beta, count in numbers["counts"].items()
+        for name, shapes in count["near"].items()
     ]
     head = ["beta", "near", "shapes", "unstable", "rolls over", "largest roll, median, degrees"]
-    days = ", ".join(f"{_days(one['unstable_day_median'])} (beta {beta})" for beta, one in numbers["counts"].items())
-    drift = max(one["largest_drift"] for one in numbers["counts"].values())
+    days = ", ".join(
+        f"{_days(count['unstable_day_median'])} (beta {beta})" for beta, count in numbers["counts"].items()
+    )
+    drift = max(count["largest_drift"] for count in numbers["counts"].values())
     return f"""# The attitude of Dimorphos: {numbers["paper"]}
 
 {numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract was \

@@ -38,9 +38,9 @@ def frequencies(a_b: Any, b_c: Any) -> tuple[Any, Any, Any]:
     return libration, fast, slow
 
 
-#: What vanishes at a resonance of the frequencies (libration, precession, nutation): those of the orbit with the
-#: libration, and those in which the libration, or the orbit with its eccentricity, feeds roll and pitch at the sum, the
-#: difference or twice their frequencies.
+#: Combinations of the frequencies (libration, precession, nutation) that vanish at a resonance. The libration resonates
+#: with the orbit; the libration, or the orbit with its eccentricity, feeds roll and pitch at the sum, the difference or
+#: twice their frequencies.
 RESONANCES: dict[str, Callable[[Any, Any, Any], Any]] = {
     "libration = 1": lambda yaw, fast, slow: yaw - 1.0,
     "2 libration = 1": lambda yaw, fast, slow: 2 * yaw - 1.0,

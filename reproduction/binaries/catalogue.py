@@ -26,7 +26,7 @@ ENOUGH = 0.5
 
 @dataclass(frozen=True)
 class Refit:
-    """What came out for one system.
+    """The fit of a system, beside the published orbit.
 
     Attributes
     ----------
@@ -52,10 +52,10 @@ class Refit:
     @property
     def differences(self) -> dict[str, float]:
         """Fitted minus published values in joint standard errors."""
-        one, fit = self.catalogued, self.fit
+        entry, fit = self.catalogued, self.fit
         return {
-            name: (fit.values[name] - value) / joint(one.errors[name], fit.sigma[name])
-            for name, value in one.published.items()
+            name: (fit.values[name] - value) / joint(entry.errors[name], fit.sigma[name])
+            for name, value in entry.published.items()
         }
 
     @property
@@ -96,47 +96,49 @@ def within(differences: dict[str, float]) -> bool:
 
 def refit(name: str) -> Refit:
     """Fit one system; where a row fits the published orbit after an exchange of its components, they are exchanged."""
-    given = observations.catalogued(name)
-    rows = exchanged(given)
-    one = observations.catalogued(name, rows) if rows else given
-    found = fit(one)
-    as_given = float(np.sum(given.data.pulls(found.run) ** 2))
-    refitted = Refit(one, found, rows, as_given, np.nan, np.nan)
+    published = observations.catalogued(name)
+    rows = exchanged(published)
+    entry = observations.catalogued(name, rows) if rows else published
+    result = fit(entry)
+    as_given = float(np.sum(published.data.pulls(result.run) ** 2))
+    refitted = Refit(entry, result, rows, as_given, np.nan, np.nan)
     if refitted.holds:
         return refitted
-    priors = {key: Free(value, prior=(value, one.errors[key])) for key, value in one.published.items()}
-    rise = fit(one, priors).chi2 - found.chi2
+    priors = {key: Free(value, prior=(value, entry.errors[key])) for key, value in entry.published.items()}
+    rise = fit(entry, priors).chi2 - result.chi2
     return replace(refitted, rise=rise, p_rise=float(chi2_distribution.sf(rise, len(priors))))
 
 
-def fit(one: observations.Catalogued, parameters: dict[str, Free] | None = None) -> Fit:
+def fit(entry: observations.Catalogued, parameters: dict[str, Free] | None = None) -> Fit:
     """Fit two points from the published orbit."""
-    return fullbody.fit(points(one.epoch, one.share), parameters or one.published, one.data, integrator=INTEGRATOR)
+    return fullbody.fit(
+        points(entry.epoch, entry.share), parameters or entry.published, entry.data, integrator=INTEGRATOR
+    )
 
 
-def exchanged(one: observations.Catalogued) -> tuple[int, ...]:
+def exchanged(entry: observations.Catalogued) -> tuple[int, ...]:
     """Find the rows whose components are in the other order, by the published orbit."""
-    system, state = points(one.epoch, one.share)(**one.published)
-    times = one.data.emission(system)
+    system, state = points(entry.epoch, entry.share)(**entry.published)
+    times = entry.data.emission(system)
     first = system.integrate(state, times[0], output="ends", integrator=INTEGRATOR)[-1]
     run = system.integrate(first, times[-1], dense=True, integrator=INTEGRATOR)
-    offsets, sigma = np.stack([one.data.east, one.data.north], axis=1), one.data.sigma
-    kept, turned = (
-        np.sum(((sign * offsets - one.data.predict(run)) / sigma).to_value("") ** 2, axis=1) for sign in (1.0, -1.0)
+    offsets, sigma = np.stack([entry.data.east, entry.data.north], axis=1), entry.data.sigma
+    kept, swapped = (
+        np.sum(((sign * offsets - entry.data.predict(run)) / sigma).to_value("") ** 2, axis=1) for sign in (1.0, -1.0)
     )
-    return tuple(int(row) for row in one.data.rows[kept > EXCHANGED * np.maximum(turned, 1.0)])
+    return tuple(int(row) for row in entry.data.rows[kept > EXCHANGED * np.maximum(swapped, 1.0)])
 
 
-def verdicts(found: Refit) -> list[Verdict]:
+def verdicts(result: Refit) -> list[Verdict]:
     """Compare the elements of a system."""
-    one = found.catalogued
+    entry = result.catalogued
     return [
         compared(
-            one.name,
+            entry.name,
             f"{name} [{UNITS[name]}]" if UNITS[name] else name,
-            (value, one.errors[name]),
-            (found.fit.values[name], found.fit.sigma[name]),
-            found.why,
+            (value, entry.errors[name]),
+            (result.fit.values[name], result.fit.sigma[name]),
+            result.why,
         )
-        for name, value in one.published.items()
+        for name, value in entry.published.items()
     ]

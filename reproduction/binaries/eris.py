@@ -70,11 +70,11 @@ def excluded(fit: Fit) -> float:
 def study() -> Eris:
     """Fit everything."""
     data = observations.eris()
-    found = keplerian(data)
-    best = dict(found.values)
+    result = keplerian(data)
+    best = dict(result.values)
     free = {name: best[name] for name in ("a", "period", "i", "node", "longitude")}
     return Eris(
-        found,
+        result,
         fullbody.fit(_circular, free, data, integrator=INTEGRATOR),
         fullbody.fit(points(EPOCH, SHARE), best, observations.eris(light_time=False), integrator=INTEGRATOR),
         fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=LOOSE),
@@ -111,9 +111,9 @@ def _spheroid(
     return system, state
 
 
-def verdicts(found: Eris) -> list[Verdict]:
+def verdicts(result: Eris) -> list[Verdict]:
     """Compare with the paper, and with fits by other programs."""
-    fit, units = found.points, {"a": "a [km]", "period": "period [d]", "i": "i [deg]", "node": "node [deg]"}
+    fit, units = result.points, {"a": "a [km]", "period": "period [d]", "i": "i [deg]", "node": "node [deg]"}
     ours = {name: (fit.values[name], fit.sigma[name]) for name in fit.names}
     rows = [compared("Eris", units.get(name, name), PUBLISHED[name], ours[name]) for name in PUBLISHED]
     rows += [

@@ -30,55 +30,55 @@ CAPTIONS = {
 }
 
 
-def catalogue(found: Sequence[Refit]) -> Figure:
+def catalogue(refits: Sequence[Refit]) -> Figure:
     """Draw the differences of each system, and how its errors compare."""
     figure = Figure(figsize=(9.0, 7.5), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[2, 1])
-    rows = np.arange(len(found))
+    rows = np.arange(len(refits))
     for name, marker in zip(SHAPE, "osD^", strict=True):
-        values = np.clip([one.differences[name] for one in found], -15.0, 15.0)
+        values = np.clip([refit.differences[name] for refit in refits], -15.0, 15.0)
         left.plot(values, rows, marker, ms=4, alpha=0.8, label=name)
     left.axvspan(-LIMIT, LIMIT, color="0.9", zorder=0)
     left.set(xlabel="fitted minus published, joint standard errors", yticks=rows, xlim=(-16, 16))
-    left.set_yticklabels([one.catalogued.name for one in found], fontsize=7)
+    left.set_yticklabels([refit.catalogued.name for refit in refits], fontsize=7)
     left.invert_yaxis()
     left.legend(fontsize=8)
-    right.plot([one.ratio for one in found], rows, "ko", ms=4)
+    right.plot([refit.ratio for refit in refits], rows, "ko", ms=4)
     right.axvline(0.5, color="0.5", ls=":")
     right.set(xscale="log", xlim=(0.05, 3.0), xlabel="published over fitted error of the period")
     right.xaxis.set_minor_formatter(NullFormatter())
     return figure
 
 
-def eris(found: Eris) -> Figure:
+def eris(result: Eris) -> Figure:
     """Draw the observations in the sky and the orbit's places."""
-    fit = found.points
+    fit = result.points
     (data,) = fit.observations
     figure = Figure(figsize=(5.0, 5.0), layout="constrained")
     axes = figure.subplots()
     east, north, sigma = (x.to_value("arcsec") for x in (data.east, data.north, data.sigma))
     axes.errorbar(east, north, 5 * sigma[:, 1], 5 * sigma[:, 0], "none", ecolor="C0", elinewidth=1)
-    places = data.predict(fit.run).to_value("arcsec")
-    axes.plot(*places.T, "k.", ms=4)
+    positions = data.predict(fit.run).to_value("arcsec")
+    axes.plot(*positions.T, "k.", ms=4)
     axes.plot(0, 0, "k+")
     axes.set(xlabel="east [arcsec]", ylabel="north [arcsec]", aspect="equal")
     axes.invert_xaxis()
     return figure
 
 
-def poles(found: Haumea) -> Figure:
+def poles(result: Haumea) -> Figure:
     """Draw poles in right ascension and declination; an axis and its opposite are the same plane."""
     figure = Figure(figsize=(6.0, 4.0), layout="constrained")
     axes = figure.subplots()
     names: Mapping[int, str] = {1: "sign as in the tables", -1: "sign reversed"}
-    for (east, fit), marker in zip(found.alone.items(), "sD", strict=True):
+    for (east, fit), marker in zip(result.alone.items(), "sD", strict=True):
         ra, dec = haumea_.pole(fit.values["i"], fit.values["node"])
         if ra < 180.0:
             ra, dec = ra + 180.0, -dec
         axes.plot(ra, dec, marker, label=f"Hi'iaka, {names[east]}: chi2 {fit.chi2:.0f} of {fit.dof}")
     (ra, ra_error), (dec, dec_error) = haumea_.RING
     axes.errorbar(ra, dec, dec_error, ra_error, "ko", label="ring (Ortiz et al. 2017)")
-    values, errors = found.axis.values, found.axis.sigma
+    values, errors = result.axis.values, result.axis.sigma
     axes.errorbar(
         values["ra"], values["dec"], errors["dec"], errors["ra"], "C2^", label="Haumea's axis, from both moons"
     )

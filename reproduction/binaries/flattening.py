@@ -80,19 +80,19 @@ def chance(points: Fit, spheroid: Callable[..., tuple[fullbody.System, fullbody.
     responses = []
     for x, y, z in axes:
         ra, dec = np.degrees([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))])
-        one, other = (predicted(J2=j2, ra=ra, dec=dec) for j2 in (_SMALL, -_SMALL))
-        responses.append((one - other) / (2.0 * _SMALL))
+        plus, minus = (predicted(J2=j2, ra=ra, dec=dec) for j2 in (_SMALL, -_SMALL))
+        responses.append((plus - minus) / (2.0 * _SMALL))
     response = np.linalg.lstsq(_quadrupoles(np.array(axes, dtype=float)), np.array(responses), rcond=None)[0].T
     of_points, _ = np.linalg.qr(jacobian)
     basis, across = np.linalg.qr(response - of_points @ (of_points.T @ response))
     # A Fibonacci lattice: directions that are spread evenly over half of the sphere.
     count = np.arange(_DIRECTIONS)
-    height, turn = (count + 0.5) / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * count
+    height, angle = (count + 0.5) / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * count
     wide = np.sqrt(1.0 - height**2)
-    directions = np.stack([wide * np.cos(turn), wide * np.sin(turn), height], axis=1)
+    directions = np.stack([wide * np.cos(angle), wide * np.sin(angle), height], axis=1)
     along = _quadrupoles(directions) @ across.T
     along /= np.linalg.norm(along, axis=1)[:, None]
-    observed = np.concatenate([_whitened(one, _offsets(one)) for one in data])
+    observed = np.concatenate([_whitened(data_set, _offsets(data_set)) for data_set in data])
     gain = float((along @ (basis.T @ (observed - start))).max())
     first = max(0.0, gain) ** 2
     return Chance(first, exceeded(along, first), exceeded(along, fall))
@@ -132,8 +132,8 @@ def _whitened(data: observing.Astrometry, offsets: _Array) -> _Array:
 
 def _predicted(setup: tuple[fullbody.System, fullbody.State], data: Sequence[observing.Astrometry]) -> _Array:
     system, state = setup
-    times = [one.emission(system) for one in data]
-    first = min(one[0] for one in times)
+    times = [data_set.emission(system) for data_set in data]
+    first = min(data_set[0] for data_set in times)
     begin = system.integrate(state, first, output="ends", integrator=LOOSE)[-1]
-    run = system.integrate(begin, max(one[-1] for one in times), dense=True, integrator=LOOSE)
-    return np.concatenate([_whitened(one, one.predict(run).to_value("arcsec")) for one in data])
+    run = system.integrate(begin, max(data_set[-1] for data_set in times), dense=True, integrator=LOOSE)
+    return np.concatenate([_whitened(data_set, data_set.predict(run).to_value("arcsec")) for data_set in data])

@@ -30,7 +30,7 @@ HIIAKA = (49880.0, 0.0513, 126.356, 206.766, 154.1, 152.8)
 NAMAKA = (25657.0, 0.249, 113.013, 205.016, 178.9, 178.5)
 PERIOD, PERIOD_ERROR = 49.12, 0.03
 E_HIIAKA = (0.0513, 0.0078)
-#: Of Haumea (1e21 kg), Namaka and Hi'iaka (1e18 kg).
+#: Masses of Haumea (1e21 kg), Namaka and Hi'iaka (1e18 kg), and their errors.
 MASSES = {"haumea": (4.006, 0.040), "namaka": (1.79, 1.48), "hiiaka": (17.9, 1.1)}
 #: The pole of Haumea's ring from a stellar occultation (Ortiz et al. 2017), right ascension and declination in degrees.
 RING = ((285.1, 0.5), (-10.6, 1.2))
@@ -82,41 +82,41 @@ class Haumea:
 
 def study() -> Haumea:
     """Fit everything."""
-    whole, central = G * sum(_kilograms().values()), G * _kilograms()["haumea"]
-    hiiaka, namaka = on_equator(*HIIAKA, whole), on_equator(*NAMAKA, central)
-    turned = half_turned(*namaka), half_turned(*hiiaka)
+    total, central = G * sum(_kilograms().values()), G * _kilograms()["haumea"]
+    hiiaka, namaka = on_equator(*HIIAKA, total), on_equator(*NAMAKA, central)
+    rotated = half_turned(*namaka), half_turned(*hiiaka)
     setup = points(EPOCH, 0.0045, ("Haumea", "Hiiaka"))
-    alone, early, found, axis = {}, {}, {}, {}
-    for east, (inner, outer) in ((1, (namaka, hiiaka)), (-1, turned)):
+    alone, early, fits, axis = {}, {}, {}, {}
+    for east, (inner, outer) in ((1, (namaka, hiiaka)), (-1, rotated)):
         data = moons.haumea(east)
-        alone[east] = fullbody.fit(setup, elements(*outer, whole), data[1], integrator=INTEGRATOR)
+        alone[east] = fullbody.fit(setup, elements(*outer, total), data[1], integrator=INTEGRATOR)
         # The published orbits are good for the years up to 2008; those fits give starts for all years.
         early[east] = fullbody.fit(
             _with_masses,
-            _start(inner, outer, central, whole),
-            [_until(one, 2009.0) for one in data],
+            _start(inner, outer, central, total),
+            [_until(data_set, 2009.0) for data_set in data],
             integrator=INTEGRATOR,
         )
         late = fullbody.fit(_with_masses, early[east].values, data, integrator=INTEGRATOR)
         masses = {name: Free(MASSES[name][0], min=0.01) for name in ("namaka", "hiiaka")}
-        found[east] = fullbody.fit(_points, {**late.values, **masses}, data, integrator=INTEGRATOR)
-        best = found[east].values
+        fits[east] = fullbody.fit(_points, {**late.values, **masses}, data, integrator=INTEGRATOR)
+        best = fits[east].values
         ra, dec = pole(best["i_hiiaka"], best["node_hiiaka"])
         # The masses that points need are far from those with J2.
         axis[east] = fullbody.fit(triaxial, {"ra": ra, "dec": dec, **best, **masses}, data, integrator=LOOSE)
-    ring = fullbody.fit(_on_ring, found[-1].values, data, integrator=LOOSE)
+    ring = fullbody.fit(_on_ring, fits[-1].values, data, integrator=LOOSE)
     ring_j2 = fullbody.fit(_on_ring, {"J2": TRIAXIAL, **ring.values}, data, integrator=LOOSE)
     axis_j2 = fullbody.fit(_spheroid, {"J2": TRIAXIAL, **axis[-1].values}, data, integrator=LOOSE)
-    fall = chance(found[-1], _spheroid, found[-1].chi2 - axis_j2.chi2)
-    return Haumea(alone, early, found[-1], ring, ring_j2, axis[-1], axis_j2, axis[1], fall)
+    fall = chance(fits[-1], _spheroid, fits[-1].chi2 - axis_j2.chi2)
+    return Haumea(alone, early, fits[-1], ring, ring_j2, axis[-1], axis_j2, axis[1], fall)
 
 
 def _start(
-    inner: tuple[_Array, _Array], outer: tuple[_Array, _Array], central: float, whole: float
+    inner: tuple[_Array, _Array], outer: tuple[_Array, _Array], central: float, total: float
 ) -> dict[str, float]:
     """Return the parameters of positions and velocities of Namaka and Hi'iaka about these masses, times G."""
     free = {"haumea": MASSES["haumea"][0]}
-    for moon, state, mu in (("namaka", inner, central), ("hiiaka", outer, whole)):
+    for moon, state, mu in (("namaka", inner, central), ("hiiaka", outer, total)):
         start = elements(*state, mu)
         free |= {f"{name}_{moon}": start[name] for name in ORBIT}
     return free
@@ -131,9 +131,9 @@ def _kilograms() -> dict[str, float]:
     return {name: mass * (1e21 if name == "haumea" else 1e18) for name, (mass, _) in MASSES.items()}
 
 
-def apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+def apart(first: tuple[float, float], second: tuple[float, float]) -> float:
     """Return the angle in degrees between two axes, without their sense."""
-    vectors = [pole_vector(*np.radians(directed)) for directed in (one, other)]
+    vectors = [pole_vector(*np.radians(directed)) for directed in (first, second)]
     return float(np.degrees(np.arccos(min(1.0, abs(float(np.dot(*vectors)))))))
 
 
@@ -141,8 +141,8 @@ def half_turned(r: _Array, v: _Array) -> tuple[_Array, _Array]:
     """Turn an orbit by 180 degrees about the north at Haumea's place in the sky of 2008."""
     ra, dec = np.radians([204.1, 19.2])
     north = np.array([-np.sin(dec) * np.cos(ra), -np.sin(dec) * np.sin(ra), np.cos(dec)])
-    turn = 2.0 * np.outer(north, north) - np.eye(3)
-    return turn @ r, turn @ v
+    rotation = 2.0 * np.outer(north, north) - np.eye(3)
+    return rotation @ r, rotation @ v
 
 
 def _until(data: observing.Astrometry, year: float) -> observing.Astrometry:
@@ -198,16 +198,16 @@ def _orbits(orbits: dict[str, float]) -> tuple[list[float], list[float]]:
 
 def off_the_ring(fit: Fit) -> float:
     """Return how unlikely a distance of the axis from the ring's pole is, in deviations of a normal distribution."""
-    places = [fit.names.index(name) for name in ("ra", "dec")]
+    indices = [fit.names.index(name) for name in ("ra", "dec")]
     apart = np.array([fit.values[name] - value for name, (value, _) in zip(("ra", "dec"), RING, strict=True)])
-    spread = fit.covariance[np.ix_(places, places)] + np.diag([error**2 for _, error in RING])
+    spread = fit.covariance[np.ix_(indices, indices)] + np.diag([error**2 for _, error in RING])
     return float(norm.isf(0.5 * chi2.sf(apart @ np.linalg.solve(spread, apart), 2)))
 
 
-def verdicts(found: Haumea) -> list[Verdict]:
+def verdicts(result: Haumea) -> list[Verdict]:
     """Compare with Ragozzine & Brown (2009), and with the ring."""
-    reversed_sign, axis, free = found.alone[-1], found.axis, found.axis_j2
-    rows = [_parity(found)]
+    reversed_sign, axis, free = result.alone[-1], result.axis, result.axis_j2
+    rows = [_parity(result)]
     ra, dec = pole(reversed_sign.values["i"], reversed_sign.values["node"])
     errors = reversed_sign.sigma["node"], reversed_sign.sigma["i"]
     ring = RING[0][0], RING[1][0]
@@ -224,7 +224,7 @@ def verdicts(found: Haumea) -> list[Verdict]:
     for name, key, published in zip(names, ("ra", "dec"), RING, strict=True):
         quantity = f"{name} of Haumea's axis from the moons, against the ring [deg]"
         rows.append(compared("Haumea", quantity, published, (axis.values[key], axis.sigma[key]), why))
-    alone = " and ".join(f"{fit.values['period']:.3f}" for fit in found.alone.values())
+    alone = " and ".join(f"{fit.values['period']:.3f}" for fit in result.alone.values())
     why = f"Not explained. Hi'iaka alone gives {alone} days with the two signs of right ascension."
     for quantity, name, published in (
         ("period of Hi'iaka [d]", "period_hiiaka", (PERIOD, PERIOD_ERROR)),
@@ -234,20 +234,20 @@ def verdicts(found: Haumea) -> list[Verdict]:
     heavy = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
     why = (
         "J2 and the mass of Hi'iaka have nearly the same effect on Namaka's orbit (correlation "
-        f"{heavy:.2f}). As points the moons give {found.points.values['hiiaka']:.1f}e18 kg, and with a free J2 "
+        f"{heavy:.2f}). As points the moons give {result.points.values['hiiaka']:.1f}e18 kg, and with a free J2 "
         f"{stated(free.values['hiiaka'], free.sigma['hiiaka'])}."
     )
     for name, published in MASSES.items():
         unit = "1e21 kg" if name == "haumea" else "1e18 kg"
         ours = axis.values[name], axis.sigma[name]
         rows.append(compared("Haumea", f"mass of {name.title()} [{unit}]", published, ours, why))
-    rows.append(_figure(found))
+    rows.append(_figure(result))
     return rows
 
 
-def _figure(found: Haumea) -> Verdict:
+def _figure(result: Haumea) -> Verdict:
     """Judge whether the J2 that the moons show is that of the figure."""
-    free = found.axis_j2
+    free = result.axis_j2
     j2, error = free.values["J2"], free.sigma["J2"]
     off = (j2 - TRIAXIAL) / error
     holds = abs(off) <= LIMIT
@@ -262,18 +262,18 @@ def _figure(found: Haumea) -> Verdict:
     )
 
 
-def _parity(found: Haumea) -> Verdict:
+def _parity(result: Haumea) -> Verdict:
     """Judge which sign of right ascension the data have."""
-    tables, turned = found.mirror, found.axis
+    tables, rotated = result.mirror, result.axis
     assert tables.p_value is not None
-    assert turned.p_value is not None
+    assert rotated.p_value is not None
     return Verdict(
         "Haumea",
         "offsets in right ascension are positive to the east, as in the tables",
         "assumed",
-        f"chi2 {tables.chi2:.1f} of {tables.dof} with this sign, {turned.chi2:.1f} with the sign reversed",
+        f"chi2 {tables.chi2:.1f} of {tables.dof} with this sign, {rotated.chi2:.1f} with the sign reversed",
         None,
-        "holds" if tables.p_value > turned.p_value else "differs",
+        "holds" if tables.p_value > rotated.p_value else "differs",
         "The parallax due to the motion of the Earth and Haumea distinguishes an orbit from its mirror image: in the "
         "tables the sign of right ascension is reversed. The fits include both moons, the J2 of the triaxial figure "
         "and a free axis.",

@@ -15,7 +15,7 @@ Word = Literal["holds", "differs", "open"]
 WORDS: tuple[Word, ...] = get_args(Word)
 #: Joint standard errors within which a number holds.
 LIMIT = 2.0
-#: What the agreement with a published orbit says.
+#: The text on what agreement with a published orbit shows.
 TESTED = (
     "The fits start from the published orbits. Agreement therefore tests how the files are read, frames, light time, "
     "derivatives and the minimum next to the published one, by a program that shares nothing with the authors'. It "
@@ -26,7 +26,7 @@ TESTED = (
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One row of the table.
+    """A row of the table of verdicts.
 
     Attributes
     ----------
@@ -78,4 +78,4 @@ def compared(
 
 def counts(verdicts: Sequence[Verdict]) -> dict[str, int]:
     """Count the verdicts of each kind."""
-    return {word: sum(one.verdict == word for one in verdicts) for word in WORDS}
+    return {word: sum(row.verdict == word for row in verdicts) for word in WORDS}

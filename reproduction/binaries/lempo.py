@@ -63,12 +63,12 @@ class Lempo:
 
 def start() -> dict[str, Any]:
     """Return masses and orbits near the minimum, on the equator."""
-    inner, outer = _turned(INNER, START["lempo"] + START["hiisi"]), _turned(OUTER, sum(START.values()))
+    inner, outer = _rotated(INNER, START["lempo"] + START["hiisi"]), _rotated(OUTER, sum(START.values()))
     orbits = {f"{name}_{moon}": orbit[name] for moon, orbit in (("hiisi", inner), ("paha", outer)) for name in ORBIT}
     return {**START, "paha": Free(START["paha"], min=1e-4), **orbits}
 
 
-def _turned(orbit: tuple[float, float, float, float, float, float], mass: float) -> dict[str, float]:
+def _rotated(orbit: tuple[float, float, float, float, float, float], mass: float) -> dict[str, float]:
     """Return an orbit on the ecliptic about a mass (1e18 kg) by its elements on the equator."""
     period, e, i, node, argument, anomaly = orbit
     mu = G * 1e18 * mass
@@ -79,13 +79,13 @@ def _turned(orbit: tuple[float, float, float, float, float, float], mass: float)
 def study() -> Lempo:
     """Fit everything."""
     data, begin = moons.lempo(), start()
-    found = fullbody.fit(_points, begin, data, integrator=LOOSE)
-    best = {**found.values, "paha": begin["paha"]}
+    result = fullbody.fit(_points, begin, data, integrator=LOOSE)
+    best = {**result.values, "paha": begin["paha"]}
     without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=LOOSE)
-    free = {name: value for name, value in found.values.items() if name != "paha"}
+    free = {name: value for name, value in result.values.items() if name != "paha"}
     heavy = fullbody.fit(_heavy, free, data, integrator=LOOSE)
     spheroid = fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=LOOSE)
-    return Lempo(found, without, heavy, spheroid, _limit(found, heavy, data, free))
+    return Lempo(result, without, heavy, spheroid, _limit(result, heavy, data, free))
 
 
 def _points(lempo: float, hiisi: float, paha: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
@@ -96,9 +96,9 @@ def _heavy(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System
     return _points(lempo, hiisi, INDEPENDENT["paha"][0], **orbits)
 
 
-def _limit(found: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[str, float]) -> float:
+def _limit(result: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[str, float]) -> float:
     """Return the mass of Paha at which chi2 has risen by 2.71 times chi2 per degree of freedom."""
-    allowed = ONE_SIDED * found.chi2 / found.dof
+    allowed = ONE_SIDED * result.chi2 / result.dof
 
     begin = dict(free)
 
@@ -110,11 +110,11 @@ def _limit(found: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[
 
         fit = fullbody.fit(setup, begin, data, integrator=LOOSE)
         begin = dict(fit.values)
-        return fit.chi2 - found.chi2 - allowed
+        return fit.chi2 - result.chi2 - allowed
 
     low = high = INDEPENDENT["paha"][0]
-    if heavy.chi2 - found.chi2 > allowed:
-        low = found.values["paha"]
+    if heavy.chi2 - result.chi2 > allowed:
+        low = result.values["paha"]
     else:
         # Up to a third of the mass of all three; without a sign change the search for the root says so.
         for high in (2.0 * low, 4.0 * low, 8.0 * low, 16.0 * low):
@@ -148,19 +148,20 @@ def _orbits(orbits: dict[str, float]) -> tuple[list[float], list[float]]:
     return inner, outer
 
 
-def verdicts(found: Lempo) -> list[Verdict]:
+def verdicts(result: Lempo) -> list[Verdict]:
     """Compare with the fit by another program, and with the paper."""
-    fit, rows = found.points, []
+    fit, rows = result.points, []
     at_zero = (
         f"chi2 is smallest where Paha has no mass; at {INDEPENDENT['paha'][0]}e18 kg it is "
-        f"{found.heavy.chi2 - fit.chi2:.2f} larger. The data give an upper limit, {found.limit:.2f}e18 kg, and no mass."
+        f"{result.heavy.chi2 - fit.chi2:.2f} larger. "
+        f"The data give an upper limit, {result.limit:.2f}e18 kg, and no mass."
     )
     for name, published in INDEPENDENT.items():
         ours = fit.values[name], fit.sigma[name]
         rows.append(
             compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero)
         )
-    chi2 = found.uncorrelated.chi2
+    chi2 = result.uncorrelated.chi2
     rows.append(
         Verdict(
             "Lempo",
@@ -171,13 +172,13 @@ def verdicts(found: Lempo) -> list[Verdict]:
             "holds" if chi2 <= INDEPENDENT_CHI2 else "differs",
         )
     )
-    whole = float(sum(fit.values[name] for name in START))
-    places = [fit.names.index(name) for name in START]
-    error = float(np.sqrt(fit.covariance[np.ix_(places, places)].sum()))
+    total = float(sum(fit.values[name] for name in START))
+    indices = [fit.names.index(name) for name in START]
+    error = float(np.sqrt(fit.covariance[np.ix_(indices, indices)].sum()))
     why = (
         "This value is from Paha's orbit alone. The inner orbit of the same paper, 867 km in 1.907 days, needs 14.2e18 "
         "kg without Paha: two orbits that do not disturb each other disagree. Here one motion of three bodies fits "
         "both."
     )
-    rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (whole, error), why))
+    rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (total, error), why))
     return rows

@@ -50,9 +50,9 @@ def _read(
     system: str, moon: str, as_collected: bool, *, independent: bool, light_time: bool, east: int = 1
 ) -> observing.Astrometry:
     table = pd.read_csv(FOLDER / f"{system}.csv")
-    place = pd.read_csv(FOLDER / f"{system}_geocentric.csv")[["x", "y", "z"]].to_numpy()
+    position = pd.read_csv(FOLDER / f"{system}_geocentric.csv")[["x", "y", "z"]].to_numpy()
     kept = table[f"DeltaLat_{moon}"].notna().to_numpy()
-    table, place = table[kept], place[kept]
+    table, position = table[kept], position[kept]
     offsets, sigma = (
         table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err")
     )
@@ -68,7 +68,7 @@ def _read(
         east * correlation,
         body=moon,
         about=system.title(),
-        geometry=observing.Geometry(dates, to_observer=-place * u.km, frame="ecliptic", light_time=light_time),
+        geometry=observing.Geometry(dates, to_observer=-position * u.km, frame="ecliptic", light_time=light_time),
         frame="ecliptic" if as_collected else "equatorial",
     )
 
@@ -99,9 +99,9 @@ def _on_equator(
     cosine = (along[:, 1] * away[:, 0] - along[:, 0] * away[:, 1]) / np.hypot(away[:, 0], away[:, 1])
     sine = along[:, 2] / np.hypot(away[:, 0], away[:, 1])
     x, y = offsets.T
-    turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
+    rotated = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
     c, s, squares = cosine[:, None] ** 2, sine[:, None] ** 2, sigma**2
     if independent:
-        return turned, np.sqrt((c * squares - s * squares[:, ::-1]) / (c - s)), np.zeros(len(table))
+        return rotated, np.sqrt((c * squares - s * squares[:, ::-1]) / (c - s)), np.zeros(len(table))
     errors = np.sqrt(c * squares + s * squares[:, ::-1])
-    return turned, errors, cosine * sine * (squares[:, 0] - squares[:, 1]) / np.prod(errors, axis=1)
+    return rotated, errors, cosine * sine * (squares[:, 0] - squares[:, 1]) / np.prod(errors, axis=1)

@@ -15,10 +15,10 @@ __all__ = ["INTEGRATOR", "LOOSE", "UNITS", "G", "orbiting", "points"]
 G = 6.6743e-20 * 86400.0**2
 UNITS = ("km", "day", "kg")
 INTEGRATOR = fullbody.Verner98(rtol=1e-9, atol=1e-9)
-#: For spheroids and three bodies.
+#: The integrator for spheroids and three bodies.
 LOOSE = fullbody.Verner98(rtol=1e-8, atol=1e-8)
 
-#: What makes a system and its start from the parameters of a fit.
+#: A function that makes a system and its start from the parameters of a fit.
 Setup = Callable[..., tuple[fullbody.System, fullbody.State]]
 
 

@@ -23,7 +23,7 @@ DRAFT = ("1998_ww31", "2001_uq18", "2001_xr254")
 
 @dataclass(frozen=True)
 class Results:
-    """Everything that was fitted; a draft has no triples."""
+    """All fits of the study; a draft has no triples."""
 
     catalogue: list[catalogue.Refit]
     eris: eris.Eris
@@ -40,38 +40,38 @@ def compute(draft: bool, progress: bool) -> Results:
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Fit everything and write the report."""
-    found = compute(draft, progress)
-    verdicts = [one for refit in found.catalogue for one in catalogue.verdicts(refit)] + eris.verdicts(found.eris)
-    drawn = {"catalogue": figures.catalogue(found.catalogue), "eris": figures.eris(found.eris)}
-    if found.lempo is not None:
-        verdicts += lempo.verdicts(found.lempo)
-    if found.haumea is not None:
-        verdicts += haumea.verdicts(found.haumea)
-        drawn["poles"] = figures.poles(found.haumea)
-    learned = findings.findings(found.catalogue, found.eris, found.lempo, found.haumea)
+    result = compute(draft, progress)
+    verdicts = [entry for refit in result.catalogue for entry in catalogue.verdicts(refit)] + eris.verdicts(result.eris)
+    drawn = {"catalogue": figures.catalogue(result.catalogue), "eris": figures.eris(result.eris)}
+    if result.lempo is not None:
+        verdicts += lempo.verdicts(result.lempo)
+    if result.haumea is not None:
+        verdicts += haumea.verdicts(result.haumea)
+        drawn["poles"] = figures.poles(result.haumea)
+    learned = findings.findings(result.catalogue, result.eris, result.lempo, result.haumea)
     numbers = {
         "program": f"fullbody {fullbody.__version__}",
         "draft": draft,
         "counts": counts(verdicts),
-        "within": [one.catalogued.name for one in found.catalogue if one.holds],
-        "systems": len(found.catalogue),
+        "within": [entry.catalogued.name for entry in result.catalogue if entry.holds],
+        "systems": len(result.catalogue),
         "tested": TESTED,
         "findings": learned,
-        "verdicts": [asdict(one) for one in verdicts],
-        "fits": _fits(found),
+        "verdicts": [asdict(entry) for entry in verdicts],
+        "fits": _fits(result),
         "figures": {name: figures.CAPTIONS[name] for name in drawn},
     }
     return publish(folder, _text(numbers, verdicts), drawn, numbers)
 
 
-def _fits(found: Results) -> dict[str, Any]:
+def _fits(result: Results) -> dict[str, Any]:
     """Return each fit in numbers."""
-    fits: dict[str, Any] = {one.catalogued.name: one.fit for one in found.catalogue}
-    for what, study in (("Eris", found.eris), ("Lempo", found.lempo), ("Haumea", found.haumea)):
+    fits: dict[str, Any] = {entry.catalogued.name: entry.fit for entry in result.catalogue}
+    for what, study in (("Eris", result.eris), ("Lempo", result.lempo), ("Haumea", result.haumea)):
         for name, fit in vars(study).items() if study is not None else ():
-            for key, one in fit.items() if isinstance(fit, dict) else [("", fit)]:
-                if isinstance(one, Fit):
-                    fits[" ".join(str(part) for part in (what, name, key) if part != "")] = one
+            for key, entry in fit.items() if isinstance(fit, dict) else [("", fit)]:
+                if isinstance(entry, Fit):
+                    fits[" ".join(str(part) for part in (what, name, key) if part != "")] = entry
     return {
         name: {
             "chi2": fit.chi2,
@@ -90,15 +90,15 @@ def _fits(found: Results) -> dict[str, Any]:
 def _text(numbers: dict[str, Any], verdicts: Sequence[Verdict]) -> str:
     rows = [
         [
-            one.system,
-            one.quantity,
-            one.published,
-            one.fitted,
-            "" if one.difference is None else f"{one.difference:+.2f}",
-            one.verdict,
-            one.why,
+            entry.system,
+            entry.quantity,
+            entry.published,
+            entry.fitted,
+            "" if entry.difference is None else f"{entry.difference:+.2f}",
+            entry.verdict,
+            entry.why,
         ]
-        for one in verdicts
+        for entry in verdicts
     ]
     head = ["system", "quantity", "published", "here", "difference", "verdict", "why"]
     told = "\n\n".join(f"## {title}\n\n" + "\n\n".join(texts) for title, texts in numbers["findings"].items())

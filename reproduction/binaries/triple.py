@@ -86,7 +86,7 @@ def nested(
     (r, v), (r3, v3) = place(stronger * m[:2].sum(), *inner), place(m.sum(), *outer)
     part = m[1] / m[:2].sum()
     shapes = [first or fullbody.PointMass(), fullbody.PointMass(), fullbody.PointMass()]
-    bodies = [fullbody.Body(shape, mass=one, name=name) for shape, one, name in zip(shapes, m, names, strict=True)]
+    bodies = [fullbody.Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, m, names, strict=True)]
     options: dict[str, Any] = {"gravity": "point"} if first is None else {"gravity": "focal"}
     system = fullbody.System(bodies, G=G, epoch=epoch, units=UNITS, frame="equatorial", **options)
     rotation: dict[str, Any] = {}

@@ -44,7 +44,7 @@ def by_case(folder: Path, members: xarray.Dataset, progress: bool = False) -> di
     table: dict[str, dict[str, Any]] = {}
     reference: Any = None
     for k, (name, (gravity, tolerance, difference)) in enumerate(CASES.items()):
-        found = study.sweep(
+        result = study.sweep(
             partial(setup, gravity, difference),
             folder,
             f"convergence_{k}",
@@ -54,13 +54,13 @@ def by_case(folder: Path, members: xarray.Dataset, progress: bool = False) -> di
             progress,
             integrator=Verner98(tolerance, tolerance),
         )
-        words = measures.arriving(found)
-        reference = (found, words) if reference is None else reference
+        words = measures.arriving(result)
+        reference = (result, words) if reference is None else reference
         table[name] = {
             "locked": float(np.mean(words == "locked")),
             "same outcome": float(np.mean(words == reference[1])),
-            "period": 3600.0 * _median(found.observed_period - reference[0].observed_period),
-            "precession": _median(found.observed_precession - reference[0].observed_precession),
+            "period": 3600.0 * _median(result.observed_period - reference[0].observed_period),
+            "precession": _median(result.observed_precession - reference[0].observed_precession),
         }
     return table
 

@@ -44,11 +44,11 @@ def _plain(start: float, end: float) -> Geometry:
     times = np.linspace(start - 24.0, end + 24.0, 60)
     dates = Time(IMPACT, scale="utc") + times * u.h
     geometry = apparition([dates[0], dates[-1]])
-    vectors = (one(dates[1:-1]).to_value("km") for one in (geometry.to_observer, geometry.to_sun))
+    vectors = (direction(dates[1:-1]).to_value("km") for direction in (geometry.to_observer, geometry.to_sun))
     return Geometry(times[1:-1], **dict(zip(("to_observer", "to_sun"), vectors, strict=True)), light_time=False)
 
 
-def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any]:
+def night(dataset: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any]:
     """Return light curves of some members over a day, from the middle of an occultation of Dimorphos by Didymos on.
 
     Returns
@@ -63,7 +63,7 @@ def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any
     time = np.arange(0.0, HOURS + STEP / 2, STEP)
     curves, shifts, events = [], [], []
     for member in members:
-        row = found.isel(row=int(member))
+        row = dataset.isel(row=int(member))
         system, _ = model.setup(**{name: float(row[name]) for name in model.NAMES})
         position, velocity, attitude, spin = np.split(row.state.values, [3, 6, 10], axis=1)
         state = State(position, velocity, attitude, spin, time=measures.ARRIVING)
@@ -82,20 +82,20 @@ def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any
         curves.append(light - np.median(light))
         shifts.append(middle - begin)
         events.append(_first(seen, middle))
-    kinds = sorted({kind for one in events for kind in one})
+    kinds = sorted({kind for member_events in events for kind in member_events})
     missing = (np.nan, np.nan)
     return {
         "time": time,
         "magnitude": np.array(curves),
         "shift": np.array(shifts),
-        "events": {kind: np.array([one.get(kind, missing) for one in events]) for kind in kinds},
+        "events": {kind: np.array([member_events.get(kind, missing) for member_events in events]) for kind in kinds},
     }
 
 
 def _first(seen: list[Any], middle: float) -> dict[str, tuple[float, float]]:
     """Return the middle, from a time on, and the duration of the first event of each kind and body at or after it."""
-    found: dict[str, tuple[float, float]] = {}
-    for one in seen:
-        if one.middle is not None and one.middle >= middle - 1e-9:
-            found.setdefault(f"{one.kind} of {one.body}", (one.middle - middle, one.duration))
-    return found
+    result: dict[str, tuple[float, float]] = {}
+    for event in seen:
+        if event.middle is not None and event.middle >= middle - 1e-9:
+            result.setdefault(f"{event.kind} of {event.body}", (event.middle - middle, event.duration))
+    return result

@@ -109,5 +109,5 @@ def _residual(time: _Array, distance: _Array, rate: float) -> float:
     columns = _columns(time, rate)
     # The normal equations of three columns are well conditioned, and faster than a decomposition of the columns.
     solution = np.linalg.solve(columns.T @ columns, columns.T @ distance)
-    rest = distance - columns @ solution
-    return float(rest @ rest)
+    residual = distance - columns @ solution
+    return float(residual @ residual)

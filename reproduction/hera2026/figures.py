@@ -31,7 +31,7 @@ _LOOK = {
 }
 
 
-def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
+def outcomes(dataset: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     """Draw members over their axis ratios, sizes by weight, over how long the first motion lasts."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
     axes = figure.subplots()
@@ -43,15 +43,15 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
         image, ax=axes, label="first day with a roll beyond 60 degrees (of 67)", boundaries=np.arange(0, 68)
     )
     bar.set_ticks([0, 20, 40, 60, 67], labels=["0", "20", "40", "60", "none"])
-    weight = weights.normalized(found.log_weight.values)
+    weight = weights.normalized(dataset.log_weight.values)
     for word, (colour, mark) in _LOOK.items():
-        mine = found.outcome.values == word
+        mine = dataset.outcome.values == word
         if mine.any():
             size = 6.0 + 5000.0 * weight[mine]
-            edges = [(0.0, 0.0, 0.0, 1.0 if change else 0.0) for change in found.changed.values[mine]]
+            edges = [(0.0, 0.0, 0.0, 1.0 if change else 0.0) for change in dataset.changed.values[mine]]
             axes.scatter(
-                found.a_b[mine],
-                found.b_c[mine],
+                dataset.a_b[mine],
+                dataset.b_c[mine],
                 s=size,
                 facecolors=to_rgba(colour, 0.75),
                 marker=mark,
@@ -67,23 +67,23 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     return figure
 
 
-def angles(found: xarray.Dataset, count: int = 12) -> Figure:
+def angles(dataset: xarray.Dataset, count: int = 12) -> Figure:
     """Draw yaw and roll over the last days, of members that are locked and that roll; an ellipsoid looks alike
     after half a turn.
     """
     figure = Figure(figsize=(7.4, 4.8), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True, sharey="row", squeeze=False)
-    hours = measures.SPACING * (np.arange(found.sizes["time"]) - found.sizes["time"] + 1)
+    hours = measures.SPACING * (np.arange(dataset.sizes["time"]) - dataset.sizes["time"] + 1)
     fine = np.linspace(hours[0], hours[-1], 20 * len(hours))
-    words = found.outcome.values[found.member.values.astype(int)]
+    words = dataset.outcome.values[dataset.member.values.astype(int)]
     for column, word in enumerate(("locked", "rolling")):
-        mine = found.angles.values[words == word][:count].astype(float)
+        mine = dataset.angles.values[words == word][:count].astype(float)
         panels[0, column].set_title(f"{len(mine)} {word} members", fontsize=10)
         panels[1, column].set_xlabel(f"hours before {ARRIVAL[:10]}")
-        for axis, place in zip(panels[:, column], (2, 0), strict=True):
-            for one in mine:
+        for axis, panel_row in zip(panels[:, column], (2, 0), strict=True):
+            for member in mine:
                 # Half a turn of roll or yaw is none; lines do not cross from one end of the circle to the other.
-                angle = CubicSpline(hours, np.unwrap(one[:, place], period=np.pi))(fine)
+                angle = CubicSpline(hours, np.unwrap(member[:, panel_row], period=np.pi))(fine)
                 angle = np.rad2deg((angle + np.pi / 2) % np.pi - np.pi / 2)
                 angle[1:][np.abs(np.diff(angle)) > 90] = np.nan
                 axis.plot(fine, angle, color=_LOOK[word][0], lw=0.9, alpha=0.7)
@@ -94,11 +94,11 @@ def angles(found: xarray.Dataset, count: int = 12) -> Figure:
     return figure
 
 
-def night(found: dict[str, Any]) -> Figure:
+def night(result: dict[str, Any]) -> Figure:
     """Draw the light curves of a night: the median and the middle 90 per cent of the members."""
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     axes = figure.subplots()
-    time, curves = np.asarray(found["time"]), np.asarray(found["magnitude"])
+    time, curves = np.asarray(result["time"]), np.asarray(result["magnitude"])
     low, middle, high = np.percentile(curves, [5, 50, 95], axis=0)
     axes.fill_between(time, low, high, color="#56b4e9", alpha=0.5, lw=0, label="90 per cent of the members")
     axes.plot(time, middle, color="#0072b2", lw=1.2, label="median")

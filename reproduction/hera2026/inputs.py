@@ -6,7 +6,7 @@ Lengths are in metres or kilometres, times in hours or days, angles in degrees, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 __all__ = [
@@ -182,10 +182,7 @@ SHAPES: Final[Mapping[str, tuple[Input, Input]]] = {
         Input(425.0, 7.5, "m", "D23", "axes 851 and 849 m", second_hand=True),
         Input(310.0, 7.5, "m", "D23", "axis 620 +- 15 m", second_hand=True),
     ),
-    "naidu2024": (
-        Input(394.0, 11.0, "m", "N24", "equatorial radius"),
-        Input(290.0, 16.0, "m", "N24", "polar radius"),
-    ),
+    "naidu2024": (Input(394.0, 11.0, "m", "N24", "equatorial radius"), Input(290.0, 16.0, "m", "N24", "polar radius")),
 }
 
 
@@ -193,11 +190,6 @@ def inputs_with_shape(shape: str) -> dict[str, Input]:
     """Return the table of inputs with a published shape of Didymos, by its name in :data:`SHAPES`."""
     equatorial, polar = SHAPES[shape]
     return INPUTS | {"equatorial": equatorial, "polar": polar}
-
-
-def inputs_with_scaled_errors(factors: Mapping[str, float]) -> dict[str, Input]:
-    """Return the table of inputs with the errors of some of them multiplied by factors, by name."""
-    return INPUTS | {name: replace(INPUTS[name], sigma=INPUTS[name].sigma * factor) for name, factor in factors.items()}
 
 
 #: Values with unit and source that the study does not use, for comparison with its results.

@@ -28,13 +28,13 @@ def moments(a_b: Any, b_c: Any) -> npt.NDArray[np.float64]:
     return np.stack([(a - b) / (a + b), (a - c) / (a + c), (b - c) / (b + c)], axis=-1)
 
 
-def table(found: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, Any]:
+def table(dataset: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, Any]:
     """Return standard errors today, which are the scatter of the members, and after the survey.
 
     The fitted figure of Dimorphos has the volume of the truth, so that its two ratios stand for its moments of inertia.
     The change of its velocity along the motion, which beta needs beside the mass, stays what is known today.
     """
-    columns = {name: found[name].values.astype(float) for name in model.NAMES}
+    columns = {name: dataset[name].values.astype(float) for name in model.NAMES}
     names = ("separation", "equatorial", "polar", "diameter", "density")
     today = np.array([model.masses(*(columns[name][k] for name in names)) for k in range(len(columns["along"]))])
     beta = model.beta(columns["along"], columns["density"], columns["diameter"])
@@ -65,15 +65,15 @@ def table(found: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, An
         },
         "beta": [float(beta.mean()), float(beta.std())],
         "rows": {
-            name: {"unit": unit, "today": _told(one, unit), "after": _told(two, unit)}
-            for name, (unit, one, two) in rows.items()
+            name: {"unit": unit, "today": _told(today, unit), "after": _told(after, unit)}
+            for name, (unit, today, after) in rows.items()
         },
     }
 
 
 def _of(fit: Any, names: tuple[str, ...]) -> npt.NDArray[np.float64]:
-    places = [list(fit.names).index(name) for name in names]
-    return np.asarray(fit.covariance)[np.ix_(places, places)]
+    indices = [list(fit.names).index(name) for name in names]
+    return np.asarray(fit.covariance)[np.ix_(indices, indices)]
 
 
 def _closest(truth: mission.Truth) -> list[float]:
@@ -82,7 +82,7 @@ def _closest(truth: mission.Truth) -> list[float]:
     system, state = setup(**values)
     run = system.integrate(state, mission.LENGTH, output=1.0)
     away = np.linalg.norm(run.position[:, 2:] - run.position[:, :1], axis=2)
-    return [float(one) for one in away.min(axis=0)]
+    return [float(distance) for distance in away.min(axis=0)]
 
 
 def _relative(values: npt.NDArray[np.float64]) -> float:

@@ -157,9 +157,9 @@ def _orbit(run: Run) -> dict[str, Any]:
     }
 
 
-def arriving(found: Any) -> npt.NDArray[Any]:
+def arriving(result: Any) -> npt.NDArray[Any]:
     """Return the outcome (M,) of each member of a dataset in the window before arrival."""
-    return outcome(found.last_roll.values, found.last_pitch.values, found.last_yaw.values, found.fate.values)
+    return outcome(result.last_roll.values, result.last_pitch.values, result.last_yaw.values, result.fate.values)
 
 
 def outcome(roll: Any, pitch: Any, yaw: Any, fate: Any) -> npt.NDArray[Any]:

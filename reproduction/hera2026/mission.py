@@ -110,14 +110,14 @@ class Landmarks:
     def directions(run: Run, body: str, camera: str, places: _Array) -> _Array:
         """Return unit vectors (K, L, 3) from the camera to places on a body."""
         body_, camera_ = run.system.index(body), run.system.index(camera)
-        turned = np.einsum("kij,lj->kli", rotations.matrices(run.attitude[:, body_]), places)
-        line = run.position[:, None, body_] + turned - run.position[:, None, camera_]
+        rotated = np.einsum("kij,lj->kli", rotations.matrices(run.attitude[:, body_]), places)
+        line = run.position[:, None, body_] + rotated - run.position[:, None, camera_]
         return np.asarray(line / np.linalg.norm(line, axis=2)[..., None])
 
     def pulls(self, run: Run) -> _Array:
         """Return the residuals about both axes, divided by their errors."""
-        found = self.directions(run, self.body, self.camera, self.places)
-        return np.asarray(np.einsum("klax,klx->kla", self._axes, self.lines - found)[self.seen].ravel() / self.sigma)
+        result = self.directions(run, self.body, self.camera, self.places)
+        return np.asarray(np.einsum("klax,klx->kla", self._axes, self.lines - result)[self.seen].ravel() / self.sigma)
 
     def derivatives(self, run: Run) -> FunctionDerivatives:
         """Return the derivatives of the pulls with respect to the start of a run and to its parameters."""
@@ -130,14 +130,15 @@ class Landmarks:
         across = self._axes - np.einsum("klax,klx->kla", self._axes, unit)[..., None] * unit[:, :, None]
         moved = -across / (distance[..., None, None] * self.sigma)
         # A small rotation vector t of the body moves a place p by R (t x p).
-        turned = np.einsum("klax,kxi,lji->klaj", moved, matrices, np.cross(np.eye(3)[None], self.places[:, None]))
+        rotated = np.einsum("klax,kxi,lji->klaj", moved, matrices, np.cross(np.eye(3)[None], self.places[:, None]))
         by_state = np.zeros((*moved.shape[:3], 12 * len(run.system.bodies)))
         by_state[..., 12 * body : 12 * body + 3] += moved
-        by_state[..., 12 * body + 6 : 12 * body + 9] += turned
+        by_state[..., 12 * body + 6 : 12 * body + 9] += rotated
         by_state[..., 12 * camera : 12 * camera + 3] -= moved
         start = np.einsum("klas,kst->klat", by_state, run.transition)[self.seen]
         by = {
-            name: np.einsum("klas,ks->kla", by_state, one)[self.seen].ravel() for name, one in run.sensitivity.items()
+            name: np.einsum("klas,ks->kla", by_state, sensitivity)[self.seen].ravel()
+            for name, sensitivity in run.sensitivity.items()
         }
         return FunctionDerivatives(self.pulls(run), start.reshape(-1, start.shape[-1]), by)
 
@@ -157,14 +158,14 @@ def bodies(truth: Truth, big: float, small: float, polar: float, a_b: float, b_c
 
 def craft() -> tuple[_Array, _Array]:
     """Return positions and velocities (P, 3) of the passes at the start, on straight lines through their middles."""
-    places, speeds = [], []
+    positions, speeds = [], []
     for middle, distance, direction in PASSES:
         u = np.array(direction) / np.linalg.norm(direction)
         w = np.cross([0.0, 0.0, 1.0], u)
         w = SPEED * w / np.linalg.norm(w)
-        places.append(distance * u - middle * w)
+        positions.append(distance * u - middle * w)
         speeds.append(w)
-    return np.array(places), np.array(speeds)
+    return np.array(positions), np.array(speeds)
 
 
 def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
@@ -175,30 +176,30 @@ def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
     """
     kinds = [f"{kind}_{axis}" for kind in ("place", "speed", "turn", "spin") for axis in ABOUT]
     passes = [f"hera{k + 1}_{kind}_{axis}" for k in range(len(PASSES)) for kind in ("place", "speed") for axis in ABOUT]
-    places, speeds = craft()
+    positions, speeds = craft()
 
     def setup(**values: float) -> tuple[System, State]:
-        found = bodies(truth, *(values[name] for name in ("big", "small", "polar", "a_b", "b_c")))
+        result = bodies(truth, *(values[name] for name in ("big", "small", "polar", "a_b", "b_c")))
         by = {
             kind: np.array([values[f"{kind}_{axis}"] for axis in ABOUT]) for kind in ("place", "speed", "turn", "spin")
         }
         of_passes = np.array([values[name] for name in passes]).reshape(len(PASSES), 2, 3)
         position, velocity, attitude, spin = np.split(truth.state, [3, 6, 10], axis=1)
-        position = np.concatenate([position, places + of_passes[:, 0]])
+        position = np.concatenate([position, positions + of_passes[:, 0]])
         velocity = np.concatenate([velocity, speeds + of_passes[:, 1]])
         position[1] += by["place"]
         velocity[1] += by["speed"]
-        turned = rotations.product(attitude[1], _turn(by["turn"]))
-        attitude = np.concatenate([[attitude[0], turned], np.tile([1.0, 0.0, 0.0, 0.0], (len(PASSES), 1))])
+        rotated = rotations.product(attitude[1], _rotation(by["turn"]))
+        attitude = np.concatenate([[attitude[0], rotated], np.tile([1.0, 0.0, 0.0, 0.0], (len(PASSES), 1))])
         spin = np.concatenate([spin, np.zeros((len(PASSES), 3))])
         spin[1] += by["spin"]
-        return System(found, G=model.G, gravity=model.GRAVITY), State(position, velocity, attitude, spin)
+        return System(result, G=model.G, gravity=model.GRAVITY), State(position, velocity, attitude, spin)
 
     figures = {"big": truth.big, "small": truth.small, "polar": truth.polar, "a_b": truth.a_b, "b_c": truth.b_c}
     return setup, figures | dict.fromkeys([*kinds, *passes], 0.0)
 
 
-def _turn(vector: _Array) -> _Array:
+def _rotation(vector: _Array) -> _Array:
     """Return the quaternion of a small rotation vector."""
     angle = np.linalg.norm(vector)
     return np.concatenate([[np.cos(angle / 2)], 0.5 * np.sinc(angle / (2 * np.pi)) * vector])
@@ -224,13 +225,13 @@ def simulated(truth: Truth) -> list[Any]:
         data.append(RadarAstrometry(times, range=ranges, range_rate=rates, **options))
         times = np.arange(first + IMAGES / 2, last, IMAGES)
         images = system.integrate(state, times[-1], output=times, integrator=Verner98(1e-11, 1e-11))
-        for body, places in (("Dimorphos", PLACES * shape), ("Didymos", np.zeros((1, 3)))):
-            lines = Landmarks.directions(images, body, name, places)
-            outward = np.einsum("kij,lj->kli", rotations.matrices(images.attitude[:, system.index(body)]), places)
+        for body, positions in (("Dimorphos", PLACES * shape), ("Didymos", np.zeros((1, 3)))):
+            lines = Landmarks.directions(images, body, name, positions)
+            outward = np.einsum("kij,lj->kli", rotations.matrices(images.attitude[:, system.index(body)]), positions)
             seen = np.einsum("klx,klx->kl", outward, lines) <= 0.0
             lines = lines + rng.normal(0.0, PIXEL, lines.shape)
             lines /= np.linalg.norm(lines, axis=2)[..., None]
-            data.append(Landmarks(times, places, body, name, lines, seen, PIXEL))
+            data.append(Landmarks(times, positions, body, name, lines, seen, PIXEL))
     return data
 
 

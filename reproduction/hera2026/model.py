@@ -161,10 +161,10 @@ def start(
     attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]])
     # The new figure has the angular momentum of the old one, and an impulse m dv beside the centre adds to it.
     inertia = bodies[1].inertia
-    before = Body(ellipsoid(diameter / 1e3, *BEFORE), mass=small).inertia[2] * ORBIT
+    intact = Body(ellipsoid(diameter / 1e3, *BEFORE), mass=small).inertia[2] * ORBIT
     impulse = np.cross([miss_radial / 1e3, 0.0, miss_normal / 1e3], small * change)
     x, y = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
-    spin = np.array([[0.0, 0.0, SPIN], np.array([x @ impulse, y @ impulse, impulse[2] + before]) / inertia])
+    spin = np.array([[0.0, 0.0, SPIN], np.array([x @ impulse, y @ impulse, impulse[2] + intact]) / inertia])
     return bodies, State(position, velocity, attitude, spin)
 
 

@@ -45,7 +45,7 @@ __all__ = [
 #: The days after the impact over which observers saw the orbit before it changed, 2022-12-02 (S24).
 OBSERVED_DAYS: Final = 67.0
 SAMPLES: Final = np.arange(0.0, OBSERVED_DAYS * model.DAY + 1.0, 2.0)
-#: What observers published of the orbit after the impact.
+#: Quantities of the orbit after the impact that observers published.
 OBSERVED: Final = ("period", "eccentricity", "precession")
 #: The numbers that move the orbit within its plane, which observations of the orbit constrain together.
 FITTED: Final = (
@@ -127,13 +127,13 @@ class Surrogate:
         good = np.asarray(orbits["coherence"]) > COHERENT
         chosen = {name: np.asarray(columns[name])[good] for name in SHAPED}
         table = np.stack([chosen[name] for name in SHAPED], axis=1)
-        found = np.stack([np.asarray(orbits[name])[good] for name in OBSERVED], axis=1)
+        results = np.stack([np.asarray(orbits[name])[good] for name in OBSERVED], axis=1)
         blank = cls(table.mean(axis=0), table.std(axis=0), np.empty((0, 3)), np.empty(3))
         features = blank.features(chosen)
         # A weak ridge keeps products that the sample does not determine near zero.
         weight = np.concatenate([np.zeros(1 + len(SHAPED)), np.full(features.shape[1] - 1 - len(SHAPED), 2.0)])
-        coefficients = np.linalg.solve(features.T @ features + np.diag(weight), features.T @ found)
-        return cls(blank.centre, blank.scale, coefficients, (found - features @ coefficients).std(axis=0))
+        coefficients = np.linalg.solve(features.T @ features + np.diag(weight), features.T @ results)
+        return cls(blank.centre, blank.scale, coefficients, (results - features @ coefficients).std(axis=0))
 
 
 def orbit(run: Run) -> list[float]:
@@ -155,7 +155,7 @@ def planar_fit(inputs: Mapping[str, Input]) -> tuple[npt.NDArray[np.float64], np
         system, state = model.planar(**dict(zip(FITTED, centre + scale * offset, strict=True)))
         run = system.integrate(state, SAMPLES[-1], output=SAMPLES, integrator=SymplecticSplitting(step=0.5))
         observed = zip(OBSERVED, orbit(run), strict=True)
-        return np.array([*((found - value[name]) / sigma[name] for name, found in observed), *offset])
+        return np.array([*((predicted - value[name]) / sigma[name] for name, predicted in observed), *offset])
 
     # The fitted ellipse of a run has numerical errors, so that its derivatives need long steps.
     fit = least_squares(pulls, np.zeros(len(FITTED)), bounds=(lower, np.inf), diff_step=STEP, x_scale=1.0, xtol=1e-4)

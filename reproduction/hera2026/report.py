@@ -32,13 +32,13 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
 
     The variable HERA_WHOLE selects the numbers of runs of the page; without it the study is a small one.
     """
-    whole = bool(os.environ.get("HERA_WHOLE"))
-    sizes = study.Sizes(200, 60, 4.0) if draft else study.WHOLE if whole else study.SMALL
+    full = bool(os.environ.get("HERA_WHOLE"))
+    sizes = study.Sizes(200, 60, 4.0) if draft else study.WHOLE if full else study.SMALL
     with study.workers() as executor:
-        candidates, found = study.members(folder, sizes, progress=progress, executor=executor)
-        older = study.members(folder, OLDER, "daly2023", progress, executor=executor)[1] if whole else None
-        cases = _remembered(folder / "convergence.json", lambda: convergence.by_case(folder, found)) if whole else {}
-    members = results.kept(found)
+        candidates, result = study.members(folder, sizes, progress=progress, executor=executor)
+        older = study.members(folder, OLDER, "daly2023", progress, executor=executor)[1] if full else None
+        cases = _remembered(folder / "convergence.json", lambda: convergence.by_case(folder, result)) if full else {}
+    members = results.kept(result)
     results.save(members, folder / "members.nc")
     map_of_axes = axes.sweep(folder, draft, progress)
     rows = on_rows(members)
@@ -51,7 +51,7 @@ def assemble(
     folder: Path,
     sizes: study.Sizes,
     candidates: xarray.Dataset,
-    found: xarray.Dataset,
+    dataset: xarray.Dataset,
     older: xarray.Dataset | None,
     cases: dict[str, Any],
     map_of_axes: xarray.Dataset,
@@ -59,13 +59,13 @@ def assemble(
     survey: dict[str, Any],
 ) -> Path:
     """Write the report, its figures and its numbers from the results of all parts."""
-    everyone = np.ones(found.sizes["row"], dtype=bool)
+    everyone = np.ones(dataset.sizes["row"], dtype=bool)
     weight = weights.normalized(candidates.log_weight.values)
     groups = {"all": (everyone, 1.0), "all, with the change": (everyone, weights.EVIDENCE)}
-    groups |= {word: (found.outcome.values == word, 1.0) for word in ("locked", "rolling")}
-    predictions = {name: results.predictions(found, *group) for name, group in groups.items()}
+    groups |= {word: (dataset.outcome.values == word, 1.0) for word in ("locked", "rolling")}
+    predictions = {name: results.predictions(dataset, *group) for name, group in groups.items()}
     axis = predictions["all"]["semi_major_axis"][0]
-    mass, mass_error = results.masses(found)
+    mass, mass_error = results.masses(dataset)
     numbers: dict[str, Any] = {
         "program": f"fullbody {fullbody.__version__}",
         "dated": inputs.STUDY_DATE,
@@ -73,22 +73,22 @@ def assemble(
         "pilot": sizes.pilot,
         "candidates": int(candidates.sizes["row"]),
         "candidates, effective": weights.effective(weight),
-        "members": int(found.sizes["row"]),
+        "members": int(dataset.sizes["row"]),
         "changed": float(weight @ candidates.changed.values),
-        "by_evidence": results.by_evidence(found),
-        "by_date": results.by_date(found),
-        "by_width": results.by_width(found),
-        "by_number": convergence.by_number(found),
+        "by_evidence": results.by_evidence(dataset),
+        "by_date": results.by_date(dataset),
+        "by_width": results.by_width(dataset),
+        "by_number": convergence.by_number(dataset),
         "convergence": cases,
         "older shape": None if older is None else results.by_evidence(results.kept(older)),
         "predictions": predictions,
         "criteria": {
-            name: [weights.share(results.normal_weights(found, ratio), which) for ratio in (1.0, weights.EVIDENCE)]
-            for name, which in results.criteria(found).items()
+            name: [weights.share(results.normal_weights(dataset, ratio), which) for ratio in (1.0, weights.EVIDENCE)]
+            for name, which in results.criteria(dataset).items()
         },
-        "scores": [results.scores(found, ratio) for ratio in (1.0, weights.EVIDENCE)],
-        "sensitivities": results.sensitivities(found),
-        "posterior": results.prior_and_posterior(found),
+        "scores": [results.scores(dataset, ratio) for ratio in (1.0, weights.EVIDENCE)],
+        "sensitivities": results.sensitivities(dataset),
+        "posterior": results.prior_and_posterior(dataset),
         "mass": [mass, mass_error],
         "slope": posterior.slope(),
         "rival": rival.consequences(rival.RATE, axis),
@@ -96,8 +96,8 @@ def assemble(
         "night": events(curves),
     }
     drawn = {
-        "outcomes": figures.outcomes(found, map_of_axes),
-        "angles": figures.angles(found),
+        "outcomes": figures.outcomes(dataset, map_of_axes),
+        "angles": figures.angles(dataset),
         "night": figures.night(curves),
         "sensitivity": figures.sensitivity(numbers["sensitivities"]),
     }
@@ -110,14 +110,14 @@ def _remembered(file: Path, make: Any) -> dict[str, Any]:
         made = make()
         with replacing(file) as temporary:
             temporary.write_text(json.dumps(made, default=lambda value: np.asarray(value).tolist()))
-    found: dict[str, Any] = json.loads(file.read_text())
-    return found
+    result: dict[str, Any] = json.loads(file.read_text())
+    return result
 
 
-def on_rows(found: xarray.Dataset) -> xarray.Dataset:
+def on_rows(dataset: xarray.Dataset) -> xarray.Dataset:
     """Return the members whose states are kept, with the states along the rows."""
-    few = found.isel(row=found.member.values.astype(int))
-    return few.drop_dims("kept").assign(state=(("row", "body", "component"), found.state.values))
+    few = dataset.isel(row=dataset.member.values.astype(int))
+    return few.drop_dims("kept").assign(state=(("row", "body", "component"), dataset.state.values))
 
 
 def events(curves: dict[str, Any]) -> dict[str, list[float]]:
@@ -130,10 +130,10 @@ def events(curves: dict[str, Any]) -> dict[str, list[float]]:
     return table_of_events
 
 
-def after_hera(found: xarray.Dataset, progress: bool = False) -> dict[str, Any]:
+def after_hera(dataset: xarray.Dataset, progress: bool = False) -> dict[str, Any]:
     """Return what is known of the pair today, and after two weeks of simulated data of one member."""
-    truth = knowledge.of_member(on_rows(found).isel(row=0))
-    return knowledge.table(results.reweighted(found), truth, mission.fitted(truth, progress))
+    truth = knowledge.of_member(on_rows(dataset).isel(row=0))
+    return knowledge.table(results.reweighted(dataset), truth, mission.fitted(truth, progress))
 
 
 def shares(value: float, error: float) -> str:
@@ -150,19 +150,10 @@ def with_error(value: float, error: float) -> str:
 def tables(numbers: dict[str, Any]) -> dict[str, str]:
     """Return the tables of the report as Markdown, by name."""
     rows_by_ratio = [
-        [
-            row["ratio"],
-            shares(row["locked"], row["error"]),
-            f"{row['effective']:.0f}",
-        ]
-        for row in numbers["by_evidence"]
+        [row["ratio"], shares(row["locked"], row["error"]), f"{row['effective']:.0f}"] for row in numbers["by_evidence"]
     ]
     older = [
-        [
-            row["ratio"],
-            shares(row["locked"], row["error"]),
-            f"{row['effective']:.0f}",
-        ]
+        [row["ratio"], shares(row["locked"], row["error"]), f"{row['effective']:.0f}"]
         for row in numbers["older shape"] or []
     ]
     head = ["likelihood ratio of the report of a change", "locked", "effective members"]

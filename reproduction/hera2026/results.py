@@ -23,7 +23,7 @@ SIGNLESS: Final = ("normal", "miss_normal", "yaw", "radial")
 #: Members whose states and angles are kept, and the equally weighted ones that stand for the posterior.
 KEPT: Final = 60
 EQUAL: Final = 2000
-#: What is predicted, with units and the decimals that are shown.
+#: Predicted quantities, with units and the decimals that are shown.
 PREDICTED: Final = {
     "libration": ("deg", 0),
     "libration_period": ("h", 1),
@@ -36,7 +36,7 @@ PREDICTED: Final = {
     "eccentricity": ("", 3),
     "precession": ("deg/day", 1),
 }
-#: What is scored, with the errors that stand for Hera's and for the width of the kernel.
+#: Scored quantities. Their errors stand for Hera's and for the width of the kernel.
 SCORED: Final = {
     "libration": 3.0,
     "obliquity": 1.5,
@@ -78,11 +78,11 @@ def kept(members: xarray.Dataset) -> xarray.Dataset:
     return small
 
 
-def save(found: xarray.Dataset, path: Path) -> None:
+def save(dataset: xarray.Dataset, path: Path) -> None:
     """Write the results, compressed."""
-    packed = {name: {"zlib": True, "complevel": 9} for name in found.data_vars if found[name].dtype.kind == "f"}
+    packed = {name: {"zlib": True, "complevel": 9} for name in dataset.data_vars if dataset[name].dtype.kind == "f"}
     with replacing(path) as temporary:
-        found.to_netcdf(temporary, encoding=packed)
+        dataset.to_netcdf(temporary, encoding=packed)
 
 
 def by_evidence(members: xarray.Dataset) -> list[dict[str, Any]]:
@@ -128,20 +128,20 @@ def _both(members: xarray.Dataset, chosen: Any, change: Any) -> dict[str, Any]:
     return row
 
 
-def derived(found: xarray.Dataset) -> dict[str, npt.NDArray[np.float64]]:
+def derived(dataset: xarray.Dataset) -> dict[str, npt.NDArray[np.float64]]:
     """Return the predicted numbers of all members, in the units of :data:`PREDICTED`."""
-    numbers = {name: found[name].values.astype(float) for name in PREDICTED if name in found}
-    numbers["spin_period"] = 2.0 * np.pi / found.spin.values.astype(float)
-    numbers["period_drift"] = 3600.0 * (found.period.values - found.observed_period.values)
+    numbers = {name: dataset[name].values.astype(float) for name in PREDICTED if name in dataset}
+    numbers["spin_period"] = 2.0 * np.pi / dataset.spin.values.astype(float)
+    numbers["period_drift"] = 3600.0 * (dataset.period.values - dataset.observed_period.values)
     numbers["semi_major_axis"] = 1e3 * numbers["semi_major_axis"]
     return {name: numbers[name] for name in PREDICTED}
 
 
-def predictions(found: xarray.Dataset, chosen: Any, ratio: float = 1.0) -> dict[str, tuple[float, float, float]]:
+def predictions(dataset: xarray.Dataset, chosen: Any, ratio: float = 1.0) -> dict[str, tuple[float, float, float]]:
     """Return the weighted median and limits of 90 per cent of the chosen members."""
-    weight = weights.normalized(found.log_weight.values, found.changed.values, ratio) * chosen
+    weight = weights.normalized(dataset.log_weight.values, dataset.changed.values, ratio) * chosen
     table = {}
-    for name, values in derived(found).items():
+    for name, values in derived(dataset).items():
         good = np.isfinite(values) & (weight > 0.0)
         if good.sum() < 5:
             table[name] = (np.nan, np.nan, np.nan)
@@ -152,13 +152,13 @@ def predictions(found: xarray.Dataset, chosen: Any, ratio: float = 1.0) -> dict[
     return table
 
 
-def sensitivities(found: xarray.Dataset) -> dict[str, dict[str, float]]:
+def sensitivities(dataset: xarray.Dataset) -> dict[str, dict[str, float]]:
     """Return rank correlations of the predicted numbers with the inputs; nan where nothing varies."""
     from scipy.stats import spearmanr
 
-    rows = weights.resampled(weights.normalized(found.log_weight.values), EQUAL)
-    numbers = derived(found) | {"locked": (found.outcome.values == "locked").astype(float)}
-    inputs = {name: found[name].values for name in model.NAMES}
+    rows = weights.resampled(weights.normalized(dataset.log_weight.values), EQUAL)
+    numbers = derived(dataset) | {"locked": (dataset.outcome.values == "locked").astype(float)}
+    inputs = {name: dataset[name].values for name in model.NAMES}
     inputs |= {name: np.abs(inputs[name]) for name in SIGNLESS}
     table: dict[str, dict[str, float]] = {}
     for name, values in numbers.items():
@@ -171,12 +171,12 @@ def sensitivities(found: xarray.Dataset) -> dict[str, dict[str, float]]:
     return table
 
 
-def criteria(found: xarray.Dataset) -> dict[str, npt.NDArray[np.bool_]]:
+def criteria(dataset: xarray.Dataset) -> dict[str, npt.NDArray[np.bool_]]:
     """Return the members that are as :data:`CRITERIA` says, by its names."""
-    numbers, b_c = derived(found), found.b_c.values
-    locked, rolling = (found.outcome.values == word for word in ("locked", "rolling"))
+    numbers, b_c = derived(dataset), dataset.b_c.values
+    locked, rolling = (dataset.outcome.values == word for word in ("locked", "rolling"))
     return {
-        "end over end": found.outcome.values == "end over end",
+        "end over end": dataset.outcome.values == "end over end",
         "rolling and round": rolling & (b_c < 1.05),
         "rolling on an ellipse": rolling & (numbers["eccentricity"] > 0.027),
         "locked and circular": locked & (numbers["eccentricity"] < 0.015),
@@ -187,13 +187,13 @@ def criteria(found: xarray.Dataset) -> dict[str, npt.NDArray[np.bool_]]:
     }
 
 
-def _scored(found: xarray.Dataset) -> npt.NDArray[np.float64]:
-    numbers = derived(found) | {name: found[name].values.astype(float) for name in ("a_b", "b_c")}
+def _scored(dataset: xarray.Dataset) -> npt.NDArray[np.float64]:
+    numbers = derived(dataset) | {name: dataset[name].values.astype(float) for name in ("a_b", "b_c")}
     table = np.stack([numbers[name] / width for name, width in SCORED.items()], axis=1)
     return np.asarray(np.nan_to_num(table, nan=1e3))
 
 
-def score(found: xarray.Dataset, outcome: str, finding: dict[str, float], ratio: float = 1.0) -> float:
+def score(dataset: xarray.Dataset, outcome: str, finding: dict[str, float], ratio: float = 1.0) -> float:
     """Return the score of a finding: the logarithm of its predicted probability density, in units of the errors.
 
     The density is the weighted mean over the members with the outcome of normal densities with the errors of
@@ -210,19 +210,19 @@ def score(found: xarray.Dataset, outcome: str, finding: dict[str, float], ratio:
     ratio : float
         The likelihood ratio of the report of a change.
     """
-    weight = weights.normalized(found.log_weight.values, found.changed.values, ratio)
+    weight = weights.normalized(dataset.log_weight.values, dataset.changed.values, ratio)
     names = list(SCORED)
-    columns = _scored(found)[:, [names.index(name) for name in finding]]
+    columns = _scored(dataset)[:, [names.index(name) for name in finding]]
     offset = columns - np.array([value / SCORED[name] for name, value in finding.items()])
     density = np.exp(-0.5 * np.sum(offset**2, axis=1)) / (2.0 * np.pi) ** (len(finding) / 2)
-    total = float(weight[found.outcome.values == outcome] @ density[found.outcome.values == outcome])
+    total = float(weight[dataset.outcome.values == outcome] @ density[dataset.outcome.values == outcome])
     return float(np.log(total)) if total > 0.0 else -np.inf
 
 
-def scores(found: xarray.Dataset, ratio: float = 1.0) -> tuple[float, float, float]:
+def scores(dataset: xarray.Dataset, ratio: float = 1.0) -> tuple[float, float, float]:
     """Return the weighted median and the 5 and 1 per cent quantiles of the scores of members among the others."""
-    weight = weights.normalized(found.log_weight.values, found.changed.values, ratio)
-    columns, words = _scored(found), found.outcome.values
+    weight = weights.normalized(dataset.log_weight.values, dataset.changed.values, ratio)
+    columns, words = _scored(dataset), dataset.outcome.values
     distance = np.sum((columns[:, None] - columns[None]) ** 2, axis=2)
     density = np.exp(-0.5 * distance) / (2.0 * np.pi) ** (len(SCORED) / 2) * (words[:, None] == words[None])
     np.fill_diagonal(density, 0.0)
@@ -234,31 +234,31 @@ def scores(found: xarray.Dataset, ratio: float = 1.0) -> tuple[float, float, flo
     return float(middle), float(low), float(least)
 
 
-def reweighted(found: xarray.Dataset) -> xarray.Dataset:
+def reweighted(dataset: xarray.Dataset) -> xarray.Dataset:
     """Return equally weighted members that stand for the posterior."""
-    return found.isel(row=weights.resampled(weights.normalized(found.log_weight.values), EQUAL))
+    return dataset.isel(row=weights.resampled(weights.normalized(dataset.log_weight.values), EQUAL))
 
 
-def masses(found: xarray.Dataset) -> tuple[float, float]:
+def masses(dataset: xarray.Dataset) -> tuple[float, float]:
     """Return the mean and the standard error of the mass of both bodies over the posterior, kg."""
     names = ("separation", "equatorial", "polar", "diameter", "density")
-    weight = weights.normalized(found.log_weight.values)
-    total = np.array([sum(model.masses(*row)) for row in np.stack([found[name].values for name in names], axis=1)])
+    weight = weights.normalized(dataset.log_weight.values)
+    total = np.array([sum(model.masses(*row)) for row in np.stack([dataset[name].values for name in names], axis=1)])
     mean = float(weight @ total)
     return mean, float(np.sqrt(weight @ (total - mean) ** 2))
 
 
-def prior_and_posterior(found: xarray.Dataset) -> dict[str, tuple[float, float, float, float]]:
+def prior_and_posterior(dataset: xarray.Dataset) -> dict[str, tuple[float, float, float, float]]:
     """Return mean and standard error of each number before and after the observations."""
-    weight = weights.normalized(found.log_weight.values)
+    weight = weights.normalized(dataset.log_weight.values)
     table = {}
     for name in model.NAMES:
-        values = found[name].values.astype(float)
+        values = dataset[name].values.astype(float)
         mean = float(weight @ values)
         table[name] = (INPUTS[name].value, INPUTS[name].sigma, mean, float(np.sqrt(weight @ (values - mean) ** 2)))
     return table
 
 
-def normal_weights(found: xarray.Dataset, ratio: float) -> npt.NDArray[np.float64]:
+def normal_weights(dataset: xarray.Dataset, ratio: float) -> npt.NDArray[np.float64]:
     """Return the weights (M,) of the members with a likelihood ratio of the report of a change."""
-    return weights.normalized(found.log_weight.values, found.changed.values, ratio)
+    return weights.normalized(dataset.log_weight.values, dataset.changed.values, ratio)

@@ -101,7 +101,7 @@ def members(
     chance = weights.inclusion(logarithm, candidates.changed.values, sizes.members)
     chosen = np.random.default_rng([SEED, 3]).random(len(chance)) < chance
     starts = {name: column[chosen] for name, column in starts.items()}
-    found = sweep(
+    result = sweep(
         model.setup,
         folder,
         f"members_{shape}",
@@ -111,9 +111,9 @@ def members(
         progress,
         **options,
     )
-    found["log_weight"] = "row", logarithm[chosen] - np.log(chance[chosen])
-    found["changed"] = "row", candidates.changed.values[chosen]
-    return candidates, found
+    result["log_weight"] = "row", logarithm[chosen] - np.log(chance[chosen])
+    result["changed"] = "row", candidates.changed.values[chosen]
+    return candidates, result
 
 
 def observed(run: fullbody.Run) -> dict[str, float]:

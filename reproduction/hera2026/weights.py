@@ -24,16 +24,16 @@ _Array = npt.NDArray[np.float64]
 #: published error of three standard errors (S24), or explains less than this share of the variance of the distance.
 CHANGED_ECCENTRICITY: Final = 0.016
 INCOHERENT: Final = 0.7
-#: By how much the report of a change is likelier if the orbit changed than if it did not.
+#: Likelihood ratio of the report of a change: that if the orbit changed, over that if it did not.
 EVIDENCE: Final = 10.0
 
 
 def changed(
-    found: xarray.Dataset, eccentricity: float = CHANGED_ECCENTRICITY, coherence: float = INCOHERENT
+    dataset: xarray.Dataset, eccentricity: float = CHANGED_ECCENTRICITY, coherence: float = INCOHERENT
 ) -> npt.NDArray[np.bool_]:
     """Return whether each member's orbit in the second interval is nearly circular, or no precessing ellipse (M,)."""
-    circular = found.observed_eccentricity_later.values < eccentricity
-    return np.asarray(circular | (found.observed_coherence_later.values < coherence))
+    circular = dataset.observed_eccentricity_later.values < eccentricity
+    return np.asarray(circular | (dataset.observed_coherence_later.values < coherence))
 
 
 def normalized(logarithm: Any, change: Any = None, evidence: float = 1.0) -> _Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["CAPTIONS"]
 
-#: By the figure's file name, in the report's order.
+#: Captions by the figures' file names, in the report's order.
 CAPTIONS = {
     "case1": (
         "As the paper's Fig. 2: (a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins in the body frames. Panel "

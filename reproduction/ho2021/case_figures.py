@@ -50,13 +50,13 @@ def motion(run: Run, number: int) -> Any:
     heights = (1.0, 0.45, 1.0, 1.0) if fast else (1.0, 1.0, 1.0)
     drawn, axes = figure(len(heights), 2, (9.0, 10.5 if fast else 9.0), height_ratios=heights)
     exponent = power(run.position[..., 2])
-    turned = np.sin(cases.angles(run))
+    sine_values = np.sin(cases.angles(run))
     for body, name in enumerate(_BODIES):
         x, y, z = run.position[:, body].T
         axes[0, 0].plot(x, y, linewidth=0.9, label=name, **LINES[body])
         axes[0, 1].plot(run.time, z / 10.0**exponent, linewidth=0.9, label=name, **LINES[body])
-        sines = turned[:, body]
-        # As in the paper: psi of case 2 goes round, its spin about z stays at 2; neither is drawn.
+        sines = sine_values[:, body]
+        # Like the paper, the figure leaves out psi of case 2, which circulates, and its spin about z, which stays at 2.
         shown = 2 if fast else 3
         rows = (axes[1, body], axes[2, body]) if fast else (axes[1, body],)
         for k, angle in enumerate((r"$\phi$", r"$\theta$", r"$\psi$")[:shown]):
@@ -131,15 +131,15 @@ def energy(run: Run, number: int) -> Any:
 
 def _energy_errors(ax: Any, run: Run) -> None:
     step = np.abs(np.diff(run.energy) / run.energy[:-1])
-    whole, orbital = np.abs(run.energy_drift), np.abs(run.energy_drift_orbital)
+    total, orbital = np.abs(run.energy_drift), np.abs(run.energy_drift_orbital)
     dots = {"linestyle": "none", "marker": ".", "markersize": 5.0, "markeredgewidth": 0.0, "color": "0.55"}
     ax.plot(*positive(run.time[1:], step), label=f"step to step ({np.mean(step == 0):.0%} are 0)", **dots)
-    # Without spin at the start the two are one.
-    same = np.allclose(whole, orbital, rtol=1e-6, atol=0.0)
+    # Without spin at the start all energy is orbital, and the two errors coincide.
+    same = np.allclose(total, orbital, rtol=1e-6, atol=0.0)
     label = "from the start; all energy is orbital" if same else "from the start"
-    if none := np.mean(whole == 0):
+    if none := np.mean(total == 0):
         label += f" ({none:.0%} are 0)"
-    ax.plot(*positive(run.time, whole), linewidth=1.2, label=label, **LINES[0])
+    ax.plot(*positive(run.time, total), linewidth=1.2, label=label, **LINES[0])
     if not same:
         label = "from the start, relative to the orbital energy"
         ax.plot(*positive(run.time, orbital), linewidth=1.2, label=label, **LINES[1])

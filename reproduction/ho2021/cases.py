@@ -92,8 +92,8 @@ def _finely(system: Any, state: Any) -> Run:
 
 def angles(run: Run) -> _Array:
     """Return the Tait-Bryan angles phi, theta, psi (K, N, 3) without jumps."""
-    found = Rotation.from_quat(run.attitude.reshape(-1, 4), scalar_first=True).as_euler("ZYX")[:, ::-1]
-    return np.asarray(np.unwrap(found.reshape(run.spin.shape), axis=0))
+    result = Rotation.from_quat(run.attitude.reshape(-1, 4), scalar_first=True).as_euler("ZYX")[:, ::-1]
+    return np.asarray(np.unwrap(result.reshape(run.spin.shape), axis=0))
 
 
 def forces(run: Run) -> _Array:
@@ -103,22 +103,22 @@ def forces(run: Run) -> _Array:
 
 def measure(run: Run, drawn: Run, seconds: float = 0.0) -> CaseNumbers:
     """Return the paper's quantities: errors and cost of a run's steps, the rest of its :func:`fine` twin."""
-    turned = angles(drawn)
+    euler = angles(drawn)
     force = np.abs(forces(drawn))
-    place = np.abs(drawn.position)
-    psi = turned[:, 0, 2]
+    offsets = np.abs(drawn.position)
+    psi = euler[:, 0, 2]
     line = np.polynomial.Polynomial.fit(drawn.time, psi, 1)
     rotational = drawn.rotational_energy
     grown = (rotational - rotational[0]) / abs(drawn.energy[0])
     momentum = run.angular_momentum
     transverse = np.abs(drawn.spin[..., :2]).max(axis=(1, 2))
     return CaseNumbers(
-        z_max=float(place[..., 2].max()),
-        xy_max=float(place[..., :2].max()),
+        z_max=float(offsets[..., 2].max()),
+        xy_max=float(offsets[..., :2].max()),
         z_force=float(force[:, 2].max()),
         xy_force=float(force[:, :2].max()),
-        turns=tuple(float(x) for x in np.ptp(turned, axis=0).min(axis=0) / (2 * np.pi)),
-        tilt=float(np.abs(turned[..., :2]).max()),
+        turns=tuple(float(x) for x in np.ptp(euler, axis=0).min(axis=0) / (2 * np.pi)),
+        tilt=float(np.abs(euler[..., :2]).max()),
         psi_bend=float(np.abs(psi - line(drawn.time)).max()),
         spin_z_change=float(np.abs(drawn.spin[..., 2] - drawn.spin[0, :, 2]).max()),
         transverse=float(transverse.max()),
@@ -159,5 +159,5 @@ def growth(theta_0: float) -> float:
 def from_coplanar() -> float:
     """Return the largest distance of case 2's A from where it is untilted, relative to that from the origin."""
     runs = [systems.case2(theta) for theta in (np.pi / 32, 0.0)]
-    places = [system.integrate(state, paper.CASES_END, output=0.5).position[:, 0] for system, state in runs]
-    return float(np.linalg.norm(places[0] - places[1], axis=1).max() / np.linalg.norm(places[1], axis=1).max())
+    paths = [system.integrate(state, paper.CASES_END, output=0.5).position[:, 0] for system, state in runs]
+    return float(np.linalg.norm(paths[0] - paths[1], axis=1).max() / np.linalg.norm(paths[1], axis=1).max())

@@ -56,7 +56,7 @@ def floor(ax: Any, energy: float) -> None:
     ax.set_yscale("log")
     top = max(float(ax.dataLim.y1), spacing)
     ax.axhspan(spacing / 1e3, spacing, color="0.93", linewidth=0, zorder=0)
-    place = {"xycoords": ax.get_yaxis_transform(), "fontsize": "small", "color": "0.3", "va": "center"}
-    ax.annotate("below the spacing of double-precision numbers: only 0", (0.01, spacing / 2.2), **place)
+    options = {"xycoords": ax.get_yaxis_transform(), "fontsize": "small", "color": "0.3", "va": "center"}
+    ax.annotate("below the spacing of double-precision numbers: only 0", (0.01, spacing / 2.2), **options)
     ax.set_ylim(spacing / 4, 4 * top)
     ax.yaxis.set_minor_formatter(matplotlib("ticker").NullFormatter())

@@ -52,11 +52,11 @@ def z_motion(results: Results) -> Any:
             continue
         lowest = min(lowest, float(motion.z[motion.z > 0].min()))
         ax.plot(motion.time, np.where(motion.z > 0, motion.z, np.nan), linewidth=1.3, label=text, **LINES[k])
-    said = paper.STATEMENTS["case1.z_late"].text
-    order = float(said.split()[-1])
+    statement = paper.STATEMENTS["case1.z_late"].text
+    order = float(statement.split()[-1])
     ax.axhline(order, color="0.35", **_PRINTED)
-    place = {"xycoords": ax.get_yaxis_transform(), **_NOTE}
-    ax.annotate(f"the paper at t = {paper.CASES_LATE:g}: {said}", (0.01, 2 * order), va="bottom", **place)
+    options = {"xycoords": ax.get_yaxis_transform(), **_NOTE}
+    ax.annotate(f"the paper at t = {paper.CASES_LATE:g}: {statement}", (0.01, 2 * order), va="bottom", **options)
     ax.annotate("\n".join(zero), (0.99, 0.03), xycoords="axes fraction", ha="right", **_NOTE)
     ax.set_yscale("log")
     # Room for the two notes.
@@ -107,30 +107,35 @@ def inclination(results: Results) -> Any:
     from astropy import units as u
 
     drawn, axes = figure(2, 1, (7.0, 6.8))
-    own, by = axes[:, 0]
+    panel, by = axes[:, 0]
     for shape, run in results.runs.year.items():
         thinned = run[::16]
         style, nodal = SHAPES[shape], results.nodal[shape]
-        own.plot(thinned.time.to_value(u.hour), thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
+        panel.plot(thinned.time.to_value(u.hour), thinned.elements().i.to_value(u.deg), linewidth=1.2, **style)
         # The node of a polar orbit hardly moves, so that prograde and retrograde ones are apart.
         for side, name in ((nodal.inclination < _POLAR, style["label"]), (nodal.inclination > _POLAR, None)):
             slopes, periods = nodal.inclination[side], nodal.period[side]
             by.plot(slopes, periods, linewidth=1.5, marker=".", markersize=4.0, **{**style, "label": name})
         period = paper.YEAR[shape].inclination_period
-        own.axvline(period, color=style["color"], **_PRINTED)
+        panel.axvline(period, color=style["color"], **_PRINTED)
         edge, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)
-        where = {"xycoords": own.get_xaxis_transform(), "xytext": (shift, 0), "textcoords": "offset points", "ha": edge}
-        own.annotate(f"{period:.0f} h", (period, 0.04), **where, **_NOTE)
+        where = {
+            "xycoords": panel.get_xaxis_transform(),
+            "xytext": (shift, 0),
+            "textcoords": "offset points",
+            "ha": edge,
+        }
+        panel.annotate(f"{period:.0f} h", (period, 0.04), **where, **_NOTE)
         by.axhline(period, color=style["color"], **_PRINTED)
         note = f"printed, {shape}s: {period:.0f} h"
         by.annotate(note, (_POLAR, period), (0, 2), textcoords="offset points", ha="center", va="bottom", **_NOTE)
     start = SKY["i"]
     by.axvline(start, color="0.4", linewidth=1.0)
-    own.set_ylabel("inclination to the\nxy-plane [deg]")
+    panel.set_ylabel("inclination to the\nxy-plane [deg]")
     by.set_ylabel("period of the node [h]")
-    own.set_xlabel("time [h]")
+    panel.set_xlabel("time [h]")
     by.set_xlabel(f"initial inclination of the orbit [deg]; vertical line: the paper's start, {start:g}")
-    for ax, text in ((own, "dashed: the printed periods, drawn from the start"), (by, "dashed: the printed periods")):
+    for ax, text in ((panel, "dashed: the printed periods, drawn from the start"), (by, "dashed: the printed periods")):
         ax.set_title(text, loc="left", fontsize="small")
         grid(ax)
         legend(ax, markerscale=1.0)

@@ -13,7 +13,7 @@ from .results import Results
 
 __all__ = ["TITLES", "findings", "sine_growth"]
 
-#: By the names that the verdicts refer to.
+#: Titles of the findings by the names that the verdicts refer to.
 TITLES = {
     "z": "There is no motion along z",
     "tilt": "Case 2 with a larger tilt",
@@ -77,10 +77,10 @@ def _tilt(r: Results) -> str:
 
 def _period(r: Results) -> str:
     ours, other = ([r.year[way][shape].period for shape in SHAPES] for way in ("surface", "other_g"))
-    said = [paper.YEAR[shape].period for shape in SHAPES]
+    stated = [paper.YEAR[shape].period for shape in SHAPES]
     # A period goes as the inverse root of G, and a printed one stands for half a unit of its last digit to either side.
-    least = max(years.G_HELP * (period / (text + 5e-5)) ** 2 for period, text in zip(other, said, strict=True))
-    most = min(years.G_HELP * (period / (text - 5e-5)) ** 2 for period, text in zip(other, said, strict=True))
+    least = max(years.G_HELP * (period / (text + 5e-5)) ** 2 for period, text in zip(other, stated, strict=True))
+    most = min(years.G_HELP * (period / (text - 5e-5)) ** 2 for period, text in zip(other, stated, strict=True))
     kept = all(
         f"{getattr(r.year['other_g'][shape], name):.4f}" == f"{getattr(paper.YEAR[shape], name):.4f}"
         for shape in SHAPES
@@ -91,10 +91,11 @@ def _period(r: Results) -> str:
         (https://github.com/alexhosians/SIANS), uses 6.67408e-11 m^3/(kg s^2), as do the runs here; the help text of its
         option -units names 6.674e-11. With the former value the mean periods of the year are {ours[0]:.5f} h
         (ellipsoids) and {ours[1]:.5f} h (spheroids), lower by one unit of the last printed digit. With 6.674e-11 they
-        are {other[0]:.5f} and {other[1]:.5f} h, which round to the printed {said[0]:.4f} and {said[1]:.4f}; the largest
-        eccentricities and the ranges and means of the semi-major axis {"keep" if kept else "do not keep"} their printed
-        digits. By Kepler's third law any G from {least * 1e11:.5f}e-11 to {most * 1e11:.5f}e-11 gives both printed
-        periods. A possible explanation is that the paper's year was run with 6.674e-11; the paper does not state this.
+        are {other[0]:.5f} and {other[1]:.5f} h, which round to the printed {stated[0]:.4f} and {stated[1]:.4f};
+        the largest eccentricities and the ranges and means of the semi-major axis
+        {"keep" if kept else "do not keep"} their printed digits. By Kepler's third law any G from
+        {least * 1e11:.5f}e-11 to {most * 1e11:.5f}e-11 gives both printed periods. A possible explanation
+        is that the paper's year was run with 6.674e-11; the paper does not state this.
     """
 
 
@@ -102,15 +103,15 @@ def _spin(r: Results) -> str:
     search, best = r.search, r.search.minima[0]
     phi, theta, psi = best.angles
     agree = np.ptp([way.ranges for way in r.ways], axis=0).max() < 1e-6
-    least, largest = sorted(abs(turn) for turn in search.turn)
-    others = [m for m in search.minima if abs(m.turn - best.turn) > 5.0]
+    least, largest = sorted(abs(angle) for angle in search.turn)
+    rivals = [m for m in search.minima if abs(m.turn - best.turn) > 5.0]
     second = (
         ""
-        if not others
+        if not rivals
         else f"""
         A search through {search.tried} orientations, spread evenly over all orientations, with the best ones refined,
-        finds a next best one that misses one of the six numbers by {others[0].misfit:.4f}e-5 rad/s; it is a rotation of
-        {abs(others[0].turn):.1f} degrees.
+        finds a next best one that misses one of the six numbers by {rivals[0].misfit:.4f}e-5 rad/s; it is a rotation of
+        {abs(rivals[0].turn):.1f} degrees.
     """
     )
     slips = [reading for reading in r.readings[2:] if reading.misfit < spin.NEAR]
@@ -137,13 +138,13 @@ def _spin(r: Results) -> str:
 
 
 def _inclination(r: Results) -> str:
-    one, two = (r.year["surface"][shape] for shape in SHAPES)
-    said = [paper.YEAR[shape].inclination_period for shape in SHAPES]
+    first, second = (r.year["surface"][shape] for shape in SHAPES)
+    stated = [paper.YEAR[shape].inclination_period for shape in SHAPES]
     nodes = [r.nodal[shape] for shape in SHAPES]
     slopes = nodes[0].inclination
     scanned = [f"{s.min():.0f} to {s.max():.0f}" for s in (slopes[slopes < 90], slopes[slopes > 90]) if len(s)]
-    prograde = [node.prograde(period) for node, period in zip(nodes, said, strict=True)]
-    found = (
+    prograde = [node.prograde(period) for node, period in zip(nodes, stated, strict=True)]
+    result = (
         ""
         if np.isnan(prograde).any()
         else f"""
@@ -151,18 +152,19 @@ def _inclination(r: Results) -> str:
     """
     )
     return f"""
-        The maxima of the inclination to the plane of the first orbit are {one.inclination_period:.0f} h (ellipsoids)
-        and {two.inclination_period:.0f} h (spheroids) apart, with an error of some 10 h; the paper prints about
-        {said[0]:.0f} and {said[1]:.0f} h. In this time the orbit's node precesses once about the total angular
+        The maxima of the inclination to the plane of the first orbit are {first.inclination_period:.0f} h (ellipsoids)
+        and {second.inclination_period:.0f} h (spheroids) apart, with an error of some 10 h; the paper prints about
+        {stated[0]:.0f} and {stated[1]:.0f} h. In this time the orbit's node precesses once about the total angular
         momentum: a straight line fitted to {years.NODAL_HOURS:.0f} h of its motion gives {nodes[0].stated:.0f} and
         {nodes[1].stated:.0f} h.
 
         Of the inclinations tried ({" and ".join(scanned)} degrees) no retrograde one has the printed periods; the
-        shortest are {nodes[0].least:.0f} and {nodes[1].least:.0f} h. {found}
+        shortest are {nodes[0].least:.0f} and {nodes[1].least:.0f} h. {result}
 
         The inclination to the xy-plane, a different quantity, starts near its maximum and returns to the maximum after
-        {one.inclination_return:.0f} and {two.inclination_return:.0f} h. A possible explanation is that the paper gives
-        these times; but the second would be rounded to 3500 and not to 3400, so this does not decide the question.
+        {first.inclination_return:.0f} and {second.inclination_return:.0f} h. A possible explanation is that the paper
+        gives these times; but the second would be rounded to 3500 and not to 3400, so this does not decide the
+        question.
     """
 
 
@@ -178,11 +180,11 @@ def _errors(r: Results) -> str:
 
 
 def _momentum(r: Results) -> str:
-    places, apart = r.momentum["places"], r.momentum["apart"]
+    samples, apart = r.momentum["places"], r.momentum["apart"]
     return f"""
         In the paper the errors of the angular momentum grow through the year. Ours grow too if r x m v is formed from
-        positions relative to the origin: from {places[0]:.1e} of its length in the first quarter of the year to
-        {places[1]:.1e} in the last (medians). Alpha starts at rest, so that the barycentre travels
+        positions relative to the origin: from {samples[0]:.1e} of its length in the first quarter of the year to
+        {samples[1]:.1e} in the last (medians). Alpha starts at rest, so that the barycentre travels
         {r.travelled:.0f} km in the year, and the farther it is from the origin, the fewer digits remain for the
         separation of the bodies. If the constant part of the barycentre is treated separately, the errors of the same
         run are {apart[0]:.1e} and {apart[1]:.1e}, and never more than

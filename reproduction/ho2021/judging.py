@@ -20,19 +20,19 @@ WORDS: tuple[Word, ...] = get_args(Word)
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One row of the table: a statement of the paper's, and what became of it."""
+    """A row of the table: a statement of the paper, the number computed here, and the verdict."""
 
     key: str
     where: str
     quantity: str
     printed: str
-    #: What comes out here.
+    #: The number computed here.
     ours: str
     verdict: Word
-    #: What the paper's words were counted as, where they leave that open. The limits are the report's own, chosen with
-    #: the results in sight.
+    #: The reading of the paper's words, where they leave it open. The limits are the report's own, chosen with the
+    #: results in sight.
     counted: str
-    #: Where it differs or is open, why, or what is known; a remark where it holds.
+    #: The reason, where the number differs or the question is open; a remark where it holds.
     why: str
     #: The finding that tells more, by its name.
     see: str
@@ -46,8 +46,8 @@ class Judge:
 
     def verdicts(self) -> list[Verdict]:
         """Return all verdicts in the paper's order, one for each of its statements."""
-        said = paper.STATEMENTS
-        return [Verdict(key, s.where, s.quantity, s.text, *self.found[key]) for key, s in said.items()]
+        statements = paper.STATEMENTS
+        return [Verdict(key, s.where, s.quantity, s.text, *self.found[key]) for key, s in statements.items()]
 
     def claim(
         self, key: str, ours: str, holds: bool, counted: str = "", *, why: str = "", note: str = "", see: str = ""
@@ -76,9 +76,9 @@ class Judge:
 
     def numbers(self, key: str, text: str, values: Sequence[float], *, why: str = "", see: str = "") -> None:
         """Add printed numbers, to their digits; ``text`` is what they stand in."""
-        said = re.findall(r"-?\d+\.\d+", paper.STATEMENTS[key].text)
-        ours = [as_printed(value, number) for value, number in zip(values, said, strict=True)]
-        if ours == said:
+        printed = re.findall(r"-?\d+\.\d+", paper.STATEMENTS[key].text)
+        ours = [as_printed(value, number) for value, number in zip(values, printed, strict=True)]
+        if ours == printed:
             self.found[key] = (text.format(*ours), "equal", "", "", "")
         else:
             self.found[key] = (text.format(*ours), "differs", "", why, see)

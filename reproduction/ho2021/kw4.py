@@ -20,7 +20,7 @@ __all__ = [
     "drift",
     "inclination_to_first",
     "measure",
-    "momentum_of_places",
+    "momentum_of_samples",
     "plain",
     "run_year",
     "slow_maxima",
@@ -37,7 +37,7 @@ class Numbers:
     ``inclination_period`` is the time between maxima of the inclination to the first orbit's plane, and
     ``inclination_return`` the time at which the inclination to the xy-plane is largest again. The ending ``_step``
     marks errors from step to step as in the paper, for the angular momentum by component from
-    :func:`momentum_of_places`; the ending ``_drift`` marks errors since the start.
+    :func:`momentum_of_samples`; the ending ``_drift`` marks errors since the start.
     """
 
     e_max: float
@@ -64,7 +64,7 @@ class Numbers:
 def measure(run: Run, seconds: float = 0.0) -> Numbers:
     """Measure the quantities that the paper prints, on a run in km, hour, kg, with or without Quantities."""
     hours, energy = plain(run.time), plain(run.energy)
-    momentum = momentum_of_places(run)
+    momentum = momentum_of_samples(run)
     tops = slow_maxima(hours, plain(run.elements().i))
     return Numbers(
         **kw4.measure(run, seconds),
@@ -75,7 +75,7 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
     )
 
 
-def momentum_of_places(run: Run) -> _Array:
+def momentum_of_samples(run: Run) -> _Array:
     """Return the angular momentum about the origin from the bodies' recorded positions, as plain numbers (K, 3).
 
     It is the sum of r x m v + R I w, as computed from a table of positions, velocities, attitudes and spins. A run's
@@ -86,9 +86,9 @@ def momentum_of_places(run: Run) -> _Array:
     position, velocity, spin = (plain(x) for x in (run.position, run.velocity, run.spin))
     total = np.zeros((len(run), 3))
     for k, body in enumerate(run.system.bodies):
-        turned = Rotation.from_quat(run.attitude[:, k], scalar_first=True)
+        rotations = Rotation.from_quat(run.attitude[:, k], scalar_first=True)
         total += plain(body.mass) * np.cross(position[:, k], velocity[:, k])
-        total += turned.apply(plain(body.inertia) * spin[:, k])
+        total += rotations.apply(plain(body.inertia) * spin[:, k])
     return total
 
 

@@ -106,13 +106,13 @@ def errors(runs: dict[kw4.Shape, Run]) -> Any:
             label = f"{style['label']}, {name}"
             axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
     run = runs["ellipsoid"]
-    hours, places = kw4.plain(run.time), kw4.momentum_of_places(run)
-    step = np.diff(places, axis=0) / places[:-1]
+    hours, momenta = kw4.plain(run.time), kw4.momentum_of_samples(run)
+    step = np.diff(momenta, axis=0) / momenta[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
     for k, (drift, name) in enumerate(
         (
-            (kw4.drift(places), "r x m v of the bodies' places"),
+            (kw4.drift(momenta), "r x m v of the bodies' places"),
             (run.angular_momentum_drift, "the barycentre's part kept apart"),
         )
     ):

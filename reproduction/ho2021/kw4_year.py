@@ -53,13 +53,13 @@ def table(numbers: dict[Shape, dict[str, Numbers]], until: float) -> str:
         lines += ["", f"1999 KW4, {shape}s, {until:g} hours{part}", ""]
         lines.append(f"  {'':<42}{'paper':>16}" + "".join(f"{m:>18}" for m in methods))
 
-        def row(text: str, said: str, ours: list[str], lines: list[str] = lines) -> None:
-            lines.append(f"  {text:<42}{said:>16}" + "".join(f"{value:>18}" for value in ours))
+        def row(text: str, limit_text: str, ours: list[str], lines: list[str] = lines) -> None:
+            lines.append(f"  {text:<42}{limit_text:>16}" + "".join(f"{value:>18}" for value in ours))
 
         row("largest eccentricity", f"{year.e_max:.4f}", [f"{n.e_max:.4f}" for n in columns])
         for name, text in (("a_min", "smallest"), ("a_max", "largest"), ("a_mean", "mean")):
-            said = f"{getattr(year, name):.4f}"
-            row(f"{text} semi-major axis [km]", said, [f"{getattr(n, name):.4f}" for n in columns])
+            limit_text = f"{getattr(year, name):.4f}"
+            row(f"{text} semi-major axis [km]", limit_text, [f"{getattr(n, name):.4f}" for n in columns])
         row("mean period [h] *", f"{year.period:.4f}", [f"{n.period:.4f}" for n in columns])
         # A short run does not have two maxima.
         periods = [n.inclination_period for n in columns]
@@ -73,12 +73,16 @@ def table(numbers: dict[Shape, dict[str, Numbers]], until: float) -> str:
         row("energy error, step to step", f"< {limit['energy']:.0e}", [f"{n.energy_step:.1e}" for n in columns])
         row("  from the start", "", [f"{n.energy_drift:.1e}" for n in columns])
         row("  from the start, of the orbital energy", "", [f"{n.energy_drift_orbital:.1e}" for n in columns])
-        said = f"< {limit['angular_momentum']:.0e}"
-        row("angular momentum of the places, step to step", said, [f"{n.angular_momentum_step:.1e}" for n in columns])
+        limit_text = f"< {limit['angular_momentum']:.0e}"
+        row(
+            "angular momentum of the places, step to step",
+            limit_text,
+            [f"{n.angular_momentum_step:.1e}" for n in columns],
+        )
         row("  about the barycentre, from the start", "", [f"{n.angular_momentum_drift:.1e}" for n in columns])
         row("evaluations of the forces", "", [str(n.evaluations) for n in columns])
-        said = f"{paper.CPU_TIME[shape] / 3600:.1f} h"
-        row("CPU time, output included", said, [f"{n.cpu_seconds:.1f} s" for n in columns])
+        limit_text = f"{paper.CPU_TIME[shape] / 3600:.1f} h"
+        row("CPU time, output included", limit_text, [f"{n.cpu_seconds:.1f} s" for n in columns])
     lines += ["", "  * does not follow from the stated start; the documentation's page on the paper shows the evidence"]
     return "\n".join(lines)
 

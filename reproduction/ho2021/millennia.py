@@ -84,14 +84,14 @@ def run(arguments: argparse.Namespace) -> None:
         sim.save(out / _KEPT)
         done = end
     seconds = time.process_time() - started
-    found = measure(runs)
+    measured = measure(runs)
     years = (done - first) * step / _YEAR
     table = Table(f"1999 KW4, {arguments.shape}s, {sim.integrator}")
-    table.rows = [(name, text) for name, text in _rows(found)]
+    table.rows = [(name, text) for name, text in _rows(measured)]
     if years:
         table.rows.append(("CPU time of these years, trials of the step included", f"{years:g} in {seconds:.0f} s"))
     with replacing(out / "energy.png") as path:
-        _figure(found).savefig(path, dpi=150)
+        _figure(measured).savefig(path, dpi=150)
     write_numbers(
         out / "numbers.json", {"shape": arguments.shape, "step": step, **{name: text for name, text in table.rows}}
     )
@@ -149,8 +149,8 @@ def measure(runs: list[Run]) -> dict[str, Any]:
     }
 
 
-def _rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    years, energy = found["years"], np.abs(found["energy"])
+def _rows(result: dict[str, Any]) -> list[tuple[str, str]]:
+    years, energy = result["years"], np.abs(result["energy"])
     early = years <= 0.01 * years[-1]
     late = years >= 0.9 * years[-1]
     return [
@@ -159,27 +159,27 @@ def _rows(found: dict[str, Any]) -> list[tuple[str, str]]:
         ("energy error, largest, of the orbit's", f"{energy.max():.1e}"),
         ("  in the first hundredth", f"{energy[early].max():.1e}"),
         ("  in the last tenth", f"{energy[late].max():.1e}"),
-        ("  mean of the last tenth, with its sign", f"{found['energy'][late].mean():+.1e}"),
-        ("angular momentum error, largest", f"{found['angular_momentum'].max():.1e}"),
-        ("eccentricity", f"{found['e'].min():.4f} to {found['e'].max():.4f}"),
-        ("semi-major axis [km]", f"{found['a'].min():.4f} to {found['a'].max():.4f}"),
+        ("  mean of the last tenth, with its sign", f"{result['energy'][late].mean():+.1e}"),
+        ("angular momentum error, largest", f"{result['angular_momentum'].max():.1e}"),
+        ("eccentricity", f"{result['e'].min():.4f} to {result['e'].max():.4f}"),
+        ("semi-major axis [km]", f"{result['a'].min():.4f} to {result['a'].max():.4f}"),
     ]
 
 
-def _figure(found: dict[str, Any]) -> Any:
+def _figure(result: dict[str, Any]) -> Any:
     """Return a figure of the errors in windows, and of the range of the eccentricity."""
-    years = found["years"]
+    years = result["years"]
     width = max(years[-1] / 400, 2 / _SAMPLES)
     drawn, axes = figure(2, 1, (8.0, 6.0), sharex=True)
     errors, orbit = axes[:, 0]
-    for place, (name, label) in enumerate(
+    for row, (name, label) in enumerate(
         (("energy", "energy, of the orbit's"), ("angular_momentum", "angular momentum"))
     ):
-        errors.plot(*largest(years, found[name], width), label=label, **LINES[place])
+        errors.plot(*largest(years, result[name], width), label=label, **LINES[row])
     errors.set_yscale("log")
     errors.set_ylabel("|relative error|,\nlargest in each window")
     legend(errors)
-    middle, low, high = windows(years, found["e"], width)
+    middle, low, high = windows(years, result["e"], width)
     orbit.fill_between(middle, low, high, color=LINES[0]["color"], alpha=0.4, linewidth=0.0)
     orbit.set_ylabel("eccentricity,\nrange in each window")
     orbit.set_xlabel("time [years]")

@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from .kw4 import spin_range
 from .spin import COARSE, FAMILIES, PRINTED, ROUNDING, Scan, misfit, shared
-from .starts import normal, turned
+from .starts import normal, rotated
 
 __all__ = ["Minimum", "Search", "search"]
 
@@ -26,7 +26,7 @@ _NORMAL = normal(_STATE)
 
 @dataclass(frozen=True, slots=True)
 class Minimum:
-    """An orientation of Beta that no small turn improves."""
+    """A local minimum of the misfit over the orientations of Beta."""
 
     #: The paper's phi, theta, psi, degrees.
     angles: tuple[float, float, float]
@@ -34,7 +34,7 @@ class Minimum:
     #: from the orbit's normal, degrees.
     turn: float
     off_normal: float
-    #: Of Beta's spin (3, 2), and the largest difference from the printed numbers, 1e-5 rad/s.
+    #: Ranges of Beta's spin (3, 2), and their largest difference from the printed numbers, 1e-5 rad/s.
     ranges: _Array
     misfit: float
 
@@ -83,7 +83,7 @@ def search(scans: list[Scan], tried: int, refined: int) -> Search:
 
 
 def _ranges(attitude: Rotation, spacing: float) -> _Array:
-    return spin_range(_SYSTEM, turned(_STATE, attitude), COARSE, spacing)
+    return spin_range(_SYSTEM, rotated(_STATE, attitude), COARSE, spacing)
 
 
 def _turn(attitude: Rotation) -> tuple[float, float]:

@@ -62,7 +62,7 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     numbers.unlink(missing_ok=True)
     check_target(page)
     results = compute(draft=draft, progress=progress)
-    verdicts, found = judge(results), findings(results)
+    verdicts, paragraphs = judge(results), findings(results)
     drawn = {
         **case_figures.all_figures(results.runs),
         **kw4_figures.all_figures(results.runs.year),
@@ -80,13 +80,13 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
                 figure.savefig(temporary, dpi=130)
             written.append(path)
     with replacing(page) as temporary:
-        temporary.write_text(_render(results, verdicts, found, folder / "figures"), encoding="utf-8")
-    texts = [{"name": name, "title": TITLES[name], "text": text} for name, text in found.items()]
+        temporary.write_text(_render(results, verdicts, paragraphs, folder / "figures"), encoding="utf-8")
+    texts = [{"name": name, "title": TITLES[name], "text": text} for name, text in paragraphs.items()]
     write_numbers(numbers, {**as_numbers(results), "figures": CAPTIONS, "findings": texts, "verdicts": verdicts})
     return Report(page, numbers, tuple(written), tuple(verdicts))
 
 
-def _render(results: Results, verdicts: list[Verdict], found: dict[str, list[str]], figures: Path) -> str:
+def _render(results: Results, verdicts: list[Verdict], paragraphs: dict[str, list[str]], figures: Path) -> str:
     """Return the page, with the figures from a folder inside it."""
 
     def picture(name: str) -> str:
@@ -107,7 +107,7 @@ def _render(results: Results, verdicts: list[Verdict], found: dict[str, list[str
         picture=picture,
         captions=CAPTIONS,
         titles=TITLES,
-        found=found,
+        found=paragraphs,
         verdicts=verdicts,
         counts=counts(verdicts),
         version=__version__,

@@ -81,7 +81,7 @@ ERRORS = {"energy": 1e-14, "angular_momentum": 1e-11}
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One thing that the paper says: where it stands, of what, and the number as printed or the words in short."""
+    """A statement of the paper: its section or figure, the quantity, and the printed number or the words in short."""
 
     where: str
     quantity: str
@@ -89,10 +89,10 @@ class Statement:
 
 
 def _statements() -> dict[str, Statement]:
-    said: dict[str, Statement] = {}
+    statements: dict[str, Statement] = {}
 
     def add(key: str, where: str, quantity: str, text: str) -> None:
-        said[key] = Statement(where, quantity, text)
+        statements[key] = Statement(where, quantity, text)
 
     add("all.machine", "Abstract", "accuracy of the simulations", "machine accuracy level")
     add("all.pole", "2", "singularity of the angles at theta = 90 degrees", "not a problem for these cases")
@@ -166,7 +166,7 @@ def _statements() -> dict[str, Statement]:
     add("all.errors", "5", "errors of energy and angular momentum, all runs", "< 1e-12")
     for shape in YEAR:
         add(f"kw4.{shape}.cpu", "Table 3", f"CPU time of the year, {shape}s", f"{CPU_TIME[shape] / 3600:.1f} h")
-    return said
+    return statements
 
 
 #: Everything that the abstract, sections 3 to 5 and the tables state as a result, and section 2 of the cases; by key.

@@ -11,7 +11,7 @@ from fullbody import Component, KeplerElements, Run, State, System, binary, syst
 from fullbody.observables import libration, obliquity
 from scipy.spatial.transform import Rotation
 
-from .starts import ORBIT, normal, start, turned
+from .starts import ORBIT, normal, rotated, start
 
 __all__ = ["FLAT", "HOURS", "PAPER", "TURNED", "Motion", "motions", "states"]
 
@@ -27,9 +27,9 @@ _EXCITED_E, _EXCITED_LIBRATION = 0.03, 10.0
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """One state's motion over ``HOURS``."""
+    """The motion from a state over ``HOURS``."""
 
-    #: What it starts from.
+    #: A description of the start.
     begins: str
     #: Range of the osculating eccentricity.
     e: tuple[float, float]
@@ -98,7 +98,7 @@ def _equator_in_orbit(state: State) -> State:
     """Return the start with Beta turned, the short way, so that its pole is the orbit's; the orbit is as it was."""
     pole = -normal(state)
     axis = np.cross([0.0, 0.0, 1.0], pole)
-    return turned(state, Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2])))
+    return rotated(state, Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2])))
 
 
 def _relaxed(system: Any, state: State) -> State:
@@ -127,17 +127,17 @@ def _excited(system: Any, state: State) -> State:
 
 def motions() -> tuple[dict[str, Motion], dict[str, Run]]:
     """Return all states by name, run and measured, and their runs."""
-    found, runs = {}, {}
+    results, runs = {}, {}
     for name, (begins, system, state) in states().items():
         run = runs[name] = system.integrate(state, HOURS, output=0.1)
         e = run.elements().e
         amplitude = libration(run).amplitude
         spin = run.spin[:, 1] * 1e5 / 3600.0
-        found[name] = Motion(
+        results[name] = Motion(
             begins=begins,
             e=(float(e.min()), float(e.max())),
             libration=float("nan") if amplitude is None else float(np.rad2deg(amplitude)),
             spin=np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1),
             tilts=tuple(float(np.rad2deg(obliquity(run, body=k, about=1 - k)[0])) for k in (0, 1)),
         )
-    return found, runs
+    return results, runs

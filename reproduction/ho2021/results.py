@@ -49,20 +49,21 @@ class Runs:
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All that was computed; angles in degrees, lengths in km, times of 1999 KW4 in hours."""
+    """All results of the study: angles in degrees, lengths in km, times of 1999 KW4 in hours."""
 
     draft: bool
     cases: dict[int, cases.CaseNumbers]
-    #: Of case 2's spins about x and y, by the tilt in place of pi/32.
+    #: Growth of case 2's spins about x and y, by the tilt that replaces pi/32.
     growth: dict[str, float]
     #: How far case 2's orbits are from coplanar ones, relative to their distance from the centre.
     from_coplanar: float
     #: Range of case 1's separation until t = 200, and in the last 200 of the long run.
     separation: tuple[tuple[float, float], tuple[float, float]]
-    #: By kind of arithmetic, until ``late``.
+    #: Motion along z until ``late``, by the kind of arithmetic.
     z_motion: dict[str, symmetry.Motion]
     late: float
-    #: By how it was run (``surface`` and ``focal`` gravity, ``printed_axes``, ``other_g``) and by shape.
+    #: Numbers of the year by the variant of the run (``surface`` and ``focal`` gravity, ``printed_axes``, ``other_g``)
+    #: and by shape.
     year: dict[str, dict[kw4.Shape, kw4.Numbers]]
     #: Largest abs(theta) by run: where the paper's angles come nearest to their pole.
     theta: dict[str, float]
@@ -93,8 +94,8 @@ def compute(*, draft: bool = False, progress: bool = False) -> Results:
 
         stage("cases 1 and 2")
         timed = {number: cases.case(number) for number in (1, 2)}
-        whole = {number: run for number, (run, _) in timed.items()}
-        fine = {number: cases.fine(run) for number, run in whole.items()}
+        runs = {number: run for number, (run, _) in timed.items()}
+        fine = {number: cases.fine(run) for number, run in runs.items()}
         stage("motion along z by arithmetic")
         z_motion, late = symmetry.z_motion(effort.late)
         stage("the year by surface integrals")
@@ -117,8 +118,8 @@ def compute(*, draft: bool = False, progress: bool = False) -> Results:
         nodal = {shape: years.nodal(shape, np.array(effort.inclinations)) for shape in kw4.SHAPES}
         stage("the physical 1999 KW4")
         motions, physical_runs = physical.motions()
-    turned = {f"case {number}": run for number, run in fine.items()}
-    turned |= {f"1999 KW4, {shape}s": run for shape, run in year.items()}
+    named_runs = {f"case {number}": run for number, run in fine.items()}
+    named_runs |= {f"1999 KW4, {shape}s": run for shape, run in year.items()}
     system, state = systems.kw4_ho2021()
     energy = system.energy(state)
     return Results(
@@ -130,7 +131,7 @@ def compute(*, draft: bool = False, progress: bool = False) -> Results:
         z_motion=z_motion,
         late=effort.late,
         year=numbers,
-        theta={name: float(np.rad2deg(np.abs(cases.angles(run)[..., 1]).max())) for name, run in turned.items()},
+        theta={name: float(np.rad2deg(np.abs(cases.angles(run)[..., 1]).max())) for name, run in named_runs.items()},
         energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
         momentum=_momentum(year["ellipsoid"]),
         travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * paper.YEAR_HOURS),
@@ -140,13 +141,13 @@ def compute(*, draft: bool = False, progress: bool = False) -> Results:
         readings=readings,
         nodal=nodal,
         physical=motions,
-        runs=Runs(whole, fine, year, physical_runs),
+        runs=Runs(runs, fine, year, physical_runs),
     )
 
 
 def _momentum(run: Run) -> dict[str, tuple[float, float]]:
     """Return the medians of the first and the last quarter of the drift of the angular momentum."""
-    drifts = {"places": kw4.drift(kw4.momentum_of_places(run)), "apart": run.angular_momentum_drift}
+    drifts = {"places": kw4.drift(kw4.momentum_of_samples(run)), "apart": run.angular_momentum_drift}
     quarter = len(run) // 4
     return {name: (float(np.median(d[:quarter])), float(np.median(d[-quarter:]))) for name, d in drifts.items()}
 

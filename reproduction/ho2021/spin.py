@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from . import paper
 from .kw4 import spin_range
-from .starts import ORBIT, RATE, ahead, normal, start, turned
+from .starts import ORBIT, RATE, ahead, normal, rotated, start
 
 __all__ = [
     "COARSE",
@@ -53,11 +53,11 @@ def shared(work: Callable[[Any], Any], over: Any) -> list[Any]:
 
 
 def _about_normal(state: State, degrees: float) -> State:
-    return turned(state, Rotation.from_rotvec(degrees * normal(state), degrees=True))
+    return rotated(state, Rotation.from_rotvec(degrees * normal(state), degrees=True))
 
 
 def _about_pole(state: State, degrees: float) -> State:
-    return turned(state, Rotation.from_euler("z", degrees, degrees=True))
+    return rotated(state, Rotation.from_euler("z", degrees, degrees=True))
 
 
 #: Families of starts by name: unit of the parameter, its stated value, how far it is scanned to either side, the start.
@@ -88,7 +88,7 @@ class Scan:
 
     @property
     def near(self) -> tuple[float, float]:
-        """Between which parameters no number is farther off than ``NEAR``; NaN where none is that near."""
+        """The parameters between which no number is farther off than ``NEAR``; NaN where none is that near."""
         misfits = misfit(self.ranges)
         inside = np.flatnonzero(misfits <= NEAR)
         if not len(inside):
@@ -111,14 +111,14 @@ def scan(name: str, steps: int = 18) -> Scan:
 
     step = reach / steps
     values = stated + step * np.arange(-steps, steps + 1, dtype=np.float64)
-    found = Scan(name, unit, stated, values, ranges(values))
+    result = Scan(name, unit, stated, values, ranges(values))
     for _ in range(2):
         step /= 5
-        near = found.best[0] + step * np.array([-4, -3, -2, -1, 1, 2, 3, 4])
-        values = np.concatenate([found.values, near])
-        both, order = np.concatenate([found.ranges, ranges(near)]), np.argsort(values)
-        found = Scan(name, unit, stated, values[order], both[order])
-    return found
+        near = result.best[0] + step * np.array([-4, -3, -2, -1, 1, 2, 3, 4])
+        values = np.concatenate([result.values, near])
+        both, order = np.concatenate([result.ranges, ranges(near)]), np.argsort(values)
+        result = Scan(name, unit, stated, values[order], both[order])
+    return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +138,9 @@ def readings(best: tuple[float, float, float]) -> list[Reading]:
     hour = float(np.rad2deg(np.sqrt(system.mu() / ORBIT["a"] ** 3)))
     rate = float(np.rad2deg(RATE))
     later = system.integrate(state, 1.0, output=[1.0])[-1]
-    found = {
+    results = {
         "as stated": state,
-        "Beta at the best orientation": turned(state, Rotation.from_euler("ZYX", best[::-1], degrees=True)),
+        "Beta at the best orientation": rotated(state, Rotation.from_euler("ZYX", best[::-1], degrees=True)),
         f"Beta rotated about the orbit's normal by an hour of mean motion, {-hour:.2f} deg": _about_normal(
             state, -hour
         ),
@@ -153,10 +153,10 @@ def readings(best: tuple[float, float, float]) -> list[Reading]:
     }
 
     def measure(name: str) -> Reading:
-        ranges = spin_range(system, found[name])
-        year = system.integrate(found[name], paper.YEAR_HOURS, integrator=COARSE)
+        ranges = spin_range(system, results[name])
+        year = system.integrate(results[name], paper.YEAR_HOURS, integrator=COARSE)
         orbit = year.elements()
         mean = np.trapezoid(orbit.a, year.time) / np.ptp(year.time)
         return Reading(name, ranges, float(misfit(ranges)), float(mean), float(orbit.e.max()))
 
-    return shared(measure, found)
+    return shared(measure, results)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fullbody import KeplerElements, State, System, systems
 from scipy.spatial.transform import Rotation
 
-__all__ = ["ORBIT", "RATE", "SKY", "ahead", "normal", "start", "turned"]
+__all__ = ["ORBIT", "RATE", "SKY", "ahead", "normal", "rotated", "start"]
 
 _PUBLISHED = systems.published("kw4_ho2021")
 #: Beta's stated rate of spin, rad/h, and its stated orbit: size and shape, and the angles in degrees.
@@ -35,7 +35,7 @@ def start(state: State, mu: float, *, spin: float | None = None, **elements: flo
     return state.replace(**changes)
 
 
-def turned(state: State, attitude: Rotation) -> State:
+def rotated(state: State, attitude: Rotation) -> State:
     """Return the start with another attitude of Beta; its spin stays along its own z-axis."""
     return state.replace(attitude=[state.attitude[0], attitude.as_quat(scalar_first=True)])
 

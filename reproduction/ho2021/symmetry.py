@@ -79,10 +79,10 @@ def dop853(system: System, state: State, until: float, symmetric: bool) -> tuple
             acceleration = np.array([pull, half_turn * pull])
         w, i, j, k = q.T
         a, b, c = spin.T
-        turned = 0.5 * np.stack(
+        quaternion_rates = 0.5 * np.stack(
             [-i * a - j * b - k * c, w * a + j * c - k * b, w * b + k * a - i * c, w * c + i * b - j * a], axis=1
         )
-        return np.concatenate([v.ravel(), acceleration.ravel(), turned.ravel(), turning.ravel()])
+        return np.concatenate([v.ravel(), acceleration.ravel(), quaternion_rates.ravel(), turning.ravel()])
 
     start = np.concatenate(
         [np.asarray(x).ravel() for x in (state.position, state.velocity, state.attitude, state.spin)]

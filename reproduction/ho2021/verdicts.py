@@ -26,8 +26,8 @@ def judge(results: Results) -> list[Verdict]:
 
 
 def _times(values: tuple[float, ...], shares: tuple[float, ...]) -> str:
-    found = ", ".join("never" if value != value else f"{value:.0f}" for value in values)
-    return f"{found}: above {', '.join(f'{100 * share:.0f}' for share in shares)} %"
+    result = ", ".join("never" if value != value else f"{value:.0f}" for value in values)
+    return f"{result}: above {', '.join(f'{100 * share:.0f}' for share in shares)} %"
 
 
 def _cases(j: Judge, r: Results) -> None:
@@ -45,19 +45,19 @@ def _cases(j: Judge, r: Results) -> None:
 
 def _tumbling(j: Judge, r: Results) -> None:
     """Judge case 1."""
-    one = r.cases[1]
-    j.within("case1.force", f"at most {one.xy_force:.1e}", one.xy_force, 0.03, 0.3)
-    j.within("case1.force_z", f"{one.z_force:.0e}", one.z_force, 1e-14, why="It is zero by symmetry.", see="z")
-    phi, _, psi = one.turns
+    case = r.cases[1]
+    j.within("case1.force", f"at most {case.xy_force:.1e}", case.xy_force, 0.03, 0.3)
+    j.within("case1.force_z", f"{case.z_force:.0e}", case.z_force, 1e-14, why="It is zero by symmetry.", see="z")
+    phi, _, psi = case.turns
     note = "Counted in phi and psi. The bodies do not rotate about their own axes of symmetry."
     j.within("case1.tumbling", f"{phi:.1f} and {psi:.1f}", min(phi, psi), 2.0, unit="turns each", note=note)
-    ours = f"t = {_times(one.noticeable, cases.NOTICEABLE)} of the total energy"
+    ours = f"t = {_times(case.noticeable, cases.NOTICEABLE)} of the total energy"
     j.leave_open(
         "case1.rotational",
         ours,
         "The paper does not state the size from which it is noticeable; these three are examples.",
     )
-    ours = f"t = {_times(one.risen, cases.RISEN)} of the largest spin about x or y"
+    ours = f"t = {_times(case.risen, cases.RISEN)} of the largest spin about x or y"
     j.leave_open(
         "case1.rise",
         ours,
@@ -78,16 +78,16 @@ def _tumbling(j: Judge, r: Results) -> None:
 
 def _tops(j: Judge, r: Results) -> None:
     """Judge case 2."""
-    two = r.cases[2]
-    share = two.tilt / (math.pi / 32)
+    second = r.cases[2]
+    share = second.tilt / (math.pi / 32)
     j.within("case2.angles", f"largest {share:.3f} pi/32", share, 0.99, 1.01, "pi/32")
-    ours = f"a straight line to within {two.psi_bend:.0e} rad, over 400 rad"
-    j.within("case2.psi", ours, two.psi_bend, high=0.01, unit="rad from a straight line")
-    orders = math.log10(2.0 / two.transverse)
-    j.within("case2.transverse", f"{orders:.1f} orders: {two.transverse:.2e}", orders, 2.5, 3.5, "orders")
-    ours = f"{100 * two.transverse_close:.0f} % of the largest tenth of the values are near an approach"
+    ours = f"a straight line to within {second.psi_bend:.0e} rad, over 400 rad"
+    j.within("case2.psi", ours, second.psi_bend, high=0.01, unit="rad from a straight line")
+    orders = math.log10(2.0 / second.transverse)
+    j.within("case2.transverse", f"{orders:.1f} orders: {second.transverse:.2e}", orders, 2.5, 3.5, "orders")
+    ours = f"{100 * second.transverse_close:.0f} % of the largest tenth of the values are near an approach"
     counted = "above 90 %; near is within a quarter of the time between two approaches"
-    j.claim("case2.peaks", ours, two.transverse_close > 0.9, counted)
+    j.claim("case2.peaks", ours, second.transverse_close > 0.9, counted)
     apart = 100 * r.from_coplanar
     j.within(
         "case2.coplanar", f"{apart:.1f} % apart at most", apart, high=10.0, unit="% of the distance from the centre"
@@ -95,9 +95,9 @@ def _tops(j: Judge, r: Results) -> None:
     growth = r.growth["pi/8"]
     why = f"The torque is proportional to sin(2 theta), which grows {sine_growth(math.pi / 8):.2f} times."
     j.within("case2.four_times", f"{growth:.2f} times", growth, 1.7, 2.3, "times", why=why, see="tilt")
-    low, high = two.rotational_range
-    ours = f"[{low:.6f}, {high:.6f}] against at most {two.translational_max:.3f}"
-    holds = low > two.translational_max and (high - low) / low < 1e-3
+    low, high = second.rotational_range
+    ours = f"[{low:.6f}, {high:.6f}] against at most {second.translational_max:.3f}"
+    holds = low > second.translational_max and (high - low) / low < 1e-3
     j.claim("case2.rotational", ours, holds, "constant to 0.1 %")
 
 
@@ -109,38 +109,38 @@ def _year(j: Judge, r: Results) -> None:
         other = r.year["other_g"][shape].period
         why = f"With G = 6.674e-11 instead of 6.67408e-11 it is {other:.4f}."
         j.numbers(f"kw4.{shape}.period", "{}", [numbers.period], why=why, see="period")
-        ours, said = numbers.inclination_period, paper.YEAR[shape].inclination_period
-        limits = (said - 50.0, said + 50.0)
+        ours, stated = numbers.inclination_period, paper.YEAR[shape].inclination_period
+        limits = (stated - 50.0, stated + 50.0)
         j.within(f"kw4.{shape}.inclination_period", f"{ours:.0f}", ours, *limits, see="inclination")
         j.cpu(f"kw4.{shape}.cpu", paper.CPU_TIME[shape], numbers.cpu_seconds)
 
 
 def _shapes(j: Judge, r: Results) -> None:
     """Judge what the paper says of the shape."""
-    one, two = (r.year["surface"][shape] for shape in ("ellipsoid", "spheroid"))
-    apart = 100 * max(abs(getattr(two, name) / getattr(one, name) - 1) for name in ("a_min", "a_max", "a_mean"))
+    first, second = (r.year["surface"][shape] for shape in ("ellipsoid", "spheroid"))
+    apart = 100 * max(abs(getattr(second, name) / getattr(first, name) - 1) for name in ("a_min", "a_max", "a_mean"))
     j.within("kw4.shape_a", f"{apart:.2f} % at most", apart, high=1.0, unit="%")
-    most, mean = 100 * (two.e_max / one.e_max - 1), 100 * (two.e_mean / one.e_mean - 1)
-    largest = [said.e_max for said in paper.YEAR.values()]
+    most, mean = 100 * (second.e_max / first.e_max - 1), 100 * (second.e_mean / first.e_mean - 1)
+    largest = [stated.e_max for stated in paper.YEAR.values()]
     why = (
         "The paper does not state what is negligible. With the limit for the semi-major axis it would not hold; but "
         f"the printed largest eccentricities differ by {100 * (largest[1] / largest[0] - 1):.0f} % too."
     )
     j.leave_open("kw4.shape_e", f"{mean:.0f} % of its mean, {most:.0f} % of its largest", why)
-    spin = 100 * float(np.ptp(one.spin_z)) / one.spin_z[0]
+    spin = 100 * float(np.ptp(first.spin_z)) / first.spin_z[0]
     ours = f"range {spin:.0f} % of its least for ellipsoids, none for spheroids"
     j.claim("kw4.shape_spin", ours, spin > max(most, apart), "a larger share than the changes of e and a")
-    j.claim("kw4.mean_e", f"{one.e_mean:.5f} and {two.e_mean:.5f}", two.e_mean > one.e_mean)
-    j.claim("kw4.a_order", f"{one.a_mean:.4f} and {two.a_mean:.4f} km", two.a_mean > one.a_mean)
-    power = math.log(two.period / one.period) / math.log(two.a_mean / one.a_mean)
+    j.claim("kw4.mean_e", f"{first.e_mean:.5f} and {second.e_mean:.5f}", second.e_mean > first.e_mean)
+    j.claim("kw4.a_order", f"{first.a_mean:.4f} and {second.a_mean:.4f} km", second.a_mean > first.a_mean)
+    power = math.log(second.period / first.period) / math.log(second.a_mean / first.a_mean)
     why = "By Kepler's third law the power is 3/2. A larger orbit does have a longer period."
     j.within("kw4.period_power", f"as its power {power:.2f}", power, 0.9, 1.1, why=why)
-    periods = f"{one.period:.4f} and {two.period:.4f} h"
-    j.claim("kw4.period_order", periods, two.period > one.period)
+    periods = f"{first.period:.4f} and {second.period:.4f} h"
+    j.claim("kw4.period_order", periods, second.period > first.period)
     why = "Section 4 and its numbers state the opposite: this is a slip in the summary."
-    j.claim("kw4.period_order_5", periods, one.period > two.period, why=why)
-    ours = f"{one.inclination_period:.0f} and {two.inclination_period:.0f} h"
-    j.claim("kw4.inclination_order", ours, one.inclination_period > two.inclination_period)
+    j.claim("kw4.period_order_5", periods, first.period > second.period, why=why)
+    ours = f"{first.inclination_period:.0f} and {second.inclination_period:.0f} h"
+    j.claim("kw4.inclination_order", ours, first.inclination_period > second.inclination_period)
 
 
 def _spin(j: Judge, r: Results) -> None:
@@ -175,14 +175,10 @@ def _states(j: Judge, r: Results) -> None:
     j.leave_open("kw4.between_states", ours, why)
     ours = "about {:.1f}; our relaxed state {:.1f}, excited {:.1f}".format(*(np.mean(s[2]) for s in spins.values()))
     j.leave_open("kw4.similar_spin", ours, "The paper gives no numbers of that study, and section 4 refers to ranges.")
-    large, flat, turned = (float(np.abs(r.physical[name].spin[:2]).max()) for name in (PAPER, FLAT, TURNED))
-    ours = f"{large:.2f}; Beta rotated into the orbit's plane {turned:.2f}; i = 180 degrees {flat:.2f} [1e-5 rad/s]"
+    large, flat, rotated = (float(np.abs(r.physical[name].spin[:2]).max()) for name in (PAPER, FLAT, TURNED))
+    ours = f"{large:.2f}; Beta rotated into the orbit's plane {rotated:.2f}; i = 180 degrees {flat:.2f} [1e-5 rad/s]"
     j.claim(
-        "kw4.transverse",
-        ours,
-        max(flat, turned) < 0.1 * large,
-        "less than a tenth without the tilt",
-        see="physical",
+        "kw4.transverse", ours, max(flat, rotated) < 0.1 * large, "less than a tenth without the tilt", see="physical"
     )
 
 
@@ -191,9 +187,9 @@ def _errors(j: Judge, r: Results) -> None:
     years = r.year["surface"]
     for shape, numbers in years.items():
         j.bound(f"kw4.{shape}.energy_error", numbers.energy_step, paper.ERRORS["energy"])
-    one, two = (years[shape].angular_momentum_step for shape in ("ellipsoid", "spheroid"))
-    j.bound("kw4.momentum_error", one, paper.ERRORS["angular_momentum"])
-    j.within("kw4.momentum_error_spheroid", f"{two:.1e} and {one:.1e}", two / one, 0.1, 10.0, "times")
+    ellipsoid, second = (years[shape].angular_momentum_step for shape in ("ellipsoid", "spheroid"))
+    j.bound("kw4.momentum_error", ellipsoid, paper.ERRORS["angular_momentum"])
+    j.within("kw4.momentum_error_spheroid", f"{second:.1e} and {ellipsoid:.1e}", second / ellipsoid, 0.1, 10.0, "times")
     first, last = r.momentum["places"]
     ours = f"{first:.0e} in the first quarter, {last:.0e} in the last"
     j.claim(
@@ -204,7 +200,7 @@ def _errors(j: Judge, r: Results) -> None:
         see="momentum",
     )
     steps = [n.energy_step for n in years.values()] + [c.energy_step for c in r.cases.values()]
-    steps += [one, two, *(c.momentum_step for c in r.cases.values())]
+    steps += [ellipsoid, second, *(c.momentum_step for c in r.cases.values())]
     note = "Section 4 says 1e-11 for the angular momentum of 1999 KW4."
     j.bound("all.errors", max(steps), paper.CASE_ERRORS, note=note)
     year = years["ellipsoid"]

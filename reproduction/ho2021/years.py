@@ -89,12 +89,12 @@ class Nodal:
 
     @property
     def stated(self) -> float:
-        """At the stated inclination."""
+        """The period at the stated inclination."""
         return float(self.period[self.inclination == SKY["i"]][0])
 
     @property
     def least(self) -> float:
-        """The least of the retrograde orbits scanned."""
+        """The shortest period of the retrograde orbits scanned."""
         return float(self.period[self.inclination > 90].min())
 
     def prograde(self, period: float) -> float:
@@ -112,7 +112,7 @@ def nodal(shape: kw4.Shape, inclinations: _Array) -> Nodal:
     def period(inclination: float) -> float:
         first = start(state, mu, i=inclination)
         run = system.integrate(first, NODAL_HOURS, output=2.0, integrator=Verner98(1e-10, 1e-10))
-        # By hand: the plane of a steep orbit turns too far for the longitudes that observables count by.
+        # The node is computed here: a steep orbit's plane rotates too far for the longitudes that observables count.
         r, v = (x[:, 1] - x[:, 0] for x in (run.position, run.velocity))
         axis = run.angular_momentum[0] / np.linalg.norm(run.angular_momentum[0])
         east = np.cross(axis, [1.0, 0.0, 0.0])

@@ -17,10 +17,10 @@ __all__ = ["all_figures"]
 _COLOURS = {"bound": "#3b528b", "escape": "#f2c14e"}
 
 
-def all_figures(found: xarray.Dataset) -> dict[str, Figure]:
+def all_figures(dataset: xarray.Dataset) -> dict[str, Figure]:
     """Return a map of fates for each excess, and the times."""
-    maps = {f"fates-{k}": _fates(found.sel(excess=excess)) for k, excess in enumerate(found.excess.values)}
-    return maps | {"fission": _times(found)}
+    maps = {f"fates-{k}": _fates(dataset.sel(excess=excess)) for k, excess in enumerate(dataset.excess.values)}
+    return maps | {"fission": _times(dataset)}
 
 
 def _fates(part: xarray.Dataset) -> Figure:
@@ -28,14 +28,14 @@ def _fates(part: xarray.Dataset) -> Figure:
     axes = figure.subplots(2, 3, sharex=True, sharey=True)
     image: Any = None
     for axis, case in zip(axes.flat, part.case.values, strict=True):
-        one = part.sel(case=case)
-        place = (one.tilt.values, one.mass_ratio.values)
+        selected = part.sel(case=case)
+        coordinates = (selected.tilt.values, selected.mass_ratio.values)
         for fate, colour in _COLOURS.items():
-            shown = np.where(one.fate.values == fate, 1.0, np.nan)
-            axis.pcolormesh(*place, shown, cmap=ListedColormap([colour]), shading="nearest")
-        ends = np.where(one.fate.values == "contact", one.fate_time.values, np.nan)
-        image = axis.pcolormesh(*place, ends, cmap="Greens_r", norm=LogNorm(5e-3, 5e3), shading="nearest")
-        share = 100 * float((one.fate == "contact").mean())
+            shown = np.where(selected.fate.values == fate, 1.0, np.nan)
+            axis.pcolormesh(*coordinates, shown, cmap=ListedColormap([colour]), shading="nearest")
+        ends = np.where(selected.fate.values == "contact", selected.fate_time.values, np.nan)
+        image = axis.pcolormesh(*coordinates, ends, cmap="Greens_r", norm=LogNorm(5e-3, 5e3), shading="nearest")
+        share = 100 * float((selected.fate == "contact").mean())
         axis.set_title(f"{case}: {share:.0f} % impacts", fontsize=10)
     for axis in axes[-1]:
         axis.set_xlabel("tilt of the secondary [deg]")
@@ -53,14 +53,16 @@ def _fates(part: xarray.Dataset) -> Figure:
     return figure
 
 
-def _times(found: xarray.Dataset) -> Figure:
+def _times(dataset: xarray.Dataset) -> Figure:
     figure = Figure(figsize=(9, 4), layout="constrained")
     bins = np.geomspace(0.05, 5000.0, 41)
-    for axis, excess in zip(figure.subplots(1, found.sizes["excess"], sharey=True), found.excess.values, strict=True):
-        part = found.sel(excess=excess).fission
-        times = [part.sel(case=case).values.ravel() for case in found.case.values]
+    for axis, excess in zip(
+        figure.subplots(1, dataset.sizes["excess"], sharey=True), dataset.excess.values, strict=True
+    ):
+        part = dataset.sel(excess=excess).fission
+        times = [part.sel(case=case).values.ravel() for case in dataset.case.values]
         times = [values[np.isfinite(values)] for values in times]
-        labels = [f"{case}: {len(values)}" for case, values in zip(found.case.values, times, strict=True)]
+        labels = [f"{case}: {len(values)}" for case, values in zip(dataset.case.values, times, strict=True)]
         axis.hist(times, bins, stacked=True, label=labels)
         axis.axvline(5.0, color="k", lw=1, ls="--")
         axis.set_xscale("log")

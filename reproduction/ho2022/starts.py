@@ -59,15 +59,15 @@ def fission(case: str, mass_ratio: float, tilt: float, gravity: str = "focal") -
     angle = np.deg2rad(tilt)
     distance = closest(PRIMARY, (a, a * b, a * c), angle, paper.GAP)
     masses = system.masses
-    places = np.array([[-masses[1], 0.0, 0.0], [masses[0], 0.0, 0.0]]) * distance / masses.sum()
+    positions = np.array([[-masses[1], 0.0, 0.0], [masses[0], 0.0, 0.0]]) * distance / masses.sum()
     attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0]])
-    still = State(places, np.zeros((2, 3)), attitude, np.zeros((2, 3)))
+    still = State(positions, np.zeros((2, 3)), attitude, np.zeros((2, 3)))
     pull = -system.interactions(still).force[1, 0]
     rate = np.sqrt(pull * masses.sum() / (masses[0] * masses[1] * distance))
     axis = np.array([0.0, 0.0, rate])
     # The common rate in each body's own frame.
     spin = np.einsum("nji,j->ni", still.rotation_matrix, axis)
-    return system, still.replace(velocity=np.cross(axis, places), spin=spin)
+    return system, still.replace(velocity=np.cross(axis, positions), spin=spin)
 
 
 def spin_limit(axes: _Axes, density: float) -> float:

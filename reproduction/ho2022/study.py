@@ -26,7 +26,7 @@ GRID = {
     "tilt": np.arange(0.0, 90.0, 2.0),
 }
 DRAFT = {**GRID, "mass_ratio": [0.05, 0.25], "tilt": [0.0, 4.0, 44.0]}
-#: Whatever ends a run before its time.
+#: Events that end a run early.
 ENDS = (events.Contact(0, 1, terminal=True), events.Escape(0, 1, distance=100.0, terminal=True))
 
 
@@ -42,12 +42,8 @@ def measure(run: Run) -> dict[str, Any]:
     secondary: Any = run.system["secondary"]
     spin = np.linalg.norm(run.spin[:, 1], axis=1) / spin_limit(secondary.shape.semi_axes, secondary.density)
     fast = np.flatnonzero(spin >= 1.0)
-    own = {
-        "farthest": gap.max() / gap[0],
-        "spin": spin.max(),
-        "fission": run.time[fast[0]] if len(fast) else None,
-    }
-    return observables.fate(run).as_dict() | observables.drift(run).as_dict() | own
+    values = {"farthest": gap.max() / gap[0], "spin": spin.max(), "fission": run.time[fast[0]] if len(fast) else None}
+    return observables.fate(run).as_dict() | observables.drift(run).as_dict() | values
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
@@ -67,12 +63,12 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
     )
 
 
-def counts(found: xarray.Dataset) -> dict[str, Any]:
+def counts(dataset: xarray.Dataset) -> dict[str, Any]:
     """Return the shares of fates and of secondary fission, by excess and case; times in hours."""
     told: dict[str, Any] = {}
-    for excess in found.excess.values:
-        part = found.sel(excess=excess)
-        cases = {str(case): _counts(part.sel(case=case)) for case in found.case.values}
+    for excess in dataset.excess.values:
+        part = dataset.sel(excess=excess)
+        cases = {str(case): _counts(part.sel(case=case)) for case in dataset.case.values}
         told[f"{excess:g}"] = {"all": _counts(part), **cases}
     return told
 
@@ -86,7 +82,7 @@ def _counts(part: xarray.Dataset) -> dict[str, float]:
         "impact": float(impact.mean()),
         **{fate: float((part.fate == fate).mean()) for fate in ("escape", "bound")},
         "errors": float((part.error != "").mean()),
-        # Of runs in which the bodies came apart by a tenth of their distance first.
+        # The share of impacts in runs whose bodies first came apart by a tenth of their distance.
         "impact_after_parting": float((impact & (part.farthest > 1.1)).mean()),
         "impact_within_a_minute": float((impact & (part.fate_time < 1 / 60)).mean()),
         "impact_hours_median": float(np.median(ends)) if len(ends) else np.nan,
@@ -99,8 +95,8 @@ def _counts(part: xarray.Dataset) -> dict[str, float]:
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Run everything and write the report."""
-    found = sweep(folder, draft, progress)
-    told = counts(found)
+    result = sweep(folder, draft, progress)
+    told = counts(result)
     numbers = {
         "program": f"fullbody {fullbody.__version__}",
         "paper": "Ho, Wold, Poursina & Conway (2022), A&A 665, A43, doi:10.1051/0004-6361/202243706",
@@ -110,29 +106,29 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "counts": told,
         "verdicts": verdicts(told),
     }
-    return publish(folder, _text(numbers), figures.all_figures(found), numbers)
+    return publish(folder, _text(numbers), figures.all_figures(result), numbers)
 
 
 def verdicts(told: dict[str, Any]) -> list[dict[str, str]]:
     """Return the abstract's statements beside what comes out, at the limit and above it."""
-    found = []
+    results = []
     for excess, part in told.items():
         where = "at the limit" if float(excess) == 0.0 else f"{100 * float(excess):g} per cent above it"
-        whole = part["all"]
-        early = f"{percent(whole['fission_within_5_hours'])} of {percent(whole['fission'])} of the runs"
-        rows = [("impacts", "more than 80 %", percent(whole["impact"]), whole["impact"] > 0.8)]
+        total = part["all"]
+        early = f"{percent(total['fission_within_5_hours'])} of {percent(total['fission'])} of the runs"
+        rows = [("impacts", "more than 80 %", percent(total["impact"]), total["impact"] > 0.8)]
         for quantity, name in (("impact", "impacts"), ("fission", "secondary fission")):
             for cases, by in ((("A1", "A2", "A3"), "less dense"), (("B3", "B2", "B1"), "more elongated")):
                 shares = [part[case][quantity] for case in cases]
                 text = ", ".join(f"{case} {percent(value)}" for case, value in zip(cases, shares, strict=True))
                 more = shares[0] > shares[1] > shares[2] if any(shares) else None
                 rows.append((f"{name}, {by}", "more common", text, more))
-        within = whole["fission_within_5_hours"]
-        rows.append(("secondary fission within 5 h", "typically", early, within > 0.5 if whole["fission"] else None))
+        within = total["fission_within_5_hours"]
+        rows.append(("secondary fission within 5 h", "typically", early, within > 0.5 if total["fission"] else None))
         words = {True: "holds", False: "differs", None: "open"}
         names = ("what", "stated", "ours")
-        found += [{"where": where, **dict(zip(names, row, strict=False)), "verdict": words[row[3]]} for row in rows]
-    return found
+        results += [{"where": where, **dict(zip(names, row, strict=False)), "verdict": words[row[3]]} for row in rows]
+    return results
 
 
 def _hours(time: float) -> str:
@@ -146,13 +142,13 @@ def _text(numbers: dict[str, Any]) -> str:
         [
             excess,
             case,
-            *(percent(one[name]) for name in shares),
-            _hours(one["impact_hours_median"]),
-            percent(one["fission"]),
-            _hours(one["fission_hours_median"]),
+            *(percent(counts[name]) for name in shares),
+            _hours(counts["impact_hours_median"]),
+            percent(counts["fission"]),
+            _hours(counts["fission_hours_median"]),
         ]
         for excess, part in numbers["counts"].items()
-        for case, one in part.items()
+        for case, counts in part.items()
     ]
     head = ["excess", "case", "impact", "after separation", "escape", "bound", "impact, median h"]
     return f"""# Rotational fission: {numbers["paper"]}

@@ -25,7 +25,7 @@ YEAR, QUARTER, SPACING = 8766.0, 2191.5, 0.5
 TOLERANCE = 1e-13
 #: Total degrees at which the mutual potential of the radar shapes is cut off to see what each adds.
 DEGREES = (2, 3, 4, 6)
-#: What of a run is shown for each degree.
+#: Quantities of a run that are shown for each degree.
 SHOWN = ("mean period, h", "largest eccentricity", "nodal rate, deg/day", "libration amplitude, deg")
 CAPTION = "Libration of Beta in the first 200 hours."
 
@@ -41,14 +41,14 @@ def runs(until: float, progress: bool = False) -> dict[str, tuple[Run, float]]:
     """Return runs with radar shapes and with equivalent ellipsoids from one start, each with its CPU seconds."""
     radar, state = fullbody.systems.kw4(shape="radar", gravity_tolerance=TOLERANCE)
     smooth = with_ellipsoids(radar)
-    found = {}
+    results = {}
     for name, system in {"radar shapes": radar, "ellipsoids": smooth}.items():
         started = time.process_time()
         run = system.integrate(
             state, until, output=SPACING, integrator=Verner98(TOLERANCE, TOLERANCE), progress=progress and name
         )
-        found[name] = run, time.process_time() - started
-    return found
+        results[name] = run, time.process_time() - started
+    return results
 
 
 def by_degree(until: float) -> dict[str, dict[str, float]]:
@@ -88,15 +88,15 @@ def measure(run: Run) -> dict[str, float]:
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Run everything and write the report."""
-    found = runs(200.0 if draft else YEAR, progress)
-    measured = {name: measure(run) | {"CPU time, s": seconds} for name, (run, seconds) in found.items()}
+    result = runs(200.0 if draft else YEAR, progress)
+    measured = {name: measure(run) | {"CPU time, s": seconds} for name, (run, seconds) in result.items()}
     numbers = {
         "program": f"fullbody {fullbody.__version__}",
         "draft": draft,
         "year": measured,
         "degrees": by_degree(200.0 if draft else QUARTER),
     }
-    return publish(folder, _text(numbers), {"libration": _figure(found)}, numbers)
+    return publish(folder, _text(numbers), {"libration": _figure(result)}, numbers)
 
 
 def tables(numbers: Mapping[str, Any]) -> dict[str, str]:
@@ -133,11 +133,11 @@ A quarter of a year of the radar shapes at the tolerance 1e-10, with their mutua
 """
 
 
-def _figure(found: dict[str, tuple[Run, float]]) -> Figure:
+def _figure(result: dict[str, tuple[Run, float]]) -> Figure:
     """Draw the libration of Beta in the first 200 hours."""
     figure: Figure = matplotlib("figure").Figure(figsize=(8.0, 3.5), layout="constrained")
     ax = figure.subplots()
-    for (name, (run, _)), style in zip(found.items(), LINES, strict=False):
+    for (name, (run, _)), style in zip(result.items(), LINES, strict=False):
         libration = observables.libration(run[run.time <= 200.0])
         ax.plot(libration.time, np.degrees(libration.angle), label=name, **style)
     ax.set(xlabel="time (h)", ylabel="angle of Beta's long axis (deg)")

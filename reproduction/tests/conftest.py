@@ -10,16 +10,16 @@ def drafted(tmp_path_factory):
     """Return a draft of the report on Ho et al. (2021), and the results that are in it."""
     from reproduction.ho2021 import page
 
-    compute, found = page.compute, []
+    compute, result = page.compute, []
 
     def keep(**options):
-        found.append(compute(**options))
-        return found[0]
+        result.append(compute(**options))
+        return result[0]
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "compute", keep)
         report = page.write_report(tmp_path_factory.mktemp("report"), draft=True)
-    return report, found[0]
+    return report, result[0]
 
 
 @pytest.fixture(scope="session")

@@ -23,11 +23,11 @@ def test_frequencies_are_those_of_linearised_equations(a_b, b_c):
 
     def rates(y):
         """Return the rates of a small rotation from the orbit's frame, and of the spin in the body's frame; n = 1."""
-        turn, spin = y[:3], y[3:]
+        rotation, spin = y[:3], y[3:]
         state = fullbody.State([[0, 0, 0], [1, 0, 0]], np.zeros((2, 3)))
-        size = np.linalg.norm(turn)
+        size = np.linalg.norm(rotation)
         if size:
-            state = state.rotated(1, turn / size, size)
+            state = state.rotated(1, rotation / size, size)
         frame = state.rotation_matrix[1]
         torque = system.interactions(state).torque[1]
         across = np.cross(spin, moments * spin)
@@ -38,27 +38,27 @@ def test_frequencies_are_those_of_linearised_equations(a_b, b_c):
     still, step = np.array([0.0, 0, 0, 0, 0, 1.0]), 1e-6
     jacobian = np.array([(rates(still + step * e) - rates(still - step * e)) / (2 * step) for e in np.eye(6)]).T
     values = eigvals(jacobian)
-    found = np.sort(np.abs(values.imag))[::2]
-    np.testing.assert_allclose(found, np.sort(theory.frequencies(a_b, b_c)), rtol=2e-5)
+    result = np.sort(np.abs(values.imag))[::2]
+    np.testing.assert_allclose(result, np.sort(theory.frequencies(a_b, b_c)), rtol=2e-5)
     assert np.abs(values.real).max() < 1e-4
 
 
 def test_the_libration_meets_the_orbit_at_its_axis_ratio():
     """The condition 3 (B - A)/C = 1 holds at a/b = sqrt(2), whatever b/c is."""
-    libration, *others = theory.frequencies(np.sqrt(2.0), np.array([1.1, 1.4]))
-    np.testing.assert_allclose(theory.RESONANCES["libration = 1"](libration, *others), 0.0, atol=1e-15)
+    libration, *remaining = theory.frequencies(np.sqrt(2.0), np.array([1.1, 1.4]))
+    np.testing.assert_allclose(theory.RESONANCES["libration = 1"](libration, *remaining), 0.0, atol=1e-15)
 
 
 def test_the_impact_adds_momentum_and_angular_momentum():
     system, state = study.setup(3.0, 1.2, 1.1)
-    _, before = study.setup(0.0, 1.2, 1.1)
-    change = (state.velocity - before.velocity)[1]
+    _, previous = study.setup(0.0, 1.2, 1.1)
+    change = (state.velocity - previous.velocity)[1]
     assert np.linalg.norm(change) / 3600 * 1e6 == pytest.approx(3 * 535 * 6.6e6 / system.masses[1], rel=1e-12)
-    along = before.velocity[1] / np.linalg.norm(before.velocity[1])
+    along = previous.velocity[1] / np.linalg.norm(previous.velocity[1])
     assert np.degrees(np.arcsin(change[2] / np.linalg.norm(change))) == pytest.approx(10.0)
     assert change @ along == pytest.approx(-np.linalg.norm(change) * np.cos(np.radians(10.0)), rel=1e-9)
     # A circle at that distance takes the stated period, but for the figures.
-    assert np.linalg.norm(before.position[1] - before.position[0]) == pytest.approx(1.19)
+    assert np.linalg.norm(previous.position[1] - previous.position[0]) == pytest.approx(1.19)
 
 
 @pytest.fixture(scope="module")

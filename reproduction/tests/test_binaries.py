@@ -20,36 +20,36 @@ from reproduction.binaries.triple import elements, on_equator, place
     [("1998_ww31", 26.3, (22616.0, 43.0), (587.268, 0.176)), ("2004_dw", 31.7, (8996.0, 17.0), (9.53915, 0.00002))],
 )
 def test_fits_are_those_of_other_programs(name, chi2, a, period):
-    found = catalogue.refit(name)
-    assert found.holds
-    assert not found.exchanged
-    assert found.fit.chi2 == pytest.approx(chi2, abs=0.05)
+    result = catalogue.refit(name)
+    assert result.holds
+    assert not result.exchanged
+    assert result.fit.chi2 == pytest.approx(chi2, abs=0.05)
     for key, (value, error) in (("a", a), ("period", period)):
-        assert found.fit.values[key] == pytest.approx(value, abs=0.2 * error)
-        assert found.fit.sigma[key] == pytest.approx(error, rel=0.1)
+        assert result.fit.values[key] == pytest.approx(value, abs=0.2 * error)
+        assert result.fit.sigma[key] == pytest.approx(error, rel=0.1)
 
 
-def test_a_system_whose_file_lacks_data_is_said_to():
+def test_a_verdict_tells_that_a_file_lacks_data():
     """Its period is four published errors off, which is within the joint error of a fit to the few rows."""
-    found = catalogue.refit("2000_cm105")
+    result = catalogue.refit("2000_cm105")
     # All observations are before the epoch of the elements, and their derivatives are exact.
-    assert not found.fit.differenced
-    assert "The file probably lacks rows: it ends in 2008.0" in found.why
-    one = found.catalogued
-    assert abs(found.fit.values["period"] - one.published["period"]) > 2.0 * one.errors["period"]
-    assert found.holds
-    verdicts = {verdict.quantity: verdict for verdict in catalogue.verdicts(found)}
+    assert not result.fit.differenced
+    assert "The file probably lacks rows: it ends in 2008.0" in result.why
+    published = result.catalogued
+    assert abs(result.fit.values["period"] - published.published["period"]) > 2.0 * published.errors["period"]
+    assert result.holds
+    verdicts = {verdict.quantity: verdict for verdict in catalogue.verdicts(result)}
     for quantity in ("period [d]", "e"):
         assert verdicts[quantity].verdict == "holds"
         assert not verdicts[quantity].why
 
 
 def test_exchanged_components_are_found():
-    one = observations.catalogued("2003_qy90")
-    rows = catalogue.exchanged(one)
+    entry = observations.catalogued("2003_qy90")
+    rows = catalogue.exchanged(entry)
     assert rows == (1, 10, 11)
     again = observations.catalogued("2003_qy90", rows)
-    np.testing.assert_array_equal(np.flatnonzero(again.data.east != one.data.east), rows)
+    np.testing.assert_array_equal(np.flatnonzero(again.data.east != entry.data.east), rows)
     fit = catalogue.fit(again)
     assert fit.p_value > 0.05
     assert catalogue.within(
@@ -131,36 +131,36 @@ def test_the_largest_of_some_directions_has_its_distribution():
     ):
         # Four deviations of a count of a million draws.
         assert flattening.exceeded(along, fall) == pytest.approx(expected, abs=4e-3 * np.sqrt(expected))
-    # What a quadrupole does is linear in five numbers, those of the axes along x, y and z have the sum zero.
+    # The effect of a quadrupole is linear in five numbers; those of the axes along x, y and z have the sum zero.
     rng = np.random.default_rng(2)
     made = flattening._quadrupoles(rng.normal(size=(40, 3)))
     assert np.linalg.matrix_rank(made) == 5
     np.testing.assert_allclose(flattening._quadrupoles(np.eye(3)).sum(axis=0), 0.0, atol=1e-15)
 
 
-def test_offsets_are_turned_back_to_the_published_table():
+def test_offsets_are_rotated_back_to_the_published_table():
     # Benecchi et al. (2010): offsets to the east and north and their errors.
     hiisi = [[-0.0247, 0.0367], [0.0324, 0.0244], [-0.0238, -0.0084], [-0.0210, 0.0154], [0.0236, 0.0040]]
     errors = [[0.0182, 0.0124], [0.0113, 0.0218], [0.0008, 0.0010], [0.0007, 0.0008], [0.0013, 0.0017]]
-    found = moons.lempo()[0]
-    for column, values in enumerate((found.east, found.north)):
+    result = moons.lempo()[0]
+    for column, values in enumerate((result.east, result.north)):
         np.testing.assert_allclose(values[:5].to_value("arcsec"), np.array(hiisi)[:, column], atol=1e-5)
     # They were drawn at random, and are printed to 0.1 mas.
-    np.testing.assert_allclose(found.sigma[:5].to_value("arcsec"), errors, rtol=0.07)
+    np.testing.assert_allclose(result.sigma[:5].to_value("arcsec"), errors, rtol=0.07)
     collected = moons.lempo(as_collected=True)[0]
     assert collected.frame == "ecliptic"
-    lengths = [np.hypot(one.east, one.north).to_value("arcsec") for one in (found, collected)]
+    lengths = [np.hypot(first.east, first.north).to_value("arcsec") for first in (result, collected)]
     np.testing.assert_allclose(*lengths, rtol=1e-12)
-    table = [np.hypot(one.east, one.north).to_value("arcsec") for one in moons.haumea(-1)]
+    table = [np.hypot(first.east, first.north).to_value("arcsec") for first in moons.haumea(-1)]
     # Errors that are independent along the ecliptic have the same determinant on the equator.
-    for one, other in zip(moons.haumea(-1), moons.haumea(as_collected=True), strict=True):
-        np.testing.assert_allclose(np.linalg.det(one.covariance), np.linalg.det(other.covariance), rtol=1e-9)
-        np.testing.assert_allclose(one.correlation, -moons.haumea(1)[one.body == "Hiiaka"].correlation)
-    assert [len(one) for one in table] == [25, 27]
+    for first, other in zip(moons.haumea(-1), moons.haumea(as_collected=True), strict=True):
+        np.testing.assert_allclose(np.linalg.det(first.covariance), np.linalg.det(other.covariance), rtol=1e-9)
+        np.testing.assert_allclose(first.correlation, -moons.haumea(1)[first.body == "Hiiaka"].correlation)
+    assert [len(first) for first in table] == [25, 27]
     # The offsets have the same length in units of their errors, whatever the axes are.
-    for one, other in zip(moons.haumea(), moons.haumea(as_collected=True), strict=True):
+    for first, other in zip(moons.haumea(), moons.haumea(as_collected=True), strict=True):
         lengths = []
-        for rows in (one, other):
+        for rows in (first, other):
             offsets = np.stack([rows.east.to_value("mas"), rows.north.to_value("mas")], axis=1)
             covariance = rows.covariance.to_value("mas2")
             lengths.append(np.einsum("ki,ki->k", offsets, np.linalg.solve(covariance, offsets[..., None])[..., 0]))
@@ -170,9 +170,9 @@ def test_offsets_are_turned_back_to_the_published_table():
 def test_orbits_and_spheroids():
     mu = G * 1e19
     r, v = place(1e19, 5.0, 0.2, 70.0, 40.0, 100.0, 200.0)
-    found = elements(r, v, mu)
+    result = elements(r, v, mu)
     expected = {"period": 5.0, "e": 0.2, "i": 70.0, "node": 40.0, "periapsis": 100.0, "longitude": 200.0}
-    assert {name: found[name] % 360.0 for name in expected} == pytest.approx(expected)
+    assert {name: result[name] % 360.0 for name in expected} == pytest.approx(expected)
     normal = np.cross(r, v) / np.linalg.norm(np.cross(r, v))
     w, x, y, z = shapes.upright(70.0, 40.0)
     np.testing.assert_allclose([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], normal, atol=1e-12)
@@ -182,11 +182,11 @@ def test_orbits_and_spheroids():
         # (C - A)/(M R^2) of a homogeneous ellipsoid.
         assert (axes.a**2 - axes.c**2) / 500.0 == pytest.approx(j2, abs=1e-12)
     # A half turn about the north of the sky leaves the offset to the north, and reverses the others.
-    turned, _ = haumea.half_turned(r, v)
+    rotated, _ = haumea.half_turned(r, v)
     ra, dec = np.radians([204.1, 19.2])
     north = np.array([-np.sin(dec) * np.cos(ra), -np.sin(dec) * np.sin(ra), np.cos(dec)])
-    assert turned @ north == pytest.approx(r @ north)
-    np.testing.assert_allclose(turned + r, 2.0 * (r @ north) * north, atol=1e-9)
+    assert rotated @ north == pytest.approx(r @ north)
+    np.testing.assert_allclose(rotated + r, 2.0 * (r @ north) * north, atol=1e-9)
 
 
 def test_verdicts():
@@ -209,5 +209,5 @@ def test_a_draft_of_the_report(tmp_path):
     assert not re.search(r"\b(nan|inf|None)\b", text)
     for name in numbers["figures"]:
         assert (tmp_path / f"{name}.png").stat().st_size > 10000
-    assert all(one["why"] for one in numbers["verdicts"] if one["verdict"] == "differs")
+    assert all(entry["why"] for entry in numbers["verdicts"] if entry["verdict"] == "differs")
     assert findings.findings.__doc__

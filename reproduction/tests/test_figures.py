@@ -75,10 +75,7 @@ def test_every_axis_says_its_unit(figures):
         for text in labels:
             assert any(
                 word in text for word in ("dimensionless", "relative", "km]", "deg]", "h]", "/s]", "unit time]")
-            ), (
-                name,
-                text,
-            )
+            ), (name, text)
 
 
 def test_what_is_in_a_legend_is_drawn(figures):

@@ -59,18 +59,18 @@ def test_inelastic_damping_by_the_rigidity_and_radius_of_a_sphere():
 def test_the_impact_adds_momentum_and_angular_momentum():
     values = NOMINAL | {"yaw": 25.0, "miss_radial": 7.0, "miss_normal": -4.0, "normal": 1.0, "radial": 0.5}
     system, state = model.setup(**values)
-    _, before = model.setup(**values | {"along": 0.0, "normal": 0.0, "radial": 0.0})
+    _, previous = model.setup(**values | {"along": 0.0, "normal": 0.0, "radial": 0.0})
     assert np.abs(system.momentum(state)).max() < 1e-12 * np.abs(system.masses[1] * state.velocity[1]).max()
     # The axes of the orbit: from Didymos, along the motion and normal to both.
-    x = before.position[1] - before.position[0]
+    x = previous.position[1] - previous.position[0]
     x /= np.linalg.norm(x)
-    y = before.velocity[1] / np.linalg.norm(before.velocity[1])
+    y = previous.velocity[1] / np.linalg.norm(previous.velocity[1])
     axes = np.stack([x, y, np.cross(x, y)], axis=1)
     change = axes @ np.array([0.5, -2.63, 1.0]) * 3.6e-3
-    relative = (state.velocity - before.velocity)[1] - (state.velocity - before.velocity)[0]
+    relative = (state.velocity - previous.velocity)[1] - (state.velocity - previous.velocity)[0]
     np.testing.assert_allclose(relative, change, rtol=1e-9)
     inertia = system.bodies[1].inertia
-    spins = (rotations.matrices(one.attitude[1]) @ (inertia * one.spin[1]) for one in (state, before))
+    spins = (rotations.matrices(moment.attitude[1]) @ (inertia * moment.spin[1]) for moment in (state, previous))
     expected = np.cross(axes @ [7e-3, 0.0, -4e-3], system.masses[1] * change)
     np.testing.assert_allclose(np.subtract(*spins), expected, rtol=1e-9)
     # The pole is the published one.
@@ -104,10 +104,12 @@ def test_derivatives_of_landmarks_are_differences_of_the_directions():
         times, 0.07 * mission.PLACES, "Dimorphos", "Hera 1", lines, np.full(lines.shape[:2], True), 1e-4
     )
     assert np.abs(data.pulls(run)).max() < 1e-9
-    found, expected = data.derivatives(run), run.derivative_of(data.pulls)
-    np.testing.assert_allclose(found.start, expected.start, rtol=1e-6, atol=1e-7 * np.abs(expected.start).max())
+    result, expected = data.derivatives(run), run.derivative_of(data.pulls)
+    np.testing.assert_allclose(result.start, expected.start, rtol=1e-6, atol=1e-7 * np.abs(expected.start).max())
     mass = expected.by_parameter["mass of Dimorphos"]
-    np.testing.assert_allclose(found.by_parameter["mass of Dimorphos"], mass, rtol=1e-5, atol=1e-7 * np.abs(mass).max())
+    np.testing.assert_allclose(
+        result.by_parameter["mass of Dimorphos"], mass, rtol=1e-5, atol=1e-7 * np.abs(mass).max()
+    )
 
 
 def test_moments_are_those_of_a_body():
@@ -120,9 +122,9 @@ def test_reshaping_keeps_the_angular_momentum():
     """A prolate body of equal mass and angular momentum spins slower by the ratio of a^2 + b^2."""
     _, state = model.setup(**NOMINAL)
     c_before, c_after = 1.0 / (1.054 * 1.477**2) ** (1 / 3), 1.0 / (1.3 * 1.23**2) ** (1 / 3)
-    before = (c_before * 1.477) ** 2 * (1.0 + 1.054**2)
+    previous = (c_before * 1.477) ** 2 * (1.0 + 1.054**2)
     after = (c_after * 1.23) ** 2 * (1.0 + 1.3**2)
-    expected = 2.0 * np.pi / 11.921473 * before / after
+    expected = 2.0 * np.pi / 11.921473 * previous / after
     np.testing.assert_allclose(state.spin[1], [0.0, 0.0, expected], rtol=1e-9, atol=1e-12)
 
 
@@ -149,11 +151,11 @@ def test_the_fitted_ellipse_of_a_precessing_kepler_orbit_is_the_orbit():
         position=np.stack([np.zeros_like(position), position], axis=1),
         velocity=np.stack([np.zeros_like(velocity), velocity], axis=1),
     )
-    found = ellipse.fitted_ellipse(run)
-    assert found.period == pytest.approx(period, rel=1e-6)
-    assert found.eccentricity == pytest.approx(eccentricity, rel=1e-2)
-    assert found.precession == pytest.approx(6.7, abs=2e-3)
-    assert found.coherence > 0.999
+    result = ellipse.fitted_ellipse(run)
+    assert result.period == pytest.approx(period, rel=1e-6)
+    assert result.eccentricity == pytest.approx(eccentricity, rel=1e-2)
+    assert result.precession == pytest.approx(6.7, abs=2e-3)
+    assert result.coherence > 0.999
 
 
 def test_prior_and_likelihood_are_normal():
@@ -212,13 +214,13 @@ def test_inclusion_is_in_proportion_and_has_the_expected_number():
 
 
 def test_change_is_a_circular_or_an_incoherent_orbit():
-    found = xarray.Dataset(
+    dataset = xarray.Dataset(
         {
             "observed_eccentricity_later": ("row", [0.01, 0.028, 0.028]),
             "observed_coherence_later": ("row", [0.99, 0.5, 0.98]),
         }
     )
-    assert list(weights.changed(found)) == [True, True, False]
+    assert list(weights.changed(dataset)) == [True, True, False]
 
 
 def test_the_drift_is_that_of_keplers_third_law():
@@ -259,13 +261,13 @@ def small_study(folder):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def full(tmp_path_factory):
     return small_study(tmp_path_factory.mktemp("hera"))
 
 
-def test_members_with_reasons(whole):
-    assert list(whole.error.values) == ["", "", "BodiesOverlap", ""]
-    good = whole.isel(row=[0, 1, 3])
+def test_members_with_reasons(full):
+    assert list(full.error.values) == ["", "", "BodiesOverlap", ""]
+    good = full.isel(row=[0, 1, 3])
     assert (good.fate == "bound").all()
     assert ((good.observed_period > 11.2) & (good.observed_period < 11.5)).all()
     assert (good.energy_drift_orbital < 1e-7).all()
@@ -273,7 +275,7 @@ def test_members_with_reasons(whole):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a process is killed by a signal")
-def test_killed_and_resumed(whole, tmp_path):
+def test_killed_and_resumed(full, tmp_path):
     command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
     process = subprocess.Popen(command, env=environment, cwd=ROOT)
@@ -281,7 +283,7 @@ def test_killed_and_resumed(whole, tmp_path):
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    xarray.testing.assert_identical(small_study(tmp_path), whole)
+    xarray.testing.assert_identical(small_study(tmp_path), full)
 
 
 @pytest.fixture(scope="module")
@@ -292,18 +294,18 @@ def kept():
 def test_results_that_are_kept(kept):
     assert kept.sizes["row"] >= 200
     assert (kept.error == "").all()
-    plain, likely = (
+    reference, likely = (
         weights.share(results.normal_weights(kept, ratio), kept.outcome.values == "locked") for ratio in (1, 10)
     )
     # The page states that the report of a change makes a roll likelier.
-    assert plain[0] > likely[0] + likely[1]
+    assert reference[0] > likely[0] + likely[1]
     assert sum((report.RESULTS / name).stat().st_size for name in os.listdir(report.RESULTS)) < 1_400_000
 
 
 def test_criteria_are_improbable(kept):
-    found = results.criteria(kept)
-    assert set(found) == set(results.CRITERIA)
-    assert all(weights.share(results.normal_weights(kept, 1.0), one)[0] < 0.2 for one in found.values())
+    result = results.criteria(kept)
+    assert set(result) == set(results.CRITERIA)
+    assert all(weights.share(results.normal_weights(kept, 1.0), entry)[0] < 0.2 for entry in result.values())
 
 
 def test_score_prefers_what_members_have(kept):
@@ -322,5 +324,5 @@ def test_report(kept):
     assert not re.search(r"\b(nan|inf|None)\b", text)
     for name in inputs.INPUTS:
         assert f"| {name} |" in text
-    assert {one.source for one in inputs.INPUTS.values()} <= {*inputs.SOURCES, "assumed"}
+    assert {entry.source for entry in inputs.INPUTS.values()} <= {*inputs.SOURCES, "assumed"}
     assert numbers["members"] == kept.sizes["row"]

@@ -26,10 +26,10 @@ def test_the_gap_of_a_tilted_body_is_that_of_its_nearest_points():
     distance = closest(PRIMARY, second, tilt, gap)
     u, v = np.meshgrid(np.linspace(0.0, np.pi, 91), np.linspace(-0.5, 0.5, 41))
     near = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1).reshape(-1, 3)
-    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
-    facing = near * [-1, 1, 1] * second @ turn.T + [distance, 0, 0]
-    found = cdist(near * PRIMARY, facing).min()
-    assert gap <= found < gap + 2e-3
+    rotation = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    facing = near * [-1, 1, 1] * second @ rotation.T + [distance, 0, 0]
+    result = cdist(near * PRIMARY, facing).min()
+    assert gap <= result < gap + 2e-3
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -83,10 +83,10 @@ def report(tmp_path_factory):
 def test_a_small_map(report):
     numbers = json.loads((report / "numbers.json").read_text())
     for part in numbers["counts"].values():
-        for one in part.values():
-            assert one["impact"] + one["escape"] + one["bound"] == pytest.approx(1.0)
-            assert one["errors"] == 0.0
-            assert one["largest_drift"] < 1e-9
+        for entry in part.values():
+            assert entry["impact"] + entry["escape"] + entry["bound"] == pytest.approx(1.0)
+            assert entry["errors"] == 0.0
+            assert entry["largest_drift"] < 1e-9
         # A third of the starts is aligned, and stays so for a while; at the limit all others touch.
     assert numbers["counts"]["0"]["all"]["impact"] == pytest.approx(2 / 3)
     assert numbers["counts"]["0.01"]["all"]["impact"] < numbers["counts"]["0"]["all"]["impact"]
@@ -104,6 +104,6 @@ def test_the_report_has_its_figures(report):
     }
 
 
-def test_the_whole_grid_is_the_papers():
+def test_the_full_grid_is_the_papers():
     grid = study.GRID
     assert len(grid["case"]) * len(grid["mass_ratio"]) * len(grid["tilt"]) == 9990

@@ -23,11 +23,11 @@ def test_inclination_to_the_first_plane_of_a_point_orbit_is_zero():
     assert kw4.inclination_to_first(run).max() < 1e-9
 
 
-def test_momentum_of_places_is_that_of_the_states():
+def test_momentum_of_samples_is_that_of_the_states():
     system, state = fullbody.systems.kw4_ho2021(units=True)
     run = system.integrate(state, 100.0, output=10.0)
     expected = [system.angular_momentum(at).value for at in run]
-    assert kw4.momentum_of_places(run) == pytest.approx(np.array(expected), rel=1e-13)
+    assert kw4.momentum_of_samples(run) == pytest.approx(np.array(expected), rel=1e-13)
     assert run.angular_momentum.value == pytest.approx(np.array(expected), rel=1e-13)
 
 

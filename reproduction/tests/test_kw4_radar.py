@@ -8,12 +8,12 @@ def test_radar_shapes_conserve_and_differ_from_their_ellipsoids(tmp_path):
     path = study.write(tmp_path, draft=True, progress=False)
     assert ", a draft of 200 hours. A year of (66391) 1999 KW4" in path.read_text()
     assert (tmp_path / "libration.png").stat().st_size > 1e4
-    found = {name: study.measure(run) for name, (run, _) in study.runs(100.0).items()}
-    for numbers in found.values():
+    results = {name: study.measure(run) for name, (run, _) in study.runs(100.0).items()}
+    for numbers in results.values():
         assert numbers["energy drift, of the orbit's"] < 1e-12
         assert numbers["angular momentum drift"] < 1e-13
     # The quadrupoles are equal: the mean period differs by less than a thousandth, but by more than errors of the runs.
-    radar, smooth = (numbers["mean period, h"] for numbers in found.values())
+    radar, smooth = (numbers["mean period, h"] for numbers in results.values())
     assert 1e-9 < abs(radar / smooth - 1.0) < 1e-3
 
 
@@ -30,6 +30,6 @@ def test_shapes_and_their_ellipsoids_differ_from_degree_three_on():
 
 def test_a_rate_that_a_run_does_not_define_is_a_dash():
     numbers = dict.fromkeys(study.SHOWN, 1.0) | {"apsidal rate, deg/day": None}
-    found = study.tables({"year": {"radar shapes": numbers, "ellipsoids": numbers}, "degrees": {"exact": numbers}})
-    assert "| apsidal rate, deg/day | - | - |" in found["year"]
-    assert found["degrees"].endswith("| exact | 1 | 1 | 1 | 1 |")
+    result = study.tables({"year": {"radar shapes": numbers, "ellipsoids": numbers}, "degrees": {"exact": numbers}})
+    assert "| apsidal rate, deg/day | - | - |" in result["year"]
+    assert result["degrees"].endswith("| exact | 1 | 1 | 1 | 1 |")

@@ -46,7 +46,7 @@ def test_motion_along_z_by_arithmetic():
     assert np.abs(run.position[:, 0, 2]).max() == curves["compensated"].z.max()
 
 
-def test_plain_doubles_follow_the_default_integrator():
+def test_double_precision_follows_the_default_integrator():
     """An independent integrator, started off the symmetry, finds the same motion along z."""
     system, state = fullbody.systems.case1()
     state = state.replace(position=np.add(state.position, [[0, 0, 1e-3], [0, 0, -1e-3]]))
@@ -59,7 +59,7 @@ def test_plain_doubles_follow_the_default_integrator():
 @pytest.mark.parametrize("inclination", [150.0, 179.0])
 def test_node_goes_round_as_the_quadrupole_says(inclination):
     """Spin S and orbit L go round their sum J at 3/2 (G m_B (C - A)/a^3) cos J/(L S) under the averaged quadrupole."""
-    (found,) = years.nodal("spheroid", np.array([inclination])).period
+    (result,) = years.nodal("spheroid", np.array([inclination])).period
     system, _ = fullbody.systems.kw4_ho2021("spheroid")
     m, axes = [b.mass for b in system.bodies], [b.shape.semi_axes for b in system.bodies]
     a, reduced, G = 2.5477, m[0] * m[1] / sum(m), system.G
@@ -71,7 +71,7 @@ def test_node_goes_round_as_the_quadrupole_says(inclination):
     cosine = np.cos(inclination * DEGREE)
     total = np.linalg.norm(orbit * normal + np.array([0.0, 0.0, spin]))
     rate = 1.5 * G * m[1] * flattening / a**3 * abs(cosine) * total / (orbit * spin)
-    assert found == pytest.approx(2 * np.pi / rate, rel=0.06)
+    assert result == pytest.approx(2 * np.pi / rate, rel=0.06)
 
 
 def test_physical_states(drafted):
@@ -80,7 +80,8 @@ def test_physical_states(drafted):
     assert motions["relaxed"].libration < 0.5 < motions["nominal"].libration < motions["excited"].libration
     assert motions["excited"].e[1] > paper.EXCITED_E
     assert np.isnan(motions[physical.PAPER].libration)
-    # The same angles with the orbit in the plane of Beta's equator; the same orbit with that equator in its plane.
+    # Two starts: the same angles with the orbit in the plane of Beta's equator, and the same orbit with that equator
+    # in its plane.
     assert np.abs(motions[physical.FLAT].spin[:2]).max() < 0.05
     assert np.abs(motions[physical.TURNED].spin[:2]).max() < 0.1
     assert np.array_equal(runs[physical.TURNED][0].position, runs[physical.PAPER][0].position)

@@ -15,17 +15,17 @@ def millennia(folder, years, *more):
 
 
 def test_a_run_cut_short_goes_on_to_the_same_bits(tmp_path, capsys):
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    assert millennia(whole, 0.3) == 0
+    unbroken, broken = tmp_path / "whole", tmp_path / "broken"
+    assert millennia(unbroken, 0.3) == 0
     printed = capsys.readouterr().out
     assert millennia(broken, 0.1) == 0
     # Killed after the samples of the second part and before the simulation.
     (broken / "part-0001.nc").write_bytes((broken / "part-0000.nc").read_bytes())
     assert millennia(broken, 0.3) == 0
-    assert (broken / "simulation.sim").read_bytes() == (whole / "simulation.sim").read_bytes()
-    parts = sorted(path.name for path in whole.glob("part-*.nc"))
+    assert (broken / "simulation.sim").read_bytes() == (unbroken / "simulation.sim").read_bytes()
+    parts = sorted(path.name for path in unbroken.glob("part-*.nc"))
     assert len(parts) == 3
-    runs = [[fullbody.load(folder / name) for name in parts] for folder in (whole, broken)]
+    runs = [[fullbody.load(folder / name) for name in parts] for folder in (unbroken, broken)]
     assert runs[0] == runs[1]
     # Parts end where steps do.
     steps = sum(run.statistics.steps for run in runs[0])

@@ -53,9 +53,9 @@ def test_what_a_threshold_decides_is_open(draft, key):
 
 
 def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
-    for shape, said in paper.YEAR.items():
+    for shape, published in paper.YEAR.items():
         ours, other = (numbers["year"][way][shape]["period"] for way in ("surface", "other_g"))
-        assert f"{other:.4f}" == f"{said.period:.4f}" != f"{ours:.4f}"
+        assert f"{other:.4f}" == f"{published.period:.4f}" != f"{ours:.4f}"
         stated, _ = fullbody.systems.kw4_ho2021(shape)
         system = fullbody.System(stated.bodies, G=6.674e-11 * 1e-9 * 3600**2)
         angles = {name: angle * 3.141592653589793 / 180 for name, angle in starts.SKY.items()}
@@ -64,7 +64,9 @@ def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
         start = start.replace(position=[[0, 0, 0], r], velocity=[[0, 0, 0], v])
         run = system.integrate(start, 8766.0, output=0.1, integrator=fullbody.Verner98(1e-10, 1e-10))
         assert other == pytest.approx(run.elements().period(system.mu()).mean(), abs=2e-6)
-    (text,) = (" ".join(found["text"]) for found in numbers["findings"] if found["title"] == "The mean period and G")
+    (text,) = (
+        " ".join(finding["text"]) for finding in numbers["findings"] if finding["title"] == "The mean period and G"
+    )
     for value in ("6.67408e-11", "6.674e-11", "17.41159", "17.41771", "6.67397e-11 to 6.67403e-11"):
         assert value in text
 
@@ -73,12 +75,12 @@ def test_findings_are_told_once_and_everywhere_alike(draft, numbers):
     read = _Page()
     read.feed(draft.page.read_text(encoding="utf-8"))
     assert len(numbers["findings"]) == 8
-    for found in numbers["findings"]:
-        for paragraph in found["text"]:
+    for finding in numbers["findings"]:
+        for paragraph in finding["text"]:
             # The page has the paragraph with its numbers and symbols typeset.
             assert read.text.count(html.unescape(re.sub("<[^>]*>", "", typeset(paragraph)))) == 1
             assert not re.search(r"\b(nan|inf|None)\b|[{}]", paragraph)
-    assert {verdict.see for verdict in draft.verdicts} - {""} <= {found["name"] for found in numbers["findings"]}
+    assert {verdict.see for verdict in draft.verdicts} - {""} <= {finding["name"] for finding in numbers["findings"]}
     assert {source[1:] for source in read.sources if source.startswith("#")} <= set(read.names)
 
 
@@ -88,14 +90,14 @@ def test_equal_means_the_printed_digits(draft):
     assert all(verdict.ours == verdict.printed for verdict in equal)
 
 
-def test_kw4_command_and_report_measure_alike(numbers, tmp_path, capsys):
+def test_kw4_command_and_report_measure_alike(numbers, tmp_path):
     assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
     command = json.loads((tmp_path / "numbers.json").read_text())
     for shape in paper.YEAR:
-        one, two = command[shape]["focal"], numbers["year"]["focal"][shape]
-        for measured in (one, two):
+        first, second = command[shape]["focal"], numbers["year"]["focal"][shape]
+        for measured in (first, second):
             measured.pop("cpu_seconds")
-        assert one == two
+        assert first == second
 
 
 def test_statements_carry_the_numbers_of_the_tables():
@@ -164,9 +166,9 @@ def test_numbers_of_an_earlier_report_do_not_outlive_it(tmp_path, monkeypatch):
 def test_command_prints_the_verdicts(monkeypatch, capsys, draft, tmp_path):
     monkeypatch.setattr("reproduction.ho2021.__main__.write_report", lambda out, **options: draft)
     assert report(["--draft", "--out", str(tmp_path)]) == 0
-    said = capsys.readouterr().out
-    assert "8 equal" in said
-    assert str(draft.page) in said
+    output = capsys.readouterr().out
+    assert "8 equal" in output
+    assert str(draft.page) in output
 
 
 def test_command_says_why_it_cannot(capsys, tmp_path):

@@ -91,7 +91,7 @@ fn separate(
     polynomial: &[f64],
     b: &[f64; 9],
     (low, high): (f64, f64),
-    left: u32,
+    halvings_left: u32,
     take_root: &mut dyn FnMut(f64),
 ) {
     let n = polynomial.len() - 1;
@@ -106,18 +106,18 @@ fn separate(
         };
         let Ok(t) = root(value, (low, b[0]), (high, b[n]));
         take_root(t);
-    } else if changes > 0 && left > 0 {
+    } else if changes > 0 && halvings_left > 0 {
         let (mut first, mut second) = ([0.0; 9], *b);
         for k in 0..=n {
             first[k] = second[0];
             (0..n - k).for_each(|j| second[j] = 0.5 * (second[j] + second[j + 1]));
         }
         let middle = 0.5 * (low + high);
-        separate(polynomial, &first, (low, middle), left - 1, take_root);
+        separate(polynomial, &first, (low, middle), halvings_left - 1, take_root);
         if second[0] == 0.0 {
             take_root(middle);
         }
-        separate(polynomial, &second, (middle, high), left - 1, take_root);
+        separate(polynomial, &second, (middle, high), halvings_left - 1, take_root);
     }
 }
 

@@ -153,12 +153,12 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
             torque_gradients: [[zero; 9]; M],
         };
         let registers = self.0.nodes.weights.len() / S::F64_LANES;
-        let (whole, rest) = (registers / ABREAST, registers % ABREAST);
-        for k in 0..whole {
+        let (groups, remainder) = (registers / ABREAST, registers % ABREAST);
+        for k in 0..groups {
             running.add::<_, ABREAST>(simd, &self.0, ABREAST * k);
         }
-        for k in 0..rest / 2 {
-            running.add::<_, 2>(simd, &self.0, ABREAST * whole + 2 * k);
+        for k in 0..remainder / 2 {
+            running.add::<_, 2>(simd, &self.0, ABREAST * groups + 2 * k);
         }
         let (mut moment, mut gradient, mut torque_gradient) =
             ([Vec3::zeros(); D], [Mat3::zeros(); M], [Mat3::zeros(); M]);

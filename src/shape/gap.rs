@@ -24,12 +24,8 @@ pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]
         [Shape::Polyhedron(a), Shape::Polyhedron(b)] => {
             between_polyhedra([a, b], &first.tr_mul(separation), &first.tr_mul(second))
         }
-        [Shape::Polyhedron(a), corner_of_first] => {
-            beside(a, corner_of_first, &first.tr_mul(separation), &first.tr_mul(second))
-        }
-        [corner_of_first, Shape::Polyhedron(b)] => {
-            beside(b, corner_of_first, &-second.tr_mul(separation), &second.tr_mul(first))
-        }
+        [Shape::Polyhedron(a), other] => beside(a, other, &first.tr_mul(separation), &first.tr_mul(second)),
+        [other, Shape::Polyhedron(b)] => beside(b, other, &-second.tr_mul(separation), &second.tr_mul(first)),
         _ => return None,
     };
     Some(gap.max(spheres))
@@ -37,9 +33,9 @@ pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]
 
 /// Returns the gap of an ellipsoid or a point beside a polyhedron; its centre and rotation are given in the
 /// polyhedron's frame.
-fn beside(polyhedron: &Polyhedron, corner_of_first: &Shape, centre: &Vec3, rotation: &Mat3) -> f64 {
+fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3) -> f64 {
     let within = polyhedron.contains(centre);
-    let Shape::Ellipsoid(ellipsoid) = corner_of_first else {
+    let Shape::Ellipsoid(ellipsoid) = other else {
         let distance = polyhedron.distance(centre);
         return if within { -distance } else { distance };
     };

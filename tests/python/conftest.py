@@ -21,7 +21,7 @@ def ellipsoids():
 
 @pytest.fixture(scope="session")
 def locked(ellipsoids):
-    """Their relative equilibrium far from the fold."""
+    """The relative equilibrium of the two ellipsoids far from the fold."""
     import fullbody
 
     return fullbody.analysis.relative_equilibrium(ellipsoids, separation=4.0)
@@ -75,12 +75,12 @@ def triple_run():
 
 @pytest.fixture(scope="session")
 def searches():
-    """Searches for a mean period that were made, by all that they depend on."""
+    """Results of searches for a mean period, by all that they depend on."""
     return {}
 
 
 @pytest.fixture
-def each_search_once(searches, monkeypatch):
+def memoised_searches(searches, monkeypatch):
     """A ready-made system in another frame or in other units needs no other search for its start."""
     from fullbody.setups import mean_period
 

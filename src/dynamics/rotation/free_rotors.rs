@@ -16,18 +16,19 @@ pub(super) type Quaternion = [f64; 4];
 pub const MAX_ROTATION_ANGLE: f64 = 1024.0;
 
 /// The angle, in rad, up to which a loose bound of the angle is accepted.
-const FEW: f64 = 64.0;
+const LOOSE_BOUND_LIMIT: f64 = 64.0;
 
 /// Returns an upper bound of the angle by which a freely rotating body with three different moments rotates
 /// in a time.
+///
 /// The spin stays below |L| over the smallest moment. For a needle that tumbles end over end this bound is
-/// too large by the ratio of its moments. Beyond `FEW` a second bound is computed and the smaller one is
+/// too large by the ratio of its moments. Beyond `LOOSE_BOUND_LIMIT` a second bound is computed and the smaller one is
 /// taken. It follows from the conserved L^2 and energy T, which limit every component of the spin. With I_1 <
 /// I_2 < I_3, L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and 2 T I_3 - L^2 = I_1 (I_3 -
 /// I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
 pub fn rotation_angle_bound(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
     let by_momentum = inertia.component_mul(&spin).norm() / inertia.min() * time.abs();
-    if by_momentum <= FEW {
+    if by_momentum <= LOOSE_BOUND_LIMIT {
         return by_momentum;
     }
     let order = ascending(inertia.into());
@@ -155,7 +156,7 @@ impl<const K: usize> RotorGroup<K> {
     }
 
     fn add(&mut self, body: usize, axis: usize, inertia: Vec3, spread: f64, constants: [f64; K]) {
-        let at = self.members.len();
+        let index = self.members.len();
         self.members.push(GroupedRotor {
             body,
             axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
@@ -163,8 +164,8 @@ impl<const K: usize> RotorGroup<K> {
             spread,
         });
         for (list, constant) in self.constants.iter_mut().zip(constants) {
-            list.resize((at + 1).next_multiple_of(WIDEST), 0.0);
-            list[at] = constant;
+            list.resize((index + 1).next_multiple_of(WIDEST), 0.0);
+            list[index] = constant;
         }
     }
 
@@ -188,14 +189,14 @@ impl<const K: usize> RotorGroup<K> {
                     [q[0], q[1 + i], q[1 + j], q[1 + k], spin[i], spin[j], spin[k]];
                 let bound = (x * x + y * y + z * z) * (time * time) * member.spread;
                 // The loose bound may exceed the limit where the angle itself does not.
-                if bound > FEW * FEW || bound.is_nan() {
+                if bound > LOOSE_BOUND_LIMIT * LOOSE_BOUND_LIMIT || bound.is_nan() {
                     let angle = rotation_angle_bound(member.inertia, (*spin).into(), time);
                     if angle > MAX_ROTATION_ANGLE || angle.is_nan() {
                         return Ok(Some(member.body));
                     }
                 }
-                // Values pass from register to register: reading back as a whole what was written in pieces
-                // would wait for memory.
+                // Values are moved between registers, because loading a vector that was stored element by
+                // element would stall.
                 let next = order.constant(lane as f64 + 1.0);
                 for c in 0..7 {
                     numbers[c] = order.if_less(next, order.constant(columns[c]), numbers[c]);

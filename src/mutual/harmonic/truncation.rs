@@ -83,8 +83,9 @@ fn sums(
     arms: [f64; 2],
     moment_degrees: [usize; 2],
 ) -> Option<[Vec<f64>; 2]> {
-    /// The highest degree of the tails, and the size of a term beside a tail at which it ends.
-    const BEYOND: usize = 600;
+    /// The highest degree to which tails are summed.
+    const HIGHEST_DEGREE: usize = 600;
+    /// The size of a term, relative to its tail, at which the sum ends.
     const NEGLIGIBLE: f64 = 1e-3;
     if x + y >= 1.0 {
         return None;
@@ -98,11 +99,11 @@ fn sums(
     };
     let mut power = 1.0;
     let mut largest: f64 = 0.0;
-    for l in 0..BEYOND {
+    for l in 0..HIGHEST_DEGREE {
         let tail = l > moment_degrees[0];
         let mut term = power;
         let (mut row, mut end) = (0.0, 0.0_f64);
-        for m in 0..BEYOND {
+        for m in 0..HIGHEST_DEGREE {
             if m > 0 {
                 term *= y * (l + m) as f64 / m as f64;
             }

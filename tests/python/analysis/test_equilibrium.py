@@ -17,17 +17,17 @@ AXES = (0.5, 0.42, 0.37)
 def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
     bodies = body_list(A=(fullbody.Sphere(1.0), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3))
     pole = {"x": "z", "y": "z", "z": "x"}[line]
-    found = analysis.relative_equilibrium(
+    result = analysis.relative_equilibrium(
         fullbody.System(bodies, G=1.0), separation=separation, axes={"B": line + pole}
     )
     # Outside along an axis, kappa = r^2 - a^2: g = G M r R_D(b^2 + kappa, c^2 + kappa; r^2).
     a = AXES["xyz".index(line)]
-    others = [AXES[k] ** 2 + separation**2 - a**2 for k in range(3) if "xyz"[k] != line]
-    expected = 1.3 * elliprd(*others, separation**2)
-    assert abs(found.rate**2 / expected - 1) < 1e-14
-    assert abs(found.separation / separation - 1) < 1e-15
-    assert found.residual < 1e-14
-    assert len(found.modes) == 4
+    squares = [AXES[k] ** 2 + separation**2 - a**2 for k in range(3) if "xyz"[k] != line]
+    expected = 1.3 * elliprd(*squares, separation**2)
+    assert abs(result.rate**2 / expected - 1) < 1e-14
+    assert abs(result.separation / separation - 1) < 1e-15
+    assert result.residual < 1e-14
+    assert len(result.modes) == 4
 
 
 def test_roll_and_yaw_in_the_limit_of_small_figures():
@@ -37,8 +37,8 @@ def test_roll_and_yaw_in_the_limit_of_small_figures():
     roll, yaw = (C - A) / B, (C - B) / A
     expected = np.sqrt(np.roots([1.0, -(1 + 3 * roll + roll * yaw), 4 * roll * yaw]))
     bodies = body_list((fullbody.PointMass(), 1.0), (fullbody.Ellipsoid(1e-3 * a, 1e-3 * b, 1e-3 * c), 1e-9))
-    found = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=1.0)
-    out = found.modes.frequency[~found.modes.in_plane] / found.rate
+    result = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=1.0)
+    out = result.modes.frequency[~result.modes.in_plane] / result.rate
     np.testing.assert_allclose(np.sort(out), np.sort(expected), rtol=1e-5)
 
 
@@ -56,7 +56,7 @@ def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
     # A light sphere about a heavy spheroid: the radial and the vertical frequency of a particle in its field.
     a, c, r = 1.0, 0.7, 1.9
     bodies = body_list(A=(fullbody.Ellipsoid(a, a, c), 1.0), B=(fullbody.Sphere(1e-4), 1e-9))
-    found = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=r, spin={"A": 2.3})
+    result = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=r, spin={"A": 2.3})
 
     def squared_rate(x):
         kappa = x * x - a * a
@@ -64,13 +64,13 @@ def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
 
     vertical = mpmath.sqrt(mpmath.elliprd(r * r, r * r, c * c + r * r - a * a))
     radial = mpmath.sqrt(r * mpmath.diff(squared_rate, r) + 4 * squared_rate(r))
-    modes = found.modes
+    modes = result.modes
     assert modes.frequency[modes.in_plane][0] == pytest.approx(float(radial), rel=1e-8)
     assert np.abs(modes.frequency / float(vertical) - 1).min() < 1e-8
-    assert found.locked == ("B",)
+    assert result.locked == ("B",)
     # The third one is the free nutation of the spheroid, as seen from the turning frame.
     nutation = 2.3 * (2 * a * a / (a * a + c * c))
-    assert np.abs(modes.frequency - (nutation - found.rate)).min() < 1e-8
+    assert np.abs(modes.frequency - (nutation - result.rate)).min() < 1e-8
 
 
 def test_frequencies_are_those_of_runs(ellipsoids, locked):
@@ -81,8 +81,8 @@ def test_frequencies_are_those_of_runs(ellipsoids, locked):
         run = ellipsoids.integrate(modes.excited(mode, 1e-5), 40 * period, output=period / 16)
         angles = fullbody.observables.roll_pitch_yaw(run, body="B", about="A")
         angle = np.asarray(angles)[:, 2 if coordinate else 0]
-        found = analysis.frequencies(run, angle, n=1)
-        assert found.frequency[0] == pytest.approx(modes.frequency[mode], rel=1e-6)
+        result = analysis.frequencies(run, angle, n=1)
+        assert result.frequency[0] == pytest.approx(modes.frequency[mode], rel=1e-6)
 
 
 def test_equilibria_stay_still_in_runs():
@@ -96,12 +96,12 @@ def test_equilibria_stay_still_in_runs():
         fullbody.Body(fullbody.Composite(parts), name="B"),
     ]
     system = fullbody.System(bodies, G=1.0)
-    found = analysis.relative_equilibrium(system, separation=3.0)
-    assert found.residual < 1e-14
-    assert len(found.modes) == 7
-    tilt = np.degrees(np.arccos(np.abs(found.state.rotation_matrix[1]).max(axis=0)))
+    result = analysis.relative_equilibrium(system, separation=3.0)
+    assert result.residual < 1e-14
+    assert len(result.modes) == 7
+    tilt = np.degrees(np.arccos(np.abs(result.state.rotation_matrix[1]).max(axis=0)))
     assert tilt.max() > 0.5
-    run = system.integrate(found.state, 2 * found.period, output=found.period / 7)
+    run = system.integrate(result.state, 2 * result.period, output=result.period / 7)
     apart = run.position[:, 1] - run.position[:, 0]
     assert np.ptp(np.linalg.norm(apart, axis=1)) < 1e-11
     R = np.array([state.rotation_matrix for state in run])
@@ -110,20 +110,20 @@ def test_equilibria_stay_still_in_runs():
 
 
 def test_only_the_pose_counts(ellipsoids, locked):
-    # The same equilibrium from a state that is turned and moves on.
+    # A state that is rotated and moves on has the same equilibrium.
     q = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
     R = support.matrix(q)
     state = locked.state
-    turned = fullbody.State(
+    rotated = fullbody.State(
         state.position @ R.T + 1.0,
         state.velocity @ R.T + [0.1, 0.2, 0.3],
         [support.quaternion_product(q, a) for a in state.attitude],
         state.spin,
     )
-    for given in ({"angular_momentum": locked.angular_momentum}, {"rate": locked.rate}, {"separation": 4.0}):
-        found = analysis.relative_equilibrium(ellipsoids, start=turned, **given)
-        assert found.separation == pytest.approx(4.0, rel=1e-12)
-        np.testing.assert_allclose(found.modes.frequency, locked.modes.frequency, rtol=1e-9)
+    for options in ({"angular_momentum": locked.angular_momentum}, {"rate": locked.rate}, {"separation": 4.0}):
+        result = analysis.relative_equilibrium(ellipsoids, start=rotated, **options)
+        assert result.separation == pytest.approx(4.0, rel=1e-12)
+        np.testing.assert_allclose(result.modes.frequency, locked.modes.frequency, rtol=1e-9)
 
 
 def test_curvature_is_that_of_the_energy(ellipsoids, locked):
@@ -148,8 +148,8 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     for value, way in zip(values, ways.T, strict=True):
         h = 5e-4
         pose = locked.rotation.pose
-        found = (amended(pose.moved(h * way)) - 2 * amended(pose) + amended(pose.moved(-h * way))) / h**2 / unit
-        assert found == pytest.approx(value, rel=1e-4, abs=1e-6)
+        result = (amended(pose.moved(h * way)) - 2 * amended(pose) + amended(pose.moved(-h * way))) / h**2 / unit
+        assert result == pytest.approx(value, rel=1e-4, abs=1e-6)
     assert locked.energetically_stable
 
 
@@ -160,37 +160,37 @@ def test_energy_of_deviations_is_conserved(locked):
     )
     other = analysis.relative_equilibrium(spinning, separation=2.5, spin={"A": -1.7})
     assert len(other.modes) == 6
-    for found in (locked, other):
-        A, Q = found.rotation.rates(), found.rotation.energy_form()
+    for result in (locked, other):
+        A, Q = result.rotation.rates(), result.rotation.energy_form()
         assert np.abs(A.T @ Q + Q @ A).max() < 1e-14
-        assert np.abs(A @ found.rotation.generators()).max() < 1e-15
-        _, a, q = found.rotation.reduced()
+        assert np.abs(A @ result.rotation.generators()).max() < 1e-15
+        _, a, q = result.rotation.reduced()
         assert np.abs(a.T @ q + q @ a).max() < 1e-13 * np.abs(q).max()
 
 
 def test_equilibrium_about_a_rotating_primary_is_that_of_its_mean_field():
     system, _ = fullbody.systems.kw4()
     mean = analysis.averaged(system, "Alpha", copies=8)
-    found = analysis.relative_equilibrium(mean, separation=2.54, spin={"Alpha": 2.27})
-    assert found.locked == ("Beta",)
-    assert len(found.modes) == 6
-    assert found.linearly_stable
+    result = analysis.relative_equilibrium(mean, separation=2.54, spin={"Alpha": 2.27})
+    assert result.locked == ("Beta",)
+    assert len(result.modes) == 6
+    assert result.linearly_stable
     # The mean of the forces that the turning primary exerts.
     forces = []
     for angle in np.linspace(0.0, np.pi, 8, endpoint=False):
-        turned = found.state.rotated("Alpha", [0, 0, 1], angle)
-        forces.append(system.interactions(turned).force)
+        rotated = result.state.rotated("Alpha", [0, 0, 1], angle)
+        forces.append(system.interactions(rotated).force)
     mean_force = np.mean(forces, axis=0)
     scale = np.abs(mean_force).max()
-    assert support.worst(mean.interactions(found.state).force, mean_force, scale) < 1e-13
+    assert support.worst(mean.interactions(result.state).force, mean_force, scale) < 1e-13
 
 
 def test_equilibria_have_the_units_of_the_system():
-    plain, _ = fullbody.systems.kw4()
+    unitless, _ = fullbody.systems.kw4()
     united, _ = fullbody.systems.kw4(units=True)
-    one = analysis.relative_equilibrium(plain, separation=4.0)
+    reference = analysis.relative_equilibrium(unitless, separation=4.0)
     other = analysis.relative_equilibrium(united, separation="4000 m")
-    assert other.rate.to_value("rad / h") == pytest.approx(one.rate, rel=1e-9)
+    assert other.rate.to_value("rad / h") == pytest.approx(reference.rate, rel=1e-9)
     assert str(other.modes.frequency.unit) == "rad / h"
     assert "4 km" in repr(other)
     assert "Modes" in other._repr_html_()

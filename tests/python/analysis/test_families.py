@@ -28,11 +28,11 @@ def test_the_fold_of_two_spheres_is_where_the_closed_form_has_it(spheres):
     for over, until, end in (("separation", 1.7, "reached"), ("angular_momentum", 0.1, "contact")):
         branch = analysis.branch(far, over, until=until)
         assert branch.end == end
-        assert [found.quantity for found in branch.folds] == ["angular_momentum"]
-        found = branch.folds[0].equilibrium
+        assert [result.quantity for result in branch.folds] == ["angular_momentum"]
+        result = branch.folds[0].equilibrium
         # Near the fold the momentum is flat: the place has half the digits of the value.
-        assert found.separation == pytest.approx(fold, rel=1e-9)
-        assert found.angular_momentum == pytest.approx(momentum(fold, m, inertia), rel=1e-14)
+        assert result.separation == pytest.approx(fold, rel=1e-9)
+        assert result.angular_momentum == pytest.approx(momentum(fold, m, inertia), rel=1e-14)
         np.testing.assert_allclose(branch.angular_momentum, momentum(branch.separation, m, inertia), rtol=1e-12)
         assert np.array_equal(branch.energetically_stable, branch.separation > fold)
         # Spheres exert no torque: to leave the nearer ones they would have to lose energy.
@@ -46,12 +46,12 @@ def test_spheres_of_an_angular_momentum(spheres):
     # m x^4 - J x^3 / sqrt(GM) + I = 0 with x^2 = d.
     quartic = np.roots([m, -J / np.sqrt(1.4), 0.0, 0.0, inertia])
     expected = np.sort([x.real**2 for x in quartic if abs(x.imag) < 1e-9 and x.real > 0 and x.real**2 > 1.6])
-    found = analysis.equilibria(system, J)
-    assert sorted(one.separation for one in found.apart) == pytest.approx(expected, rel=1e-12)
+    result = analysis.equilibria(system, J)
+    assert sorted(equilibrium.separation for equilibrium in result.apart) == pytest.approx(expected, rel=1e-12)
     energies = [J**2 / (2 * (m * d**2 + inertia)) - 0.4 / d for d in expected]
-    assert sorted(one.energy for one in found.apart) == pytest.approx(sorted(energies), rel=1e-12)
+    assert sorted(equilibrium.energy for equilibrium in result.apart) == pytest.approx(sorted(energies), rel=1e-12)
     # At rest upon each other.
-    assert found.least.energy == pytest.approx(min(*energies, J**2 / (2 * (m * 1.6**2 + inertia)) - 0.4 / 1.6))
+    assert result.least.energy == pytest.approx(min(*energies, J**2 / (2 * (m * 1.6**2 + inertia)) - 0.4 / 1.6))
 
 
 def test_the_least_energy_goes_from_contact_to_the_orbit(spheres):
@@ -60,25 +60,25 @@ def test_the_least_energy_goes_from_contact_to_the_orbit(spheres):
     # They rest upon each other while J^2 m d / touching^2 < G m m / d^2.
     limit = np.sqrt(0.4 / 1.6**2 / (m * 1.6)) * touching
     for J, rests, orbits in ((0.4, True, 0), (0.99 * limit, True, None), (1.01 * limit, False, None)):
-        found = analysis.equilibria(system, J)
-        assert bool(found.touching) == rests
+        result = analysis.equilibria(system, J)
+        assert bool(result.touching) == rests
         if orbits is not None:
-            assert len(found.apart) == orbits
-            assert isinstance(found.least, analysis.Touching)
+            assert len(result.apart) == orbits
+            assert isinstance(result.least, analysis.Touching)
         if rests:
-            assert found.touching[0].energy == pytest.approx(J**2 / (2 * touching) - 0.4 / 1.6, rel=1e-12)
-    assert isinstance(found.least, analysis.RelativeEquilibrium)
-    assert found.least.energetically_stable
+            assert result.touching[0].energy == pytest.approx(J**2 / (2 * touching) - 0.4 / 1.6, rel=1e-12)
+    assert isinstance(result.least, analysis.RelativeEquilibrium)
+    assert result.least.energetically_stable
 
 
 def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
-    found = analysis.equilibria(ellipsoids, 0.75)
-    assert not found.missed
-    stable = [one for one in found.apart if one.energetically_stable]
+    result = analysis.equilibria(ellipsoids, 0.75)
+    assert not result.missed
+    stable = [equilibrium for equilibrium in result.apart if equilibrium.energetically_stable]
     assert len(stable) == 1
-    assert found.apart[0] is stable[0]
+    assert result.apart[0] is stable[0]
     # Two separations for each of the 36 alignments, but where the nearer one would overlap.
-    assert 36 <= len(found.apart) <= 72
+    assert 36 <= len(result.apart) <= 72
     same = analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75)
     assert same.energy == pytest.approx(stable[0].energy, rel=1e-13)
     # Stationary points of the amended potential: J dOmega has no part in the energy, dE = Omega dJ along a family.
@@ -93,19 +93,19 @@ def test_a_branch_may_be_drawn(spheres):
 
     far = analysis.relative_equilibrium(spheres[0], separation=3.0)
     branch = analysis.branch(far, until=1.9)
-    _, (one, other) = plt.subplots(1, 2)
-    assert branch.plot(one) is one
+    _, (first, other) = plt.subplots(1, 2)
+    assert branch.plot(first) is first
     assert branch.plot(other, x="angular_momentum", y="frequency") is other
-    assert one.get_xlabel() == "separation [system units]"
-    assert {text.get_text() for text in one.get_legend().get_texts()} == {
+    assert first.get_xlabel() == "separation [system units]"
+    assert {text.get_text() for text in first.get_legend().get_texts()} == {
         "minimum of energy",
         "linearly stable",
         "fold in angular momentum",
     }
     assert len(far.modes.plot()) == len(far.modes) == 1
-    found = analysis.section(spheres[0], far.state.kick(1, [0, 0.02, 0]), 90.0, fullbody.events.Periapsis(0, 1))
-    drawn = found.plot(lambda state: state.time, lambda state: state.position[1, 0])
-    assert len(drawn.lines[0].get_xdata()) == len(found.crossings[0]) > 1
+    result = analysis.section(spheres[0], far.state.kick(1, [0, 0.02, 0]), 90.0, fullbody.events.Periapsis(0, 1))
+    drawn = result.plot(lambda state: state.time, lambda state: state.position[1, 0])
+    assert len(drawn.lines[0].get_xdata()) == len(result.crossings[0]) > 1
     refused("y is 'mass'; expected 'separation'", lambda: branch.plot(y="mass"))
     plt.close("all")
 
@@ -123,9 +123,9 @@ def test_curvatures_are_those_of_the_second_order_model(ellipsoids):
         rate = np.sqrt(total / r**3 * (1 + 1.5 * excess / r**2))
         return rate * (m * r**2 + polar)
 
-    found = analysis.relative_equilibrium(system, separation=3.0)
-    assert found.angular_momentum == pytest.approx(momentum(3.0), rel=1e-13)
-    branch = analysis.branch(found, until=1.7)
+    result = analysis.relative_equilibrium(system, separation=3.0)
+    assert result.angular_momentum == pytest.approx(momentum(3.0), rel=1e-13)
+    branch = analysis.branch(result, until=1.7)
     fold = minimize_scalar(momentum, bounds=(1.5, 4.0), method="bounded", options={"xatol": 1e-10}).x
     assert branch.folds[0].equilibrium.separation == pytest.approx(fold, rel=1e-6)
     assert branch.folds[0].equilibrium.angular_momentum == pytest.approx(momentum(fold), rel=1e-12)

@@ -21,15 +21,15 @@ def misses(orbit, run):
     """The distance by which a run over a period misses its start, rotated."""
     start, end = run[0], run[-1]
     R = support.rot_z(orbit.turn)
-    found = [end.position - start.position @ R.T, end.velocity - start.velocity @ R.T, end.spin - start.spin]
+    results = [end.position - start.position @ R.T, end.velocity - start.velocity @ R.T, end.spin - start.spin]
     for k in range(len(start)):
-        found.append(end.rotation_matrix[k] - R @ start.rotation_matrix[k])
-    return max(np.abs(part).max() for part in found)
+        results.append(end.rotation_matrix[k] - R @ start.rotation_matrix[k])
+    return max(np.abs(part).max() for part in results)
 
 
 def test_the_orbit_closes(ellipsoids, orbit):
     assert orbit.closure < 1e-12
-    # By other steps than those that found it.
+    # The check takes other steps than the search.
     other = fullbody.Verner87(rtol=1e-14, atol=1e-14)
     assert misses(orbit, ellipsoids.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
     # It is not the equilibrium.
@@ -42,16 +42,16 @@ def test_the_orbit_closes(ellipsoids, orbit):
 def test_multipliers_come_in_reciprocal_pairs(orbit):
     multipliers = orbit.multipliers
     assert len(multipliers) == 12
-    assert max(np.abs(1 / one - multipliers).min() for one in multipliers) < 1e-10
-    assert max(np.abs(np.conj(one) - multipliers).min() for one in multipliers) < 1e-10
+    assert max(np.abs(1 / multiplier - multipliers).min() for multiplier in multipliers) < 1e-10
+    assert max(np.abs(np.conj(multiplier) - multipliers).min() for multiplier in multipliers) < 1e-10
     # At this amplitude a resonance has made it unstable, which no product of two of them shows.
     assert not orbit.linearly_stable
     assert abs(np.prod(multipliers) - 1.0) < 1e-9
     # The whole matrix has six more: four at one, and two of turns of the angular momentum's axis.
-    whole = np.linalg.eigvals(orbit.monodromy)
-    assert np.sum(np.abs(whole - 1) < 1e-4) == 4
+    eigenvalues = np.linalg.eigvals(orbit.monodromy)
+    assert np.sum(np.abs(eigenvalues - 1) < 1e-4) == 4
     for sign in (1, -1):
-        assert np.abs(whole - np.exp(1j * sign * orbit.turn)).min() < 1e-9
+        assert np.abs(eigenvalues - np.exp(1j * sign * orbit.turn)).min() < 1e-9
 
 
 @pytest.mark.parametrize("mode", [3, 5])
@@ -59,12 +59,12 @@ def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode
     modes = locked.modes
     errors = []
     for amplitude in (4e-3, 2e-3):
-        found = analysis.periodic_orbit(ellipsoids, modes.excited(mode, amplitude), modes.period[mode])
-        errors.append(abs(found.period / modes.period[mode] - 1))
-        others = np.delete(modes.frequency, mode)
-        expected = np.exp(1j * others * found.period)
-        assert max(np.abs(one - found.multipliers).min() for one in expected) < 1e-3
-        assert found.linearly_stable
+        result = analysis.periodic_orbit(ellipsoids, modes.excited(mode, amplitude), modes.period[mode])
+        errors.append(abs(result.period / modes.period[mode] - 1))
+        frequencies = np.delete(modes.frequency, mode)
+        expected = np.exp(1j * frequencies * result.period)
+        assert max(np.abs(multiplier - result.multipliers).min() for multiplier in expected) < 1e-3
+        assert result.linearly_stable
     # The period changes with the square of the amplitude.
     assert errors[0] < 1e-4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
@@ -91,52 +91,52 @@ def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
     growth = modes.growth.max()
     assert growth > 0
     mode = int(np.flatnonzero(~modes.in_plane)[-1])
-    found = analysis.periodic_orbit(ellipsoids, modes.excited(mode, 1e-3), modes.period[mode])
-    assert not found.linearly_stable
-    assert abs(found.multipliers[0]) == pytest.approx(np.exp(growth * found.period), rel=1e-4)
-    assert abs(found.multipliers[0] * found.multipliers[-1]) == pytest.approx(1.0, rel=1e-9)
+    result = analysis.periodic_orbit(ellipsoids, modes.excited(mode, 1e-3), modes.period[mode])
+    assert not result.linearly_stable
+    assert abs(result.multipliers[0]) == pytest.approx(np.exp(growth * result.period), rel=1e-4)
+    assert abs(result.multipliers[0] * result.multipliers[-1]) == pytest.approx(1.0, rel=1e-9)
 
 
 def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
     modes = locked.modes
     both = {"hold": ["energy", "angular_momentum"]}
-    one, found = (
+    single, result = (
         analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **both)
         for count in (1, 3)
     )
-    assert found.period == pytest.approx(one.period, rel=1e-11)
-    assert found.energy == pytest.approx(one.energy, rel=1e-13)
+    assert result.period == pytest.approx(single.period, rel=1e-11)
+    assert result.energy == pytest.approx(single.energy, rel=1e-13)
     held = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
     assert held.period == pytest.approx(orbit.period, rel=1e-12)
     assert held.closure < 1e-12
 
 
-def test_a_turning_primary_comes_back_by_half_turns():
+def test_a_rotating_primary_comes_back_by_half_turns():
     # Kepler's orbit about a body that turns freely: with half a turn of the primary in a third of a revolution.
     bodies = body_list(A=(fullbody.Ellipsoid(0.8, 0.7, 0.6), 1.0), B=(fullbody.Ellipsoid(0.3, 0.27, 0.2), 0.02))
     system = fullbody.System(bodies, G=1.0)
     mean = analysis.averaged(system, "A", copies=8)
     equilibrium = analysis.relative_equilibrium(mean, separation=3.0, spin={"A": 1.1})
     period = np.pi / (1.1 - equilibrium.rate)
-    found = analysis.periodic_orbit(system, equilibrium.state, period)
-    assert found.half_turns == {"A": "z"}
-    assert found.turn == pytest.approx(np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi, rel=1e-2)
-    run = system.integrate(found.state, found.period)
-    R = support.rot_z(found.turn)
+    result = analysis.periodic_orbit(system, equilibrium.state, period)
+    assert result.half_turns == {"A": "z"}
+    assert result.turn == pytest.approx(np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi, rel=1e-2)
+    run = system.integrate(result.state, result.period)
+    R = support.rot_z(result.turn)
     assert np.abs(run.position[-1] - run.position[0] @ R.T).max() < 1e-12
-    turned = R @ run[0].rotation_matrix[0] @ np.diag([-1.0, -1.0, 1.0])
-    assert np.abs(run[-1].rotation_matrix[0] - turned).max() < 1e-12
+    rotated = R @ run[0].rotation_matrix[0] @ np.diag([-1.0, -1.0, 1.0])
+    assert np.abs(run[-1].rotation_matrix[0] - rotated).max() < 1e-12
 
 
 def test_sections_are_the_events_of_runs(ellipsoids, locked):
     starts = [locked.modes.excited(3, size) for size in (0.01, 0.02)]
     event = fullbody.events.Periapsis("A", "B")
-    found = analysis.section(ellipsoids, starts, 300.0, event)
-    assert repr(found).startswith("Section(2 starts, ")
-    distance = found.values(lambda state: np.linalg.norm(state.position[1] - state.position[0]))
+    result = analysis.section(ellipsoids, starts, 300.0, event)
+    assert repr(result).startswith("Section(2 starts, ")
+    distance = result.values(lambda state: np.linalg.norm(state.position[1] - state.position[0]))
     for start, values in zip(starts, distance, strict=True):
         run = ellipsoids.integrate(start, 300.0, events=[event])
-        expected = [np.linalg.norm(one.state.position[1] - one.state.position[0]) for one in run.events]
+        expected = [np.linalg.norm(passage.state.position[1] - passage.state.position[0]) for passage in run.events]
         assert len(expected) > 2
         np.testing.assert_array_equal(values, expected)
     # Two spheres fall together: what is there is kept, and the error is told.
@@ -151,6 +151,6 @@ def test_sections_are_the_events_of_runs(ellipsoids, locked):
 def test_frequencies_of_a_made_up_signal(ellipsoids, locked):
     run = ellipsoids.integrate(locked.state, 200.0, output=0.5)
     time = run.time
-    found = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), n=2)
-    np.testing.assert_allclose(found.frequency, [0.7, 1.234], rtol=1e-5)
-    np.testing.assert_allclose(found.amplitude, [2.0, 0.3], rtol=1e-4)
+    result = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), n=2)
+    np.testing.assert_allclose(result.frequency, [0.7, 1.234], rtol=1e-5)
+    np.testing.assert_allclose(result.amplitude, [2.0, 0.3], rtol=1e-4)

@@ -13,7 +13,7 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("arguments", "message"),
     [
         ({}, "none given; expected one of separation, angular_momentum and rate"),
         ({"separation": 3.0, "rate": 1.0}, "separation, rate given; expected one of"),
@@ -27,9 +27,9 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
         ({"separation": 3.0, "axes": {"B": "xx"}}, "axes of B is 'xx'; expected two of x, y and z"),
     ],
 )
-def test_bad_arguments_of_equilibria_are_refused(ellipsoids, given, message):
+def test_bad_arguments_of_equilibria_are_refused(ellipsoids, arguments, message):
     with pytest.raises(S, match=message):
-        E(ellipsoids, **given)
+        E(ellipsoids, **arguments)
 
 
 @pytest.mark.parametrize("copies", [2, 3])
@@ -57,8 +57,7 @@ def test_systems_that_have_no_equilibria_are_refused(ellipsoids, locked):
         E(ellipsoids.with_forces([tide]), separation=3.0)
     still = fullbody.State([[0, 0, 0], [4, 0, 0]], np.zeros((2, 3)))
     refused("start has no angular momentum", lambda: E(ellipsoids, separation=3.0, start=still))
-    with pytest.raises(InvalidInput, match="axes and start are both given"):
-        E(ellipsoids, separation=3.0, start=locked.state, axes={"B": "xz"})
+    refused("axes and start are both given", E, ellipsoids, separation=3.0, start=locked.state, axes={"B": "xz"})
     refused("copies is 1; expected a whole number, 2 or more", lambda: analysis.averaged(ellipsoids, "A", copies=1))
 
 
@@ -79,9 +78,9 @@ def test_folds_are_named():
 def test_points_have_equilibria_too():
     # Kepler: no modes but the orbit's own, of the same frequency.
     system = support.points(1.0, 0.5)
-    found = E(system, separation=2.0)
-    assert found.rate == pytest.approx(np.sqrt(1.5 / 8.0), rel=1e-14)
-    assert found.modes.frequency == pytest.approx([float(found.rate)], rel=1e-9)
+    result = E(system, separation=2.0)
+    assert result.rate == pytest.approx(np.sqrt(1.5 / 8.0), rel=1e-14)
+    assert result.modes.frequency == pytest.approx([float(result.rate)], rel=1e-9)
     assert E(system, angular_momentum=0.7).separation == pytest.approx(0.7**2 / (1 / 9) / 0.5 * 1 / 3, rel=1e-12)
 
 
@@ -103,13 +102,11 @@ def test_bad_arguments_of_periodic_orbits_are_refused(ellipsoids, locked, option
 
 
 def test_bad_arguments_of_branches_and_sections_are_refused(ellipsoids, locked):
-    with pytest.raises(InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
-        analysis.branch(locked, "rate", until=1.0)
+    refused(r"over is 'rate'; expected 'separation' or 'angular_momentum'", analysis.branch, locked, "rate", until=1.0)
     refused(r"until is -1\.0; expected a finite number above zero", lambda: analysis.branch(locked, until=-1.0))
     refused(r"equilibrium is 3; expected a RelativeEquilibrium", lambda: analysis.branch(3, until=1.0))
     assert analysis.branch(locked, until=3.0, steps=2).end == "steps"
-    with pytest.raises(InvalidInput, match=r"angular_momentum is 0\.0; expected a finite number above zero"):
-        analysis.equilibria(ellipsoids, 0.0)
+    refused(r"angular_momentum is 0\.0; expected a finite number above zero", analysis.equilibria, ellipsoids, 0.0)
     refused("mode is 9; expected 0 to 6", lambda: locked.modes.excited(9, 0.1))
     refused(r"event is 3; expected one of fullbody\.events", lambda: analysis.section(ellipsoids, locked.state, 1.0, 3))
     run = ellipsoids.integrate(locked.state, 5.0, output=0.5)

@@ -18,7 +18,7 @@ PINT = SimpleNamespace(magnitude=np.array([3600.0]), units="meter / second")
 
 
 @pytest.mark.parametrize(
-    ("given", "dimension", "expected"),
+    ("quantity", "dimension", "expected"),
     [
         (xr.DataArray([90.0, 180.0], attrs={"units": "deg"}), "angle", [np.pi / 2, np.pi]),
         ([xr.DataArray(90.0, attrs={"units": "deg"}), 30 * u.arcmin], "angle", [np.pi / 2, np.pi / 360]),
@@ -34,19 +34,19 @@ PINT = SimpleNamespace(magnitude=np.array([3600.0]), units="meter / second")
         (pd.Series(pd.to_timedelta(["1h", "48h"])), "time", [1.0, 48.0]),
     ],
 )
-def test_units_of_other_libraries_are_read(given, dimension, expected):
+def test_units_of_other_libraries_are_read(quantity, dimension, expected):
     if expected is None:
-        refused("expected numbers", lambda: SYSTEM.strip(given, dimension, "value"))
+        refused("expected numbers", lambda: SYSTEM.strip(quantity, dimension, "value"))
     else:
-        np.testing.assert_allclose(SYSTEM.strip(given, dimension, "value"), expected, rtol=1e-15)
+        np.testing.assert_allclose(SYSTEM.strip(quantity, dimension, "value"), expected, rtol=1e-15)
 
 
 def test_units_that_astropy_does_not_know_are_refused():
-    for given in (xr.DataArray([1.0], attrs={"units": "furlongs"}), SimpleNamespace(magnitude=1.0, units="furlong")):
+    for quantity in (xr.DataArray([1.0], attrs={"units": "furlongs"}), SimpleNamespace(magnitude=1.0, units="furlong")):
         with pytest.raises(
             fullbody.errors.InvalidInput, match=r"size has the unit 'furlongs?', which astropy cannot read"
         ):
-            SYSTEM.strip(given, "length", "size")
+            SYSTEM.strip(quantity, "length", "size")
     with pytest.raises(fullbody.errors.InvalidInput, match="size has the unit deg; expected a unit such as km"):
         SYSTEM.strip(xr.DataArray(1.0, attrs={"units": "deg"}), "length", "size")
 
@@ -56,18 +56,18 @@ def test_parameters_of_a_map_keep_their_units():
         system, state = fullbody.systems.kw4(units=True)
         return system, state.rotated("Beta", [0, 0, 1], angle)
 
-    def turn(run):
-        start, turned = (state.rotation_matrix[1] for state in (fullbody.systems.kw4()[1], run[0]))
-        return {"turn": np.arccos((np.trace(start.T @ turned) - 1.0) / 2.0)}
+    def rotation_angle(run):
+        start, end = (state.rotation_matrix[1] for state in (fullbody.systems.kw4()[1], run[0]))
+        return {"turn": np.arccos((np.trace(start.T @ end) - 1.0) / 2.0)}
 
-    first = fullbody.sweep(setup, {"angle": [2, 4] * u.deg}, "1 h", measure=turn, output="ends")
-    again = fullbody.sweep(setup, {"angle": first.angle}, "1 h", measure=turn, output="ends")
+    first = fullbody.sweep(setup, {"angle": [2, 4] * u.deg}, "1 h", measure=rotation_angle, output="ends")
+    again = fullbody.sweep(setup, {"angle": first.angle}, "1 h", measure=rotation_angle, output="ends")
     assert again.angle.attrs == first.angle.attrs == {"units": "deg"}
     np.testing.assert_allclose(again.turn, np.radians([2, 4]), rtol=1e-9)
-    one = fullbody.sweep(setup, {"angle": first.angle[1]}, "1 h", measure=turn, output="ends")
-    assert float(one.turn) == pytest.approx(np.radians(4), rel=1e-9)
+    single = fullbody.sweep(setup, {"angle": first.angle[1]}, "1 h", measure=rotation_angle, output="ends")
+    assert float(single.turn) == pytest.approx(np.radians(4), rel=1e-9)
     state = fullbody.systems.kw4(units=True)[1].rotated("Beta", [0, 0, 1], first.angle[0])
-    assert turn([state])["turn"] == pytest.approx(np.radians(2), rel=1e-9)
+    assert rotation_angle([state])["turn"] == pytest.approx(np.radians(2), rel=1e-9)
     orbit = fullbody.KeplerElements(1.0, 0.0, first.angle[0], 0.0, 0.0, 0.0)
     assert orbit.to_cartesian(1.0)[1][2] == pytest.approx(np.sin(np.radians(2)), rel=1e-12)
 
@@ -76,17 +76,17 @@ def test_a_measure_with_units_keeps_them():
     def measure(run):
         return {"size": xr.DataArray([1.0, 2.0], attrs={"units": "km"})}
 
-    found = fullbody.sweep(lambda x: fullbody.systems.case1(), {"x": [1.0]}, 0.1, measure=measure, output="ends")
-    assert found["size"].attrs["units"] == "km"
+    result = fullbody.sweep(lambda x: fullbody.systems.case1(), {"x": [1.0]}, 0.1, measure=measure, output="ends")
+    assert result["size"].attrs["units"] == "km"
 
 
 def test_draws_with_units_keep_them():
     draws = fullbody.ensembles.draws(3, x=lambda rng: SimpleNamespace(magnitude=1500.0, units="meter"))
-    found = fullbody.sweep(
+    result = fullbody.sweep(
         lambda x: fullbody.systems.case1(), draws, 0.1, measure=lambda run: {}, output="ends", rng=np.int64(1)
     )
-    assert found.x.attrs == {"units": "m"}
-    assert found.x.values.tolist() == [1500.0] * 3
+    assert result.x.attrs == {"units": "m"}
+    assert result.x.values.tolist() == [1500.0] * 3
 
 
 def test_texts_are_read_by_their_unit():

@@ -51,14 +51,14 @@ def test_tables_have_no_negative_zeros():
 
 
 def test_tables_of_elements_hold_one_orbit_or_many_with_units(case1_run, kw4_run):
-    one = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
+    single = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
     told = "a, 2, e, 0.5, i [deg], 30, Omega [deg], 0, omega [deg], 0, M [deg], 180"
-    assert cells(one) == told.split(", ")
+    assert cells(single) == told.split(", ")
     elements = case1_run.elements()
-    many = cells(elements)
-    assert many[:5] == ["", "first", "last", "least", "greatest"]
+    table = cells(elements)
+    assert table[:5] == ["", "first", "last", "least", "greatest"]
     e = elements.e
-    assert many[many.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
+    assert table[table.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
     united = kw4_run.elements()
     assert {"a [km]", "i [deg]", f"{np.rad2deg(united.i.value[-1]):.8g}"} <= set(cells(united))
 

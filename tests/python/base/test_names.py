@@ -48,8 +48,8 @@ def test_a_run_finds_bodies_by_name(units):
     beta = run["Beta"]
     assert (beta.name, len(beta.time)) == ("Beta", 11)
     for name in ("time", "position", "velocity", "attitude", "spin"):
-        whole = getattr(run, name)
-        part, expected = getattr(beta, name), whole if name == "time" else whole[:, 1]
+        values = getattr(run, name)
+        part, expected = getattr(beta, name), values if name == "time" else values[:, 1]
         assert type(part) is type(expected)
         assert np.array_equal(part, expected)
         assert not part.flags.writeable
@@ -74,9 +74,9 @@ def test_a_run_finds_bodies_by_name(units):
 def test_events_take_names_of_bodies(kw4, make, tmp_path):
     system, state, _ = kw4
     by_name = system.integrate(state, 40.0, output=40.0, events=[make("Alpha", "Beta")])
-    by_place = system.integrate(state, 40.0, output=40.0, events=[make(0, 1)])
+    by_index = system.integrate(state, 40.0, output=40.0, events=[make(0, 1)])
     assert len(by_name.events) > 0
-    assert [e.time for e in by_name.events] == [e.time for e in by_place.events]
+    assert [e.time for e in by_name.events] == [e.time for e in by_index.events]
     by_name.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc").events[0].event == by_name.events[0].event
 
@@ -86,8 +86,8 @@ def test_events_take_names_of_bodies(kw4, make, tmp_path):
 )
 def test_observables_take_names_of_bodies(kw4, name):
     function = getattr(observables, name)
-    by_name, by_place = function(kw4[2], body="Beta", about="Alpha"), function(kw4[2], body=1, about=0)
-    assert np.array_equal(by_name, by_place) if isinstance(by_place, np.ndarray) else by_name == by_place
+    by_name, by_index = function(kw4[2], body="Beta", about="Alpha"), function(kw4[2], body=1, about=0)
+    assert np.array_equal(by_name, by_index) if isinstance(by_index, np.ndarray) else by_name == by_index
     # The other body of a precession is that of a pair.
     assert observables.spin_precession(kw4[2], body="Alpha") == observables.spin_precession(kw4[2], body=0, about=1)
 
@@ -98,7 +98,7 @@ def test_plots_take_names_of_bodies(kw4):
     def curves(axes):
         return [line.get_xydata() for ax in np.ravel(axes) for line in ax.get_lines()]
 
-    for by_name, by_place in (
+    for by_name, by_index in (
         (run.plot.orbit(about="Beta"), run.plot.orbit(about=1)),
         (run.plot.elements(body="Alpha", about="Beta"), run.plot.elements(body=0, about=1)),
         (run.plot.spins(bodies=["Beta"]), run.plot.spins(bodies=[1])),
@@ -106,7 +106,7 @@ def test_plots_take_names_of_bodies(kw4):
         (list(run.plot(body="Beta", about="Alpha").axes.values()), list(run.plot().axes.values())),
         (run.plot.libration(body="Beta", about="Alpha"), run.plot.libration(body=1, about=0)),
     ):
-        for first, second in zip(curves(by_name), curves(by_place), strict=True):
+        for first, second in zip(curves(by_name), curves(by_index), strict=True):
             np.testing.assert_array_equal(first, second)
 
 
@@ -130,7 +130,7 @@ def test_names_with_control_characters_are_refused(name):
     assert Body(PointMass(), mass=1.0, name="Ünicode 小 $x_1$").name == "Ünicode 小 $x_1$"
 
 
-def test_bodies_without_names_have_those_of_their_places():
+def test_bodies_without_names_are_called_by_their_indices():
     unnamed = System([Body(PointMass(), mass=1.0) for _ in range(2)], G=1.0)
     start = State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0.1, 0]])
     assert unnamed.mu("body 0", "body 1") == 2.0
@@ -138,7 +138,7 @@ def test_bodies_without_names_have_those_of_their_places():
     assert len(run.events) == 1
 
 
-def test_names_are_found_in_another_normal_form(tmp_path):
+def test_names_are_found_in_another_normal_form():
     sphere, other = fullbody.Sphere(1.0), "B"
     body, force = (unicodedata.normalize("NFD", name) for name in ("Äpyän", "Jättiläinen"))
     far = fullbody.KeplerElements(100.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -165,8 +165,8 @@ def test_names_are_found_in_another_normal_form(tmp_path):
 
 def test_the_arguments_of_a_setup_are_found_as_python_writes_them():
     system, state = fullbody.systems.case1()
-    found = fullbody.sweep(
+    result = fullbody.sweep(
         lambda μ: (system, state), {"\N{MICRO SIGN}": [1.0, 2.0]}, 0.1, measure=lambda run: {"a": 1.0}
     )
-    assert list(found["\N{GREEK SMALL LETTER MU}"].values) == [1.0, 2.0]
+    assert list(result["\N{GREEK SMALL LETTER MU}"].values) == [1.0, 2.0]
     assert argument_names({"\N{MICRO SIGN}": 1}) == {"\N{GREEK SMALL LETTER MU}": 1}

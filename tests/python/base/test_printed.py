@@ -36,17 +36,17 @@ PRINTED = {
 @pytest.mark.parametrize("text", PRINTED)
 def test_a_printed_number_is_read_with_its_error_and_unit(text):
     value, error, unit = PRINTED[text]
-    found = gathered(text, "a number")
-    assert found.to_value(unit) == pytest.approx(value, rel=1e-14)
+    result = gathered(text, "a number")
+    assert result.to_value(unit) == pytest.approx(value, rel=1e-14)
     if error is None:
-        assert error_of(found) is None
+        assert error_of(result) is None
     else:
-        assert (error_of(found) * found.unit).to_value(unit) == pytest.approx(error, rel=1e-14)
+        assert (error_of(result) * result.unit).to_value(unit) == pytest.approx(error, rel=1e-14)
 
 
 def test_a_column_of_printed_numbers_keeps_the_error_of_each():
-    found = gathered(["849 ± 15 m", "0.8 ± 0.1 km", "3 km"], "diameters")
-    assert (error_of(found) * found.unit).to_value("m") == pytest.approx([15.0, 100.0, 0.0], rel=1e-14)
+    result = gathered(["849 ± 15 m", "0.8 ± 0.1 km", "3 km"], "diameters")
+    assert (error_of(result) * result.unit).to_value("m") == pytest.approx([15.0, 100.0, 0.0], rel=1e-14)
 
 
 def test_an_error_is_forgotten_where_it_is_computed_with():

@@ -70,7 +70,7 @@ def loose(**masses):
     return pair({"density": None}, {"density": None}, mass_ratio=0.1, **masses)
 
 
-#: What an error calls it, a call that takes it, a good value, and the unit that results have (None: pure numbers).
+#: The argument's name in errors, a call that takes it, a good value, and the unit of results (None: pure numbers).
 Case = namedtuple("Case", "what call value unit")
 
 CASES = {
@@ -145,7 +145,7 @@ CASES = {
 LONG = SYSTEM.integrate(START, 40.0, output=1.0)
 #: Arguments that are one number or many.
 MANY = "integrate output", "integrate outputs", "Dense", "Dense times", *(f"KeplerElements {name}" for name in ORBIT)
-#: What the core calls it, once it is a number.
+#: Names of arguments in errors of the core, which sees plain numbers.
 CALLED = {
     "KeplerElements a": "semi-major axis",
     "KeplerElements i": "inclination",
@@ -176,11 +176,11 @@ def test_any_unit_of_its_kind_and_text_say_the_same(name):
         assert expected.unit.to(case.unit) == pytest.approx(1.0, rel=1e-15)
     other = case.value.to(OTHER.get(str(case.value.unit), case.value.si.unit))
     assert other.unit != case.value.unit or name.endswith(" G")
-    found = case.call(other)
-    found = found.to(case.unit) if case.unit is not None else found
+    result = case.call(other)
+    result = result.to(case.unit) if case.unit is not None else result
     if not name.startswith("Simulation.step"):
         np.testing.assert_allclose(
-            numbers(found), numbers(expected), rtol=1e-9, atol=1e-9 * abs(numbers(expected)).max()
+            numbers(result), numbers(expected), rtol=1e-9, atol=1e-9 * abs(numbers(expected)).max()
         )
 
     def text(value):

@@ -1,4 +1,4 @@
-"""Every dimensional result, one by one: Quantities from a system with units, plain numbers from one without."""
+"""Dimensional results are Quantities in a system with units and plain numbers in one without."""
 
 import fullbody
 import numpy as np
@@ -7,7 +7,7 @@ from astropy import units as u
 from fullbody import observables
 
 KM, H, KG, PER_H = u.km, u.hour, u.kg, u.rad / u.hour
-#: What comes out of a system, its start and its run, and the unit; None for pure numbers.
+#: A result of a system, its start and its run, and its unit; None for pure numbers.
 OUT = {
     "force": (lambda s, x, run: s.interactions(x).force, KG * KM / H**2),
     "torque": (lambda s, x, run: s.interactions(x).torque, KG * KM**2 / H**2),
@@ -83,22 +83,22 @@ OUT = {
 
 @pytest.fixture(scope="module")
 def runs():
-    found = {}
+    results = {}
     for units in (True, False):
         system, state = fullbody.systems.kw4(units=units)
         event = fullbody.events.Periapsis(0, 1)
-        found[units] = (system, state, system.integrate(state, 100.0, output=1.0, dense=True, events=[event]))
-    return found
+        results[units] = (system, state, system.integrate(state, 100.0, output=1.0, dense=True, events=[event]))
+    return results
 
 
 @pytest.mark.parametrize("name", OUT)
 def test_results_are_quantities_with_the_numbers_of_a_system_without_units(name, runs):
     call, unit = OUT[name]
-    with_units, plain = call(*runs[True]), call(*runs[False])
-    assert not isinstance(plain, u.Quantity)
+    with_units, reference = call(*runs[True]), call(*runs[False])
+    assert not isinstance(reference, u.Quantity)
     if unit is None:
         assert not isinstance(with_units, u.Quantity)
     else:
         assert with_units.unit.to(unit) == pytest.approx(1.0, rel=1e-15)
         with_units = with_units.value
-    np.testing.assert_allclose(with_units, plain, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(with_units, reference, rtol=1e-12, atol=0.0)

@@ -25,9 +25,9 @@ def test_products_of_rotations_are_scipys():
     a, b, c = TURNS[:20], TURNS[20:40], TURNS[40:]
     for k in range(20):
         expected = (a[k] * b[k] * c[k]).as_matrix()
-        found = rotations.product(*(one.as_quat(scalar_first=True) for one in (a[k], b[k], c[k])))
-        assert np.abs(rotations.matrices(found) - expected).max() < 2e-15
-        assert abs(np.linalg.norm(found) - 1) < 1e-15
+        result = rotations.product(*(rotation.as_quat(scalar_first=True) for rotation in (a[k], b[k], c[k])))
+        assert np.abs(rotations.matrices(result) - expected).max() < 2e-15
+        assert abs(np.linalg.norm(result) - 1) < 1e-15
     for axis in range(3):
         for angle in (0.0, 0.3, -2.5, np.pi, 7.0):
             expected = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
@@ -42,7 +42,7 @@ def test_volume_and_inertia_with_and_without_units():
     assert body.inertia == pytest.approx(inertia(density * volume, axes), rel=1e-15)
     body = fullbody.Body(fullbody.Ellipsoid(*axes), mass=2.5)
     assert body.density == pytest.approx(2.5 / volume, rel=1e-15)
-    # Each size in a unit of its own.
+    # Each semi-axis has another unit.
     shape = fullbody.Ellipsoid(0.7 * u.km, 520 * u.m, 3.1e4 * u.cm)
     body = fullbody.Body(shape, density=1.9 * u.g / u.cm**3)
     expected = 1.9e12 * volume
@@ -62,7 +62,7 @@ def test_volume_and_inertia_with_and_without_units():
             refused("expected both or neither", lambda mixed=mixed, name=name: getattr(mixed, name))
 
 
-def test_rates_are_those_of_a_uniform_turn():
+def test_rates_are_those_of_a_uniform_rotation():
     rng = np.random.default_rng(5)
     attitudes, spins = rng.normal(size=(6, 4)), rng.normal(size=(6, 3))
     attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
@@ -75,6 +75,8 @@ def test_rates_are_those_of_a_uniform_turn():
     assert np.abs(rotations.rates(attitudes, spins) - expected).max() < 1e-11
 
 
-def test_inverse_undoes_a_turn():
-    turn = rotations.about([1.0, 2.0, -0.5], 0.7)
-    np.testing.assert_allclose(rotations.product(rotations.inverse(turn), turn), [1.0, 0.0, 0.0, 0.0], atol=1e-15)
+def test_the_inverse_undoes_a_rotation():
+    rotation = rotations.about([1.0, 2.0, -0.5], 0.7)
+    np.testing.assert_allclose(
+        rotations.product(rotations.inverse(rotation), rotation), [1.0, 0.0, 0.0, 0.0], atol=1e-15
+    )

@@ -16,13 +16,13 @@ PER_H = u.rad / u.hour
 
 
 def test_system_with_units_gives_the_same_numbers():
-    (system, state), (plain, start) = fullbody.systems.kw4_ho2021(units=True), fullbody.systems.kw4_ho2021()
+    (system, state), (unitless, start) = fullbody.systems.kw4_ho2021(units=True), fullbody.systems.kw4_ho2021()
     assert np.array_equal(state.position.value, start.position)
     # Plain numbers are in the system's units.
-    for given in (state, start):
-        assert np.array_equal(system.interactions(given).force.value, plain.interactions(start).force)
+    for initial in (state, start):
+        assert np.array_equal(system.interactions(initial).force.value, unitless.interactions(start).force)
     run = system.integrate(state, 30 * u.hour, output=10 * u.hour)
-    bare = plain.integrate(start, 30.0, output=10.0)
+    bare = unitless.integrate(start, 30.0, output=10.0)
     for name in ("time", "position", "velocity", "spin", "energy", "angular_momentum"):
         assert np.array_equal(getattr(run, name).value, getattr(bare, name)), name
     assert np.array_equal(run.attitude, bare.attitude)
@@ -31,11 +31,11 @@ def test_system_with_units_gives_the_same_numbers():
 
 def test_gravitational_constant_is_astropys():
     bodies = fullbody.systems.kw4_ho2021(units=True)[0].bodies
-    own = fullbody.System(bodies, units=KM_H_KG).G
-    assert (own / constants.G).to_value(u.one) == pytest.approx(1.0, rel=1e-15)
+    default = fullbody.System(bodies, units=KM_H_KG).G
+    assert (default / constants.G).to_value(u.one) == pytest.approx(1.0, rel=1e-15)
     assert fullbody.System(bodies, units=("AU", "yr", "solMass")).G.value == pytest.approx(4 * np.pi**2, rel=1e-3)
-    given = fullbody.System(bodies, G=6.67408e-11 * u.m**3 / u.kg / u.s**2, units=KM_H_KG)
-    assert given.G.value / 8.64960768e-13 == pytest.approx(1.0, rel=1e-15)
+    constant = fullbody.System(bodies, G=6.67408e-11 * u.m**3 / u.kg / u.s**2, units=KM_H_KG)
+    assert constant.G.value / 8.64960768e-13 == pytest.approx(1.0, rel=1e-15)
 
 
 def test_mixed_units_are_converted():
@@ -81,10 +81,10 @@ def test_quantities_into_a_system_without_units_are_refused():
         refused_with(words, call)
 
 
-def test_plain_numbers_beside_quantities_name_both():
+def test_errors_for_numbers_without_units_beside_quantities_name_both():
     mixed = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
-    plain = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
-    whole = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
+    unitless = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
+    united = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
     mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
     orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
     for call, words in (
@@ -93,11 +93,11 @@ def test_plain_numbers_beside_quantities_name_both():
         (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, "axis a has ... density"),
         (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), "semi-axis a has the unit km ... semi-axis b has none"),
         (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), "semi-axis c has the unit km ... semi-axis a has none"),
-        (lambda: plain.gravity([2, 0, 0] * u.km).potential, "points has the unit km ... semi-axis a has none"),
+        (lambda: unitless.gravity([2, 0, 0] * u.km).potential, "points has the unit km ... semi-axis a has none"),
         (lambda: mixed.gravity([2, 0, 0] * u.km).field, "points has the unit km ... mass of Alpha has none"),
-        (lambda: whole.gravity([2, 0, 0], 1.0).potential, "semi-axis a has the unit km ... points has none"),
-        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, "points has the unit km ... G has none"),
-        (lambda: plain.gravity([2, 0, 0]).potential, "G is not given"),
+        (lambda: united.gravity([2, 0, 0], 1.0).potential, "semi-axis a has the unit km ... points has none"),
+        (lambda: united.gravity([2, 0, 0] * u.km, 1.0).potential, "points has the unit km ... G has none"),
+        (lambda: unitless.gravity([2, 0, 0]).potential, "G is not given"),
         (lambda: orbit.to_cartesian(1.0), "a has the unit km ... mu has none"),
         (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), "mu has the unit km3 / s2 ... a has none"),
         (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), "r has the unit km ... v has none"),
@@ -108,13 +108,13 @@ def test_plain_numbers_beside_quantities_name_both():
     # Its system knows, and its table leaves out what it cannot tell.
     assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
     assert "density" not in mixed._repr_html_()
-    assert "density" in whole._repr_html_()
+    assert "density" in united._repr_html_()
 
 
 def test_parts_of_a_state_have_units_all_or_none():
     r, v = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 2, 0]]
     speed = u.km / u.hour
-    whole = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
+    united = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
     for position, velocity, words in (
         (r * u.km, v, "position has the unit km, but velocity has none"),
         (r, v * speed, "velocity has the unit km / h, but position has none"),
@@ -122,15 +122,15 @@ def test_parts_of_a_state_have_units_all_or_none():
         for make in (
             lambda r, v: fullbody.State(r, v),
             lambda r, v: fullbody.State.from_tait_bryan(r, v, np.zeros((2, 3))),
-            lambda r, v: fullbody.State(whole.position, whole.velocity).replace(position=r, velocity=v),
+            lambda r, v: fullbody.State(united.position, united.velocity).replace(position=r, velocity=v),
         ):
             refused(words, lambda make=make, position=position, velocity=velocity: make(position, velocity))
     for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
-        refused(f"position has the unit km, but {name} has none", lambda given={name: value}: whole.replace(**given))
-    refused("spin has the unit rad / h, but position has none", lambda: fullbody.State(r, v, spin=whole.spin))
+        refused(f"position has the unit km, but {name} has none", lambda change={name: value}: united.replace(**change))
+    refused("spin has the unit rad / h, but position has none", lambda: fullbody.State(r, v, spin=united.spin))
     # Zeros are zeros in any unit; attitudes have none.
-    rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
-    assert rest.position[1, 0] == 9 * u.km
+    motionless = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
+    assert motionless.position[1, 0] == 9 * u.km
     assert fullbody.State([[0, 0, 0]], [[0, 1, 0]] * speed).velocity[0, 1] == 1 * speed
 
 
@@ -143,7 +143,7 @@ def test_bodies_of_a_system_with_units_have_them():
         fullbody.Body(fullbody.PointMass(), mass=7),
     ]
     system = fullbody.System(made, units=KM_H_KG)
-    beta, mixed, whole, point = system.bodies
+    beta, mixed, united, point = system.bodies
     assert beta.shape == fullbody.Ellipsoid(0.285 * u.km, 0.2315 * u.km, 0.1745 * u.km)
     assert beta.mass == 0.135e12 * u.kg
     assert beta.density.to_value(u.kg / u.m**3) == pytest.approx(2799.3, rel=1e-4)
@@ -151,10 +151,10 @@ def test_bodies_of_a_system_with_units_have_them():
     assert "kg" in beta._repr_html_()
     assert mixed.density.to_value(u.g / u.cm**3) == pytest.approx(2.0, rel=1e-15)
     assert mixed.mass.to_value(u.kg) == pytest.approx(2000 * 4 / 3 * np.pi * 300**3, rel=1e-14)
-    assert whole == made[2]
+    assert united == made[2]
     assert point.mass == 7 * u.kg
     assert (beta.name, point.name) == ("Beta", None)
-    # What was made stays as it was; a system without units leaves its bodies alone.
+    # The bodies that went in are unchanged; a system without units keeps the same objects.
     assert made[0].mass == 0.135e12
     assert not isinstance(made[0].shape.a, u.Quantity)
     assert fullbody.System(made[:1], G=1.0).bodies[0] is made[0]
@@ -217,28 +217,28 @@ def test_texts_that_are_no_times_are_refused():
         ("10 m", "until has the unit m"),
     ):
         refused(what, lambda text=text: system.integrate(state, text))
-    # What is understood here is not understood elsewhere in the process.
+    # Units that the package understands are not registered for the rest of the process.
     with pytest.raises(ValueError, match="days"):
         u.Unit("days")
 
 
-def test_plain_elements_beside_the_mu_of_a_system():
+def test_elements_without_units_take_those_of_the_mu_of_a_system():
     system, _ = fullbody.systems.kw4(units=("km", "day", "kg"))
-    plain, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
+    unitless, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
     mu = system.mu()
     for (r, v), (expected_r, expected_v) in (
-        (plain.to_cartesian(mu), united.to_cartesian(mu)),
-        (plain.to_cartesian(system.mu("Beta", "Alpha")), united.to_cartesian(mu.to(u.km**3 / u.day**2))),
+        (unitless.to_cartesian(mu), united.to_cartesian(mu)),
+        (unitless.to_cartesian(system.mu("Beta", "Alpha")), united.to_cartesian(mu.to(u.km**3 / u.day**2))),
     ):
         assert (r.unit, v.unit) == (u.km, u.km / u.day)
         assert (r == expected_r).all()
         assert (v == expected_v).all()
-    assert plain.period(mu) == united.period(mu)
+    assert unitless.period(mu) == united.period(mu)
     assert fullbody.KeplerElements.from_cartesian(r.value, v.value, mu).a.to_value("km") == pytest.approx(2.5)
-    # With one in metres nothing changes: that mu is of kilometres.
+    # Elements in metres give metres, although mu is in kilometres.
     assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m
     for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
-        refused(r"mu has the unit .*, but a has none; expected both", lambda other=other: plain.to_cartesian(other))
+        refused(r"mu has the unit .*, but a has none; expected both", lambda other=other: unitless.to_cartesian(other))
     refused("v has the unit km / d, but r has none", lambda: fullbody.KeplerElements.from_cartesian(r.value, v, mu))
 
 

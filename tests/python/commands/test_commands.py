@@ -92,8 +92,8 @@ def test_info_of_a_description_and_of_a_run(description, capsys):
     assert "samples" in run_part
     assert "0 h to 6 h" in run_part
     assert "gravity            surface" in run_part
-    for part, place in ((description_part, 0), (run_part, -1)):
-        beta = fullbody.load(description.with_suffix(".nc")).position[place, 1].value
+    for part, index in ((description_part, 0), (run_part, -1)):
+        beta = fullbody.load(description.with_suffix(".nc")).position[index, 1].value
         row = next(line for line in part.split("State at time")[1].splitlines() if line.startswith("  Beta"))
         assert ", ".join(f"{x:.6g}" for x in beta) in row
     a = fullbody.load(description.with_suffix(".nc")).elements().a.value
@@ -114,7 +114,7 @@ def test_info_shows_the_others_beside_a_bad_file(description, tmp_path, capsys):
     assert str(bad) not in out
 
 
-def test_a_place_that_cannot_be_written_is_told_before_the_run(description, tmp_path, capsys, monkeypatch):
+def test_a_path_that_cannot_be_written_is_refused_before_the_run(description, tmp_path, capsys, monkeypatch):
     def work(*_, **__):
         raise AssertionError("ran")
 
@@ -186,11 +186,11 @@ def test_info_tells_what_maps_and_flights_hold(tmp_path, capsys):
     fullbody.sweep(setup, {"angle": [0.0, 0.1, 0.2]}, 1.0, **options)
     system.integrate(state, 1.0).save(tmp_path / "run.nc")
     assert main(["info", *(str(tmp_path / f"{name}.nc") for name in ("flight", "map", "run"))]) == 0
-    flight, found, run = capsys.readouterr().out.split(f"{tmp_path}/")[1:]
+    flight, output, run = capsys.readouterr().out.split(f"{tmp_path}/")[1:]
     for text in ("particles +1", "flying +1"):
         assert re.search(text, flight)
     for text in ("angle +3 values", "place +angle, place_0, place_1", "ValueError +1", "none +2"):
-        assert re.search(text, found)
+        assert re.search(text, output)
     assert "Integrator" in run or "steps" in run
 
 

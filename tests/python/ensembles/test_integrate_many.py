@@ -91,7 +91,7 @@ def test_one_end_and_one_integrator_for_each():
         runs = integrate_many([(system, state)] * 3, until, output="ends", integrator=integrators)
         assert [float(run.time[-1].value) for run in runs] == [1.0, 12.0, 3.0]
         assert [run.integrator for run in runs] == [fullbody.Verner98(), *integrators[1:]]
-    # Of a generator the number is not known before it is a list.
+    # The length of a generator is known only once it is a list.
     runs = integrate_many(((system, state) for _ in range(3)), [1.0, 2.0, 3.0] * u.h, output="ends")
     assert len(runs) == 3
     assert integrate_many([], [], integrator=[]) == []

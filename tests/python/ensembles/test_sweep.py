@@ -434,7 +434,7 @@ def test_a_unit_comes_from_any_row_that_has_one(order):
 @pytest.mark.parametrize(
     "values", [[2**63 + 1, 1], [2**53 + 1, 2], [2**63 - 1, -1], [np.int64(2**62 + 1), 3], [np.uint64(2**63 + 1), 1]]
 )
-def test_whole_numbers_stay_whole(values):
+def test_integers_stay_integers(values):
     got = []
 
     def setup(n):
@@ -447,7 +447,7 @@ def test_whole_numbers_stay_whole(values):
 
 
 @pytest.mark.parametrize("values", [[2**70, 1], [2**63, -1], [2**53 + 1, 0.5]])
-def test_whole_numbers_that_do_not_fit_are_refused(values):
+def test_integers_that_one_column_cannot_hold_are_refused(values):
     with pytest.raises(InvalidInput, match=r"n is \[.*\], whole numbers that one column cannot hold exactly"):
         fullbody.sweep(lambda n: circle(), {"n": values}, 0.1, measure=angle)
 

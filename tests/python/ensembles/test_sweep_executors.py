@@ -148,7 +148,7 @@ def test_a_bar_counts_rows(capsys):
 def test_ctrl_c_in_a_worker_ends_the_sweep():
     with pytest.raises(Interrupted) as caught:
         swept(executor=Inline((3,), KeyboardInterrupt()))
-    # What was there when it came is kept.
+    # Rows that were done at the interrupt are kept.
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 2 + [False]
 
 
@@ -191,7 +191,7 @@ def test_rows_of_a_dead_worker_of_dask_are_computed_by_another(tmp_path):
     assert (tmp_path / "died").exists()
     assert (tmp_path / "dask.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()
     rows, workers = zip(*(line.split() for line in (tmp_path / "log of dask").read_text().splitlines()), strict=True)
-    # What the dead worker had not yet given away is computed again, but is in the map once.
+    # Rows that the dead worker had not returned are computed again, but are in the map once.
     assert set(rows) == {str(row) for row in range(12)}
     assert rows.count("5") >= 2
     assert len(set(workers)) >= 2

@@ -294,7 +294,7 @@ def test_a_foreign_chunk_is_named(begun, tmp_path):
     refused(r"00000002.npz has row 0 once more", lambda: swept(begun))
 
 
-def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
+def test_what_is_not_a_store_stays_as_it_is(tmp_path):
     run = fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0)
     run.save(tmp_path / "run.nc")
     (tmp_path / "text.nc").write_text("mine")

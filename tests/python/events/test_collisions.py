@@ -63,7 +63,7 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
     else:
         assert samples == pytest.approx(due[:-1], abs=1e-12)
 
-    # By hand, and back from there.
+    # Single steps reach the same times, and lead back from there.
     sim = fullbody.Simulation(system, FLYING, integrator=integrator)
     states = []
 

@@ -61,12 +61,12 @@ def kepler_time(r, e=0.4):
 
 def test_separation_is_passed_at_keplers_time_in_its_direction():
     system, state = ellipse()
-    out, turn = kepler_time(1.2), 2 * np.pi
-    for direction, expected in ((0, [out, turn - out, turn + out]), (1, [out, turn + out]), (-1, [turn - out])):
+    out, period = kepler_time(1.2), 2 * np.pi
+    for direction, expected in ((0, [out, period - out, period + out]), (1, [out, period + out]), (-1, [period - out])):
         run = system.integrate(state, 9.0, events=[events.Separation(0, 1, 1.2, direction=direction)])
         assert times(run) == pytest.approx(expected, abs=1e-12)
     # Backwards the same zeros; a direction is that of growing time.
-    for direction, expected in ((0, [-out, out - turn]), (1, [out - turn]), (-1, [-out])):
+    for direction, expected in ((0, [-out, out - period]), (1, [out - period]), (-1, [-out])):
         run = system.integrate(state, -7.0, events=[events.Separation(0, 1, 1.2, direction=direction)])
         assert times(run) == pytest.approx(expected, abs=1e-12)
 
@@ -112,7 +112,7 @@ def test_radial_fall_ends_by_contact(shape):
     assert np.ptp(run.position[-1, :, 0]) == pytest.approx(0.5, abs=1e-12)
     # Energy of the fall from rest.
     assert np.ptp(run.velocity[-1, :, 0]) == pytest.approx(np.sqrt(2 * 2.0 * (1 / 0.5 - 1 / 2.0)), rel=1e-12)
-    # Of the samples those before it remain.
+    # Samples before the event remain.
     same = system.integrate(state, 100.0, output=[3.5, 4.0, 100.0], events=[contact])
     assert same.time.tolist() == [3.5, 4.0, same.events[-1].time]
 
@@ -179,7 +179,7 @@ def test_an_exception_in_a_function_propagates():
 
 
 def test_nodes_of_an_inclined_circle_are_half_turns_apart():
-    # On the circle z = sin(i) sin(t).
+    # The height on the circle is z = sin(i) sin(t).
     system, state = ellipse(e=0.0, inclination=0.7, mean_anomaly=-0.5)
     for direction, first in ((1, 0.5), (-1, 0.5 + np.pi)):
         node = events.PlaneCrossing(1, 0, direction=direction)
@@ -291,11 +291,11 @@ def test_the_continuous_solution_has_units():
     run = system.integrate(state, 1 * u.day, dense=True)
     assert run.dense.range == (0 * u.h, 24 * u.h)
     assert run(90 * u.min) == run(1.5 * u.h) == run(1.5)
-    many = run([30, 90] * u.min)
-    assert many.time.unit == u.h
-    assert many.position.unit == u.km
-    assert many.velocity.unit == u.km / u.h
-    assert (many.position[1] == run(1.5).position).all()
+    samples = run([30, 90] * u.min)
+    assert samples.time.unit == u.h
+    assert samples.position.unit == u.km
+    assert samples.velocity.unit == u.km / u.h
+    assert (samples.position[1] == run(1.5).position).all()
     refused("time has the unit km; expected a unit such as h", lambda: run(1 * u.km))
 
 

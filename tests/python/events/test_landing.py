@@ -17,14 +17,14 @@ def system(first, second, tolerance):
     return fullbody.System(bodies, G=1.0, gravity_tolerance=tolerance)
 
 
-def beside(place, attitude=Q):
-    return State([[0.0] * 3, place], np.zeros((2, 3)), attitude=[UNTURNED, attitude], spin=np.zeros((2, 3)))
+def beside(position, attitude=Q):
+    return State([[0.0] * 3, position], np.zeros((2, 3)), attitude=[UNTURNED, attitude], spin=np.zeros((2, 3)))
 
 
 def support(axes, attitude, n):
     """The distance that an ellipsoid reaches from its centre along a direction of the inertial frame."""
-    turn = beside([9.0, 0.0, 0.0], attitude).rotation_matrix[1]
-    return np.linalg.norm(np.array(axes) * (turn.T @ n))
+    rotation = beside([9.0, 0.0, 0.0], attitude).rotation_matrix[1]
+    return np.linalg.norm(np.array(axes) * (rotation.T @ n))
 
 
 @pytest.mark.parametrize("normal", [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]], ids=["face", "edge", "corner"])
@@ -35,26 +35,26 @@ def test_force_of_a_polyhedron_on_an_ellipsoid_right_above_is_the_focal_integral
     points, weights = focal_points(*axes, n=80, m=320)
     for gap in (0.1, 1e-3, 1e-9):
         # The point of the ellipsoid that is nearest lies above the middle of the face, of the edge, or the corner.
-        turn = beside([9.0, 0.0, 0.0]).rotation_matrix[1]
-        nearest = turn @ (np.array(axes) ** 2 * (turn.T @ n)) / support(axes, Q, n)
+        rotation = beside([9.0, 0.0, 0.0]).rotation_matrix[1]
+        nearest = rotation @ (np.array(axes) ** 2 * (rotation.T @ n)) / support(axes, Q, n)
         state = beside(np.sign(normal) + n * gap + nearest)
-        arms = points @ turn.T
-        place = state.position[1] + arms
-        attraction = cube.gravity(place, G=1.0)
+        arms = points @ rotation.T
+        position = state.position[1] + arms
+        attraction = cube.gravity(position, G=1.0)
         field, potential = attraction.field, attraction.potential
-        force, torque = 0.3 * weights @ field, 0.3 * weights @ np.cross(arms, field) @ turn
-        back = -0.3 * weights @ np.cross(place, field)
-        found = system(cube.shape, Ellipsoid(*axes), 1e-13).interactions(state)
+        force, torque = 0.3 * weights @ field, 0.3 * weights @ np.cross(arms, field) @ rotation
+        back = -0.3 * weights @ np.cross(position, field)
+        result = system(cube.shape, Ellipsoid(*axes), 1e-13).interactions(state)
         size = np.abs(force).max()
-        close(found.force, [-force, force], 3e-14)
-        close(found.torque, [back, torque], 3e-14, scale=size)
-        close(found.potential_energy, -0.3 * weights @ potential, 3e-14)
+        close(result.force, [-force, force], 3e-14)
+        close(result.torque, [back, torque], 3e-14, scale=size)
+        close(result.potential_energy, -0.3 * weights @ potential, 3e-14)
 
 
 @pytest.mark.parametrize("gap", [0.1, 1e-3, 1e-9])
 @pytest.mark.parametrize("meeting", ["corners", "corner and face", "edges"])
 def test_forces_of_polyhedra_about_to_touch_do_not_depend_on_which_is_summed_over(meeting, gap):
-    one, other = octahedron(1.0, 1.0, 1.0), octahedron(0.5, 0.5, 0.5)
+    first, other = octahedron(1.0, 1.0, 1.0), octahedron(0.5, 0.5, 0.5)
     diagonal = np.ones(3) / 3**0.5
     # A turn of a corner of the second one towards the first.
     half = 0.5 * np.arccos(-diagonal[0])
@@ -67,19 +67,19 @@ def test_forces_of_polyhedra_about_to_touch_do_not_depend_on_which_is_summed_ove
         # Edges at right angles: the second one is turned by a right angle about the line of the centres.
         across = np.array([1.0, 1.0, 0.0]) / 2**0.5
         state = beside((0.5**0.5 * 1.5 + gap) * across, [0.5**0.5, *0.5**0.5 * across])
-    found = system(one, with_more_faces(other), 1e-11).interactions(state)
-    again = system(with_more_faces(one), other, 1e-11).interactions(state)
+    result = system(first, with_more_faces(other), 1e-11).interactions(state)
+    again = system(with_more_faces(first), other, 1e-11).interactions(state)
     size = np.abs(again.force).max()
-    close(found.force, again.force, 2e-11)
-    close(found.torque, again.torque, 2e-11, scale=size)
-    close(found.potential_energy, again.potential_energy, 2e-11)
+    close(result.force, again.force, 2e-11)
+    close(result.torque, again.torque, 2e-11, scale=size)
+    close(result.potential_energy, again.potential_energy, 2e-11)
 
 
 def test_the_force_between_touching_cubes_is_trefethens():
     """The force between touching cubes is a sum of logarithms and arc tangents (Trefethen 2005)."""
     cube, gap = box(1.0, 1.0, 1.0), 1e-9
-    found = system(cube, cube, 1e-7).interactions(beside([1.0 + gap, 0.0, 0.0], UNTURNED))
-    close(found.force[0], np.array([0.3 * 0.92598126055729142809, 0.0, 0.0]), 1e-7)
+    result = system(cube, cube, 1e-7).interactions(beside([1.0 + gap, 0.0, 0.0], UNTURNED))
+    close(result.force[0], np.array([0.3 * 0.92598126055729142809, 0.0, 0.0]), 1e-7)
 
 
 def landing(first, second, tolerance, **options):
@@ -99,13 +99,13 @@ def test_a_tumbling_ellipsoid_lands_when_its_support_touches(axes):
     run = landing(box(2.0, 2.0, 2.0), Ellipsoid(*axes), 1e-12)
     close(run.energy, run.energy[0], 2e-12)
     close(run.angular_momentum, run.angular_momentum[0], 1e-12, scale=np.abs(run.angular_momentum).max())
-    turns, (first, second) = run[-1].rotation_matrix, run.position[-1]
+    rotations, (first, second) = run[-1].rotation_matrix, run.position[-1]
     # It touches a face's plane, above the face.
-    reach = [np.linalg.norm(np.array(axes) * (turns[1].T @ n)) for n in turns[0].T]
-    place = turns[0].T @ (second - first)
-    k = np.argmax(np.abs(place))
-    assert abs(place[k]) - reach[k] == pytest.approx(1.0, abs=1e-11)
-    assert np.abs(np.delete(place, k)).max() < 1.0
+    reach = [np.linalg.norm(np.array(axes) * (rotations[1].T @ n)) for n in rotations[0].T]
+    offset = rotations[0].T @ (second - first)
+    k = np.argmax(np.abs(offset))
+    assert abs(offset[k]) - reach[k] == pytest.approx(1.0, abs=1e-11)
+    assert np.abs(np.delete(offset, k)).max() < 1.0
 
 
 def test_a_tumbling_polyhedron_lands_when_a_corner_touches():
@@ -123,13 +123,13 @@ def wedge(angle):
     return fullbody.Polyhedron(corners, faces)
 
 
-def fates(shape, places, velocities):
+def fates(shape, positions, velocities):
     """The fates of particles that land on a body too light to bend their straight paths, whose frame is put back."""
     body = Body(shape, mass=1e-18, name="A")
     frame = body.working_frame
-    turn = State([[0.0] * 3], [[0.0] * 3], attitude=[frame.attitude]).rotation_matrix[0]
+    rotation = State([[0.0] * 3], [[0.0] * 3], attitude=[frame.attitude]).rotation_matrix[0]
     at_rest = State([[0.0] * 3], [[0.0] * 3])
-    start = fullbody.Particles(np.array(frame.position) + places @ turn.T, velocities @ turn.T)
+    start = fullbody.Particles(np.array(frame.position) + positions @ rotation.T, velocities @ rotation.T)
     return fullbody.System([body], G=1.0).fly(at_rest, start, 3.0, output="ends").fate_time
 
 
@@ -142,5 +142,5 @@ def test_a_pass_beyond_a_sharp_edge_is_no_landing(angle):
     # Within it they land on the first face, where the wedge is so thick.
     away = np.geomspace(1e-4, 1e-1, 30)
     sides[:, 0] = 1.0 - away
-    found = fates(wedge(np.radians(angle)), sides, np.tile([0.0, 1.0, 0.0], (30, 1)))
-    close(found, 1.0 - away * np.tan(np.radians(angle) / 2.0), 1e-9)
+    result = fates(wedge(np.radians(angle)), sides, np.tile([0.0, 1.0, 0.0], (30, 1)))
+    close(result, 1.0 - away * np.tan(np.radians(angle) / 2.0), 1e-9)

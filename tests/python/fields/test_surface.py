@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere, fields, plots
 from fullbody.fields import surface
-from scipy.spatial import ConvexHull
 from support import matrix, refused
-from support.meshes import icosphere
+from support.meshes import convex_hull, icosphere
 
 
 def alone(body, spin=(0, 0, 0), attitude=(1, 0, 0, 0), G=1.0):
@@ -47,18 +46,18 @@ def test_the_surface_of_a_rotating_ball_has_the_closed_form():
 def test_the_tide_of_the_other_body_is_newtons():
     """A distant ball has the tide G m [(d - r)/|d - r|^3 - d/d^3]."""
     balls = [Body(Sphere(1.0), mass=1.0, name="A"), Body(Sphere(0.5), mass=0.6, name="B")]
-    turn = np.array([0.8, 0.1, -0.4, 0.3])
-    turn /= np.linalg.norm(turn)
+    attitude = np.array([0.8, 0.1, -0.4, 0.3])
+    attitude /= np.linalg.norm(attitude)
     d = np.array([2.0, -1.0, 0.5])
-    state = fullbody.State(position=[np.zeros(3), d], velocity=np.zeros((2, 3)), attitude=[turn, turn])
+    state = fullbody.State(position=[np.zeros(3), d], velocity=np.zeros((2, 3)), attitude=[attitude, attitude])
     field = surface(fullbody.System(balls, G=2.0), state, "A", rows=10)
-    away = d @ matrix(turn) - field.point
+    away = d @ matrix(attitude) - field.point
     far = np.linalg.norm(away, axis=1, keepdims=True)
-    tide = 1.2 * (away / far**3 - d @ matrix(turn) / np.linalg.norm(d) ** 3)
+    tide = 1.2 * (away / far**3 - d @ matrix(attitude) / np.linalg.norm(d) ** 3)
     assert field.acceleration == pytest.approx(tide - 2.0 * field.normal, abs=1e-13)
     potential = (
         1.2 * (1.0 / far[:, 0] - 1.0 / np.linalg.norm(d))
-        - 1.2 * field.point @ (d @ matrix(turn)) / np.linalg.norm(d) ** 3
+        - 1.2 * field.point @ (d @ matrix(attitude)) / np.linalg.norm(d) ** 3
     )
     assert field.geopotential == pytest.approx(-2.0 - potential, abs=1e-13)
 
@@ -68,15 +67,15 @@ def test_the_acceleration_is_that_of_a_particle_let_go():
     state = state.replace(spin=[[0.3, -0.2, 2.2], [0.4, 0.3, 0.2]])
     field = surface(system, state, "Beta", rows=6)
     k = 20
-    turn = matrix(state.attitude[1])
+    rotation = matrix(state.attitude[1])
     # A little above the surface: a point on it would touch.
     arm = field.point[k] * (1.0 + 1e-9)
-    place = state.position[1] + turn @ arm
-    speed = state.velocity[1] + turn @ np.cross(state.spin[1], arm)
+    position = state.position[1] + rotation @ arm
+    speed = state.velocity[1] + rotation @ np.cross(state.spin[1], arm)
     dust = Body(PointMass(), mass=1e-20, name="dust")
     both = fullbody.System([*system.bodies, dust], G=system.G)
     joined = fullbody.State(
-        position=[*state.position, place],
+        position=[*state.position, position],
         velocity=[*state.velocity, speed],
         attitude=[*state.attitude, [1, 0, 0, 0]],
         spin=[*state.spin, [0, 0, 0]],
@@ -85,7 +84,7 @@ def test_the_acceleration_is_that_of_a_particle_let_go():
     g, centre = load.force[2] / 1e-20, load.force[1] / m[1]
     inertia, omega = system["Beta"].inertia, state.spin[1]
     turning = (load.torque[1] - np.cross(omega, inertia * omega)) / inertia
-    expected = turn.T @ (g - centre) - np.cross(omega, np.cross(omega, arm)) - np.cross(turning, arm)
+    expected = rotation.T @ (g - centre) - np.cross(omega, np.cross(omega, arm)) - np.cross(turning, arm)
     assert field.acceleration[k] == pytest.approx(expected, rel=1e-7)
 
 
@@ -104,7 +103,7 @@ def test_a_composite_has_the_surfaces_of_its_parts_outside_of_each_other():
     body = Body(Composite(parts))
     field = surface(*alone(body), rows=90)
     frame = body.working_frame
-    centres = [frame.position + matrix(frame.attitude) @ place for place in ([0.0, 0.0, 0.0], [1.2, 0.0, 0.0])]
+    centres = [frame.position + matrix(frame.attitude) @ origin for origin in ([0.0, 0.0, 0.0], [1.2, 0.0, 0.0])]
     for centre, radius in zip(centres, (1.0, 0.6), strict=True):
         assert (np.linalg.norm(field.point - centre, axis=1) > radius - 1e-12).all()
     plane = (1.2**2 + 1.0 - 0.36) / 2.4
@@ -123,12 +122,7 @@ def hull(vertex_at_pole):
     points /= np.linalg.norm(points, axis=1)[:, None]
     if vertex_at_pole:
         points[0] = [0.0, 0.0, 1.0]
-    points = np.concatenate([points, -points])
-    faces = ConvexHull(points).simplices
-    corners = points[faces]
-    inward = np.linalg.det(corners) < 0.0
-    faces[inward] = faces[inward][:, ::-1]
-    return fullbody.Polyhedron(points, faces)
+    return convex_hull(np.concatenate([points, -points]))
 
 
 def area(outline):
@@ -143,7 +137,7 @@ def test_the_cells_of_a_map_cover_the_body_once(shape):
     (cells,) = plots.surface_map(field).collections
     outlines = [path.vertices[:-1] for path in cells.get_paths()[: len(field.slope)]]
     assert sum(map(area, outlines)) == pytest.approx(360.0 * 180.0, rel=1e-3)
-    # Whatever reaches beyond an edge of the map stands at the other one, too.
+    # A cell that reaches beyond an edge of the map is repeated at the opposite edge.
     every = np.concatenate([path.vertices for path in cells.get_paths()])
     assert every[:, 0].min() <= -180.0
     assert every[:, 0].max() >= 180.0
@@ -157,19 +151,19 @@ def swinging():
 
 
 def test_surfaces_along_a_run_are_those_of_its_states(swinging):
-    found = fields.surface_along(swinging, "Beta", rows=6)
-    each = [fields.surface(swinging.system, swinging[k], "Beta", rows=6) for k in range(len(swinging))]
+    result = fields.surface_along(swinging, "Beta", rows=6)
+    samples = [fields.surface(swinging.system, swinging[k], "Beta", rows=6) for k in range(len(swinging))]
     for name in ("slope", "surface_acceleration"):
-        values = np.array([getattr(field, name).value for field in each])
-        least, greatest = getattr(found, f"least_{name}"), getattr(found, f"greatest_{name}")
-        assert least.unit == getattr(each[0], name).unit
+        values = np.array([getattr(field, name).value for field in samples])
+        least, greatest = getattr(result, f"least_{name}"), getattr(result, f"greatest_{name}")
+        assert least.unit == getattr(samples[0], name).unit
         np.testing.assert_array_equal(least.value, values.min(axis=0))
         np.testing.assert_array_equal(greatest.value, values.max(axis=0))
-    np.testing.assert_array_equal(found.point, each[0].point)
-    assert (found.greatest_slope > found.least_slope).all()
-    label = plots.surface_map(found, "greatest_slope").child_axes[0].get_ylabel()
+    np.testing.assert_array_equal(result.point, samples[0].point)
+    assert (result.greatest_slope > result.least_slope).all()
+    label = plots.surface_map(result, "greatest_slope").child_axes[0].get_ylabel()
     assert label == "greatest slope [deg]"
-    refused("quantity is 'slope'; expected 'least_slope'", lambda: plots.surface_map(found, "slope"))
+    refused("quantity is 'slope'; expected 'least_slope'", lambda: plots.surface_map(result, "slope"))
     refused(r"expected a fullbody\.Run with samples", lambda: fields.surface_along(swinging[:0]))
 
 

@@ -13,20 +13,20 @@ from fullbody.errors import InconsistentInput, InvalidInput
 from support import matrix, refused
 
 
-def circling(light, separation=2.0, G=0.7, shape=None, turn=None, order=1):
+def circling(light, separation=2.0, G=0.7, shape=None, rotation=None, order=1):
     """Two balls on a circle, in any attitude of the orbit; the lighter one has this share of the mass 3."""
-    turn = np.eye(3) if turn is None else turn
+    rotation = np.eye(3) if rotation is None else rotation
     shares = np.array([1.0 - light, light])
     rate = np.sqrt(G * 3.0 / separation**3)
-    places = separation * np.array([[-light, 0, 0], [1.0 - light, 0, 0]])
-    speeds = rate * np.cross([0, 0, 1.0], places)
+    positions = separation * np.array([[-light, 0, 0], [1.0 - light, 0, 0]])
+    speeds = rate * np.cross([0, 0, 1.0], positions)
     bodies = [
         Body(shape or Sphere(0.05), mass=3.0 * share, name=name) for share, name in zip(shares, ("A", "B"), strict=True)
     ]
     state = fullbody.State(
-        position=(places @ turn.T + [5.0, 1.0, -2.0])[::order],
-        velocity=(speeds @ turn.T + [0.1, 0.2, 0.3])[::order],
-        spin=[turn @ [0, 0, rate]] * 2,
+        position=(positions @ rotation.T + [5.0, 1.0, -2.0])[::order],
+        velocity=(speeds @ rotation.T + [0.1, 0.2, 0.3])[::order],
+        spin=[rotation @ [0, 0, rate]] * 2,
     )
     return fields.Synodic(fullbody.System(bodies[::order], G=G), state)
 
@@ -40,9 +40,9 @@ def quintic(light):
         [1, 3 - m, 3 - 2 * m, -m, -2 * m, -m],
         [1, 2 + m, 1 + 2 * m, -(1 - m), -2 * (1 - m), -(1 - m)],
     )
-    found = [[r.real for r in np.roots(p) if abs(r.imag) < 1e-9 and r.real > 0] for p in polynomials]
-    (one,), (two,), (three,) = found
-    return 1 - m - one, 1 - m + two, -m - three
+    roots = [[r.real for r in np.roots(p) if abs(r.imag) < 1e-9 and r.real > 0] for p in polynomials]
+    (first,), (two,), (three,) = roots
+    return 1 - m - first, 1 - m + two, -m - three
 
 
 TURN = matrix(np.array([0.5, 0.1, -0.7, 0.5]))
@@ -50,7 +50,7 @@ TURN = matrix(np.array([0.5, 0.1, -0.7, 0.5]))
 
 @pytest.mark.parametrize(("light", "order"), [(0.01, 1), (0.3, -1), (0.5, 1), (1e-4, -1)])
 def test_two_balls_have_the_classical_points(light, order):
-    pair = circling(light, turn=TURN, order=order)
+    pair = circling(light, rotation=TURN, order=order)
     assert pair.rate == pytest.approx(np.sqrt(0.7 * 3.0 / 8.0), rel=1e-14)
     points = {point.name: point for point in pair.equilibria()}
     assert list(points) == ["L1", "L2", "L3", "L4", "L5"]
@@ -64,11 +64,13 @@ def test_two_balls_have_the_classical_points(light, order):
         expected = np.sort_complex(np.concatenate([planar, [1j, -1j]]).round(9))
         assert np.sort_complex((points[name].eigenvalues / pair.rate).round(9)) == pytest.approx(expected, abs=1e-8)
     # Bodies of equal mass have no lighter one; here no two are.
-    place, speed = pair.to_inertial(points["L4"].position)
-    pull = pair.system.gravity(pair_state(pair), place).field
+    position, speed = pair.to_inertial(points["L4"].position)
+    pull = pair.system.gravity(pair_state(pair), position).field
     centre = pair.to_inertial([0.0, 0.0, 0.0])
-    assert pull == pytest.approx(-(pair.rate**2) * (place - centre[0]), rel=1e-12)
-    assert np.linalg.norm(speed - centre[1]) == pytest.approx(pair.rate * np.linalg.norm(place - centre[0]), rel=1e-14)
+    assert pull == pytest.approx(-(pair.rate**2) * (position - centre[0]), rel=1e-12)
+    assert np.linalg.norm(speed - centre[1]) == pytest.approx(
+        pair.rate * np.linalg.norm(position - centre[0]), rel=1e-14
+    )
 
 
 def pair_state(pair):
@@ -89,22 +91,22 @@ def test_the_rotating_frame_has_units():
     with pytest.warns(InconsistentInput, match="Alpha turns in the rotating frame"):
         with_units = fields.Synodic(system, state)
     assert with_units.rate.unit == u.rad / u.hour
-    found = {point.name: point for point in with_units.equilibria()}
-    assert found["L4"].position.unit == u.km
-    assert found["L4"].jacobi.unit == u.km**2 / u.hour**2
-    again = with_units.jacobi(found["L4"].position)
-    assert again.to_value("m2/s2") == pytest.approx(found["L4"].jacobi.to_value("m2/s2"), rel=1e-14)
+    results = {point.name: point for point in with_units.equilibria()}
+    assert results["L4"].position.unit == u.km
+    assert results["L4"].jacobi.unit == u.km**2 / u.hour**2
+    again = with_units.jacobi(results["L4"].position)
+    assert again.to_value("m2/s2") == pytest.approx(results["L4"].jacobi.to_value("m2/s2"), rel=1e-14)
     assert with_units.roche_lobe("Beta", rows=12).volume.unit == u.km**3
 
 
 def test_jacobis_constant_is_kept():
-    pair = circling(0.2, turn=TURN)
-    place, speed = pair.to_inertial([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
+    pair = circling(0.2, rotation=TURN)
+    position, speed = pair.to_inertial([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
     dust = Body(PointMass(), mass=1e-25, name="dust")
     system = fullbody.System([*pair.system.bodies, dust], G=pair.system.G)
     begin = pair_state(pair)
     centre = pair.to_inertial(pair.position)
-    state = fullbody.State(position=[*begin.position, place], velocity=[*centre[1], speed])
+    state = fullbody.State(position=[*begin.position, position], velocity=[*centre[1], speed])
     run = system.integrate(state, 3.0, output=1.0)
     expected = pair.jacobi([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
     for k in range(len(run)):
@@ -131,8 +133,8 @@ def test_meshes_of_roche_lobes_miss_of_the_volume_what_they_say():
     """The error goes with 1/rows^2: two meshes give the volume itself."""
     pair = circling(0.2, separation=1.0, shape=PointMass())
     volumes = [pair.roche_lobe("B", rows=rows).volume for rows in (30, 60)]
-    whole = (4.0 * volumes[1] - volumes[0]) / 3.0
-    assert (1.0 - volumes[1] / whole) * 60**2 == pytest.approx(3.7, rel=0.1)
+    extrapolated = (4.0 * volumes[1] - volumes[0]) / 3.0
+    assert (1.0 - volumes[1] / extrapolated) * 60**2 == pytest.approx(3.7, rel=0.1)
 
 
 def test_zero_velocity_curves_close_above_the_level_of_L1():
@@ -177,12 +179,12 @@ def test_the_warning_tells_what_is_off_and_no_rounding():
         return str(caught[0].message).partition("(")[2].partition(")")[0]
 
     e = 0.25
-    turned = [np.array([np.cos(0.7), np.sin(0.7), 0.0]), np.array([-np.sin(0.7), np.cos(0.7), 0.0])]
-    pull = told(turned[0], np.sqrt(1.0 + e) * turned[1])
+    axes = [np.array([np.cos(0.7), np.sin(0.7), 0.0]), np.array([-np.sin(0.7), np.cos(0.7), 0.0])]
+    pull = told(axes[0], np.sqrt(1.0 + e) * axes[1])
     assert pull == f"their pull is off by {1.0 - 1.0 / (1.0 + e):.2g} of what keeps them at rest in the rotating frame"
-    both = told(turned[0], np.sqrt(1.0 + e) * (turned[1] + turned[0]))
+    both = told(axes[0], np.sqrt(1.0 + e) * (axes[1] + axes[0]))
     assert both == f"{pull}, and they approach or recede at {np.sqrt(0.5):.2g} of their speed"
-    assert told(turned[0], turned[1] + turned[0]) == both.partition(", and ")[2]
+    assert told(axes[0], axes[1] + axes[0]) == both.partition(", and ")[2]
 
 
 def test_pictures_of_the_rotating_frame_have_labels_and_units():

@@ -108,7 +108,7 @@ def test_a_file_edited_with_xarray_loads(written, tmp_path):
 # Damage
 
 
-def test_zeros_in_place_of_any_block_are_refused(written, tmp_path):
+def test_zeros_instead_of_any_block_are_refused(written, tmp_path):
     run, data = written
     path = tmp_path / "run.nc"
     for first in range(0, len(data), 512):
@@ -124,8 +124,8 @@ def test_zeros_in_place_of_any_block_are_refused(written, tmp_path):
 def test_every_truncation_is_refused(written, tmp_path):
     data = written[1]
     path = tmp_path / "run.nc"
-    whole = len(without_checksum(data))
-    for length in [*range(0, whole, 997), whole - 1, *range(whole + 1, len(data), 13), len(data) - 1]:
+    size = len(without_checksum(data))
+    for length in [*range(0, size, 997), size - 1, *range(size + 1, len(data), 13), len(data) - 1]:
         path.write_bytes(data[:length])
         refused(r"the file is (empty|not a NetCDF file|truncated or damaged)", lambda: fullbody.load(path))
     for longer in (b"\n", b"x", bytes(512)):

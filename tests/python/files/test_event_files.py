@@ -16,8 +16,8 @@ def distance_from_usual(state):
 
 
 @pytest.fixture(scope="module")
-def many():
-    """Many kinds at once, some of them twice, without units."""
+def eventful():
+    """A run without units with events of many kinds, some of them twice."""
     system, state = fullbody.systems.kw4_ho2021()
     watched = [
         events.Separation(0, 1, 2.545, direction=-1),
@@ -34,11 +34,11 @@ def many():
     return run
 
 
-def test_every_bit_of_every_event_comes_back(many, tmp_path):
-    many.save(tmp_path / "run.nc")
+def test_every_bit_of_every_event_comes_back(eventful, tmp_path):
+    eventful.save(tmp_path / "run.nc")
     again = fullbody.load(tmp_path / "run.nc")
-    assert len(again.events) == len(many.events) > 20
-    for old, new in zip(many.events, again.events, strict=True):
+    assert len(again.events) == len(eventful.events) > 20
+    for old, new in zip(eventful.events, again.events, strict=True):
         assert new.time == old.time
         assert new.state == old.state
         assert type(new.event) is type(old.event)
@@ -52,15 +52,15 @@ def test_every_bit_of_every_event_comes_back(many, tmp_path):
     assert xr.open_dataset(tmp_path / "again.nc").load().identical(xr.open_dataset(tmp_path / "run.nc").load())
 
 
-def test_a_function_leaves_its_name(many, tmp_path):
-    many.save(tmp_path / "run.nc")
+def test_a_function_leaves_its_name(eventful, tmp_path):
+    eventful.save(tmp_path / "run.nc")
     again = fullbody.load(tmp_path / "run.nc")
     (event,) = {happened.event for happened in again.events if isinstance(happened.event, events.Function)}
     assert "distance_from_usual" in repr(event)
     with pytest.raises(InvalidInput, match="the function distance_from_usual is not in the file"):
         again.system.integrate(again[0], 1.0, events=[event])
-    rest = [happened.event for happened in again.events if not isinstance(happened.event, events.Function)]
-    assert again.system.integrate(again[0], 100.0, events=rest).stop_reason == "end"
+    events_of_classes = [happened.event for happened in again.events if not isinstance(happened.event, events.Function)]
+    assert again.system.integrate(again[0], 100.0, events=events_of_classes).stop_reason == "end"
 
 
 def test_parameters_keep_the_unit_they_were_given_in(tmp_path):
@@ -113,13 +113,15 @@ def test_a_run_without_events_has_no_room_for_them(case1_run):
     assert not [name for name in case1_run.to_xarray().variables if str(name).startswith("event")]
 
 
-def test_damaged_events_are_named(many):
-    whole = many.to_xarray()
+def test_damaged_events_are_named(eventful):
+    dataset = eventful.to_xarray()
     for change, message in (
         (("Apoapsis", "Aphelion"), "event is 'Aphelion'; expected one of Alignment, "),
         (('"direction": -1', '"direction": 7'), "direction of Separation is 7; expected -1, 0 or 1"),
         (("]", ""), "JSON|delimiter"),
     ):
-        content = reading.Content(whole.assign_attrs(fullbody_events=whole.attrs["fullbody_events"].replace(*change)))
+        content = reading.Content(
+            dataset.assign_attrs(fullbody_events=dataset.attrs["fullbody_events"].replace(*change))
+        )
         refused(message, lambda content=content: loading.run_in(content))
-    refused("has no .*event_spin", lambda: loading.run_in(reading.Content(whole.drop_vars("event_spin"))))
+    refused("has no .*event_spin", lambda: loading.run_in(reading.Content(dataset.drop_vars("event_spin"))))

@@ -26,7 +26,7 @@ def every_kind(units=False):
     def united(orbit):
         return fullbody.KeplerElements(orbit.a * km, orbit.e, orbit.i, orbit.Omega, orbit.omega, orbit.M)
 
-    given = [
+    kinds = [
         forces.ThirdBody(mass=1.98841e30, orbit=united(ORBIT), of="system", name="Sun"),
         forces.ThirdBody(mass=5.97e24, orbit=united(FLYBY), of="body", time=20.0 * hour, name="Earth"),
         forces.ThirdBody(mass=7.3e22, times=times * hour, positions=moon * km, of="body", name="Moon"),
@@ -39,16 +39,16 @@ def every_kind(units=False):
         ),
         forces.Byorp(on="Beta", about="Alpha", force=1e5 * newton),
     ]
-    return system.with_forces(given), state
+    return system.with_forces(kinds), state
 
 
 @pytest.fixture(scope="module")
 def runs():
-    found = []
+    results = []
     for units in (False, True):
         system, state = every_kind(units)
-        found.append(system.integrate(state, 30.0, output=5.0, events=[events.ClosestApproach("Earth")]))
-    return found
+        results.append(system.integrate(state, 30.0, output=5.0, events=[events.ClosestApproach("Earth")]))
+    return results
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -62,15 +62,15 @@ def test_every_bit_of_a_run_with_forces_comes_back(runs, which, tmp_path):
     # The flyby unlocks the secondary.
     assert again.switched_off == run.switched_off == {"BYORP on Beta": 1}
     for name in ("work", "impulse", "angular_impulse"):
-        one, other = getattr(again, name), getattr(run, name)
-        assert list(one) == list(other) == [force.name for force in run.system.forces]
-        assert all(np.array_equal(one[name], other[name]) for name in one)
+        first, other = getattr(again, name), getattr(run, name)
+        assert list(first) == list(other) == [force.name for force in run.system.forces]
+        assert all(np.array_equal(first[name], other[name]) for name in first)
     assert np.array_equal(again.energy_drift, run.energy_drift)
     assert np.array_equal(again.angular_momentum_drift, run.angular_momentum_drift)
     assert [happened.event for happened in again.events] == [events.ClosestApproach("Earth")]
     # Units change no number; the loaded system moves as the saved one does.
     np.testing.assert_allclose(getattr(run.position, "value", run.position), runs[0].position, rtol=0, atol=1e-11)
-    work = [[getattr(each[-1], "value", each[-1]) for each in other.work.values()] for other in (run, runs[0])]
+    work = [[getattr(value[-1], "value", value[-1]) for value in other.work.values()] for other in (run, runs[0])]
     np.testing.assert_allclose(*work, rtol=1e-9)
     assert np.array_equal(again.system.integrate(again[0], 5.0).position, run.system.integrate(run[0], 5.0).position)
     again.save(tmp_path / "again.nc")
@@ -135,36 +135,37 @@ def test_a_function_is_missed_only_in_a_run(tmp_path):
     with pytest.raises(ForceFailed, match="the function drag is not in the file") as raised:
         again.system.integrate(again[-1], 20.0)
     assert raised.value.force == "drag"
-    given = [forces.Function(drag), again.system.forces[1]]
+    functions = [forces.Function(drag), again.system.forces[1]]
     assert (
-        again.system.with_forces(given).integrate(again[0], 10.0, output=5.0).position.tolist() == run.position.tolist()
+        again.system.with_forces(functions).integrate(again[0], 10.0, output=5.0).position.tolist()
+        == run.position.tolist()
     )
 
 
 def test_a_damaged_description_of_forces_is_refused(runs):
-    whole = runs[0].to_xarray()
+    dataset = runs[0].to_xarray()
 
     def described(change):
-        found = json.loads(whole.attrs["fullbody_system"])
-        change(found["forces"])
-        return {"fullbody_system": json.dumps(found)}
+        description = json.loads(dataset.attrs["fullbody_system"])
+        change(description["forces"])
+        return {"fullbody_system": json.dumps(description)}
 
     for attributes, message in [
         ({"fullbody_switched_off": '{"Mars": 1}'}, "'Mars' has 1; expected a force"),
         ({"fullbody_switched_off": '{"Sun": -1}'}, "'Sun' has -1; expected a force"),
         ({"fullbody_switched_off": "[1]"}, "attribute fullbody_switched_off"),
-        (described(lambda found: found[0].update(kind="Comet")), "of the kind 'Comet'; expected one of"),
-        (described(lambda found: (found[0].pop("mass"), found[0].pop("mu"))), "no entry 'mu'"),
-        (described(lambda found: found[3].update(lag=-1.0)), "lag"),
-        (described(lambda found: found[3].update(name="Sun")), "distinct"),
-        (described(lambda found: found[3].update(on="Gamma")), "on of tide on Alpha is 'Gamma'"),
-        (described(lambda found: found.pop(0)), "the notes have 6 forces; expected 5"),
-        (described(lambda found: found.clear()), "the notes have 6 forces; expected 0"),
+        (described(lambda description: description[0].update(kind="Comet")), "of the kind 'Comet'; expected one of"),
+        (described(lambda description: (description[0].pop("mass"), description[0].pop("mu"))), "no entry 'mu'"),
+        (described(lambda description: description[3].update(lag=-1.0)), "lag"),
+        (described(lambda description: description[3].update(name="Sun")), "distinct"),
+        (described(lambda description: description[3].update(on="Gamma")), "on of tide on Alpha is 'Gamma'"),
+        (described(lambda description: description.pop(0)), "the notes have 6 forces; expected 5"),
+        (described(lambda description: description.clear()), "the notes have 6 forces; expected 0"),
     ]:
-        content = reading.Content(whole.assign_attrs(attributes))
+        content = reading.Content(dataset.assign_attrs(attributes))
         refused(message, lambda content=content: loading.run_in(content))
-    del whole.attrs["fullbody_switched_off"]
-    refused("no attribute fullbody_switched_off", lambda: loading.run_in(reading.Content(whole)))
+    del dataset.attrs["fullbody_switched_off"]
+    refused("no attribute fullbody_switched_off", lambda: loading.run_in(reading.Content(dataset)))
     spoilt = runs[0].to_xarray().copy(deep=True)
     spoilt["work"][1, 2] = np.nan
     refused("work", lambda: loading.run_in(reading.Content(spoilt)))

@@ -47,8 +47,8 @@ def test_a_cut_archive_is_refused(written, tmp_path, kept):
 
 def test_a_changed_number_is_noticed(written, tmp_path):
     data = bytearray(written[1].read_bytes())
-    place = data.find(written[0].position.value.tobytes())
-    data[place + 5] ^= 1
+    offset = data.find(written[0].position.value.tobytes())
+    data[offset + 5] ^= 1
     (tmp_path / "changed.npz").write_bytes(data)
     with pytest.raises(fullbody.errors.InvalidInput, match="truncated or damaged"):
         fullbody.load(tmp_path / "changed.npz")

@@ -97,8 +97,8 @@ def test_xarray_dataset_has_names_units_and_provenance():
         assert data[name].attrs["long_name"]
     assert np.array_equal(data.position.sel(body="Beta", axis="y"), run.position[:, 1, 1].value)
     assert np.array_equal(data.energy.sel(part="total"), run.energy.value)
-    plain = small_run().to_xarray()
-    assert not any("units" in plain[name].attrs for name in plain.variables)
+    unitless = small_run().to_xarray()
+    assert not any("units" in unitless[name].attrs for name in unitless.variables)
     assert fullbody.__version__ in data.attrs.values()
     assert any("Ho, Wold" in str(value) for value in data.attrs.values())
 

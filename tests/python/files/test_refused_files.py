@@ -1,4 +1,4 @@
-"""Files whose content is no run: whatever stands in them, an error names the file, the place and what was expected."""
+"""Files whose content is no run are refused; the error names the file, the entry and the expectation."""
 
 import json
 
@@ -18,7 +18,7 @@ def run():
     return system.integrate(state, 10.0, output=2.0, events=[events.Separation(0, 1, 7.9)])
 
 
-# What is no run
+# Files that are no runs
 
 
 def classic(path):
@@ -52,20 +52,20 @@ def described(old, new):
     return lambda dataset: dataset.assign_attrs(fullbody_system=dataset.attrs["fullbody_system"].replace(old, new))
 
 
-def values(name, place, value):
-    """One number of a variable replaced."""
+def values(name, index, value):
+    """Replace one number of a variable."""
 
     def change(dataset):
         dataset = dataset.copy(deep=True)
         array = dataset[name].values.copy()
-        array[place] = value
+        array[index] = value
         dataset[name] = (dataset[name].dims, array, dataset[name].attrs)
         return dataset
 
     return change
 
 
-def turned(dataset):
+def rotated(dataset):
     """Position with axes in another order, of two samples of the two bodies, so that its shape tells nothing."""
     few = dataset.isel(time=slice(2))
     return few.assign(position=few.position.transpose("body", "time", "axis"))
@@ -105,8 +105,8 @@ CONTENT = {
     "huge mass": (described('"mass": 2.0', f'"mass": 1{"0" * 400}'), "attribute fullbody_system: mass "),
     "other end": (attribute("stop_reason", "boredom"), "attribute stop_reason is 'boredom'; expected one of end"),
     **{
-        f"{value} in {name}": (values(name, place, value), rf"{name}\[{shown}\] is {value}; expected finite numbers")
-        for name, place, shown, value in (
+        f"{value} in {name}": (values(name, index, value), rf"{name}\[{shown}\] is {value}; expected finite numbers")
+        for name, index, shown, value in (
             ("time", 3, "3", np.nan),
             ("position", (3, 1, 1), "3, 1, 1", np.nan),
             ("velocity", (3, 1, 1), "3, 1, 1", -np.inf),
@@ -117,7 +117,7 @@ CONTENT = {
             ("event_position", (0, 1, 1), "0, 1, 1", np.nan),
         )
     },
-    # What netCDF reads of numbers that were never written.
+    # NetCDF's fill value, which it reads where no number was written.
     "never written": (values("position", (2, 0, 0), 9.969209968386869e36), r"position\[2, 0, 0\] is 9.969.*e\+36; exp"),
     "repeated time": (values("time", 3, 4.0), r"time\[3\] is 4.0, after 4.0; expected times in the direction of the"),
     "unsorted time": (values("time", 2, 7.0), r"time\[3\] is 6.0, after 7.0; expected times in the direction of the"),
@@ -128,7 +128,7 @@ CONTENT = {
     "event attitude": (values("event_attitude", (0, 0), 0.1), r"event_attitude\[0, 0\] has the length 0.2; expected"),
     "event of none": (values("event_index", 0, 4), "event_index has 4; expected 0 to 0, an index in fullbody_events"),
     "fewer axes": (lambda d: d.assign(spin=("time", np.zeros(6))), "spin has the dimensions time; expected time, body"),
-    "turned": (turned, "position has the dimensions body, time, axis; expected time, body, axis"),
+    "turned": (rotated, "position has the dimensions body, time, axis; expected time, body, axis"),
     "text": (lambda d: d.assign(spin=(d.spin.dims, d.spin.values.astype("U8"))), "spin is of the type <U8; exp"),
     "integers": (lambda d: d.assign(spin=(d.spin.dims, np.ones((6, 2, 3), int))), "spin is of the type int64; expect"),
 }
@@ -146,7 +146,7 @@ def test_the_file_whose_content_is_no_run_is_named(run, tmp_path):
     refused(text, lambda: fullbody.load(tmp_path / "other.nc"))
 
 
-# What HDF5 can do
+# Features of HDF5
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.UncheckedFile")
@@ -173,7 +173,7 @@ def test_compressed_files_load(run, tmp_path):
 
 
 def replacements(value, wrong):
-    """Copies of a JSON value, in each of which one entry is another."""
+    """Copies of a JSON value, each with another entry replaced."""
     for key in value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():
         inner = [wrong] + [entry for entry in replacements(value[key], wrong)]
         for entry in inner:

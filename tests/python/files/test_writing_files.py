@@ -1,4 +1,4 @@
-"""Files as they are written: whole or not at all, on the disk, through links, with permissions, under any name."""
+"""Files are written completely or not at all: order of system calls, links, permissions, names."""
 
 import errno
 import os
@@ -85,7 +85,7 @@ def test_whatever_ends_the_writing_leaves_the_old_file(kind, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-# On the disk
+# Order of the system calls
 
 
 def record_calls(monkeypatch, *, fail=None):
@@ -95,16 +95,16 @@ def record_calls(monkeypatch, *, fail=None):
     originals = {name: getattr(os, name) for name in ("open", "fsync", "replace")}
 
     def open_(path, *args, **options):
-        place = originals["open"](path, *args, **options)
-        opened[place] = Path(path)
-        return place
+        descriptor = originals["open"](path, *args, **options)
+        opened[descriptor] = Path(path)
+        return descriptor
 
-    def fsync(place):
-        path = opened[place]
+    def fsync(descriptor):
+        path = opened[descriptor]
         calls.append(("flush", path, None if path.is_dir() else path.stat().st_size))
         if fail is not None and path.is_dir() == (fail == "folder"):
             raise OSError(errno.EIO, os.strerror(errno.EIO))
-        return originals["fsync"](place)
+        return originals["fsync"](descriptor)
 
     def replace(source, target):
         calls.append(("replace", Path(source), Path(target)))
@@ -148,10 +148,10 @@ def test_a_disk_that_fails_at_the_folder_is_told(run, tmp_path, monkeypatch):
 def test_systems_that_cannot_flush_a_folder_are_enough(run, tmp_path, monkeypatch):
     original = os.fsync
 
-    def fsync(place):
-        if stat.S_ISDIR(os.fstat(place).st_mode):
+    def fsync(descriptor):
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
-        original(place)
+        original(descriptor)
 
     monkeypatch.setattr(os, "fsync", fsync)
     run.save(tmp_path / "run.nc")
@@ -211,11 +211,11 @@ def test_other_hard_links_keep_the_old_content(run, tmp_path):
 @pytest.mark.parametrize(("name", "umask"), [*((name, 0o077) for name in WRITERS), ("run.sim", 0o022)])
 @quiet
 def test_a_new_file_has_what_the_umask_leaves_and_later_keeps_its_permissions(name, umask, run, tmp_path):
-    path, before = tmp_path / name, os.umask(umask)
+    path, previous = tmp_path / name, os.umask(umask)
     try:
         WRITERS[name](run, path)
     finally:
-        os.umask(before)
+        os.umask(previous)
     assert mode(path) == 0o666 & ~umask
     path.write_bytes(b"old")
     path.chmod(0o755 if umask == 0o022 else 0o640)
@@ -251,7 +251,7 @@ def test_any_name_of_up_to_255_bytes_is_written(name, run, tmp_path):
     if path.suffix == ".nc":
         run.save(path)
         assert fullbody.load(path) == run
-    assert [found.name for found in tmp_path.iterdir()] == [name]
+    assert [entry.name for entry in tmp_path.iterdir()] == [name]
 
 
 def test_a_name_too_long_for_the_system_is_told(run, tmp_path):
@@ -266,7 +266,7 @@ def test_a_name_too_long_for_the_system_is_told(run, tmp_path):
 
 @every_writer
 @quiet
-def test_a_place_that_cannot_be_written_is_named_as_it_was_given(name, run, tmp_path, monkeypatch):
+def test_a_path_that_cannot_be_written_is_named_as_in_the_call(name, run, tmp_path, monkeypatch):
     path = tmp_path / name
     path.mkdir()
     with pytest.raises(IsADirectoryError) as caught:
@@ -336,7 +336,7 @@ def test_standard_output_is_not_replaced(tmp_path):
     ]
 
 
-def test_devices_are_not_read(tmp_path):
+def test_devices_are_not_read():
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
         refused("/dev/zero is a device; expected a file", lambda read=read: read("/dev/zero"))
     refused("the file is not a NetCDF file", lambda: fullbody.load("/dev/zero"))
@@ -390,11 +390,11 @@ def test_errors_while_writing_name_the_wanted_path(error, tmp_path):
     assert caught.value is other
 
 
-def test_asking_for_a_place_changes_nothing(tmp_path):
+def test_a_check_of_a_path_changes_nothing(tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
-    before = path.stat()
+    previous = path.stat()
     check_target(path)
     check_target(tmp_path / "new.nc")
-    assert path.stat() == before
+    assert path.stat() == previous
     assert list(tmp_path.iterdir()) == [path]

@@ -23,8 +23,8 @@ def made(system, state, folder):
     fullbody.Simulation(system, state).save(folder / "simulation.fb")
     xr.Dataset(attrs={"fullbody_fit": 1}).to_netcdf(folder / "fit.nc", engine="h5netcdf")
     setup = lambda x: (system, state)  # noqa: E731
-    found = fullbody.sweep(setup, {"x": [1.0, 2.0]}, 0.1, measure=lambda run: {"steps": len(run)}, output="ends")
-    found.to_netcdf(folder / "map.nc", engine="h5netcdf")
+    result = fullbody.sweep(setup, {"x": [1.0, 2.0]}, 0.1, measure=lambda run: {"steps": len(run)}, output="ends")
+    result.to_netcdf(folder / "map.nc", engine="h5netcdf")
     (folder / "system.toml").write_text("[system]\nG = 1.0\n")
     (folder / "alpha.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     return {
@@ -51,11 +51,11 @@ def test_every_reader_names_the_right_one_for_every_other_file(tmp_path):
                 assert str(caught.value).endswith(f"; it is {what}, which {right} reads"), (name, reader)
 
 
-def test_a_damaged_file_is_not_said_to_be_for_another_reader(tmp_path):
+def test_the_error_of_a_damaged_file_names_no_other_reader(tmp_path):
     system, state = fullbody.systems.case1()
     system.integrate(state, 1.0, output="ends").save(tmp_path / "run.nc")
-    whole = (tmp_path / "run.nc").read_bytes()
-    (tmp_path / "run.nc").write_bytes(whole[:-100])
+    content = (tmp_path / "run.nc").read_bytes()
+    (tmp_path / "run.nc").write_bytes(content[:-100])
     with pytest.raises(InvalidInput, match="is not a readable run of fullbody: the file is truncated") as caught:
         fullbody.load(tmp_path / "run.nc")
     assert "which" not in str(caught.value)

@@ -14,21 +14,21 @@ TRUE = np.array([[1.0, -2.0, 0.5], [0.3, 0.7, -1.1]])
 SIGMA = 0.1
 
 
-def setup(place, speed=0.0):
-    """Two points at rest, whose places are an array (2, 3)."""
+def setup(position, speed=0.0):
+    """Two points at rest, whose positions are an array (2, 3)."""
     bodies = [fullbody.Body(fullbody.PointMass(), mass=1e-30, name=name) for name in "AB"]
     system = fullbody.System(bodies, G=1.0)
-    return system, fullbody.State(place, [[speed, 0.0, 0.0], [0.0] * 3])
+    return system, fullbody.State(position, [[speed, 0.0, 0.0], [0.0] * 3])
 
 
-def places(run):
+def positions_of(run):
     return run.position[0].ravel()
 
 
-DATA = observing.Measured("places", places, TRUE.ravel(), SIGMA, [0.0, 1.0])
+DATA = observing.Measured("positions", positions_of, TRUE.ravel(), SIGMA, [0.0, 1.0])
 PRIOR = np.array([[0.1, 0.2, np.inf], [0.05, 0.1, np.inf]])
 MEAN = np.array([[0.8, -1.9, 0.0], [0.3, 0.8, 0.0]])
-PARAMETERS = {"place": Free(TRUE + 0.2, prior=(MEAN, PRIOR), max=[[np.inf, np.inf, np.inf], [9.0, 9.0, 9.0]])}
+PARAMETERS = {"position": Free(TRUE + 0.2, prior=(MEAN, PRIOR), max=[[np.inf, np.inf, np.inf], [9.0, 9.0, 9.0]])}
 
 
 @pytest.fixture(scope="module")
@@ -49,24 +49,24 @@ def test_each_number_of_an_array_is_a_parameter_with_its_own_prior(result):
 
 
 def test_a_number_of_an_array_may_end_at_its_bound():
-    held = fullbody.fit(setup, {"place": Free(TRUE - 0.2, max=TRUE + np.array([[0, 0, 0], [-0.1, 1, 1]]))}, DATA)
-    assert "place[1, 0]" in held.at_bounds
-    assert abs(held.values["place"][1, 0] - 0.2) < 1e-9
+    held = fullbody.fit(setup, {"position": Free(TRUE - 0.2, max=TRUE + np.array([[0, 0, 0], [-0.1, 1, 1]]))}, DATA)
+    assert "position[1, 0]" in held.at_bounds
+    assert abs(held.values["position"][1, 0] - 0.2) < 1e-9
 
 
 def test_arrays_and_numbers_may_stand_side_by_side_with_units():
-    def united(place, shift):
-        system, state = setup((place + shift).to_value("km"))
+    def united(position, shift):
+        system, state = setup((position + shift).to_value("km"))
         return fullbody.System(system.bodies, units=("km", "hour", "kg")), state
 
-    data = observing.Measured("places", places, TRUE.ravel() * u.km, 1 * u.m, [0.0, 1.0])
+    data = observing.Measured("positions", positions_of, TRUE.ravel() * u.km, 1 * u.m, [0.0, 1.0])
     shift = Free(0.1 * u.km, prior=(0.05 * u.km, 2 * u.m))
-    both = fullbody.fit(united, {"place": Free(TRUE * 1e3 * u.m), "shift": shift}, data)
-    assert both.values["place"].unit == u.m
-    np.testing.assert_allclose(both.values["place"].to_value("km"), TRUE - 0.05, atol=1e-9)
+    both = fullbody.fit(united, {"position": Free(TRUE * 1e3 * u.m), "shift": shift}, data)
+    assert both.values["position"].unit == u.m
+    np.testing.assert_allclose(both.values["position"].to_value("km"), TRUE - 0.05, atol=1e-9)
     assert abs(both.values["shift"].to_value("m") - 50) < 1e-6
     # Each number has the error of the data and that of the shift.
-    np.testing.assert_allclose(both.sigma["place"].to_value("m"), np.full((2, 3), 5**0.5), rtol=1e-6)
+    np.testing.assert_allclose(both.sigma["position"].to_value("m"), np.full((2, 3), 5**0.5), rtol=1e-6)
 
 
 def test_draws_are_arrays_that_sweeps_take(result):
@@ -76,8 +76,8 @@ def test_draws_are_arrays_that_sweeps_take(result):
     np.testing.assert_allclose(spread, result.sigma["place"], rtol=0.1)
     few = result.draw(3, 1)
     table = fullbody.sweep(setup, few, 1.0, measure=lambda run: {"x": run.position[0, 1, 0]})
-    np.testing.assert_allclose(table.x.values, few.columns["place"][:, 1, 0])
-    assert table.place.dims == ("row", "place_0", "place_1")
+    np.testing.assert_allclose(table.x.values, few.columns["position"][:, 1, 0])
+    assert table.position.dims == ("row", "position_0", "position_1")
 
 
 def test_a_store_of_a_sweep_knows_rows_of_arrays_again(result, tmp_path):
@@ -119,18 +119,25 @@ def test_samples_have_the_dimensions_of_the_array(result):
 
 def test_starts_may_be_arrays():
     several = fullbody.fit(
-        setup, {"place": Free(TRUE, min=-5.0, max=5.0)}, DATA, starts=[{"place": TRUE + 1}, {"place": TRUE - 1}]
+        setup,
+        {"position": Free(TRUE, min=-5.0, max=5.0)},
+        DATA,
+        starts=[{"position": TRUE + 1}, {"position": TRUE - 1}],
     )
-    np.testing.assert_allclose(several.values["place"], TRUE, atol=1e-9)
+    np.testing.assert_allclose(several.values["position"], TRUE, atol=1e-9)
     assert several.minima[0].starts == 2
-    spread = fullbody.fit(setup, {"place": Free(TRUE, min=-5.0, max=5.0)}, DATA, starts=3, rng=1)
+    spread = fullbody.fit(setup, {"position": Free(TRUE, min=-5.0, max=5.0)}, DATA, starts=3, rng=1)
     assert spread.minima[0].starts == 3
 
 
 def test_observations_may_take_arrays():
     def data(offset):
         return observing.Measured(
-            "places", lambda run: run.position[0].ravel() + np.tile(offset, 2), np.ravel(TRUE) + 0.5, SIGMA, [0.0, 1.0]
+            "positions",
+            lambda run: run.position[0].ravel() + np.tile(offset, 2),
+            np.ravel(TRUE) + 0.5,
+            SIGMA,
+            [0.0, 1.0],
         )
 
     def still():

@@ -19,7 +19,7 @@ from support.fits import QUICK, VIEW, dimorphos, flyby, kw4, pair
 
 COUNT = int(os.environ.get("FULLBODY_CLOSED_LOOP", "0"))
 FULL = COUNT > 0
-#: What is put in for the full length, beside the numbers that setups have by default.
+#: True values of the full-length test, beside the defaults of the setups.
 KW4 = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.05, "roll": 0.02, "x": 0.0, "y": 0.0}
 DIDYMOS = {"mass": 5.28, "polar": 0.29, "a": 0.0885, "b": 0.87, "c": 0.66}
 DIDYMOS |= {"roll": 0.0, "pitch": 0.0, "period": 11.92, "phase": 0.4}

@@ -119,15 +119,17 @@ def test_a_parameter_that_changes_a_setting_of_gravity_uses_differences():
 
 
 def test_a_parameter_of_a_force_function_uses_differences():
-    def setup(push):
+    def setup(strength):
         system, state = kw4()
-        force = fullbody.forces.Function(lambda time, state: np.array([[0.0] * 3, [push * 1e9, 0.0, 0.0]]), name="push")
+        force = fullbody.forces.Function(
+            lambda time, state: np.array([[0.0] * 3, [strength * 1e9, 0.0, 0.0]]), name="push"
+        )
         return system.with_force(force), state
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(1.0, 5.0, 6) * u.h, 40.0)
-    problem = Problem(setup, Parameters({"push": 1.0}), [data], fullbody.Verner65(rtol=1e-9, atol=1e-9))
+    problem = Problem(setup, Parameters({"strength": 1.0}), [data], fullbody.Verner65(rtol=1e-9, atol=1e-9))
     jacobian = problem.jacobian(problem.point(problem.parameters.start))
-    assert "function of the force push" in jacobian.differenced["push"]
+    assert "function of the force push" in jacobian.differenced["strength"]
     assert np.abs(jacobian.rows).max() > 1e-3
 
 

@@ -142,7 +142,7 @@ def test_a_setup_that_rounds_is_refused(radar, digits):
         fullbody.fit(lambda a: pair(a=float(f"{a:.{digits}f}")), {"a": 2.5501234}, radar)
 
 
-def test_one_orbit_with_an_angle_in_other_turns_is_one_minimum():
+def test_an_orbit_with_an_angle_plus_revolutions_is_the_same_minimum():
     data = ranges(orbit(1.0), np.linspace(1, 60, 40), 0.02)
     starts = [{"M": 1.0 + 2 * np.pi * k, "mass": 1.0} for k in (0, 1, -3)]
     fit = fullbody.fit(orbit, starts[0], data, starts=starts)

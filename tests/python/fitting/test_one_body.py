@@ -4,8 +4,7 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-
-from tests.python.support.rotators import TRUE, light_curves, nights, setup
+from support.rotators import TRUE, light_curves, nights, setup
 
 
 def test_a_fit_over_decades_recovers_the_rotation():

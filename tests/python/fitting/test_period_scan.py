@@ -4,10 +4,10 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
+from fullbody.errors import InconsistentInput, Interrupted
 from fullbody.fitting import period_scan
-
-from tests.python.support.rotators import TRUE, geometry, light_curves, nights, setup
+from support import refused
+from support.rotators import TRUE, geometry, light_curves, nights, setup
 
 RNG = np.random.default_rng(2)
 DAYS = nights(24, 6.0, RNG, points=12)
@@ -98,8 +98,7 @@ def test_an_interrupted_scan_continues_from_its_store(tmp_path, scan):
 def test_a_store_of_another_scan_is_refused(tmp_path):
     store = tmp_path / "scan.npz"
     period_scan(DATA, [8.4, 8.401] * u.h, poles=1, degree=1, store=store)
-    with pytest.raises(InvalidInput, match="other data or with other arguments"):
-        period_scan(DATA, [8.4, 8.402] * u.h, poles=1, degree=1, store=store)
+    refused("other data or with other arguments", period_scan, DATA, [8.4, 8.402] * u.h, poles=1, degree=1, store=store)
 
 
 def test_sets_of_data_have_their_own_zero_points(scan):
@@ -127,26 +126,22 @@ def test_sets_of_data_have_their_own_zero_points(scan):
     ],
 )
 def test_ranges_without_a_scan_are_refused(periods, match):
-    with pytest.raises(InvalidInput, match=match):
-        period_scan(DATA, periods, **OPTIONS)
+    refused(match, period_scan, DATA, periods, **OPTIONS)
 
 
 def test_data_without_a_span_of_time_are_refused():
     data = fullbody.observing.Photometry(DATA.times[:1], [10.0], 0.01, geometry=geometry(DAYS[:1]))
-    with pytest.raises(InvalidInput, match="no span of time"):
-        period_scan(data, RANGE)
+    refused("no span of time", period_scan, data, RANGE)
 
 
 def test_more_unknowns_than_data_are_refused():
-    with pytest.raises(InvalidInput, match="coefficients of degree 12"):
-        period_scan(FEW, RANGE, degree=12)
+    refused("coefficients of degree 12", period_scan, FEW, RANGE, degree=12)
 
 
 def test_a_series_in_the_rotation_angle_is_refused():
     series = fullbody.observing.RotationSeries("Alone", 2)
     data = fullbody.observing.Photometry(DATA.times, DATA.magnitude, 0.01, geometry=geometry(DAYS), rotation=series)
-    with pytest.raises(InvalidInput, match="RotationSeries"):
-        period_scan(data, RANGE)
+    refused("RotationSeries", period_scan, data, RANGE)
 
 
 def test_coarse_periods_cause_a_warning():

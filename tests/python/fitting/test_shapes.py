@@ -121,7 +121,7 @@ def test_the_light_of_a_pair_with_events_has_exact_derivatives_by_the_shape():
     assert max(relative_errors(pair, parameters, light(20, 10.0), steps).values()) < 2e-6
 
 
-def test_a_factor_of_the_whole_shape_is_no_deformation():
+def test_a_scale_factor_of_a_shape_is_no_deformation():
     def setup(size):
         shape = HarmonicShape(SERIES, reference_radius=size, faces=80)
         system = fullbody.System([fullbody.Body(shape, mass=7e18, name="A")], G=1.0)

@@ -64,9 +64,9 @@ def direct(spin, thermal, incident, count=4096):
     frequency = np.arange(count // 2 + 1)
     response = 1.0 / (1.0 + (1.0 + 1.0j) * np.sqrt(frequency * thermal) / 2.0)
     radiated = np.fft.irfft(np.fft.rfft(absorbed, axis=0) * response[:, None], count, axis=0)
-    push = np.einsum("kij,ki->kj", to_body, -2.0 / 3.0 * (radiated * area) @ normals)
+    force = np.einsum("kij,ki->kj", to_body, -2.0 / 3.0 * (radiated * area) @ normals)
     ahead = np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)
-    return (push * ahead).sum(axis=1).mean()
+    return (force * ahead).sum(axis=1).mean()
 
 
 @pytest.mark.parametrize("spin", [3, -1, 0])
@@ -123,9 +123,9 @@ def test_the_orbit_drifts_by_2_F_over_m_n():
     system, state, n = pair(3.0)
     until = 20 * 2 * np.pi / n
     ends = [s.integrate(state, until, output=[until]).elements().a[0] for s in (system.with_forces([force]), system)]
-    push = along(force, 3.0)
+    thrust = along(force, 3.0)
     # The force acts on the secondary alone, and the relative motion has the reduced mass.
-    assert (ends[0] - ends[1]) / until == pytest.approx(2 * push / (MASS * n), rel=3e-3)
+    assert (ends[0] - ends[1]) / until == pytest.approx(2 * thrust / (MASS * n), rel=3e-3)
 
 
 def test_thermal_inertia_gives_the_parameter_of_the_textbook():
@@ -162,7 +162,7 @@ def test_thermal_inertia_gives_the_parameter_of_the_textbook():
 
 @pytest.mark.parametrize("units", [None, ("km", "hour", "kg")])
 def test_derivatives_are_those_of_differences(units):
-    """With a lag in plain numbers, and with a thermal inertia in a system with units."""
+    """The force has a lag in a system without units, and a thermal inertia in one with units."""
     system, state, _ = pair(2.5, tilt=0.05, lean=0.1)
     arguments = {"lag": 0.3, "pressure": 3e-3}
     if units:

@@ -10,7 +10,7 @@ from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord, get_body_bary
 from astropy.time import Time
 from fullbody.errors import InvalidInput
 from fullbody.forces import ThirdBody
-from support.scenes import kepler_place
+from support.scenes import kepler_position
 
 DATE = "2022-09-26T12:00:00 TDB"
 ELEMENTS = (1.6442, 0.38385, 3.4079, 73.196, 319.32, 232.01)
@@ -21,11 +21,11 @@ GM_SUN = 132712440041.279419
 def helio(days):
     """The system from the Sun in km, ecliptic, by Kepler's equation in longdouble."""
     elements = [ELEMENTS[0] * 149597870.7, ELEMENTS[1], *np.radians(ELEMENTS[2:])]
-    return np.array([kepler_place(elements, GM_SUN, 86400.0 * day) for day in days], dtype=float)
+    return np.array([kepler_position(elements, GM_SUN, 86400.0 * day) for day in days], dtype=float)
 
 
 def planet(name, days):
-    """A planet from the Sun in km, ecliptic, by astropy's own turning of coordinates."""
+    """A planet from the Sun in km, ecliptic, by astropy's rotation of coordinates."""
     times = Time(DATE.split()[0], scale="tdb") + days * u.day
     away = get_body_barycentric(name, times) - get_body_barycentric("sun", times)
     rotated = SkyCoord(away, frame="icrs", representation_type="cartesian").transform_to(BarycentricMeanEcliptic())
@@ -33,7 +33,7 @@ def planet(name, days):
 
 
 def spot(third, days, units=("km", "hour", "kg")):
-    """The path that the core makes of the table, in km."""
+    """The path that the core interpolates in the table, in km."""
     system, _ = fullbody.systems.kw4(units=units, frame="ecliptic")
     return system.with_forces([third]).third_body(third.name, days * u.day)[0].to_value("km")
 
@@ -56,7 +56,7 @@ def test_the_sun_is_opposite_the_orbit():
     expected = -helio(days)
     error = np.linalg.norm(spot(third, days) - expected, axis=1) / np.linalg.norm(expected, axis=1)
     assert error.max() < 1.5e-9
-    # The same as the orbit itself, as a force.
+    # A third body on the orbit itself is at the same positions.
     other = ThirdBody(mu=GM_SUN * u.km**3 / u.s**2, orbit=ORBIT, of="system", name="Sun")
     np.testing.assert_allclose(spot(other, days), expected, atol=1e-11 * 3e8)
 

@@ -77,7 +77,7 @@ def test_byorp_drift_is_that_of_jacobson_and_scheeres(ratio):
     [("quillen_2022", 1.0), ("steinberg_sari_2011", 2.0 * np.pi / 3.0), ("wang_hou_2021", 2.0 * np.pi / 3.0)],
 )
 def test_byorp_forces_are_those_of_quillen_of_steinberg_and_sari_and_of_wang_and_hou(name, factor):
-    """Their torques, about the primary at a distance a.
+    """The papers give torques about the primary at a distance a.
 
     Quillen et al.: f P R^2 a. Steinberg & Sari: f = (3/2) torque / (pi R^2 a P). Wang & Hou: (2/3) P pi R^2 f a.
     """

@@ -117,11 +117,11 @@ def direct_mean(shape, obliquity, eccentricity=0.5):
             np.sqrt(1 + eccentricity) * np.sin(eccentric / 2), np.sqrt(1 - eccentricity) * np.cos(eccentric / 2)
         )
         sun = np.cos(true) * node + np.sin(true) * np.cross(pole, node)
-        turns = Rotation.from_rotvec(2 * np.pi * np.arange(180)[:, None] / 180 * [0, 0, 1.0])
-        s = turns.inv().apply(sun)
+        rotations = Rotation.from_rotvec(2 * np.pi * np.arange(180)[:, None] / 180 * [0, 0, 1.0])
+        s = rotations.inv().apply(sun)
         mu0 = np.maximum(s @ normal.T, 0.0)
         force = -(mu0 * area)[..., None] * (s[:, None] + 2 / 3 * normal)
-        total += turns.apply(np.cross(centre, force).sum(axis=1)).mean(axis=0) / distance
+        total += rotations.apply(np.cross(centre, force).sum(axis=1)).mean(axis=0) / distance
         weight += 1.0 / distance
     return total[2] / weight, total[1] / weight
 
@@ -175,7 +175,7 @@ def test_the_tide_of_1996_fg3_in_equilibrium_has_the_published_ratio_within_its_
 
 
 def test_components_follow_the_principal_axes_of_any_body_frame():
-    """The same solid with its axes named otherwise."""
+    """The two shapes are one solid whose axes have other names."""
     shape = lumpy(2)
     rotation = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     rotated = Polyhedron(np.asarray(shape.vertices) @ rotation.T, shape.faces)

@@ -81,7 +81,7 @@ def test_a_pair_with_a_massive_point_feels_the_same(distance):
         assert worst(-force - 2.0 * 3.0 * point / distance**3, both.force[1]) < 1e-13
 
 
-# What the torque does: the spin axis goes round the normal of the orbit.
+# Effect of the torque: the spin axis precesses about the normal of the orbit.
 
 
 @pytest.mark.parametrize("e", [0.0, 0.4])

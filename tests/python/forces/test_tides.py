@@ -140,7 +140,7 @@ def test_energy_falls_and_angular_momentum_stays():
 
 @pytest.mark.parametrize("case", range(3))
 def test_spins_and_orbits_are_those_of_reboundx(case):
-    """Its effect tides_spin, with the bulges that do not lag made a millionth of a millionth."""
+    """REBOUNDx has the effect tides_spin; bulges without a lag have a Love number of 1e-12 there."""
     data = reference("tides_spin")
     of = data["cases"][case]
     satellite = fullbody.Sphere(0.1)
@@ -159,7 +159,7 @@ UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
 
 
 @pytest.mark.parametrize(
-    ("spin", "attitude", "rate", "turns"),
+    ("spin", "attitude", "rate", "angle"),
     [
         ([0.0, 0.0, 3.0], UPRIGHT, lambda n: 3.0 - n, "A turns relative to B"),
         ([0.0, 0.0, 3.0], UPSIDE_DOWN, lambda n: 3.0 + n, "A turns relative to B"),
@@ -170,7 +170,7 @@ UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
         ([9.0, 0.0, None], UPRIGHT, lambda n: n, "B goes round A"),
     ],
 )
-def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, attitude, rate, turns):
+def test_a_lag_in_which_bodies_rotate_by_more_than_a_radian_is_warned_of(spin, attitude, rate, angle):
     n = np.sqrt(1.001 / 1.3**3)
     rotated = [n if component is None else component for component in spin]
     arguments = {"orbit": (1.3, 0, 0, 0, 0, 0), "spin": [rotated, [0, 0, 0]], "attitude": [attitude, UPRIGHT]}
@@ -183,7 +183,7 @@ def test_a_lag_in_which_bodies_turn_by_more_than_a_radian_is_warned_of(spin, att
     for radians in (0.999, 0.01):
         begin(radians)
     for radians in (1.001, 40.0):
-        text = f"^bulge has a lag of .*, within which {turns} by {np.degrees(radians):.4g} degrees; .* first order"
+        text = f"^bulge has a lag of .*, within which {angle} by {np.degrees(radians):.4g} degrees; .* first order"
         with pytest.warns(InconsistentInput, match=text):
             begin(radians)
 

@@ -82,7 +82,7 @@ def test_every_runge_kutta_pair_closes_the_energy(integrator):
     ids=["splitting", "variational"],
 )
 def test_kicks_close_the_energy(integrator):
-    # What they do to the energy is counted as work: the rest is the error of the run without.
+    # The energy that kicks add is counted as work; the remaining drift is that of the run without.
 
     def steady(time, state):
         return 1e-5 * np.cos(time) * state.position

@@ -85,7 +85,7 @@ def test_a_path_for_another_date_is_refused(didymos, tmp_path):
         with pytest.raises(InvalidInput, match=f"path of Sun is for the date {EPOCH} at time zero, and the epoch of"):
             didymos.with_options(epoch=other, forces=[sun])
         refused("path of Sun is for the date", fitting.with_options, epoch=other)
-    # The same moment in another scale, and a system that has no epoch.
+    # The same moment in another time scale, and a system without an epoch, are accepted.
     same = fitting.epoch.tdb
     assert abs((fitting.with_options(epoch=same).epoch - fitting.epoch).to_value("s")) < 1e-6
     without = fitting.with_options(epoch=None)

@@ -51,7 +51,7 @@ def test_coincident_parts_of_half_the_density_are_one_body(gravity):
 
 
 def test_confocal_layers_of_equal_mass_have_equal_fields():
-    # By Maclaurin's theorem.
+    # Maclaurin's theorem.
     thin, thick = 0.3, 0.9
     shapes = [[Ellipsoid(*np.sqrt(np.square(AXES) + k)) for k in ks] for ks in ((0.0, thin), (thin, thick))]
     layers = [
@@ -230,7 +230,7 @@ def test_composites_keep_energy_and_momenta(integrator):
     assert np.abs(np.diff(run.spin[[0, -1]], axis=0)).max() > 0.01
 
 
-def test_point_method_takes_the_whole_as_a_point():
+def test_the_point_method_takes_a_composite_as_a_point():
     state = pose(7.0)
     points = fullbody.System([Body(Composite(lump()), name="A"), PROBE], G=1.0, gravity="point").interactions(state)
     r = state.position[1]

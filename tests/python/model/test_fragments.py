@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from fullbody import Body, Polyhedron, State, System
 from fullbody.errors import BodiesOverlap, NotConverged
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from support.attraction import attraction
-from support.meshes import box, octahedron
+from support.meshes import box, convex_hull, octahedron
 
 
 def finer(polyhedron, level):
-    """The same solid with each face divided into 4**level faces in its plane."""
+    """Divide each face of a solid into 4**level faces in its plane."""
     vertices, faces = [tuple(v) for v in polyhedron.vertices], [tuple(face) for face in polyhedron.faces]
     for _ in range(level):
         middles: dict = {}

@@ -39,7 +39,7 @@ def test_jacobians_have_the_reference_values(case, gravity):
     expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
     for i, block in enumerate(blocks(jacobian)):
         assert worst(block, expected[3 * (i // 3) :, 3 * (i % 3) :][:3, :3]) < 1e-12
-    # Of the rates: accelerations, and torques over moments that change too; without spin only torque over moment.
+    # Rates are accelerations, and torques over moments, which the parameter changes too; there is no spin.
     torques = system.interactions(state).torque
     for k, name in enumerate(names):
         by, column = jacobian.by_parameter[name], expected[:, 9 + k]
@@ -59,7 +59,7 @@ POSES = reference("pair_jacobians")
 @pytest.mark.parametrize("gravity", ["focal", "surface"])
 @pytest.mark.parametrize("case", POSES, ids=[case["name"] for case in POSES])
 def test_jacobians_of_near_and_far_poses_keep_their_digits(case, gravity):
-    # In 18 digits: tests/data/make_derivatives.py.
+    # The expected values have 18 digits (tests/data/make_derivatives.py).
     system, state = pair(case, gravity)
     jacobian = system.jacobian(state)
     expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0

@@ -111,7 +111,7 @@ def test_rotations_act_about_inertial_or_body_axes(angle):
     np.testing.assert_allclose(orbit.rotation_matrix[1], rot_y(angle) @ matrix(q), atol=1e-14)
     orbit = state.rotated(1, [0, 1, 0], angle, along="orbit", about=0)
     np.testing.assert_allclose(orbit.rotation_matrix[1], rot_x(-angle) @ matrix(q), atol=1e-14)
-    # As Quantities.
+    # Arguments may be Quantities.
     assert state.rotated(1, [1, 0, 0] * u.km, angle * u.rad) == state.rotated(1, [1, 0, 0], angle)
     np.testing.assert_allclose(
         state.rotated(1, [0, 0, 1], "90 deg").rotation_matrix[1], matrix(q) @ rot_z(np.pi / 2), atol=1e-14

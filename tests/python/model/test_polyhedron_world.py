@@ -280,7 +280,7 @@ def test_sians_polyhedra_are_read(tmp_path):
     close(state.spin, other.spin, 1e-14)
 
 
-def test_faces_turned_inward_are_turned_outward(tmp_path):
+def test_faces_that_point_inward_are_reversed(tmp_path):
     pytest.importorskip("networkx")
     faces = CUBE.copy()
     faces[[3, 7]] = faces[[3, 7], ::-1]

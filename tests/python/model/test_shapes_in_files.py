@@ -19,23 +19,11 @@ UNITED = {"units": ("km", "hour", "kg"), "G": 1.0}
 #: Two bodies, their separation and relative velocity, until when a simulation is saved and its runs go on.
 CASES = {
     "composite": ([Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0), Body(Composite(PARTS))], [12, 0, 1], [0, 1, 0], 1.0, 4.0),
-    "Stokes": (
-        [Body(COEFFICIENTS, mass=2.0), Body(EGG, mass=0.3)],
-        [3, 1, 0],
-        [0, 1, 0],
-        1.0,
-        3.0,
-    ),
+    "Stokes": ([Body(COEFFICIENTS, mass=2.0), Body(EGG, mass=0.3)], [3, 1, 0], [0, 1, 0], 1.0, 3.0),
     # The orbit is so eccentric that the degrees of the series change.
     "series": ([Body(icosphere(1), mass=2.0), Body(SMALL, mass=0.3)], [3.5, 0, 0], [0, 0.7, 0.1], 4.0, 12.0),
     "near": ([Body(ROCK, mass=1.0), Body(EGG, mass=0.2)], [2.6, 0.3, 0.1], [0, 0.8, 0.1], 0.5, 2.0),
-    "two near": (
-        [Body(ROCK, mass=1.0), Body(SMALL, mass=0.2)],
-        [2.6, 0.3, 0],
-        [0, 0.8, 0],
-        0.5,
-        2.0,
-    ),
+    "two near": ([Body(ROCK, mass=1.0), Body(SMALL, mass=0.2)], [2.6, 0.3, 0], [0, 0.8, 0], 0.5, 2.0),
     "far": ([Body(ROCK, mass=1.0), Body(SMALL, mass=0.2)], [8.0, 0.3, 0], [0, 0.4, 0], 0.5, 2.0),
 }
 

@@ -62,7 +62,7 @@ def test_reprs_name_class_and_contents():
         assert word in repr(state)
     assert "km" in repr(example(units=True)[1])
     assert "a=2.0" in repr(KeplerElements(2.0, 0, 0, 0, 0, 0))
-    # The smallest double, whose power of ten is none.
+    # The smallest double is below all powers of ten that are doubles.
     assert "nan" not in repr(State([[5e-324, 0, 0]], [[0, 0, 0]]))
 
 

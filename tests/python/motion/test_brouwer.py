@@ -52,11 +52,11 @@ def walks(integrator, steps):
     system, first = fullbody.systems.case1()
     for moment in np.random.default_rng(21).uniform(0.0, 200.0, 3):
         state = system.integrate(first, moment, output=[moment])[0].replace(time=0.0)
-        each, rate = left_by_rounding(system, state, integrator, 20.0)
+        error, rate = left_by_rounding(system, state, integrator, 20.0)
         span = steps / rate
         times = span * (np.linspace(0.5, 1.0, 16, endpoint=False) + 1 / 32)
         errors.append(system.integrate(state, span, output=times, integrator=integrator).energy_drift_orbital)
-        left.append(each * np.sqrt(0.75 * steps) / orbital(system, state))
+        left.append(error * np.sqrt(0.75 * steps) / orbital(system, state))
     return rms(errors), rms(left)
 
 

@@ -76,10 +76,10 @@ def test_many_runs_maps_and_sections_take_a_duration_from_the_time_of_each_start
 
     options = {"measure": end, "output": "ends"}
     for duration in ("3 h", 3.0, lambda late: 3.0):
-        found = fullbody.sweep(setup, {"late": [0.0, 10.0]}, duration=duration, **options)
-        assert found.end.values.tolist() == [3.0, 13.0]
-    found = fullbody.sweep(lambda late, span: setup(late), {"late": [1.0], "span": [2.0]}, duration="span", **options)
-    assert found.end.values.tolist() == [[3.0]]
+        result = fullbody.sweep(setup, {"late": [0.0, 10.0]}, duration=duration, **options)
+        assert result.end.values.tolist() == [3.0, 13.0]
+    result = fullbody.sweep(lambda late, span: setup(late), {"late": [1.0], "span": [2.0]}, duration="span", **options)
+    assert result.end.values.tolist() == [[3.0]]
     event = fullbody.events.Function(lambda state: state.time.to_value("h") - 31.5)
     ends = [
         len(fullbody.analysis.section(SYSTEM, LATER, event=event, duration=duration).crossings[0])
@@ -100,7 +100,7 @@ def test_many_runs_warn_once_of_what_each_of_them_would_warn_of():
     members = [(SYSTEM, LATER.replace(time=late * u.h)) for late in (30.0, 31.0, 32.0)]
     with pytest.warns(InconsistentInput) as caught:
         fullbody.integrate_many(members, "1 day", output=100.0)
-    texts = [str(one.message) for one in caught]
+    texts = [str(warning.message) for warning in caught]
     assert len(texts) == 2
     assert "the run goes backwards by 6 h" in texts[0]
     assert "output is 100 h" in texts[1]
@@ -115,8 +115,8 @@ def test_a_map_and_a_fit_warn_once_of_their_setup(recwarn):
         return fullbody.System(bodies, units=True), state
 
     fullbody.sweep(setup, {"mass": [1.0, 2.0, 3.0, 4.0]}, "1 h", measure="drift", output="ends")
-    # Of each body, since the names differ.
-    assert sorted(str(one.message).partition(" has ")[0] for one in recwarn.list) == ["A", "B"]
+    # There is a warning for each body, because the names differ.
+    assert sorted(str(warning.message).partition(" has ")[0] for warning in recwarn.list) == ["A", "B"]
     recwarn.clear()
 
     def speed(run):
@@ -124,7 +124,7 @@ def test_a_map_and_a_fit_warn_once_of_their_setup(recwarn):
 
     data = [fullbody.observing.Measured(name, speed, -1e-12, 1e-13, times=[0.0, 1.0] * u.h) for name in ("one", "two")]
     fullbody.fit(setup, {"mass": 2.0}, data)
-    assert sum("density" in str(one.message) for one in recwarn.list) == 2
+    assert sum("density" in str(warning.message) for warning in recwarn.list) == 2
     recwarn.clear()
     setup(1.0), setup(2.0)
     assert len(recwarn.list) == 4

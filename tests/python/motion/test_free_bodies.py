@@ -105,7 +105,7 @@ def test_a_symmetric_top_precesses_at_the_closed_form(axes):
         assert angle_between(euler_frame(moments * expected, length / across * t), state.rotation_matrix[0]) < 1e-12
 
 
-def test_sphere_turns_evenly():
+def test_a_sphere_rotates_uniformly():
     spin = np.array([0.3, -0.5, 0.7])
     run = alone(fullbody.Sphere(0.8), np.eye(3), spin, 50.0, [50.0])
     assert np.abs(run.spin[0, 0] - spin).max() < 1e-15

@@ -38,10 +38,10 @@ def test_two_octahedra_move_as_in_gubas(tmp_path):
         rows = [f"0,{x!r},{y!r},{z!r}\n" for x, y, z in solid.vertices.tolist()]
         (tmp_path / f"{name}_vertices.csv").write_text("".join(rows))
         (tmp_path / f"{name}_faces.csv").write_text("".join(f"{i + 1},{j + 1},{k + 1},,\n" for i, j, k in solid.faces))
-    given, state = fullbody.read_gubas(tmp_path / "pair.cfg", euler="radian")
+    original, state = fullbody.read_gubas(tmp_path / "pair.cfg", euler="radian")
 
     def end(gravity):
-        system = fullbody.System(given.bodies, G=given.G, gravity=gravity, gravity_tolerance=1e-9)
+        system = fullbody.System(original.bodies, G=original.G, gravity=gravity, gravity_tolerance=1e-9)
         return system.integrate(state, TIME, output=[TIME], integrator=fullbody.Verner98(1e-12, 1e-12))[-1]
 
     same = end("multipole:4")
@@ -49,7 +49,7 @@ def test_two_octahedra_move_as_in_gubas(tmp_path):
     close(same.velocity[1] - same.velocity[0], VELOCITY, 1e-11)
     close(same.spin, SPINS, 1e-11)
     close(same.rotation_matrix, ATTITUDES, 1e-11)
-    # What the order leaves out is a quarter of a metre after two hours, a thousandth of a turn of the secondary.
+    # The truncation shifts the secondary by a quarter of a metre in two hours and rotates it by 0.001 revolutions.
     exact = end("focal")
     left_out = np.linalg.norm(exact.position[1] - exact.position[0] - SEPARATION)
     assert 2.5e-4 < left_out < 2.7e-4

@@ -9,7 +9,7 @@ import pytest
 from astropy import units as u
 from astropy.table import Table
 from astropy.utils.masked import Masked
-from fullbody import Body, Component, KeplerElements, PointMass, State, System
+from fullbody import Body, Component, Composite, Ellipsoid, KeplerElements, Part, PointMass, Sphere, State, System
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.spatial.transform import Rotation
 from support import points, refused
@@ -24,8 +24,8 @@ def input_warnings(call):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()
-    assert all(one.category is InconsistentInput and one.filename == __file__ for one in caught), caught
-    return [str(one.message) for one in caught]
+    assert all(warning.category is InconsistentInput and warning.filename == __file__ for warning in caught), caught
+    return [str(warning.message) for warning in caught]
 
 
 @pytest.mark.parametrize(
@@ -58,12 +58,12 @@ def test_masks_that_hide_nothing_are_the_numbers():
 
 
 def test_quaternions_not_of_length_one_are_warned_of():
-    turned = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
-    (text,) = input_warnings(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(turned)]))
+    attitude = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
+    (text,) = input_warnings(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(attitude)]))
     assert text.startswith("attitude of body 1 is [1.414")
     assert "of length 2, and is scaled to 1; expected a unit quaternion [w, x, y, z]" in text
     # Three digits of each component, or single precision.
-    for near in (np.round(turned, 3), np.float32(turned)):
+    for near in (np.round(attitude, 3), np.float32(attitude)):
         assert input_warnings(lambda near=near: State(POSITION, VELOCITY, [near, near])) == []
 
 
@@ -87,7 +87,7 @@ def thrown(way, **options):
 
 
 @pytest.mark.parametrize(
-    ("call", "what", "turns"),
+    ("call", "what", "degrees"),
     [
         (lambda x: State.from_tait_bryan(POSITION, VELOCITY, [[0] * 3, x]), "angles has values up to", 90),
         (lambda x: KeplerElements(1, 0, 0, np.array([0.1, 1]) * x, 0, 0), "Omega has values up to", 180),
@@ -97,28 +97,31 @@ def thrown(way, **options):
         (lambda x: Component(diameter=1, rotation_angle=x), "rotation_angle of a component is", 270),
         (lambda x: fullbody.frames.attitude(x, 0.1), "longitude of pole is", 120),
         (lambda x: fullbody.frames.attitude(0.1, 0.1, x), "angle is", 120),
-        (lambda x: State(POSITION, VELOCITY).rotated(1, [0, 0, 1], x), "angle is", 20),
+        (lambda x: State(POSITION, VELOCITY).rotated(1, [0, 0, 1], x), "angle is", 10),
+        (lambda x: State(POSITION, VELOCITY).rotated(1, [0, 0, 1], -x), "angle is", 10.5),
         (lambda x: thrown("from_surface", longitude=x, latitude=0.0), "longitude is", 270),
         (lambda x: thrown("from_surface", longitude=0.0, latitude=0.0, azimuth=x, elevation=0.5), "azimuth is", 200),
         (lambda x: thrown("ejecta", n=3, longitude=x, latitude=0.0), "longitude is", 270),
     ],
 )
-def test_angles_that_look_like_degrees_are_warned_of(call, what, turns):
-    def given(value):
+def test_angles_that_look_like_degrees_are_warned_of(call, what, degrees):
+    def warnings_of(value):
         return input_warnings(lambda: call(np.array([0, 0, value]) if what.startswith("angles") else value))
 
-    (text,) = given(turns)
-    assert text.startswith(f"{what} {turns:g} radians in size, {turns / (2 * np.pi):.3g} turns; give degrees")
-    assert given(np.radians(turns)) == []
+    (text,) = warnings_of(degrees)
+    assert text.startswith(f"{what} {degrees:g} radians in size, {degrees / (2 * np.pi):.3g} turns; give degrees")
+    assert warnings_of(np.radians(degrees)) == []
     if not what.startswith("angles"):
-        assert given(turns * u.deg) == []
+        assert warnings_of(degrees * u.deg) == []
 
 
 def test_angles_of_many_revolutions_are_not_warned_of():
     angles = [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]
     assert input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, angles)) == []
     assert input_warnings(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
-    # That of a hyperbola is no angle.
+    for angle in (-np.pi, 3.0, "10 deg", 4000 * u.deg, np.radians(500.0)):
+        assert input_warnings(lambda angle=angle: START.rotated(1, [0, 0, 1], angle)) == []
+    # The mean anomaly of a hyperbola is no angle.
     assert input_warnings(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
 
 
@@ -165,13 +168,13 @@ def test_heavy_bodies_far_away_are_warned_of(distance, digits):
     assert "steps grow ever shorter" in text
     assert f"rtol and atol of {digits} or more" in text
     assert "or body 2 as a fullbody.forces.ThirdBody on a prescribed path" in text
-    # Whoever does is told nothing more; steps of a fixed size are not adapted, but lose as much.
+    # A run that follows the advice causes no warning; fixed steps are not adapted, but lose as many digits.
     loose = fullbody.Verner98(float(digits), float(digits))
     assert input_warnings(lambda: fullbody.Simulation(system, state, integrator=loose)) == []
     (text,) = input_warnings(lambda: fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(0.1)))
     assert "Every step loses that much" in text
     assert text.endswith("or body 2 as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits")
-    # Nearer, or light: the barycentre stays with the pair.
+    # A nearer or lighter body leaves the barycentre with the pair.
     assert input_warnings(lambda: fullbody.Simulation(*pair_and_sun(0.95e3 * 2.5, 1e18))) == []
     assert input_warnings(lambda: fullbody.Simulation(*pair_and_sun(far, 1e-6 / distance))) == []
 
@@ -205,6 +208,23 @@ def test_binaries_that_are_too_wide_are_warned_of():
     assert "expected at most 200 times" in text
 
 
+@pytest.mark.parametrize(
+    "shape",
+    [Ellipsoid, lambda *axes: Composite([Part(Ellipsoid(*axes), mass=1 * u.kg)])],
+    ids=["ellipsoid", "composite"],
+)
+def test_densities_of_another_unit_are_warned_of(shape):
+    system, _ = fullbody.systems.didymos(units=True)
+    for unit, density in ((u.m, "2.*e.12"), (u.au, "8.*e-22")):
+        axes = [0.0885, 0.087, 0.058] * unit
+        (text,) = input_warnings(lambda axes=axes: system.with_body("Dimorphos", shape(*axes)))
+        assert re.match(f"Dimorphos has a density of {density} kg/m3; expected 100", text)
+    for right in (shape(*[0.0885, 0.087, 0.058] * u.km), PointMass()):
+        assert input_warnings(lambda right=right: system.with_body("Dimorphos", right)) == []
+    # Nothing can be checked in a system without units.
+    assert input_warnings(lambda: fullbody.systems.case1()[0].with_body(0, Sphere(1e-3))) == []
+
+
 def test_systems_in_units_tell_their_numbers_with_them():
     system, state = fullbody.systems.kw4(units=True)
     (text,) = input_warnings(lambda: system.integrate(state.replace(velocity=state.velocity * 3600), 0.001))
@@ -236,8 +256,8 @@ def test_numbers_of_another_unit_are_warned_of():
         third = fullbody.forces.ThirdBody(mass=mass, orbit=orbit, of="system", name="Sun")
         return system.with_forces([third]).integrate(state, 0.1, output="ends")
 
-    def yorp(along, **given):
-        torque = fullbody.forces.Yorp("Didymos", along=along, **given)
+    def yorp(along, **options):
+        torque = fullbody.forces.Yorp("Didymos", along=along, **options)
         return system.with_forces([torque]).integrate(state, 0.01, output="ends")
 
     slow = System([Body(PointMass(), mass=1.0), Body(PointMass(), mass=1.0)], units=("km", "s", "kg"))
@@ -249,7 +269,7 @@ def test_numbers_of_another_unit_are_warned_of():
     coefficient = {"normalization": "quillen_2022", "pressure": "4e-6 Pa"}
     date = "which looks like a date, and is taken as a time since time zero"
     for call, wrong, right, message in (
-        (lambda given: yorp(1e-3, **given), [{}], [coefficient], "the torque of YORP on Didymos is 3.4e-07 times"),
+        (lambda options: yorp(1e-3, **options), [{}], [coefficient], "the torque of YORP on Didymos is 3.4e-07 times"),
         (yorp, ["1e4 N m"], ["0.2 N m"], "the torque of YORP on Didymos is 44 times the pressure of sunlight at 1 au"),
         (end, [2460000.5], [2460000.5, 2459999.5], f"until is 2460000.5, {date}: the run is 2460000.5 s long"),
         (end, ["2460000.5 d"], ["2022 d"], f"until is 2460000.5 d, {date}"),
@@ -259,6 +279,6 @@ def test_numbers_of_another_unit_are_warned_of():
         (fly, [0.01], ["0.01 m2/kg"], "area_to_mass of particles has values up to 1e[+]04 m2 / kg"),
         (sun, ["1.98841e15 kg"], ["1.98841e30 kg"], "the tide of Sun is .* of the bodies' own gravity"),
     ):
-        (found,) = input_warnings(lambda call=call, wrong=wrong: call(*wrong))
-        assert re.search(message, found), found
+        (result,) = input_warnings(lambda call=call, wrong=wrong: call(*wrong))
+        assert re.search(message, result), result
         assert not input_warnings(lambda call=call, right=right: call(*right))

@@ -41,8 +41,8 @@ def test_ctrl_c_stops_a_run_and_leaves_the_simulation_usable():
     # It goes on from where it stopped, on the path of an unbroken run.
     more = sim.integrate(stopped + 5.0)
     assert (more.time[0], more.time[-1]) == (stopped, stopped + 5.0)
-    whole = sim.system.integrate(run[0], stopped + 5.0, output=[stopped + 5.0])
-    assert abs(whole.position[-1] - more.position[-1]).max() < 1e-10
+    reference = sim.system.integrate(run[0], stopped + 5.0, output=[stopped + 5.0])
+    assert abs(reference.position[-1] - more.position[-1]).max() < 1e-10
     # The handler of Python is in place again: a second Ctrl-C is a KeyboardInterrupt as ever.
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -50,38 +50,38 @@ def test_ctrl_c_stops_a_run_and_leaves_the_simulation_usable():
 def lattice(count, shape, **options):
     """Bodies at rest, far from each other."""
     side = int(np.ceil(count ** (1 / 3)))
-    places = 10.0 * np.stack(np.meshgrid(*[np.arange(side)] * 3), axis=-1).reshape(-1, 3)[:count]
+    positions = 10.0 * np.stack(np.meshgrid(*[np.arange(side)] * 3), axis=-1).reshape(-1, 3)[:count]
     bodies = [fullbody.Body(shape, mass=1.0, name=f"{k}") for k in range(count)]
-    return fullbody.System(bodies, G=1.0, **options), fullbody.State(places, np.zeros((count, 3)))
+    return fullbody.System(bodies, G=1.0, **options), fullbody.State(positions, np.zeros((count, 3)))
 
 
-def many_nodes():
+def fine_quadrature():
     return lattice(30, fullbody.Ellipsoid(1.0, 0.9, 0.8), gravity="surface", order=(150, 300))
 
 
 def a_step():
-    return fullbody.Simulation(*many_nodes()).step
+    return fullbody.Simulation(*fine_quadrature()).step
 
 
-def forces_of_many():
+def forces_of_lattice():
     system, state = lattice(1500, fullbody.Ellipsoid(1.0, 0.9, 0.8))
     return lambda: system.interactions(state)
 
 
-def energy_of_many():
+def energy_of_lattice():
     system, state = lattice(1500, fullbody.Ellipsoid(1.0, 0.9, 0.8))
     return lambda: system.energy(state)
 
 
-def simulation_of_many():
+def simulation_of_lattice():
     system, state = lattice(900, fullbody.Sphere(1.0))
     return lambda: fullbody.Simulation(system, state)
 
 
-def gravity_of_many():
+def gravity_at_points():
     system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
-    places = np.random.default_rng(0).normal(size=(500_000, 3)) * 30.0
-    return lambda: system.gravity(state, places)
+    positions = np.random.default_rng(0).normal(size=(500_000, 3)) * 30.0
+    return lambda: system.gravity(state, positions)
 
 
 def light_of_rough_surfaces():
@@ -97,7 +97,7 @@ def light_of_facets():
     return lambda: observing.brightness(system, state, [1, 0.1, 0.2], [1, 0.5, 0.3])
 
 
-def light_at_many_epochs():
+def light_of_binary():
     system = fullbody.System([fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name=n) for n in "AB"], G=1.0)
     states = fullbody.State([[0, 0, 0], [4.0, 0.3, 0.2]], np.zeros((2, 3)))
     photometer = Photometer(system, observing.Lambert(), 1.0, True, 0.0)
@@ -123,14 +123,14 @@ def light_curve_by_hapkes_law():
     return lambda: observing.light_curve(run, times, geometry, law=observing.Hapke())
 
 
-def mutual_events_of_many_orbits():
+def mutual_events_of_orbits():
     run, geometry = orbits(300)
     return lambda: observing.mutual_events(run, geometry)
 
 
-CALLS = [a_step, forces_of_many, energy_of_many, simulation_of_many, gravity_of_many]
-CALLS += [light_of_rough_surfaces, light_of_facets, light_at_many_epochs]
-CALLS += [light_curve_by_hapkes_law, mutual_events_of_many_orbits]
+CALLS = [a_step, forces_of_lattice, energy_of_lattice, simulation_of_lattice, gravity_at_points]
+CALLS += [light_of_rough_surfaces, light_of_facets, light_of_binary]
+CALLS += [light_curve_by_hapkes_law, mutual_events_of_orbits]
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")
@@ -145,17 +145,17 @@ def test_signals_are_handled_while_a_call_works(prepare):
         if heard[-3:] == 3 * heard[-1:]:
             raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGALRM, handle)
+    previous = signal.signal(signal.SIGALRM, handle)
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.005, 0.005)
         with pytest.raises(Interrupted):
             call()
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGALRM, previous)
     if prepare is a_step:
         # It is taken back.
-        assert call.__self__.state == many_nodes()[1]
+        assert call.__self__.state == fine_quadrature()[1]
 
 
 def test_runs_in_threads_give_the_same_bits():

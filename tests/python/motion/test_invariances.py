@@ -20,11 +20,13 @@ def scale_of(f):
 def test_rotating_everything_rotates_forces_and_leaves_body_torques(pair, q):
     system, state = pair
     rotated = rotate(state, q)
-    before, after = system.interactions(state), system.interactions(rotated)
-    assert worst(after.force, before.force @ matrix(q).T) < 1e-13
-    assert np.abs(after.torque - before.torque).max() < 1e-13 * scale_of(before)
-    assert after.potential_energy == pytest.approx(before.potential_energy, rel=1e-13)
-    assert system.energy(rotated).total == pytest.approx(system.energy(state).total, abs=1e-13 * scale_of(before) * 20)
+    previous, after = system.interactions(state), system.interactions(rotated)
+    assert worst(after.force, previous.force @ matrix(q).T) < 1e-13
+    assert np.abs(after.torque - previous.torque).max() < 1e-13 * scale_of(previous)
+    assert after.potential_energy == pytest.approx(previous.potential_energy, rel=1e-13)
+    assert system.energy(rotated).total == pytest.approx(
+        system.energy(state).total, abs=1e-13 * scale_of(previous) * 20
+    )
     momentum = system.angular_momentum(state)
     assert worst(system.angular_momentum(rotated), matrix(q) @ momentum, scale=20.0) < 1e-14
 
@@ -42,11 +44,11 @@ def run(system, state, until=SHORT):
     return system.integrate(state, until, output=[until])[0]
 
 
-def assert_same_state(one, other, limit):
-    assert np.abs(one.position - other.position).max() < limit
-    assert np.abs(one.velocity - other.velocity).max() < limit
-    assert np.abs(one.spin - other.spin).max() < limit
-    assert angle_between(one.rotation_matrix, other.rotation_matrix).max() < limit
+def assert_same_state(first, other, limit):
+    assert np.abs(first.position - other.position).max() < limit
+    assert np.abs(first.velocity - other.velocity).max() < limit
+    assert np.abs(first.spin - other.spin).max() < limit
+    assert angle_between(first.rotation_matrix, other.rotation_matrix).max() < limit
 
 
 @given(pairs(), quaternions)
@@ -77,12 +79,14 @@ def test_relabelling_three_bodies_permutes_their_forces(order, attitudes, axes):
     position = np.array([[0.0, 0, 0], [3.0, 0.2, 0], [-0.5, 4.0, 1.0]])
     velocity = np.array([[0.0, 0, 0], [0, 0.6, 0.1], [-0.6, 0, 0]])
     order = list(order)
-    whole = run(fullbody.System(bodies, G=1.0), fullbody.State(position, velocity, attitudes))
+    reference = run(fullbody.System(bodies, G=1.0), fullbody.State(position, velocity, attitudes))
     part = run(
         fullbody.System([bodies[k] for k in order], G=1.0),
         fullbody.State(position[order], velocity[order], np.array(attitudes)[order]),
     )
-    permuted = fullbody.State(whole.position[order], whole.velocity[order], whole.attitude[order], whole.spin[order])
+    permuted = fullbody.State(
+        reference.position[order], reference.velocity[order], reference.attitude[order], reference.spin[order]
+    )
     assert_same_state(part, permuted, 5e-12)
 
 

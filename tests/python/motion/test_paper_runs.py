@@ -8,8 +8,8 @@ from support import angle_between, reference, worst
 RUNS = reference("trajectories")["runs"]
 RULES = ("surface", "focal")
 
-#: In the dimensionless cases the references' own error: 1.2e-13 in case 2 against a program in 80 bits, where
-#: 'agreement', the difference of two programs that share their fixed steps, says 5e-14.
+#: The references' own error in the dimensionless cases: 1.2e-13 in case 2 against a program in 80 bits. Their
+#: 'agreement', the difference of two programs that share their fixed steps, is 5e-14.
 ROUND_OFF = 1.5e-13
 
 
@@ -24,14 +24,14 @@ def test_the_papers_runs_are_those_of_two_programs(key, rule):
     system, state = build(key, gravity=rule)
     tight = fullbody.Verner98(rtol=1e-15, atol=1e-15)
     run = system.integrate(state, 100.0, output=[row["time"] for row in RUNS[key]], integrator=tight)
-    for row, found in zip(RUNS[key], run, strict=True):
+    for row, sample in zip(RUNS[key], run, strict=True):
         expected = fullbody.State.from_tait_bryan(*(row[name] for name in ("position", "velocity", "angles", "spin")))
         # Rates are below 1 per unit time in every run, so that the positions' figure bounds the velocities too.
         limit = max(row["agreement"], ROUND_OFF)
-        assert found.time == row["time"]
+        assert sample.time == row["time"]
         for name in ("position", "velocity", "spin"):
-            assert np.abs(getattr(found, name) - getattr(expected, name)).max() < limit, name
-        assert angle_between(expected.rotation_matrix, found.rotation_matrix).max() < limit
+            assert np.abs(getattr(sample, name) - getattr(expected, name)).max() < limit, name
+        assert angle_between(expected.rotation_matrix, sample.rotation_matrix).max() < limit
 
 
 def test_default_tolerance_is_good_for_thirteen_digits():
@@ -49,7 +49,7 @@ def test_what_physics_and_the_half_turn_symmetry_keep_stays(case, rule):
     run = system.integrate(state, 200.0)
     assert run.time[-1] == 200.0
     assert np.abs(run.energy_drift).max() < 1e-13
-    # Of case 2 most energy is in the spins; relative to the orbit's part it must stay too.
+    # Most energy of case 2 is in the spins, so the drift is compared with the orbital energy as well.
     assert np.abs(run.energy_drift_orbital).max() < 1e-12
     assert run.angular_momentum_drift.max() < 1e-13
     # Recomputed from the states, so that the recorded figures are not taken on trust.

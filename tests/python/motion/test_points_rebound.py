@@ -81,10 +81,10 @@ def test_spheres_pull_like_points(gravity):
     masses, position, velocity, period = eccentric_pair(0.5)
     state = fullbody.State(position, velocity, spin=[[0.1, 0.2, 0.3], [1.0, -2.0, 0.5]])
     spheres, bare = system_of("spheres", masses, gravity=gravity), system_of("points", masses)
-    one, other = spheres.interactions(state), bare.interactions(state)
-    assert worst(one.force, other.force) < 4e-16
-    assert one.potential_energy == pytest.approx(other.potential_energy, rel=4e-16)
-    assert np.abs(one.torque).max() < 1e-17
+    first, other = spheres.interactions(state), bare.interactions(state)
+    assert worst(first.force, other.force) < 4e-16
+    assert first.potential_energy == pytest.approx(other.potential_energy, rel=4e-16)
+    assert np.abs(first.torque).max() < 1e-17
     tight = fullbody.Verner98(rtol=1e-15, atol=1e-15)
     ends = [s.integrate(state, 10 * period, output=[10 * period], integrator=tight) for s in (spheres, bare)]
     assert np.abs(ends[0].position - ends[1].position).max() < 1e-12

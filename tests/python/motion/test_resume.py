@@ -23,8 +23,8 @@ ADAPTIVE = [
     for name in integrators.__all__
     if hasattr(getattr(integrators, name), "rtol")
 ]
-EACH = [(one, "quaternion") for one in ADAPTIVE + FIXED] + [(one, "tait_bryan") for one in ADAPTIVE]
-each = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda one: str(one).replace(" ", ""))
+EACH = [(method, "quaternion") for method in ADAPTIVE + FIXED] + [(method, "tait_bryan") for method in ADAPTIVE]
+methods = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda method: str(method).replace(" ", ""))
 
 
 def watched():
@@ -70,8 +70,8 @@ def by_steps(sim, until, output, path):
 
 def occurrences(run, after=-1.0):
     kinds = [type(happened.event).__name__ for happened in run.events]
-    found = zip(kinds, run.events, strict=True)
-    return [(kind, one.time, one.state) for kind, one in found if abs(one.time) > after]
+    pairs = zip(kinds, run.events, strict=True)
+    return [(kind, event.time, event.state) for kind, event in pairs if abs(event.time) > after]
 
 
 def same_samples(run, expected):
@@ -86,85 +86,85 @@ def counts(*statistics):
 
 @pytest.mark.parametrize("until", [UNTIL, -UNTIL], ids=["forwards", "backwards"])
 @pytest.mark.parametrize("interrupted", [by_ctrl_c, by_steps])
-@each
+@methods
 def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path):
     system, state = KW4
     system = system.with_options(attitude_chart=chart)
-    places = np.random.default_rng(8).uniform(0.0, UNTIL, 300)
-    grid = np.sort(places[:40]) * np.sign(until)
-    places *= np.sign(until)
+    times = np.random.default_rng(8).uniform(0.0, UNTIL, 300)
+    grid = np.sort(times[:40]) * np.sign(until)
+    times *= np.sign(until)
     for output in (None, 1.3, grid):
         sim = fullbody.Simulation(system, state, integrator=integrator)
-        whole = sim.integrate(until, output=output, events=watched(), dense=True)
+        unbroken = sim.integrate(until, output=output, events=watched(), dense=True)
         begun, resumed = interrupted(
             fullbody.Simulation(system, state, integrator=integrator), until, output, tmp_path / "a.sim"
         )
         now = resumed.time
         assert 0.3 * UNTIL < abs(now) < abs(until)
-        assert same_samples(whole, sim.system.integrate(state, until, output=output, integrator=integrator))
-        before = resumed.statistics
-        rest = None if output is None else whole.time[abs(whole.time) > abs(now)]
-        run = resumed.integrate(until, output=rest, events=watched(), dense=True)
+        assert same_samples(unbroken, sim.system.integrate(state, until, output=output, integrator=integrator))
+        statistics = resumed.statistics
+        later = None if output is None else unbroken.time[abs(unbroken.time) > abs(now)]
+        run = resumed.integrate(until, output=later, events=watched(), dense=True)
         assert resumed.state == sim.state
         assert resumed.time == sim.time
 
-        first = np.abs(whole.time) >= abs(now) if output is None else np.abs(whole.time) > abs(now)
-        assert same_samples(run, whole[int(first.argmax()) :])
-        late = places[abs(places) > abs(now)]
+        first = np.abs(unbroken.time) >= abs(now) if output is None else np.abs(unbroken.time) > abs(now)
+        assert same_samples(run, unbroken[int(first.argmax()) :])
+        late = times[abs(times) > abs(now)]
         late = np.append(late, [now, until])
-        ours, theirs = run(late), whole(late)
+        ours, theirs = run(late), unbroken(late)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
-        found = occurrences(run)
-        assert len(found) > 12
+        result = occurrences(run)
+        assert len(result) > 12
         if begun is None:
-            assert found == occurrences(whole, abs(now))
+            assert result == occurrences(unbroken, abs(now))
             continue
-        assert occurrences(begun) + found == occurrences(whole)
+        assert occurrences(begun) + result == occurrences(unbroken)
         # A run that is cut short ends with the state that it came to, whatever the output.
         assert begun.time[-1] == now
         samples = begun if output is None else begun[:-1]
-        assert same_samples(samples, whole[: int(first.argmax()) + (output is None)])
-        early = np.append(places[abs(places) <= abs(now)], [0.0, now])
-        ours, theirs = begun(early), whole(early)
+        assert same_samples(samples, unbroken[: int(first.argmax()) + (output is None)])
+        early = np.append(times[abs(times) <= abs(now)], [0.0, now])
+        ours, theirs = begun(early), unbroken(early)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
-        # What was looked at counts as well, and no more than that.
-        assert counts(begun.statistics, run.statistics) == counts(whole.statistics)
-        assert counts(before, run.statistics) == counts(resumed.statistics) == counts(sim.statistics)
+        # Evaluations for events and output are counted, each of them once.
+        assert counts(begun.statistics, run.statistics) == counts(unbroken.statistics)
+        assert counts(statistics, run.statistics) == counts(resumed.statistics) == counts(sim.statistics)
 
 
-@each
+@methods
 def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart):
     system, state = KW4
     system = system.with_options(attitude_chart=chart)
-    places = np.random.default_rng(9).uniform(0.0, UNTIL, 100)
+    times = np.random.default_rng(9).uniform(0.0, UNTIL, 100)
 
     def run(**asked):
         return system.integrate(state, UNTIL, integrator=integrator, **asked)
 
     first = run(output=[], events=watched(), dense=True)
-    others = [
+    variants = [
         run(events=watched(), dense=True),
         run(output=0.11, events=watched(), dense=True),
-        run(output=places[:1], events=watched()[::-1], dense=True),
+        run(output=times[:1], events=watched()[::-1], dense=True),
         run(output=[], dense=True),
     ]
-    for other in others[:3]:
+    for other in variants[:3]:
         assert sorted(map(repr, occurrences(other))) == sorted(map(repr, occurrences(first)))
-    for other in others:
-        ours, theirs = other(places), first(places)
+    for other in variants:
+        ours, theirs = other(times), first(times)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
     # Samples between the steps are the continuous solution, and those at their ends too.
-    for other in others[:2]:
+    for other in variants[:2]:
         assert all(np.array_equal(getattr(other(other.time), name), getattr(other, name)) for name in ARRAYS)
     # One event alone is found where it is among others.
     for k, event in enumerate(watched()):
         alone = run(output=[], events=[event])
-        expected = [one.time for one in first.events if repr(one.event) == repr(event) or k == 7]
+        expected = [passage.time for passage in first.events if repr(passage.event) == repr(event) or k == 7]
         if k != 7:
-            assert [one.time for one in alone.events] == expected
+            assert [passage.time for passage in alone.events] == expected
 
 
-@pytest.mark.parametrize("integrator", [FIXED[0], FIXED[2], ADAPTIVE[-1]], ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("integrator", [FIXED[0], FIXED[2], ADAPTIVE[-1]], ids=lambda method: type(method).__name__)
 def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_path):
     system, state = KW4
     path, taken = tmp_path / "a.sim", tmp_path / "taken.sim"
@@ -185,17 +185,17 @@ def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_pat
 
     every = [*watched(), events.Function(pause)]
     sim = fullbody.Simulation(system, state, integrator=integrator)
-    whole = sim.integrate(UNTIL, output=0.7, events=every, dense=True, progress=take, autosave=(path, 0.0))
+    unbroken = sim.integrate(UNTIL, output=0.7, events=every, dense=True, progress=take, autosave=(path, 0.0))
     resumed = fullbody.Simulation.load(taken)
     now = resumed.time
     assert 0.3 * UNTIL < now < UNTIL
     assert now in seen
-    run = resumed.integrate(UNTIL, output=whole.time[whole.time > now], events=watched(), dense=True)
-    assert occurrences(run) == occurrences(whole, now)
-    assert same_samples(run, whole[int((whole.time > now).argmax()) :])
+    run = resumed.integrate(UNTIL, output=unbroken.time[unbroken.time > now], events=watched(), dense=True)
+    assert occurrences(run) == occurrences(unbroken, now)
+    assert same_samples(run, unbroken[int((unbroken.time > now).argmax()) :])
     assert resumed.state == sim.state
-    places = np.random.default_rng(10).uniform(now, UNTIL, 100)
-    assert np.array_equal(run(places).spin, whole(places).spin)
+    times = np.random.default_rng(10).uniform(now, UNTIL, 100)
+    assert np.array_equal(run(times).spin, unbroken(times).spin)
     assert resumed.statistics == sim.statistics
 
 
@@ -212,9 +212,9 @@ def test_a_function_that_fails_loses_no_event():
         begun = caught.value.run
         assert begun.time[-1] == sim.time < 20.0
         run = sim.integrate(UNTIL, events=watched())
-        whole = system.integrate(state, UNTIL, integrator=integrator, events=watched())
-        assert occurrences(begun) + occurrences(run) == occurrences(whole)
-        assert np.array_equal(np.append(begun.time, run.time[1:]), whole.time)
+        unbroken = system.integrate(state, UNTIL, integrator=integrator, events=watched())
+        assert occurrences(begun) + occurrences(run) == occurrences(unbroken)
+        assert np.array_equal(np.append(begun.time, run.time[1:]), unbroken.time)
 
 
 # One description
@@ -238,7 +238,7 @@ def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
     for number in (0.7661, 0.74752, 0.67353, 2.3531, 1.7, 0.0567, 0.8649, 3.7e-13, 0.01234):
         assert data.count(repr(number).encode()) == 1, number
         assert data.count(np.float64(number).tobytes()) == 0, number
-    # Of the sphere all three semi-axes stand there.
+    # The sphere is stored with three semi-axes.
     assert data.count(b"0.2345") == 3
     assert data.count(b"[397,793]") == 1
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
@@ -260,7 +260,7 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
         (tmp_path / "noted.sim").write_bytes(core.to_bytes())
         return fullbody.Simulation.load(tmp_path / "noted.sim")
 
-    # As a program in Rust leaves it.
+    # A simulation that a Rust program saved has no notes.
     assert noted("").system == sim.system
     for notes, message in (
         ('{"bodies": [{"shape": "Sphere"}, {}]}', r"Alpha is a Sphere of semi-axes \[0\.766, 0\.7475, 0\.6735\]"),
@@ -282,5 +282,4 @@ def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
         InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 2"
     ):
         fullbody.Simulation.load(tmp_path / "other.sim")
-    with pytest.raises(InvalidInput, match=r"it is a simulation, which fullbody\.Simulation\.load reads"):
-        fullbody.load(DATA / "simulation.bin")
+    refused(r"it is a simulation, which fullbody\.Simulation\.load reads", fullbody.load, DATA / "simulation.bin")

@@ -110,8 +110,8 @@ def test_drifts_of_what_is_zero_are_absolute():
     run = two.integrate(fullbody.State([[0, 0, 0], [5, 3, 1]], np.zeros((2, 3))), 1.0, output=0.1)
     assert np.array_equal(run.angular_momentum_drift, np.linalg.norm(run.angular_momentum, axis=1))
     assert run.angular_momentum_drift.max() < 1e-15
-    one = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
-    run = one.integrate(fullbody.State([[0, 0, 0]], np.zeros((1, 3))), 1.0, output=0.1)
+    single = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
+    run = single.integrate(fullbody.State([[0, 0, 0]], np.zeros((1, 3))), 1.0, output=0.1)
     for drift in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
         assert np.array_equal(drift, np.zeros(11))
     # Relative to nothing they are neither in the table nor in the picture.
@@ -169,7 +169,7 @@ def test_the_repr_of_a_run_tells_its_end():
 
 
 @pytest.mark.parametrize("until", [3.0, 3.001, 60.0, -60.0])
-def test_progress_function_gets_the_time_passed_and_the_whole_time(until):
+def test_progress_function_gets_the_elapsed_and_the_total_time(until):
     seen = []
     system, state = fullbody.systems.kw4_ho2021()
     system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: seen.append(a))

@@ -59,12 +59,12 @@ def test_a_torque_along_the_spin_acts_as_in_many_steps(sign):
     closed, stepwise = closed_and_stepwise([yorp(sign * torque)], [0.0, 0.0, sign * 0.75], 200.0)
     assert closed.statistics.steps == 1 < stepwise.statistics.steps
     for name in ("attitude", "spin", "energy", "work", "angular_impulse"):
-        found, expected = (run.arrays.get(name, getattr(run, name)) for run in (closed, stepwise))
-        if isinstance(found, dict):
-            found, expected = found["YORP on Alone"], expected["YORP on Alone"]
-        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
-    for name, found in closed.sensitivity.items():
-        np.testing.assert_allclose(found, stepwise.sensitivity[name], rtol=1e-10, atol=1e-14, err_msg=name)
+        result, expected = (run.arrays.get(name, getattr(run, name)) for run in (closed, stepwise))
+        if isinstance(result, dict):
+            result, expected = result["YORP on Alone"], expected["YORP on Alone"]
+        np.testing.assert_allclose(result, expected, rtol=1e-12, atol=1e-14)
+    for name, result in closed.sensitivity.items():
+        np.testing.assert_allclose(result, stepwise.sensitivity[name], rtol=1e-10, atol=1e-14, err_msg=name)
     np.testing.assert_allclose(closed.transition, stepwise.transition, rtol=1e-9, atol=1e-9)
 
 
@@ -99,12 +99,12 @@ def test_the_continuous_solution_is_exact_and_small():
     run = system.integrate(state([0.0, 0.0, 0.75]), 1e6, dense=True)
     times = np.array([0.0, 12.5, 7e5, 1e6])
     angle = 0.75 * times
-    found = run(times)
+    result = run(times)
     expected = fullbody.base.rotations.products(
         np.array([0.5, -0.5, 0.5, 0.5]), np.stack([np.cos(angle / 2), 0 * angle, 0 * angle, np.sin(angle / 2)], axis=1)
     )
-    np.testing.assert_allclose(found.attitude[:, 0], expected, atol=1e-9)
-    moved = found.position[:, 0] - np.outer(times, [0.1, 0.2, -0.3])
+    np.testing.assert_allclose(result.attitude[:, 0], expected, atol=1e-9)
+    moved = result.position[:, 0] - np.outer(times, [0.1, 0.2, -0.3])
     np.testing.assert_allclose(moved, np.tile([1.0, 2.0, 3.0], (4, 1)), atol=1e-9)
     assert run.dense.core.bytes < 1e4
 
@@ -119,11 +119,11 @@ def test_particles_fly_about_a_body_in_closed_form_as_in_steps():
 
 
 def test_a_state_rotates_about_the_pole_that_is_given():
-    found = fullbody.State.rotating(BODY, 272 * u.deg, 52 * u.deg, 8.4 * u.h, 30 * u.deg)
-    pole = found.rotation_matrix[0] @ found.spin[0]
+    result = fullbody.State.rotating(BODY, 272 * u.deg, 52 * u.deg, 8.4 * u.h, 30 * u.deg)
+    pole = result.rotation_matrix[0] @ result.spin[0]
     np.testing.assert_allclose(fullbody.frames.pole_angles(pole.value), np.radians([272.0, 52.0]), rtol=1e-14)
     assert np.linalg.norm(pole).to_value("rad / h") == pytest.approx(2 * np.pi / 8.4, rel=1e-14)
-    np.testing.assert_allclose(found.attitude[0], fullbody.frames.attitude(272 * u.deg, 52 * u.deg, 30 * u.deg))
+    np.testing.assert_allclose(result.attitude[0], fullbody.frames.attitude(272 * u.deg, 52 * u.deg, 30 * u.deg))
 
 
 @pytest.mark.parametrize("axis", ["z", "principal"])
@@ -132,9 +132,9 @@ def test_a_state_rotates_about_the_axis_that_is_given(axis):
     faces = [[a, b, c] for a in (0, 1) for b, c in ((2, 4), (4, 3), (3, 5), (5, 2))]
     faces = [face if k < 4 else face[::-1] for k, face in enumerate(faces)]
     body = fullbody.Body(fullbody.Polyhedron(corners, faces), mass=1.0)
-    found = fullbody.State.rotating(body, 1.0, 0.5, 3.0, 0.2, axis=axis)
-    spin, along = found.spin[0], fullbody.base.rotations.matrices(body.working_frame.attitude)[:, 2]
-    direction = found.rotation_matrix[0] @ spin / np.linalg.norm(spin)
+    result = fullbody.State.rotating(body, 1.0, 0.5, 3.0, 0.2, axis=axis)
+    spin, along = result.spin[0], fullbody.base.rotations.matrices(body.working_frame.attitude)[:, 2]
+    direction = result.rotation_matrix[0] @ spin / np.linalg.norm(spin)
     np.testing.assert_allclose(direction, fullbody.frames.pole_vector(1.0, 0.5), atol=1e-14)
     assert np.count_nonzero(np.abs(spin) > 1e-14) == (1 if axis == "principal" else 2)
     assert (spin @ along) / np.linalg.norm(spin) == pytest.approx(1.0, abs=1e-14 if axis == "z" else 0.05)

@@ -24,43 +24,43 @@ def test_elements_are_those_of_rebound():
     system, state = fullbody.from_rebound(sim)
     times = np.linspace(0.0, 30.0, 301)
     run = system.integrate(state, 30.0, output=times)
-    found = observables.element_rates(run)
+    result = observables.element_rates(run)
     orbits = []
     for time in times:
         sim.integrate(time)
         orbits.append(sim.particles[1].orbit(primary=sim.particles[0]))
     for ours, theirs in (("a", "a"), ("e", "e"), ("i", "inc")):
         expected = [getattr(orbit, theirs) for orbit in orbits]
-        np.testing.assert_allclose(getattr(found.elements, ours), expected, rtol=1e-9)
-    np.testing.assert_allclose(found.rates["a"][50], (orbits[51].a - orbits[49].a) / 0.2, rtol=1e-6)
+        np.testing.assert_allclose(getattr(result.elements, ours), expected, rtol=1e-9)
+    np.testing.assert_allclose(result.rates["a"][50], (orbits[51].a - orbits[49].a) / 0.2, rtol=1e-6)
     for name, error in (("Omega", 1e-4), ("omega", 1e-4), ("M", 1e-4), ("l", 1e-6)):
         angle = np.unwrap([getattr(orbit, name) for orbit in orbits])
         # Slopes by numpy's own fit; its weights are squared.
         slope = np.polyfit(times, angle, 1, w=np.sin(np.pi * times / 30.0))[0]
-        np.testing.assert_allclose(found.mean_rates[name.replace("l", "L")], slope, rtol=error)
+        np.testing.assert_allclose(result.mean_rates[name.replace("l", "L")], slope, rtol=error)
         if name != "l":
-            difference = getattr(found.elements, name) - angle
+            difference = getattr(result.elements, name) - angle
             np.testing.assert_allclose(difference, 2 * np.pi * round(difference[0] / (2 * np.pi)), atol=1e-7)
 
 
 def test_passages_at_the_samples_are_not_lost():
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 60 * 2 * np.pi, output=2 * np.pi / 40)
-    found = observables.mutual_period(run)
-    np.testing.assert_allclose(found.period, 2 * np.pi, rtol=1e-10)
-    assert len(found.period) in (59, 60)
-    assert abs(found.drift) < 1e-12
+    result = observables.mutual_period(run)
+    np.testing.assert_allclose(result.period, 2 * np.pi, rtol=1e-10)
+    assert len(result.period) in (59, 60)
+    assert abs(result.drift) < 1e-12
 
 
 @pytest.mark.parametrize("until", [100.0, -100.0])
 def test_a_kepler_orbit_has_one_period(until):
     system, state = pair_of_points(0.4)
     run = system.integrate(state, until, output=0.2)
-    found = observables.mutual_period(run)
-    assert len(found.period) == 15
-    np.testing.assert_allclose(found.period, 2 * np.pi, rtol=2e-5)
-    np.testing.assert_allclose(found.mean, 2 * np.pi, rtol=1e-4)
-    assert abs(found.drift) < 1e-5
+    result = observables.mutual_period(run)
+    assert len(result.period) == 15
+    np.testing.assert_allclose(result.period, 2 * np.pi, rtol=2e-5)
+    np.testing.assert_allclose(result.mean, 2 * np.pi, rtol=1e-4)
+    assert abs(result.drift) < 1e-5
 
 
 def test_a_drift_of_the_period_is_found():
@@ -77,39 +77,39 @@ def test_a_drift_of_the_period_is_found():
     made_up = with_samples(run, position=position, velocity=velocity)
     # From one passage to the next the time grows by the factor exp(2 pi k).
     growth = np.exp(2 * np.pi * k)
-    found = observables.mutual_period(made_up)
-    np.testing.assert_allclose(found.period[1:] / found.period[:-1], growth, rtol=1e-7)
-    np.testing.assert_allclose(found.drift, (growth - 1) / growth, rtol=1e-5)
+    result = observables.mutual_period(made_up)
+    np.testing.assert_allclose(result.period[1:] / result.period[:-1], growth, rtol=1e-7)
+    np.testing.assert_allclose(result.drift, (growth - 1) / growth, rtol=1e-5)
     # The mean is that of the window; numpy squares the weights.
     slope = np.polyfit(time, longitude, 1, w=np.sin(np.pi * time / 100.0) ** 3)[0]
-    np.testing.assert_allclose(found.mean, 2 * np.pi / slope, rtol=1e-6)
-    assert abs(found.mean - found.period.mean()) > 1e-4
+    np.testing.assert_allclose(result.mean, 2 * np.pi / slope, rtol=1e-6)
+    assert abs(result.mean - result.period.mean()) > 1e-4
 
 
 @pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
 def test_a_planar_orbit_has_no_node(frame):
     system, state = ready("didymos", frame=frame, gravity="multipole:4")
     run = system.integrate(state, 70.0, output=0.5)
-    found = observables.orbit_precession(run)
-    assert found.nodal is None
-    assert found.inclination.shape == (2,)
-    assert 0.0 <= found.inclination[0] <= found.inclination[1] < 1e-13
+    result = observables.orbit_precession(run)
+    assert result.nodal is None
+    assert result.inclination.shape == (2,)
+    assert 0.0 <= result.inclination[0] <= result.inclination[1] < 1e-13
     for body, about in ((0, 1), (1, 0)):
         with pytest.raises(InvalidInput, match=rf"pole of body {body} \(.*\) stays within .* rad of the axis"):
             observables.spin_precession(run, body=body, about=about)
     # About an axis of one's own they lie still.
     normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
     beside = np.linalg.cross(normal, [1.0, 0.3, 0.0])
-    found = observables.orbit_precession(run, axis=beside)
-    assert abs(found.nodal) < 1e-13
-    np.testing.assert_allclose(found.inclination, np.pi / 2, rtol=1e-12)
+    result = observables.orbit_precession(run, axis=beside)
+    assert abs(result.nodal) < 1e-13
+    np.testing.assert_allclose(result.inclination, np.pi / 2, rtol=1e-12)
 
 
 def librating(e, offset, time, mass=1e-9):
     """A small moon of some mass about a sphere of mass one, n = 1; the run and the frequency of free libration."""
     axes = np.array([0.0010, 0.0009, 0.0008])
     system, state = moon(axes, mass, eccentricity=e, libration=offset)
-    # As the docstring has it.
+    # The formula is that of the docstring.
     formula = re.search(r"``w = (n \* sqrt\(.*\))``", observables.libration.__doc__).group(1)
     moments = dict(zip("ABC", inertia(mass, axes), strict=True))
     frequency = eval(formula, {"sqrt": np.sqrt, "n": 1.0, "m": mass, "M": 1.0, **moments})
@@ -120,19 +120,19 @@ def librating(e, offset, time, mass=1e-9):
 def test_libration_has_the_linear_frequency_and_amplitude_whatever_the_moons_mass(mass):
     run, frequency = librating(0.0, 1e-3, 400.0, mass)
     assert mass < 1.0 or frequency < np.sqrt(3 * (100 - 81) / (100 + 81)) / np.sqrt(1 + 0.99 * mass)
-    found = observables.libration(run, n=1)
-    np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
-    np.testing.assert_allclose(found.amplitudes[0], 1e-3, rtol=1e-3)
-    np.testing.assert_allclose([found.amplitude, found.angle[0]], 1e-3, rtol=1e-2)
+    result = observables.libration(run, n=1)
+    np.testing.assert_allclose(result.frequencies[0], frequency, rtol=1e-4)
+    np.testing.assert_allclose(result.amplitudes[0], 1e-3, rtol=1e-3)
+    np.testing.assert_allclose([result.amplitude, result.angle[0]], 1e-3, rtol=1e-2)
     angles = observables.roll_pitch_yaw(run)
-    np.testing.assert_allclose(angles[:, 2], found.angle, atol=1e-12)
+    np.testing.assert_allclose(angles[:, 2], result.angle, atol=1e-12)
     np.testing.assert_allclose(angles[:, :2], 0.0, atol=1e-9)
     e = 1e-3
     run, frequency = librating(e, 0.0, 600.0, mass)
-    found = observables.libration(run, n=2)
-    forced = np.argmin(np.abs(found.frequencies - 1.0))
-    np.testing.assert_allclose(found.frequencies[[forced, 1 - forced]], [1.0, frequency], rtol=1e-3)
-    np.testing.assert_allclose(found.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
+    result = observables.libration(run, n=2)
+    forced = np.argmin(np.abs(result.frequencies - 1.0))
+    np.testing.assert_allclose(result.frequencies[[forced, 1 - forced]], [1.0, frequency], rtol=1e-3)
+    np.testing.assert_allclose(result.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
 
 
 def test_a_body_that_circulates_gains_on_the_line_and_one_without_an_axis_is_refused():
@@ -140,10 +140,10 @@ def test_a_body_that_circulates_gains_on_the_line_and_one_without_an_axis_is_ref
     egg = Component(semi_axes=(0.02, 0.015, 0.01), mass=1e-3, rotation_period=2.0)
     system, state = binary(ball, egg, G=1.0, semi_major_axis=1.0, synchronous=False)
     run = system.integrate(state, 20.0, output=0.1)
-    found = observables.libration(run)
+    result = observables.libration(run)
     # It gains 2 pi (1/2 - 1/P) on the line to the primary.
     period = 2 * np.pi / np.sqrt(1.001)
-    np.testing.assert_allclose(found.angle[-1] - found.angle[0], 2 * np.pi * 20 * (0.5 - 1 / period), rtol=0.1)
+    np.testing.assert_allclose(result.angle[-1] - result.angle[0], 2 * np.pi * 20 * (0.5 - 1 / period), rtol=0.1)
     refused("longest", lambda: observables.libration(run, body=0, about=1))
     both, start = pair_of_points(0.0)
     refused("point", observables.libration, both.integrate(start, 20.0, output=0.1))
@@ -157,8 +157,8 @@ def test_roll_pitch_and_yaw_are_those_of_the_start():
     )
     angles = np.array([0.1, -0.2, 0.3])
     # The orbit's frame is the inertial one turned by pi about z; half a turn of the body counts for nothing.
-    for turned in (angles + np.array([0, 0, np.pi]), angles * [-1, -1, 1]):
-        state = fullbody.State.from_tait_bryan([0 * r, r], [0 * v, v], [[0, 0, 0], turned], [[0, 0, 1]] * 2)
+    for alternative in (angles + np.array([0, 0, np.pi]), angles * [-1, -1, 1]):
+        state = fullbody.State.from_tait_bryan([0 * r, r], [0 * v, v], [[0, 0, 0], alternative], [[0, 0, 1]] * 2)
         run = system.integrate(state, 0.01)
         np.testing.assert_allclose(observables.roll_pitch_yaw(run)[0], angles, atol=1e-12)
 
@@ -192,10 +192,10 @@ def test_frequencies_of_a_made_up_signal_are_found():
     time = np.linspace(0.0, 200.0, 1501)
     expected = [0.73, 1.91, 2.2]
     signal = 0.5 + 2 * np.cos(0.73 * time + 1) + 0.3 * np.sin(1.91 * time) + 0.1 * np.cos(2.2 * time)
-    found = analysis.frequencies(sampled(time), signal, n=3)
-    np.testing.assert_allclose(found.frequency, expected, rtol=1e-4)
-    np.testing.assert_allclose(found.amplitude, [2, 0.3, 0.1], rtol=1e-3)
-    # The same at uneven times.
+    result = analysis.frequencies(sampled(time), signal, n=3)
+    np.testing.assert_allclose(result.frequency, expected, rtol=1e-4)
+    np.testing.assert_allclose(result.amplitude, [2, 0.3, 0.1], rtol=1e-3)
+    # Uneven times give the same frequencies.
     uneven = time + 0.03 * np.sin(time)
     signal = 2 * np.cos(0.73 * uneven) + 0.3 * np.sin(1.91 * uneven)
     np.testing.assert_allclose(analysis.frequencies(sampled(uneven), signal, n=2).frequency, expected[:2], rtol=1e-4)
@@ -204,11 +204,11 @@ def test_frequencies_of_a_made_up_signal_are_found():
 def test_terms_too_close_to_tell_apart_are_one():
     time = np.linspace(0.0, 100.0, 1001)
     # One term whose frequency drifts by a fiftieth, less than the window resolves: no sum of large ones that cancel.
-    found = analysis.frequencies(sampled(time), np.cos(time + 1e-4 * time**2), n=3)
-    assert found.frequency[0] == pytest.approx(1.01, rel=1e-3)
-    assert found.amplitude[0] == pytest.approx(1.0, rel=0.01)
-    assert np.all(found.amplitude[1:] < 0.05)
-    assert np.diff(np.sort(found.frequency)).min() > 2 * np.pi / 100.0
+    result = analysis.frequencies(sampled(time), np.cos(time + 1e-4 * time**2), n=3)
+    assert result.frequency[0] == pytest.approx(1.01, rel=1e-3)
+    assert result.amplitude[0] == pytest.approx(1.0, rel=0.01)
+    assert np.all(result.amplitude[1:] < 0.05)
+    assert np.diff(np.sort(result.frequency)).min() > 2 * np.pi / 100.0
     # A signal of hardly two periods has no room for many.
     few = analysis.frequencies(sampled(time[:130]), np.cos(time[:130]), n=50)
     assert 1 <= len(few.frequency) < 50
@@ -258,20 +258,20 @@ def test_periapsis_is_not_told_from_other_terms_of_the_distance():
     # The distance also swings with a secondary that librates, at w = n sqrt(3 (B - A)/C), and with a primary that
     # turns beneath it, at 2 (spin - n); what is left of the apsidal rate is the terms of J2 and C22 at most.
     period = 2 * np.pi * 8.0
-    for first, second, others in (
+    for first, second, remaining in (
         ({"semi_axes": (1, 1, 0.8), "rotation_period": 7.0}, {"semi_axes": (0.3, 0.23, 0.2)}, {"libration": 0.2}),
         ({"semi_axes": (1, 0.9, 0.8), "rotation_period": period / 1.3}, {"diameter": 0.2}, {}),
     ):
-        given = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.02, "period": period}
-        system, state = binary(Component(**first), Component(**second), **given, **others)
+        options = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.02, "period": period}
+        system, state = binary(Component(**first), Component(**second), **options, **remaining)
         run = system.integrate(state, 60 * period, output=period / 40)
-        found = observables.orbit_precession(run)
-        assert found.apsidal is None or abs(found.apsidal) < 0.05 * 2 * np.pi / period
-        np.testing.assert_allclose(found.sidereal_period, period, rtol=1e-3)
+        result = observables.orbit_precession(run)
+        assert result.apsidal is None or abs(result.apsidal) < 0.05 * 2 * np.pi / period
+        np.testing.assert_allclose(result.sidereal_period, period, rtol=1e-3)
     system, state = fullbody.systems.antiope()
-    found = observables.orbit_precession(system.integrate(state, 60 * 16.5, output=0.5))
-    assert (found.apsidal, found.anomalistic_period) == (None, None)
-    assert np.isfinite(found.sidereal_period)
+    result = observables.orbit_precession(system.integrate(state, 60 * 16.5, output=0.5))
+    assert (result.apsidal, result.anomalistic_period) == (None, None)
+    assert np.isfinite(result.sidereal_period)
 
 
 def test_motion_along_a_line_has_no_orbit():
@@ -298,11 +298,11 @@ def test_libration_of_an_axis_that_starts_backwards_and_of_one_that_goes_round()
     assert observables.libration(run).amplitude == pytest.approx(0.1, rel=0.02)
     # Faster than the separatrix, n sqrt(3 (B - A)/C) = 0.56 n above n.
     fast = state.replace(spin=state.spin * 2)
-    found = observables.libration(system.integrate(fast, 100.0, output=0.25))
-    assert found.amplitude is None
-    assert len(found.frequencies) == len(found.amplitudes) == 0
-    assert np.diff(found.angle).min() > 0
-    np.testing.assert_allclose(np.diff(found.angle).mean(), 0.25 * 0.9, rtol=0.1)
+    result = observables.libration(system.integrate(fast, 100.0, output=0.25))
+    assert result.amplitude is None
+    assert len(result.frequencies) == len(result.amplitudes) == 0
+    assert np.diff(result.angle).min() > 0
+    np.testing.assert_allclose(np.diff(result.angle).mean(), 0.25 * 0.9, rtol=0.1)
     # Sampled so that the axis goes by more than a quarter turn, there is no telling which way.
     with pytest.raises(InvalidInput, match=r"turns by about 1\.\d+ rad in the orbit's frame .* less than 1\.57"):
         observables.libration(system.integrate(state.replace(spin=4.5 * state.spin), 100.0, output=0.5))
@@ -315,11 +315,11 @@ def test_results_are_short_to_read_and_compare():
     for function in OF_REVOLUTIONS:
         if function is observables.spin_precession:
             continue
-        found, again = function(run), function(run)
-        assert len(repr(found)) < 1000
-        assert "\n" not in repr(found)
-        assert found == again
-        assert found not in (function(run[5:]), "found")
+        result, again = function(run), function(run)
+        assert len(repr(result)) < 1000
+        assert "\n" not in repr(result)
+        assert result == again
+        assert result not in (function(run[5:]), "found")
     assert "angle=<(401,), " in repr(observables.libration(run))
     swings = observables.libration(run)
     assert f"amplitude={swings.amplitude}" in repr(swings)

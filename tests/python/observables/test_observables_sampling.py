@@ -29,10 +29,10 @@ def about_an_oblate_body(e, revolutions, apart):
 def test_precession_by_few_samples_is_the_textbooks(e, revolutions, apart):
     # Spacings that fit into the period fold an ellipse's harmonics onto its first one.
     run, apsidal, nodal = about_an_oblate_body(e, revolutions, apart)
-    found = observables.orbit_precession(run, axis=[0, 0, 1])
+    result = observables.orbit_precession(run, axis=[0, 0, 1])
     # What is left is of the second order in J2 (R/p)^2, 1e-3 at e = 0.8 and 5e-3 at 0.9, times a few.
-    np.testing.assert_allclose(found.apsidal, apsidal, rtol=0.005 if e < 0.9 else 0.02)
-    np.testing.assert_allclose(found.nodal, nodal, rtol=0.01 if e < 0.9 else 0.02)
+    np.testing.assert_allclose(result.apsidal, apsidal, rtol=0.005 if e < 0.9 else 0.02)
+    np.testing.assert_allclose(result.nodal, nodal, rtol=0.01 if e < 0.9 else 0.02)
 
 
 def test_samples_too_few_for_the_precession_are_refused():
@@ -72,8 +72,8 @@ def test_libration_by_few_samples_has_the_equation_of_the_centre():
     # harmonic folds to 4/3 of the mean motion.
     e = 0.1
     system, state = moon((0.00100, 0.00099, 0.0008), eccentricity=e, libration=0.0)
-    found = observables.libration(system.integrate(state, 120 * np.pi, output=2 * np.pi * 0.3))
-    harmonics = [found.frequencies[np.argmin(abs(found.frequencies - k))] for k in (1, 2)]
+    result = observables.libration(system.integrate(state, 120 * np.pi, output=2 * np.pi * 0.3))
+    harmonics = [result.frequencies[np.argmin(abs(result.frequencies - k))] for k in (1, 2)]
     np.testing.assert_allclose(harmonics, [1, 2], rtol=1e-3)
 
 
@@ -81,9 +81,9 @@ def test_libration_by_few_samples_has_the_equation_of_the_centre():
 def test_runs_too_short_to_mean_anything_are_refused(function):
     system, state = pair_of_points(0.0)
     least = 5 if function is observables.orbit_precession else 2
-    for turns in (0.3, least - 0.03):
-        run = system.integrate(state, 2 * np.pi * turns, output=0.1)
-        what = f"the run covers {turns} revolutions; .* needs {least} or more"
+    for revolutions in (0.3, least - 0.03):
+        run = system.integrate(state, 2 * np.pi * revolutions, output=0.1)
+        what = f"the run covers {revolutions} revolutions; .* needs {least} or more"
         refused(what, function, run)
     run = system.integrate(state, 4.02 * np.pi, output=0.1)
     if function in (observables.element_rates, observables.mutual_period):
@@ -103,20 +103,20 @@ def test_samples_too_far_apart_to_count_revolutions_are_refused(function):
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.7])
-@pytest.mark.parametrize("turns", [2.1, 3.3, 5.2, 8.4, 30.7])
-def test_kepler_orbits_of_any_length_have_their_elements(e, turns):
+@pytest.mark.parametrize("revolutions", [2.1, 3.3, 5.2, 8.4, 30.7])
+def test_kepler_orbits_of_any_length_have_their_elements(e, revolutions):
     system, state = pair_of_points(e)
-    run = system.integrate(state, 2 * np.pi * turns, output=2 * np.pi / 40)
-    found = observables.mutual_period(run)
-    if turns < 5:
-        np.testing.assert_allclose(found.mean, 2 * np.pi, rtol=1e-12)
+    run = system.integrate(state, 2 * np.pi * revolutions, output=2 * np.pi / 40)
+    result = observables.mutual_period(run)
+    if revolutions < 5:
+        np.testing.assert_allclose(result.mean, 2 * np.pi, rtol=1e-12)
         return
-    leaks = 10 * turns**-7.0 * 2 * e
-    np.testing.assert_allclose(found.mean, 2 * np.pi, rtol=max(leaks, 1e-12))
+    leaks = 10 * revolutions**-7.0 * 2 * e
+    np.testing.assert_allclose(result.mean, 2 * np.pi, rtol=max(leaks, 1e-12))
     precession = observables.orbit_precession(run)
     np.testing.assert_allclose(precession.sidereal_period, 2 * np.pi, rtol=max(leaks, 1e-12))
     np.testing.assert_allclose(observables.element_rates(run).mean_rates["L"], 1.0, rtol=max(leaks, 1e-12))
     if e == 0.0:
         assert (precession.apsidal, precession.anomalistic_period) == (None, None)
     else:
-        assert abs(precession.apsidal) < 5e-4 if turns < 9 else 1e-6
+        assert abs(precession.apsidal) < 5e-4 if revolutions < 9 else 1e-6

@@ -11,8 +11,8 @@ from support import moon, pair_of_points, ready, refused, rot_x, rot_y, rot_z, w
 def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
     """A light ball about a spheroid in its equator."""
     primary = Component(semi_axes=(1.0, 1.0, c), rotation_period=np.inf, mass=1.0)
-    given = {"semi_major_axis": size, "eccentricity": e, "elements": elements, "mismatch_warning": np.inf}
-    system, state = binary(primary, Component(diameter=1e-3, mass=1e-9), G=1.0, **given)
+    options = {"semi_major_axis": size, "eccentricity": e, "elements": elements, "mismatch_warning": np.inf}
+    system, state = binary(primary, Component(diameter=1e-3, mass=1e-9), G=1.0, **options)
     period = 2 * np.pi * size**1.5
     return system.integrate(state, revolutions * period, output=period / apart)
 
@@ -23,12 +23,12 @@ def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
 def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
     system, state = pair_of_points(e)
     run = system.integrate(state, way * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
-    found = observables.orbit_shape(run)
-    assert len(found.time) == 20
-    np.testing.assert_allclose(found.a, 1.0, rtol=1e-11)
-    np.testing.assert_allclose(found.e, e, rtol=1e-11, atol=1e-13)
-    np.testing.assert_allclose(found.periapsis, 1 - e, rtol=1e-10)
-    np.testing.assert_allclose(found.apoapsis, 1 + e, rtol=1e-11)
+    result = observables.orbit_shape(run)
+    assert len(result.time) == 20
+    np.testing.assert_allclose(result.a, 1.0, rtol=1e-11)
+    np.testing.assert_allclose(result.e, e, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(result.periapsis, 1 - e, rtol=1e-10)
+    np.testing.assert_allclose(result.apoapsis, 1 + e, rtol=1e-11)
     mean = observables.eccentricity(run)
     assert (mean.free is None) == (e == 0.0)
     np.testing.assert_allclose(mean.free or 0.0, e, rtol=1e-9)
@@ -47,10 +47,10 @@ def test_no_revolution_misses_its_periapsis(degrees, apart):
     half = np.array([-0.5, 0.5])[:, None]
     period = 2 * np.pi * 10.0**1.5
     run = system.integrate(fullbody.State(half * r, half * v), 5.4 * period, output=period / apart)
-    found = observables.orbit_shape(run)
-    assert len(found.e) == 5
-    np.testing.assert_allclose(found.e, 0.3, rtol=1e-9)
-    np.testing.assert_allclose(found.a, 10.0, rtol=1e-9)
+    result = observables.orbit_shape(run)
+    assert len(result.e) == 5
+    np.testing.assert_allclose(result.e, 0.3, rtol=1e-9)
+    np.testing.assert_allclose(result.a, 10.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("e", "size"), [*((e, 5.0) for e in (0.0, 0.005, 0.02, 0.1)), (0.02, 10.0)])
@@ -58,19 +58,19 @@ def test_free_and_forced_eccentricity_are_told_apart(e, size):
     # A circle's osculating eccentricity is 3/2 J2 (R/a)^2.
     run = oblate(e, size)
     forced = 1.5 * (1 - 0.9**2) / 5 / size**2
-    found, shape = observables.eccentricity(run), observables.orbit_shape(run)
+    result, shape = observables.eccentricity(run), observables.orbit_shape(run)
     # The second order of J2 (R/a)^2, and e^2 times a few.
-    np.testing.assert_allclose(found.forced, forced, rtol=3 * forced + 4 * e**2)
+    np.testing.assert_allclose(result.forced, forced, rtol=3 * forced + 4 * e**2)
     np.testing.assert_allclose(shape.e, e, rtol=forced, atol=1e-12)
     np.testing.assert_allclose(shape.a, size, rtol=forced)
     if e == 0.0:
-        assert found.free is None
-        np.testing.assert_allclose(found.osculating, forced, rtol=3 * forced)
+        assert result.free is None
+        np.testing.assert_allclose(result.osculating, forced, rtol=3 * forced)
         return
-    np.testing.assert_allclose(found.free, e, rtol=forced)
+    np.testing.assert_allclose(result.free, e, rtol=forced)
     # The mean length of the sum of two vectors that turn against each other, by a quadrature of its own.
     angle = np.linspace(0, 2 * np.pi, 10001)[:-1]
-    np.testing.assert_allclose(found.osculating, np.abs(e + forced * np.exp(1j * angle)).mean(), rtol=0.01)
+    np.testing.assert_allclose(result.osculating, np.abs(e + forced * np.exp(1j * angle)).mean(), rtol=0.01)
     elements = run.elements()
     assert elements.e.min() < e < elements.e.max()
 
@@ -85,19 +85,19 @@ def test_a_periapsis_that_precesses_across_the_ends_of_revolutions():
     assert 80 * moved > 2 * np.pi, "the periapsis has not gone round"
 
 
-def test_shapes_have_units_and_places():
+def test_orbit_shapes_have_units_and_names_of_bodies():
     system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "10 day", output="0.5 hour")
-    found = observables.orbit_shape(run, body="Dimorphos", about="Didymos")
-    assert found.a.unit == u.km
-    assert found.time.unit == u.hour
-    assert isinstance(found.e, np.ndarray)
+    result = observables.orbit_shape(run, body="Dimorphos", about="Didymos")
+    assert result.a.unit == u.km
+    assert result.time.unit == u.hour
+    assert isinstance(result.e, np.ndarray)
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
-    np.testing.assert_allclose(found.periapsis.min().value, distance.min().value, rtol=1e-4)
-    np.testing.assert_allclose(found.apoapsis.max().value, distance.max().value, rtol=1e-4)
-    np.testing.assert_allclose(found.a.value, (distance.min() + distance.max()).value / 2, rtol=2e-3)
+    np.testing.assert_allclose(result.periapsis.min().value, distance.min().value, rtol=1e-4)
+    np.testing.assert_allclose(result.apoapsis.max().value, distance.max().value, rtol=1e-4)
+    np.testing.assert_allclose(result.a.value, (distance.min() + distance.max()).value / 2, rtol=2e-3)
     other = observables.orbit_shape(run, body=0, about=1)
-    np.testing.assert_allclose(other.e, found.e, rtol=1e-9)
+    np.testing.assert_allclose(other.e, result.e, rtol=1e-9)
     mean = observables.eccentricity(run, mu=system.mu())
     assert mean == observables.eccentricity(run)
     refused("mu has the unit km", lambda: observables.eccentricity(run, mu=1 * u.km))
@@ -134,10 +134,10 @@ def still(time):
 def test_a_roll_of_370_degrees_has_tumbled(half_turn):
     rate = np.radians(370) / 100
     run = turning(lambda t: rate * t, still, still, half_turn=half_turn)
-    found = observables.tumbles(run, limit=np.radians(45))
-    assert found.angle == "roll"
-    np.testing.assert_allclose(found.time, np.radians(45) / rate, rtol=1e-9)
-    np.testing.assert_allclose(np.degrees(found.largest), [370, 0, 0], atol=1e-6)
+    result = observables.tumbles(run, limit=np.radians(45))
+    assert result.angle == "roll"
+    np.testing.assert_allclose(result.time, np.radians(45) / rate, rtol=1e-9)
+    np.testing.assert_allclose(np.degrees(result.largest), [370, 0, 0], atol=1e-6)
     assert observables.tumbles(run, body="Beta", about="body 0").time == pytest.approx(np.pi / 2 / rate)
 
 
@@ -146,23 +146,23 @@ def test_the_angle_that_passes_the_limit_first_is_named(name, frequency):
     def swing(size):
         return lambda time: size * np.sin(frequency * time)
 
-    run = turning(*(swing(0.7 if one == name else 0.3) for one in ("roll", "pitch", "yaw")))
-    found = observables.tumbles(run, limit=0.5)
-    assert found.angle == name
+    run = turning(*(swing(0.7 if angle == name else 0.3) for angle in ("roll", "pitch", "yaw")))
+    result = observables.tumbles(run, limit=0.5)
+    assert result.angle == name
     # Where 0.7 sin reaches 0.5; a cubic through samples an eighth of a radian of phase apart.
-    np.testing.assert_allclose(found.time, np.arcsin(0.5 / 0.7) / frequency, rtol=1e-4)
+    np.testing.assert_allclose(result.time, np.arcsin(0.5 / 0.7) / frequency, rtol=1e-4)
     none = observables.tumbles(run, limit=0.71)
     assert (none.time, none.angle) == (None, None)
-    np.testing.assert_allclose(none.largest, found.largest)
+    np.testing.assert_allclose(none.largest, result.largest)
     assert none.largest.argmax() == ("roll", "pitch", "yaw").index(name)
 
 
 def test_a_start_beyond_the_limit_and_a_run_backwards():
     run = turning(still, still, lambda t: 0.5 - 0.01 * t)
-    found = observables.tumbles(run, limit=0.4)
-    assert (found.time, found.angle) == (0.0, "yaw")
+    result = observables.tumbles(run, limit=0.4)
+    assert (result.time, result.angle) == (0.0, "yaw")
     back = run[::-1]
-    # From -0.44 at time 94 back through zero to 0.45 at time 5.
+    # Backwards, the angle goes from -0.44 at time 94 through zero to 0.45 at time 5.
     assert observables.tumbles(back[12:], limit=0.45).time == pytest.approx(5.0)
 
 
@@ -175,8 +175,8 @@ def test_bad_limits_of_tumbling_are_refused():
 def test_limits_of_tumbling_have_units():
     system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "2 day", output="0.5 hour")
-    found = observables.tumbles(run, limit=15 * u.deg)
-    assert found.angle == "yaw"
-    assert found.time.unit == u.hour
-    assert found.largest.unit == u.rad
-    assert observables.tumbles(run, limit="15 deg") == found
+    result = observables.tumbles(run, limit=15 * u.deg)
+    assert result.angle == "yaw"
+    assert result.time.unit == u.hour
+    assert result.largest.unit == u.rad
+    assert observables.tumbles(run, limit="15 deg") == result

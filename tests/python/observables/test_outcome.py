@@ -30,10 +30,10 @@ def fall(start, end, speed, mu=1.0):
 @pytest.mark.parametrize("watched", [(), [events.Contact(terminal=True)], [events.Contact("A", "B")]])
 @pytest.mark.parametrize("output", ["ends", 1.0])
 def test_contact_is_told_by_the_error_or_by_an_event(watched, output):
-    found = fate(answer(spheres(6.0, -0.5, 0.0), 20.0, output=output, events=watched))
-    assert found.kind == "contact"
-    assert found.time == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
-    assert found.as_dict() == {"fate": found.kind, "fate_time": found.time}
+    result = fate(answer(spheres(6.0, -0.5, 0.0), 20.0, output=output, events=watched))
+    assert result.kind == "contact"
+    assert result.time == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
+    assert result.as_dict() == {"fate": result.kind, "fate_time": result.time}
 
 
 def test_contact_with_another_body_names_it():
@@ -55,36 +55,36 @@ def test_contact_with_another_body_names_it():
 
 def test_bodies_that_part_have_not_met():
     apart = events.Contact(direction=1)
-    found = fate(answer(spheres(2.0 + 1e-9, 0.1, 1.1), 10.0, output=0.5, events=[apart]))
-    assert found == Fate("bound", 10.0)
+    result = fate(answer(spheres(2.0 + 1e-9, 0.1, 1.1), 10.0, output=0.5, events=[apart]))
+    assert result == Fate("bound", 10.0)
 
 
 @pytest.mark.parametrize("speed", [0.9, 1.1])
 def test_the_speed_of_escape_parts_escape_from_bound(speed):
     # At distance 50 the speed of escape is 1/5; the default distance is 40.
     member = spheres(30.0, speed * np.sqrt(2 / 30.0), 0.0)
-    found = fate(answer(member, 200.0, output=0.5))
+    result = fate(answer(member, 200.0, output=0.5))
     if speed < 1.0:
-        assert found == Fate("bound", 200.0)
+        assert result == Fate("bound", 200.0)
     else:
         # The first sample beyond.
         time = fall(30.0, 40.0, speed * np.sqrt(2 / 30.0))
-        assert found.kind == "escape"
-        assert 0.0 <= found.time - time <= 0.5
+        assert result.kind == "escape"
+        assert 0.0 <= result.time - time <= 0.5
     # The event has the moment itself, and another distance.
     escape = events.Escape(distance=35.0, terminal=True)
-    found = fate(answer(member, 200.0, output="ends", events=[escape]))
-    assert found.kind == ("bound" if speed < 1.0 else "escape")
+    result = fate(answer(member, 200.0, output="ends", events=[escape]))
+    assert result.kind == ("bound" if speed < 1.0 else "escape")
     if speed > 1.0:
-        assert found.time == pytest.approx(fall(30.0, 35.0, speed * np.sqrt(2 / 30.0)), rel=1e-7)
+        assert result.time == pytest.approx(fall(30.0, 35.0, speed * np.sqrt(2 / 30.0)), rel=1e-7)
         assert fate(answer(member, 200.0, output=0.5), beyond=1e3).kind == "bound"
 
 
 def test_fates_have_units():
     u = pytest.importorskip("astropy.units")
     member = spheres(6.0, -0.5, 0.0, units=("km", "hour", "kg"))
-    found = fate(answer(member, 20.0, output=1.0))
-    assert found.time.to_value(u.hour) == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
+    result = fate(answer(member, 20.0, output=1.0))
+    assert result.time.to_value(u.hour) == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
     away = spheres(30.0, 1.0, 0.0, units=("km", "hour", "kg"))
     assert fate(answer(away, 20.0, output=1.0), beyond=32e3 * u.m).time == 3 * u.hour
 
@@ -100,9 +100,9 @@ def test_a_run_that_tells_nothing_is_refused():
     assert drift(run) == Drift(None, None, None)
     # The function fails at time 3; the run ends with the last step before that.
     failing = events.Function(lambda state: 1.0 if state.time < 3.0 else None)
-    found = fate(answer(spheres(6.0, 0.0, 0.4), 10.0, output=1.0, events=[failing]))
-    assert found.kind == "unfinished"
-    assert 2.0 < found.time < 3.0
+    result = fate(answer(spheres(6.0, 0.0, 0.4), 10.0, output=1.0, events=[failing]))
+    assert result.kind == "unfinished"
+    assert 2.0 < result.time < 3.0
 
 
 def turning(rate):
@@ -115,10 +115,10 @@ def turning(rate):
 
 def test_a_roll_that_goes_round_is_tumbling():
     run = answer(turning(12.0), 1.0, output=0.02)
-    found = tumbles(run).as_dict()
+    result = tumbles(run).as_dict()
     # The angle about the axis, to the first order in n over the rate.
-    assert found["tumbling_time"] == pytest.approx(np.pi / 2 / 12, rel=0.05)
-    assert (found["tumbles"], found["largest_roll"]) == (1.0, np.pi)
+    assert result["tumbling_time"] == pytest.approx(np.pi / 2 / 12, rel=0.05)
+    assert (result["tumbles"], result["largest_roll"]) == (1.0, np.pi)
     assert abs(tumbles(run).largest[0] - 12.0) < 1.5
     quiet = tumbles(answer(turning(0.0), 20.0, output=0.2)).as_dict()
     assert (quiet["tumbles"], quiet["tumbling_time"]) == (0.0, None)
@@ -131,12 +131,12 @@ def test_libration_has_the_frequency_of_the_linear_theory():
     # The frequency is w^2 = 3 n^2 (B - A)/C.
     system, state = turning(0.0)
     run = answer((system, state.rotated(1, [0, 0, 1], 0.05)), 60.0, output=0.1)
-    found = libration(run).as_dict()
+    result = libration(run).as_dict()
     a, b = 0.02, 0.017
     w = np.sqrt(3 * (a * a - b * b) / (a * a + b * b))
     # The moon's figure makes the start a little eccentric, which forces some more.
-    assert found["libration"] == pytest.approx(0.05, rel=2e-2)
-    assert found["libration_period"] == pytest.approx(2 * np.pi / w, rel=2e-3)
+    assert result["libration"] == pytest.approx(0.05, rel=2e-2)
+    assert result["libration_period"] == pytest.approx(2 * np.pi / w, rel=2e-3)
     rotating = libration(answer((system, state.replace(spin=[[0, 0, 0], [0, 0, 4.0]])), 20.0, output=0.1))
     assert rotating.as_dict() == {"libration": None, "libration_period": None}
 
@@ -147,21 +147,21 @@ def test_means_of_a_kepler_orbit_are_its_elements(units):
     elements = fullbody.KeplerElements(a=2.0, e=0.3, i=0.4, Omega=0.5, omega=0.6, M=0.0)
     r, v = elements.to_cartesian(1.0)
     run = answer((system, State([np.zeros(3), r], [np.zeros(3), v])), 200.0, output=0.5)
-    found = mutual_period(run).as_dict() | mean_elements(run).as_dict()
-    value = {name: getattr(number, "value", number) for name, number in found.items()}
+    result = mutual_period(run).as_dict() | mean_elements(run).as_dict()
+    value = {name: getattr(number, "value", number) for name, number in result.items()}
     assert value["period"] == pytest.approx(2 * np.pi * 2.0**1.5, rel=1e-6)
     assert [value[name] for name in "aei"] == pytest.approx([2.0, 0.3, 0.4], rel=1e-10)
-    assert hasattr(found["period"], "unit") == units
+    assert hasattr(result["period"], "unit") == units
 
 
 def test_means_do_not_hang_on_where_the_run_ends():
     # The elements of the paper's KW4 swing; half a revolution more changes plain means a hundred times as much.
     system, state = fullbody.systems.kw4_ho2021()
-    whole = system.integrate(state, 20 * 17.41, output=0.5)
+    reference = system.integrate(state, 20 * 17.41, output=0.5)
     less = system.integrate(state, 19.5 * 17.41, output=0.5)
     means = (lambda run: run.elements().a.mean(), lambda run: mean_elements(run).a)
-    plain, windowed = (abs(mean(whole) / mean(less) - 1) for mean in means)
-    assert windowed < plain / 3
+    unweighted, windowed = (abs(mean(reference) / mean(less) - 1) for mean in means)
+    assert windowed < unweighted / 3
 
 
 def test_drifts_are_the_largest_of_the_run():
@@ -177,7 +177,7 @@ def test_fates_and_drifts_are_measures_of_a_sweep():
     def setup(across):
         return spheres(6.0, 0.0, across)
 
-    found = fullbody.sweep(setup, {"across": [0.05, 0.4, 2.0]}, 60.0, measure=["fate", "drift"], output=1.0)
-    assert found.fate.values.tolist() == ["contact", "bound", "escape"]
-    assert found.error.values.tolist() == ["BodiesOverlap", "", ""]
-    assert (found.energy_drift < 1e-11).all()
+    result = fullbody.sweep(setup, {"across": [0.05, 0.4, 2.0]}, 60.0, measure=["fate", "drift"], output=1.0)
+    assert result.fate.values.tolist() == ["contact", "bound", "escape"]
+    assert result.error.values.tolist() == ["BodiesOverlap", "", ""]
+    assert (result.energy_drift < 1e-11).all()

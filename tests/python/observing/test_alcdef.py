@@ -42,11 +42,11 @@ def written(folder, *lines):
 
 
 def test_a_file_of_the_archive_has_its_blocks_and_points():
-    found = observing.read_alcdef(ZACHIA, geometry=geometry(), airmass=True)
+    result = observing.read_alcdef(ZACHIA, geometry=geometry(), airmass=True)
     text = ZACHIA.read_text()
-    assert sum(map(len, found)) == text.count("DATA=24")
-    assert len(found) == text.count("ENDDATA") == 4
-    first = found[0]
+    assert sum(map(len, result)) == text.count("DATA=24")
+    assert len(result) == text.count("ENDDATA") == 4
+    first = result[0]
     assert first.nights.tolist() == ["1999-09-04 06:00:00 C"]
     assert first.times.scale == "utc"
     assert abs(first.times[0].jd - 2451425.613960) < 1e-9
@@ -58,29 +58,29 @@ def test_a_file_of_the_archive_has_its_blocks_and_points():
 
 def test_blocks_of_old_files_end_without_a_mark(tmp_path):
     lines = [line for line in ZACHIA.read_text().splitlines() if line != "ENDDATA"]
-    place = lines.index("ENDMETADATA")
-    lines[place:place] = ["EPOCH=J2000.0", "EPOCH=J2000.0", "MPCCODE="]
-    found = observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
-    for one, other in zip(found, observing.read_alcdef(ZACHIA, geometry=geometry()), strict=True):
-        assert np.array_equal(one.magnitude, other.magnitude)
+    index = lines.index("ENDMETADATA")
+    lines[index:index] = ["EPOCH=J2000.0", "EPOCH=J2000.0", "MPCCODE="]
+    result = observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
+    for first, other in zip(result, observing.read_alcdef(ZACHIA, geometry=geometry()), strict=True):
+        assert np.array_equal(first.magnitude, other.magnitude)
 
 
 def test_constants_of_a_block_are_undone(tmp_path):
     words = ["LTCAPP=AVERAGE", "LTCTYPE=LIGHTTIME", "LTCDAYS=-0.01099", "REDUCEDMAGS=AVERAGE", "UCORMAG=-3.697"]
     lines = [*HEAD, *words, "MAGADJUST=+0.040", "ENDMETADATA", "DATA=2455817.7|7.3|+0.004", "ENDDATA"]
-    (found,) = observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
+    (result,) = observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
     # JD(at the asteroid) = JD(at the Earth) + LTCDAYS; reduced = observed + UCORMAG.
-    assert abs(found.times[0].jd - 2455817.71099) < 1e-9
-    assert np.isclose(found.magnitude[0], 7.3 + 3.697 + 0.04, rtol=1e-14)
-    assert not found.reduced
+    assert abs(result.times[0].jd - 2455817.71099) < 1e-9
+    assert np.isclose(result.magnitude[0], 7.3 + 3.697 + 0.04, rtol=1e-14)
+    assert not result.reduced
 
 
 def test_corrections_point_by_point_need_a_geometry_at_the_asteroid(tmp_path):
     words = ["LTCAPP=POINT", "LTCTYPE=LIGHTTIME", "LTCDAYS=-0.01099", "REDUCEDMAGS=POINT", "DELIMITER=TAB"]
     path = written(tmp_path, *HEAD, *words, "ENDMETADATA", "DATA=2455817.7\t7.3\t0.004", "ENDDATA")
-    (found,) = observing.read_alcdef(path, geometry=geometry(light_time=False))
-    assert found.reduced
-    assert abs(found.times[0].jd - 2455817.7) < 1e-9
+    (result,) = observing.read_alcdef(path, geometry=geometry(light_time=False))
+    assert result.reduced
+    assert abs(result.times[0].jd - 2455817.7) < 1e-9
     with refusal("curves.txt, line 1: times of the block are less light time, by LTCAPP=POINT; expected a geometry"):
         observing.read_alcdef(path, geometry=geometry())
 
@@ -91,24 +91,24 @@ def test_written_light_curves_are_read_back(tmp_path, light_time, reduced):
     rng = np.random.default_rng(3)
     days = np.concatenate([np.linspace(20.0, 20.2, 30), np.linspace(21.0, 21.3, 20)])
     times = Time(2451400.5, days, format="jd", scale="tdb")
-    given = [rng.normal(13.0, 0.3, 50), rng.uniform(0.002, 0.05, 50), rng.uniform(1.0, 2.0, 50)]
-    options = {"geometry": geometry(light_time), "airmass": given[2], "reduced": reduced}
-    data = observing.Photometry(times, given[0], given[1], **options)
+    originals = [rng.normal(13.0, 0.3, 50), rng.uniform(0.002, 0.05, 50), rng.uniform(1.0, 2.0, 50)]
+    options = {"geometry": geometry(light_time), "airmass": originals[2], "reduced": reduced}
+    data = observing.Photometry(times, originals[0], originals[1], **options)
     path = tmp_path / "curves.txt"
     observing.write_alcdef(path, data, ABOUT)
-    found = observing.read_alcdef(path, geometry=geometry(light_time), airmass=True)
-    assert [len(one) for one in found] == [30, 20]
-    for one, rows in zip(found, (slice(30), slice(30, None)), strict=True):
-        assert np.abs((one.times - times[rows]).to_value("s")).max() < 0.5e-3
-        columns = [one.magnitude, one.sigma, one.airmass]
-        assert all(np.abs(a - b[rows]).max() <= 0.51e-6 for a, b in zip(columns, given, strict=True))
-        assert one.reduced == reduced
+    result = observing.read_alcdef(path, geometry=geometry(light_time), airmass=True)
+    assert [len(curve) for curve in result] == [30, 20]
+    for curve, rows in zip(result, (slice(30), slice(30, None)), strict=True):
+        assert np.abs((curve.times - times[rows]).to_value("s")).max() < 0.5e-3
+        columns = [curve.magnitude, curve.sigma, curve.airmass]
+        assert all(np.abs(a - b[rows]).max() <= 0.51e-6 for a, b in zip(columns, originals, strict=True))
+        assert curve.reduced == reduced
     text = path.read_text()
     # The standard's own formulas: LTCDAYS = -0.005772 times the distance in au; UCORMAG = -5 log10 of both.
     days = re.findall(r"LTCDAYS=(\S+)", text)
-    assert days == [] if light_time else np.allclose([float(one) for one in days], -0.005772 * 2.0, rtol=1e-3)
+    assert days == [] if light_time else np.allclose([float(word) for word in days], -0.005772 * 2.0, rtol=1e-3)
     units = re.findall(r"UCORMAG=(\S+)", text)
-    assert np.allclose([float(one) for one in units], -5.0 * np.log10(6.0), atol=1e-4) if reduced else units == []
+    assert np.allclose([float(word) for word in units], -5.0 * np.log10(6.0), atol=1e-4) if reduced else units == []
     assert text.count("SESSIONTIME=") == 2
     # The middle of the first night, which is 64 s earlier in UTC.
     assert "SESSIONDATE=1999-08-30\nSESSIONTIME=02:22:55" in text
@@ -130,8 +130,8 @@ def _first_block(path, folder):
 def test_points_without_errors_need_them(tmp_path):
     rows = [f"DATA={2455817.5 + 0.002 * k}|{7.3 + 0.01 * (k % 3)}" for k in range(20)]
     path = written(tmp_path, *HEAD, "ENDMETADATA", *rows)
-    (found,) = observing.read_alcdef(path, geometry=geometry(), sigma="estimate")
-    assert 0.005 < found.sigma[0] < 0.03
+    (result,) = observing.read_alcdef(path, geometry=geometry(), sigma="estimate")
+    assert 0.005 < result.sigma[0] < 0.03
     assert (observing.read_alcdef(path, geometry=geometry(), sigma=0.02)[0].sigma == 0.02).all()
     with pytest.warns(UserWarning, match="no standard errors"):
         observing.read_alcdef(path, geometry=geometry())
@@ -146,7 +146,7 @@ GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
 
 
 @pytest.mark.parametrize(
-    ("place", "line", "message"),
+    ("index", "line", "message"),
     [
         (0, "OBJECTNAME=Ceres", "line 1: the line is 'OBJECTNAME=Ceres'; expected STARTMETADATA"),
         (2, "a line of text", "line 3: the line is 'a line of text'; expected KEYWORD=value or ENDMETADATA"),
@@ -161,16 +161,12 @@ GOOD = [*HEAD, "ENDMETADATA", "DATA=2455817.7|7.3|0.004", "ENDDATA"]
         (5, "DATA=2455817.7", "line 6: DATA has 1 fields; expected JD, magnitude, its error and the airmass"),
         (5, "DATA=2455817.7|7.3|0.1|1.2|9", "line 6: DATA has 5 fields"),
         (5, "DATA=2455817.7|bright", "line 6: the magnitude is 'bright'; expected a number"),
-        (
-            5,
-            "DATA=2455817.7|7.3|-0.1",
-            "line 6: the error of the magnitude is '-0.1'; expected a number, zero",
-        ),
+        (5, "DATA=2455817.7|7.3|-0.1", "line 6: the error of the magnitude is '-0.1'; expected a number, zero"),
         (6, "STARTMETADATA\nOBJECTNAME=Vesta\nENDMETADATA\nDATA=2455817.8|7.3|0.1", "line 8: OBJECTNAME is 'Vesta'"),
     ],
 )
-def test_files_of_another_form_are_refused_by_line(tmp_path, place, line, message):
-    lines = [*GOOD[:place], line, *GOOD[place:]]
+def test_files_of_another_form_are_refused_by_line(tmp_path, index, line, message):
+    lines = [*GOOD[:index], line, *GOOD[index:]]
     with refusal(message):
         observing.read_alcdef(written(tmp_path, *lines), geometry=geometry())
 
@@ -203,9 +199,9 @@ def test_metadata_of_another_form_are_refused(tmp_path, about, message):
 
 def test_data_that_the_format_cannot_hold_are_refused(tmp_path):
     path = tmp_path / "curves.txt"
-    plain = observing.Geometry([0.0, 1.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 1.0, 0], light_time=False)
+    unitless = observing.Geometry([0.0, 1.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 1.0, 0], light_time=False)
     with refusal("times of data are not dates"):
-        observing.write_alcdef(path, observing.Photometry([0.5], [7.0], 0.01, geometry=plain), ABOUT)
+        observing.write_alcdef(path, observing.Photometry([0.5], [7.0], 0.01, geometry=unitless), ABOUT)
     distant = observing.Geometry(DATES, to_observer=[1.0, 0, 0], to_sun=[1.0, 1.0, 0])
     with refusal("the geometry of data has no units of length"):
         observing.write_alcdef(path, observing.Photometry(DATES[:1], [7.0], 0.01, geometry=distant), ABOUT)

@@ -213,16 +213,16 @@ def test_centre_of_light_is_the_mean_over_the_surface(phase):
     side = np.cross(e, [0.1, 0.4, 1.0])
     angle = np.radians(phase)
     s = np.cos(angle) * e + np.sin(angle) * side / np.linalg.norm(side)
-    found = photocentre(axes, q[None], 1e8 * e[None], 2e8 * s[None])[0]
+    result = photocentre(axes, q[None], 1e8 * e[None], 2e8 * s[None])[0]
     # The sum over a mesh of equal areas on the unit sphere, mapped to the ellipsoid.
     count = 400_000
     z, lon = 1 - (2 * np.arange(count) + 1) / count, np.pi * (1 + 5**0.5) * np.arange(count)
     u = np.stack([np.sqrt(1 - z * z) * np.cos(lon), np.sqrt(1 - z * z) * np.sin(lon), z], axis=1)
-    turn = matrix(q)
-    p, r = (u @ (turn.T @ v / axes) for v in (e, s))
+    rotation = matrix(q)
+    p, r = (u @ (rotation.T @ v / axes) for v in (e, s))
     light = np.where((p > 0) & (r > 0), p * r / np.where(p + r > 0, p + r, 1.0), 0.0)
-    expected = turn @ (light @ (u * axes) / light.sum())
-    np.testing.assert_allclose(found, expected, atol=5e-5)
+    expected = rotation @ (light @ (u * axes) / light.sum())
+    np.testing.assert_allclose(result, expected, atol=5e-5)
 
 
 def test_astrometry_of_centres_of_light_and_its_derivatives():
@@ -234,16 +234,16 @@ def test_astrometry_of_centres_of_light_and_its_derivatives():
     )
     state = fullbody.State([[0, 0, 0], [0, 2000.0, 500.0]], np.zeros((2, 3)), spin=[[0, 0, 0.1], [0, 0, 0]])
     run = system.integrate(state, 10.0, dense=True)
-    given = [5.0] * u.h, [0.0] * u.arcsec, [0.0] * u.arcsec, 1 * u.mas
-    data = observing.Astrometry(*given, geometry=geometry, photocentre=True)
-    plain = observing.Astrometry(*given, geometry=geometry)
+    arguments = [5.0] * u.h, [0.0] * u.arcsec, [0.0] * u.arcsec, 1 * u.mas
+    data = observing.Astrometry(*arguments, geometry=geometry, photocentre=True)
+    reference = observing.Astrometry(*arguments, geometry=geometry)
     # The Sun is in the east: both centres of light lie east of the centres, the larger body's by more.
-    shift = (data.predict(run) - plain.predict(run)).to_value("rad")[0] * 149597870.7
+    shift = (data.predict(run) - reference.predict(run)).to_value("rad")[0] * 149597870.7
     assert -150.0 < shift[0] < -20.0
-    row = given[0], [0.0] * u.rad, [0.0] * u.rad, 1.0 * u.rad
+    row = arguments[0], [0.0] * u.rad, [0.0] * u.rad, 1.0 * u.rad
     radians = observing.Astrometry(*row, geometry=geometry, photocentre=True)
     exact, differences = by_start(radians, system, run(radians.emission(system)[0]), {"rotation": 1e-4})
     columns = [12 * body + 6 + axis for body in range(2) for axis in range(3)]
     np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=1e-7 * 500 / 1.5e8)
     with pytest.raises(InvalidInput, match="has no Sun, which photocentre=True needs"):
-        observing.Astrometry(*given, geometry=pair()[1], photocentre=True)
+        observing.Astrometry(*arguments, geometry=pair()[1], photocentre=True)

@@ -16,13 +16,20 @@ UNITLESS = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_t
 
 
 def radar(**options):
-    given = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0, "geometry": UNITLESS}
-    return observing.RadarAstrometry(**(given | options))
+    arguments = {
+        "times": [1.0, 2.0, 3.0],
+        "range": np.ones(3),
+        "sigma": 0.1,
+        "body": 1,
+        "about": 0,
+        "geometry": UNITLESS,
+    }
+    return observing.RadarAstrometry(**(arguments | options))
 
 
 def astrometry(**options):
-    given = {"times": TIMES, "east": [1, 2, 3] * u.mas, "north": [1, 2, 3] * u.mas, "sigma": 1 * u.mas}
-    return observing.Astrometry(**(given | {"geometry": VIEW} | options))
+    arguments = {"times": TIMES, "east": [1, 2, 3] * u.mas, "north": [1, 2, 3] * u.mas, "sigma": 1 * u.mas}
+    return observing.Astrometry(**(arguments | {"geometry": VIEW} | options))
 
 
 def photometry(**options):
@@ -53,10 +60,7 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
         ({"range": np.ones((3, 2))}, r"range of RadarAstrometry has shape \(3, 2\); expected \(K,\)"),
         ({"range": ["far", "near", "far"]}, "range of RadarAstrometry is 'far'; expected numbers"),
         ({"range": np.ones(2)}, r"range of RadarAstrometry has shape \(2,\); expected 3 rows"),
-        (
-            {"range": np.ones(3) * u.s, "sigma": 1 * u.s},
-            "range of RadarAstrometry has the unit s; expected a unit",
-        ),
+        ({"range": np.ones(3) * u.s, "sigma": 1 * u.s}, "range of RadarAstrometry has the unit s; expected a unit"),
         ({"sigma": 0.1 * u.km}, "only one of range and its sigma has a unit"),
         ({"sigma": np.ones((3, 2))}, r"sigma_range of RadarAstrometry has shape \(3, 2\); expected \(3,\), or one"),
         ({"range_rate": np.zeros(3)}, "sigma is not a pair"),
@@ -64,10 +68,7 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
         ({"times": [True, False, True]}, "times of RadarAstrometry is True; expected numbers"),
         ({"times": ["now", "then", "later"]}, "times of RadarAstrometry is 'now'; expected numbers"),
         ({"times": [[1.0, 2.0, 3.0]]}, r"times of RadarAstrometry has shape \(1, 3\); expected \(K,\)"),
-        (
-            {"times": [1.0, 2.0, np.inf]},
-            "times of RadarAstrometry has the value inf; expected numbers of at",
-        ),
+        ({"times": [1.0, 2.0, np.inf]}, "times of RadarAstrometry has the value inf; expected numbers of at"),
         ({"times": [], "range": []}, r"times of RadarAstrometry has shape \(0,\)"),
         ({"geometry": None}, "geometry of RadarAstrometry is None; expected an observing.Geometry"),
     ],
@@ -137,10 +138,7 @@ ROW = pd.DataFrame({"times": [1.0], "magnitude": [1.0], "sigma": [1.0]})
         (lambda: table(unit=5e-324), "unit of east is 5e-324; .*its scale is 5e-324; expected 1e-60 to 1e60"),
         (lambda: table(unit=()), r"unit of east is \(\); .*a structure of several units"),
         (lambda: table(also={"east": [1j]}), "east of Astrometry has values that are no numbers: they are complex"),
-        (
-            lambda: table(also={"times": [1e9]}, dates=("jd", "utc")),
-            "Astrometry are dates that cannot be subtracted",
-        ),
+        (lambda: table(also={"times": [1e9]}, dates=("jd", "utc")), "Astrometry are dates that cannot be subtracted"),
         (lambda: table(unit={"eats": u.mas}), "'eats' is not an option of unit of Astrometry; did you mean 'east'"),
         (lambda: table(unit={"east": u.mas}), "only one of east and north of Astrometry has a unit"),
         (lambda: table(also={"east": ["far"]}), "east of Astrometry has values that are no numbers"),
@@ -153,10 +151,7 @@ ROW = pd.DataFrame({"times": [1.0], "magnitude": [1.0], "sigma": [1.0]})
             lambda: observing.RadarAstrometry.from_table(ROW, columns=["range"], geometry=VIEW),
             r"columns of RadarAstrometry is \['range'\]; expected a dict",
         ),
-        (
-            lambda: observing.Photometry.from_table(ROW, night="n", geometry=VIEW),
-            "table has no column 'n' for night",
-        ),
+        (lambda: observing.Photometry.from_table(ROW, night="n", geometry=VIEW), "table has no column 'n' for night"),
     ],
 )
 def test_bad_polar_coordinates_and_tables_are_refused_by_name(call, message):
@@ -173,7 +168,7 @@ def test_units_of_a_table_may_be_given_by_column():
     assert bright.sigma.tolist() == [pytest.approx(0.05)]
 
 
-def test_position_angles_that_look_like_degrees_are_told():
+def test_position_angles_that_look_like_degrees_are_warned_of():
     with pytest.warns(InconsistentInput, match="position_angle has values up to 45 radians"):
         polar([1.0] * u.mas, [45.0])
 

@@ -29,18 +29,18 @@ def test_two_nights_of_a_binary_are_those_of_another_program():
     state = State(*(data[name] for name in ("position", "velocity", "attitude", "spin")))
     run = system.integrate(state, data["emitted"][-1], output=np.array(data["emitted"]))
     lines = data["to_observer"], data["to_sun"]
-    found = np.array([observing.brightness(system, sample, *lines) for sample in run])
+    results = np.array([observing.brightness(system, sample, *lines) for sample in run])
     alone = np.array([observing.brightness(system, sample, *lines, mutual=False) for sample in run])
-    assert (found < 0.99 * alone).any(axis=0).all(), "each body is hidden now and then"
+    assert (results < 0.99 * alone).any(axis=0).all(), "each body is hidden now and then"
     light = np.array(data["light"])
     # At six epochs the other program is off, by 3e-11 to 1.5e-5 of the satellite: these were integrated in 22 digits.
     for row in json.loads((DATA / "hidden_light.json").read_text())["rows"]:
         state = State(row["position"], np.zeros((2, 3)), row["attitude"])
-        k, own = row["row"], observing.brightness(system, state, *lines)[1]
-        assert abs(own - row["exact"]) < 1e-14 * alone[k, 1]
+        k, expected = row["row"], observing.brightness(system, state, *lines)[1]
+        assert abs(expected - row["exact"]) < 1e-14 * alone[k, 1]
         assert abs(light[k, 1] - row["exact"]) > 1e-11 * alone[k, 1]
         light[k, 1] = row["exact"]
-    np.testing.assert_allclose(found / alone, light / alone, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(results / alone, light / alone, rtol=0, atol=1e-10)
 
 
 def hapke(law, mu, mu0, phase, psi):
@@ -81,7 +81,7 @@ def test_hapkes_law_is_the_sum_over_many_points(roughness):
     axes, phase = np.array([1.0, 0.8, 0.6]), 0.7
     system = System([Body(Ellipsoid(*axes), mass=1.0)], G=1.0)
     e, s = np.array([1.0, 0.0, 0.0]), np.array([np.cos(phase), 0.6 * np.sin(phase), 0.8 * np.sin(phase)])
-    found = observing.brightness(system, State(np.zeros((1, 3)), np.zeros((1, 3))), e, s, law=law)[0]
+    result = observing.brightness(system, State(np.zeros((1, 3)), np.zeros((1, 3))), e, s, law=law)[0]
     count = 200_000
     z = 1 - 2 * (np.arange(count) + 0.5) / count
     angle = np.pi * (1 + 5**0.5) * np.arange(count)
@@ -93,7 +93,7 @@ def test_hapkes_law_is_the_sum_over_many_points(roughness):
     mu, mu0, size = mu[on], mu0[on], size[on]
     psi = np.arccos(np.clip((np.cos(phase) - mu * mu0) / np.sqrt((1 - mu**2) * (1 - mu0**2)), -1, 1))
     expected = np.sum(hapke(law, mu, mu0, phase, psi) * size) * axes.prod() * 4 * np.pi / count
-    assert abs(found / expected - 1) < 1e-5
+    assert abs(result / expected - 1) < 1e-5
 
 
 def test_units_names_and_the_derivatives_of_phase_functions(pair):
@@ -101,22 +101,22 @@ def test_units_names_and_the_derivatives_of_phase_functions(pair):
     e, s = np.array([1.0, 0.1, 0.0]), np.array([1.0, 0.5, 0.2])
     law = {"A": observing.Lambert(), "B": observing.LommelSeeliger(phase_function=observing.HG(0.2))}
     albedo = {"A": 0.3, "B": 0.1}
-    found = observing.brightness_derivatives(system, state, e, s, law=law, albedo=albedo)
-    plain = observing.brightness(system, state, e, s, law=law, albedo=albedo)
-    np.testing.assert_allclose(found.brightness, plain, rtol=1e-11)
-    np.testing.assert_allclose(found.albedo * [0.3, 0.1], plain, rtol=1e-11)
+    result = observing.brightness_derivatives(system, state, e, s, law=law, albedo=albedo)
+    reference = observing.brightness(system, state, e, s, law=law, albedo=albedo)
+    np.testing.assert_allclose(result.brightness, reference, rtol=1e-11)
+    np.testing.assert_allclose(result.albedo * [0.3, 0.1], reference, rtol=1e-11)
     h, unit = 1e-5, s / np.linalg.norm(s)
     for k in range(3):
         shift = np.eye(3)[k] - unit * unit[k]
         ways = unit + h * shift, unit - h * shift
         ends = [observing.brightness(system, state, e, way, law=law, albedo=albedo) for way in ways]
-        np.testing.assert_allclose(found.to_sun[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
+        np.testing.assert_allclose(result.to_sun[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
     united = System([Body(Ellipsoid("1 km", "800 m", "600 m"), mass="1 kg")], units=True)
-    one = State(np.zeros((1, 3)), np.zeros((1, 3)))
-    area = observing.brightness(united, one, e, s)
+    single = State(np.zeros((1, 3)), np.zeros((1, 3)))
+    area = observing.brightness(united, single, e, s)
     assert area.unit == "km2"
     bare = System([Body(Ellipsoid(1.0, 0.8, 0.6), mass=1.0)], G=1.0)
-    np.testing.assert_allclose(area.value, observing.brightness(bare, one, e, s), rtol=1e-14)
+    np.testing.assert_allclose(area.value, observing.brightness(bare, single, e, s), rtol=1e-14)
 
 
 def test_phase_functions_have_their_published_values():
@@ -146,13 +146,13 @@ def test_derivatives_of_phase_functions_hold_up_to_180_degrees():
         angle = np.radians(degrees)
         e, s = np.array([1.0, 0, 0]), np.array([np.cos(angle), np.sin(angle), 0])
         laws = [observing.Lambert(), observing.Lambert(observing.HG(0.15))]
-        bare, found = (observing.brightness_derivatives(system, state, e, s, law=law) for law in laws)
+        bare, result = (observing.brightness_derivatives(system, state, e, s, law=law) for law in laws)
         factor = observing.HG(0.15)(np.array([angle]))[0]
         # The phase angle rises where the Sun's direction turns away from the observer's.
         away = np.array([-np.sin(angle), np.cos(angle), 0])
         expected = bare.to_sun[0] @ away * factor + bare.brightness[0] * slope(angle)
         scale = abs(bare.brightness[0] * slope(angle))
-        assert abs(found.to_sun[0] @ away - expected) < 1e-9 * scale
+        assert abs(result.to_sun[0] @ away - expected) < 1e-9 * scale
 
 
 def test_faces_have_albedos_of_their_own():
@@ -163,9 +163,9 @@ def test_faces_have_albedos_of_their_own():
     parts = [observing.brightness(system, state, e, s, albedo=np.eye(8)[k])[0] for k in range(8)]
     assert np.count_nonzero(parts) == 2, "two faces look at both the observer and the Sun"
     albedo = np.linspace(0.1, 0.8, 8)
-    for given in (albedo, {"spotted": albedo}):
-        found = observing.brightness(system, state, e, s, albedo=given)[0]
-        np.testing.assert_allclose(found, albedo @ parts, rtol=1e-14)
+    for albedos in (albedo, {"spotted": albedo}):
+        result = observing.brightness(system, state, e, s, albedo=albedos)[0]
+        np.testing.assert_allclose(result, albedo @ parts, rtol=1e-14)
     with pytest.raises(InvalidInput, match="number of values of albedo of spotted is 3; expected one, or 8"):
         observing.brightness(system, state, e, s, albedo=[1.0, 1.0, 1.0])
 
@@ -174,12 +174,12 @@ def test_phase_function_is_any_function_of_the_phase_angle(pair):
     system, state = pair
     e, s = np.array([1.0, 0.1, 0.0]), np.array([1.0, 0.5, 0.2])
     angle = np.arccos(e @ s / np.linalg.norm(e) / np.linalg.norm(s))
-    plain = observing.brightness(system, state, e, s)
+    reference = observing.brightness(system, state, e, s)
     for function in (lambda angle: np.exp(-0.7 * angle), lambda angle: [np.exp(-0.7 * x) for x in angle]):
         law = observing.LommelSeeliger(phase_function=function)
-        np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), plain * np.exp(-0.7 * angle))
+        np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), reference * np.exp(-0.7 * angle))
     law = observing.LommelSeeliger(phase_function=lambda angle: 0.25)
-    np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), 0.25 * plain, rtol=1e-15)
+    np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), 0.25 * reference, rtol=1e-15)
     with pytest.raises(InvalidInput, match=r"returns an array of shape \(3,\); expected \(1,\)"):
         observing.brightness(system, state, e, s, law=observing.Lambert(lambda angle: np.ones(3)))
     refused(r"phase_function of Lambert is 0\.15", lambda: observing.Lambert(phase_function=0.15))
@@ -191,10 +191,10 @@ def test_light_is_finite_where_outlines_are_tangent(aside):
     bodies = [Body(Sphere(1.0), mass=1.0), Body(Sphere(0.4), mass=0.1)]
     state = State([[0, 0, 0], [5.0, aside, 0]], np.zeros((2, 3)))
     for sun in ([1, 0, 0], [0, 1, 0], [-1, 0, 0]):
-        found = observing.brightness_derivatives(System(bodies, G=1.0), state, [1, 0, 0], sun)
+        result = observing.brightness_derivatives(System(bodies, G=1.0), state, [1, 0, 0], sun)
         for name in ("brightness", "position", "rotation", "semi_axes", "to_observer", "to_sun"):
-            assert np.isfinite(getattr(found, name)).all(), (sun, name)
-        assert ((found.brightness >= 0.0) & (found.brightness < 1.6)).all()
+            assert np.isfinite(getattr(result, name)).all(), (sun, name)
+        assert ((result.brightness >= 0.0) & (result.brightness < 1.6)).all()
 
 
 def test_what_is_wrong_is_named(pair):
@@ -204,7 +204,7 @@ def test_what_is_wrong_is_named(pair):
     class Own(Law):
         pass
 
-    for told, given in (
+    for told, arguments in (
         ("to_sun has shape (2,)", {"to_sun": [1, 0]}),
         ("to_observer", {"to_observer": [0, 0, 0]}),
         ("to_observer", {"to_observer": [np.nan, 0, 0]}),
@@ -220,7 +220,7 @@ def test_what_is_wrong_is_named(pair):
         ("sun_radius", {"sun_radius": -1.0}),
     ):
         with pytest.raises(fullbody.FullbodyError, match=re.escape(told)):
-            observing.brightness(system, state, **{**good, **given})
+            observing.brightness(system, state, **{**good, **arguments})
     near = state.replace(position=[[0, 0, 0], [0.3, 0, 0]])
     with pytest.raises(BodiesOverlap, match="A and B"):
         observing.brightness(system, near, **good)
@@ -230,8 +230,8 @@ def test_what_is_wrong_is_named(pair):
 def test_a_point_is_dark_and_hides_nothing():
     bodies = [Body(Sphere(1.0), mass=1.0), Body(fullbody.PointMass(), mass=1.0)]
     state = State([[0, 0, 0], [3, 0, 0]], np.zeros((2, 3)))
-    found = observing.brightness(System(bodies, G=1.0), state, [1, 0, 0], [1, 0, 0])
-    np.testing.assert_allclose(found, [np.pi / 2, 0.0], rtol=1e-12)
+    result = observing.brightness(System(bodies, G=1.0), state, [1, 0, 0], [1, 0, 0])
+    np.testing.assert_allclose(result, [np.pi / 2, 0.0], rtol=1e-12)
 
 
 def test_light_near_zero_phase_depends_on_the_orientation_of_the_scene_by_1e_11_at_most():
@@ -242,13 +242,13 @@ def test_light_near_zero_phase_depends_on_the_orientation_of_the_scene_by_1e_11_
         bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=1.0, name=n) for a, n in zip(axes, "AB", strict=True)]
         system = fullbody.System(bodies, G=1.0)
         position = np.array([[0.0, 0.0, 0.0], [rng.uniform(2.1, 4.0), *rng.uniform(-1.0, 1.0, 2)]])
-        turns, side = Rotation.random(2, rng), rng.normal(size=2)
-        found = []
+        rotations, side = Rotation.random(2, rng), rng.normal(size=2)
+        results = []
         for phase in (0.0, 1e-15, 1e-14, 1e-13, 5e-13, 1e-12):
             for scene in (Rotation.identity(), Rotation.random(None, rng), Rotation.random(None, rng)):
-                attitude = (scene * turns).as_quat(scalar_first=True)
+                attitude = (scene * rotations).as_quat(scalar_first=True)
                 state = fullbody.State(scene.apply(position), np.zeros((2, 3)), attitude)
                 ways = scene.apply([[1.0, 0.0, 0.0], [1.0, *(phase * side / np.linalg.norm(side))]])
-                found.append(observing.brightness(system, state, *ways))
-        whole = observing.brightness(system, state, *ways, mutual=False)
-        assert (np.ptp(found, axis=0) < 3e-11 * whole).all()
+                results.append(observing.brightness(system, state, *ways))
+        unshadowed = observing.brightness(system, state, *ways, mutual=False)
+        assert (np.ptp(results, axis=0) < 3e-11 * unshadowed).all()

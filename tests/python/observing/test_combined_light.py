@@ -71,8 +71,8 @@ def test_first_moments_of_many_facets_approach_those_of_the_ellipsoid(hidden):
     mesh = trimesh.creation.icosphere(subdivisions=5)
     shape = fullbody.Polyhedron(mesh.vertices * AXES, mesh.faces)
     frame = fullbody.Body(shape, mass=1.0).working_frame
-    turned = rotations.product(ATTITUDE, rotations.inverse(np.array(frame.attitude)))
-    faceted = moments(shape, law, hidden, turned)
+    rotated = rotations.product(ATTITUDE, rotations.inverse(np.array(frame.attitude)))
+    faceted = moments(shape, law, hidden, rotated)
     exact = moments(fullbody.Ellipsoid(*AXES), law, hidden)
     # 20,480 facets have chords that lie inside by 2e-4 of the radius.
     np.testing.assert_allclose(faceted, exact, atol=1.2e-3 * exact[0])
@@ -82,9 +82,9 @@ def test_light_of_an_ellipsoid_behind_facets_has_the_centre_of_what_is_left():
     mesh = trimesh.creation.icosphere(subdivisions=4)
     hider = fullbody.Polyhedron(mesh.vertices * RADIUS, mesh.faces)
     law = observing.LommelSeeliger()
-    found = moments(fullbody.Ellipsoid(*AXES), law, True, hider=hider)
+    result = moments(fullbody.Ellipsoid(*AXES), law, True, hider=hider)
     exact = moments(fullbody.Ellipsoid(*AXES), law, True)
-    np.testing.assert_allclose(found, exact, atol=5e-4 * exact[0])
+    np.testing.assert_allclose(result, exact, atol=5e-4 * exact[0])
     alone = moments(fullbody.Ellipsoid(*AXES), law, False)
     assert np.abs(exact[1:] / exact[0] - alone[1:] / alone[0]).max() > 5e-3
 
@@ -102,11 +102,11 @@ def test_centre_of_light_of_a_half_hidden_square_is_that_of_the_other_half():
     frames = [np.array(body.working_frame.attitude) for body in bodies]
     attitude = np.stack([rotations.inverse(frame) for frame in frames])[None]
     up = np.array([[0.0, 0.0, 1.0]])
-    found = Photometer(system, observing.Lambert(), 1.0, True, 0.0).moments(
+    result = Photometer(system, observing.Lambert(), 1.0, True, 0.0).moments(
         Epochs(np.zeros(1), position, attitude, up, up)
     )[0]
-    np.testing.assert_allclose(found[0], [3.0, 3.0 * -0.25, 0.0, 3.0 * 1.0], atol=1e-13)
-    np.testing.assert_allclose(found[1], [4.0, 0.0, 0.0, 4.0 * 0.5], atol=1e-13)
+    np.testing.assert_allclose(result[0], [3.0, 3.0 * -0.25, 0.0, 3.0 * 1.0], atol=1e-13)
+    np.testing.assert_allclose(result[1], [4.0, 0.0, 0.0, 4.0 * 0.5], atol=1e-13)
 
 
 def pair(**options):

@@ -54,7 +54,7 @@ def test_all_data_are_drawn_over_their_predictions_with_residuals_below(run, geo
     check(rate, run, [[1.0]], ["rate"])
 
 
-def test_magnitudes_decrease_upwards_and_dates_are_those_of_the_data(run, geometry):
+def test_magnitudes_decrease_upwards_and_dates_are_those_of_the_data(run):
     dates = run.system.epoch + TIMES
     view = observing.Geometry(dates[[0, -1]], to_observer=[0.1, 0.02, 0.0] * u.au, to_sun=[0.9, 0.5, 0.0] * u.au)
     light = observing.Photometry(dates, 14.0 + 0.01 * np.arange(7), 0.01, geometry=view)

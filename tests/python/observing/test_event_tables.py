@@ -36,12 +36,12 @@ def test_contacts_of_penumbra_and_umbra_of_spheres_are_those_of_geometry():
     np.testing.assert_allclose([first.total_begin, first.total_end], expected, atol=2e-7)
     assert second.total_begin is None
     # An occultation does not depend on the Sun.
-    plain, disc = (
+    point_sun, disc = (
         [e for e in observing.mutual_events(circular(), FAR, sun_radius=s) if e.kind == "occultation"]
         for s in (0.0, ALPHA)
     )
-    assert plain == disc
-    assert plain[0].umbra_begin is None
+    assert point_sun == disc
+    assert point_sun[0].umbra_begin is None
 
 
 def test_contacts_of_an_inclined_orbit_are_those_of_shadows_that_are_wider_and_narrower():
@@ -59,9 +59,9 @@ def test_contacts_of_an_inclined_orbit_are_those_of_shadows_that_are_wider_and_n
 def test_an_eclipse_by_the_penumbra_alone_has_no_umbra():
     inclination = np.arcsin((R1 + R2 + 0.5 * A * ALPHA) / A)
     assert [e for e in observing.mutual_events(circular(inclination), FAR) if e.kind == "eclipse"] == []
-    found = [e for e in observing.mutual_events(circular(inclination), FAR, sun_radius=ALPHA) if e.kind == "eclipse"]
-    assert [e.by for e in found] == ["A", "B"]
-    for event in found:
+    results = [e for e in observing.mutual_events(circular(inclination), FAR, sun_radius=ALPHA) if e.kind == "eclipse"]
+    assert [e.by for e in results] == ["A", "B"]
+    for event in results:
         assert event.umbra_begin is event.umbra_end is event.total_begin is None
         # At conjunction the centres are half a penumbra farther apart than the sum of the radii.
         assert event.begin < event.middle < event.end
@@ -73,10 +73,10 @@ def test_the_depth_of_an_event_of_even_discs_is_that_of_the_area_it_hides(ratio)
     """At phase angle zero Lommel and Seeliger's law makes discs evenly bright, of the albedo times the area."""
     options = {"law": observing.LommelSeeliger(), "albedo": {"A": 1.0, "B": ratio}}
     view = observing.Geometry([-20.0, 20.0], to_observer=[1.0, 0, 0], to_sun=[1.0, 1e-9, 0], light_time=False)
-    behind, before = (e for e in observing.mutual_events(circular(), view, **options) if e.kind == "occultation")
-    whole = R1**2 + ratio * R2**2
-    assert behind.depth == pytest.approx(2.5 * np.log10(whole / R1**2), abs=1e-6)
-    assert before.depth == pytest.approx(2.5 * np.log10(whole / (whole - R2**2)), abs=1e-6)
+    behind, front = (e for e in observing.mutual_events(circular(), view, **options) if e.kind == "occultation")
+    total = R1**2 + ratio * R2**2
+    assert behind.depth == pytest.approx(2.5 * np.log10(total / R1**2), abs=1e-6)
+    assert front.depth == pytest.approx(2.5 * np.log10(total / (total - R2**2)), abs=1e-6)
     assert behind.total_begin < behind.deepest < behind.total_end
     assert observing.mutual_events(circular(), view)[0].depth is None
 
@@ -89,8 +89,8 @@ def test_the_depth_of_a_partial_event_is_the_lens_that_it_hides():
     d = A * np.sin(inclination)
     halves = [np.arccos((d * d + r * r - s * s) / (2 * d * r)) for r, s in ((R1, R2), (R2, R1))]
     lens = sum(r * r * (h - np.sin(h) * np.cos(h)) for r, h in zip((R1, R2), halves, strict=True))
-    whole = np.pi * (R1**2 + R2**2)
-    assert event.depth == pytest.approx(2.5 * np.log10(whole / (whole - lens)), abs=1e-6)
+    total = np.pi * (R1**2 + R2**2)
+    assert event.depth == pytest.approx(2.5 * np.log10(total / (total - lens)), abs=1e-6)
     assert event.deepest == pytest.approx(0.5 * np.pi, abs=1e-3)
 
 
@@ -120,8 +120,8 @@ def test_a_table_of_events_has_dates_in_utc():
     # The run ends within the last of the events.
     assert list(table["end"].mask) == [event.end is None for event in events]
     assert table["end"].mask[-1]
-    plain = observing.mutual_events(circular(), FAR).to_table()
-    assert plain["begin"][0] == pytest.approx(0.5 * np.pi - np.arcsin((R1 + R2) / A))
-    assert "depth" not in plain.colnames
+    reference = observing.mutual_events(circular(), FAR).to_table()
+    assert reference["begin"][0] == pytest.approx(0.5 * np.pi - np.arcsin((R1 + R2) / A))
+    assert "depth" not in reference.colnames
     assert len(observing.mutual_events(circular(1.0), FAR).to_table()) == 0
     refused("sun_radius is -0.1", lambda: observing.mutual_events(run, view, sun_radius=-0.1))

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from fullbody import Body, Composite, Ellipsoid, HarmonicShape, Part, Polyhedron, Sphere, State, System, observing
+from fullbody import Body, Composite, Ellipsoid, HarmonicShape, Part, Sphere, State, System, observing
 from fullbody.base import rotations
 from fullbody.observing.brightness import Epochs, Photometer
 from scipy.spatial import ConvexHull, HalfspaceIntersection
-from support.meshes import box
+from support.meshes import box, convex_hull
 from support.strips import strips
 
 
@@ -17,51 +17,40 @@ def unit(vectors):
 def light(body, e, s, **options):
     """The brightness of a body whose own axes are turned to those in which its shape was given."""
     frame = body.working_frame
-    turn = [1, 0, 0, 0] if frame is None else np.array(frame.attitude) * [1, -1, -1, -1]
-    state = State([[0, 0, 0]], [[0, 0, 0]], [turn])
+    attitude = [1, 0, 0, 0] if frame is None else np.array(frame.attitude) * [1, -1, -1, -1]
+    state = State([[0, 0, 0]], [[0, 0, 0]], [attitude])
     return observing.brightness(System([body], G=1.0), state, e, s, **options)[0]
 
 
-def hull(points):
-    """The convex polyhedron of points, with outward faces."""
-    found = ConvexHull(points)
-    kept, faces = np.unique(found.simplices, return_inverse=True)
-    faces, vertices = faces.reshape(-1, 3), np.asarray(points)[kept]
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - vertices.mean(axis=0)) < 0
-    faces[inward] = faces[inward][:, ::-1]
-    return Polyhedron(vertices, faces), found
-
-
-def convex_light(found, e, s):
+def convex_light(result, e, s):
     """Lommel-Seeliger's law over the facets of a convex polyhedron, none of which hides another."""
-    a, b, c = (found.points[found.simplices[:, k]] for k in range(3))
+    a, b, c = (result.points[result.simplices[:, k]] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    mu, mu0 = (np.maximum(found.equations[:, :3] @ d, 0.0) for d in (e, s))
+    mu, mu0 = (np.maximum(result.equations[:, :3] @ d, 0.0) for d in (e, s))
     return np.sum(np.divide(mu * mu0, mu + mu0, out=np.zeros_like(mu), where=mu + mu0 > 0) * area)
 
 
-def test_convex_bodies_in_overlapping_pieces_shine_as_the_whole():
+def test_convex_bodies_in_overlapping_pieces_are_as_bright_as_undivided_ones():
     rng = np.random.default_rng(3)
     hidden = 0
     for _ in range(60):
-        _, whole = hull(unit(rng.normal(size=(int(rng.integers(6, 30)), 3))) * rng.uniform(0.5, 2.0, 3))
+        reference = ConvexHull(unit(rng.normal(size=(int(rng.integers(6, 30)), 3))) * rng.uniform(0.5, 2.0, 3))
         n, (low, high) = unit(rng.normal(size=3)), np.sort(rng.uniform(-0.3, 0.3, 2))
         # Both pieces have the layer between the two planes, and all its sides.
-        planes = [np.vstack([whole.equations, [*side * n, -side * at]]) for side, at in ((1, high), (-1, low))]
-        inside = whole.points.mean(axis=0)
+        planes = [np.vstack([reference.equations, [*side * n, -side * at]]) for side, at in ((1, high), (-1, low))]
+        inside = reference.points.mean(axis=0)
         inside = inside + n * (0.5 * (low + high) - n @ inside)
-        if np.max(whole.equations[:, :3] @ inside + whole.equations[:, 3]) > -1e-3 or high - low < 1e-3:
+        if np.max(reference.equations[:, :3] @ inside + reference.equations[:, 3]) > -1e-3 or high - low < 1e-3:
             continue
-        pieces = [hull(HalfspaceIntersection(plane, inside).intersections)[0] for plane in planes]
+        pieces = [convex_hull(HalfspaceIntersection(plane, inside).intersections) for plane in planes]
         if rng.random() < 0.5:
-            pieces.append(hull(HalfspaceIntersection(np.vstack(planes), inside).intersections)[0])
+            pieces.append(convex_hull(HalfspaceIntersection(np.vstack(planes), inside).intersections))
         parts = [Part(piece, density=1.0) for piece in rng.permutation(np.array(pieces, dtype=object))]
         e, s = unit(rng.normal(size=(2, 3)))
-        expected = convex_light(whole, e, s)
-        found = light(Body(Composite(parts)), e, s)
+        expected = convex_light(reference, e, s)
+        result = light(Body(Composite(parts)), e, s)
         hidden += light(Body(parts[0].shape, density=1.0), e, s) < 0.9 * expected
-        assert abs(found - expected) < 2e-8 * whole.area, (found, expected)
+        assert abs(result - expected) < 2e-8 * reference.area, (result, expected)
     assert hidden > 20
 
 
@@ -69,7 +58,7 @@ def boxes_by_rays(low, high, e, s, n):
     """The light of a union of boxes, lower and upper corners (B, 3), by rays from cells of their sides."""
     total = 0.0
     cells = (np.arange(n) + 0.5) / n
-    for own in range(len(low)):
+    for index in range(len(low)):
         for axis, side in ((axis, side) for axis in range(3) for side in (0, 1)):
             normal = np.zeros(3)
             normal[axis] = 2.0 * side - 1.0
@@ -78,20 +67,20 @@ def boxes_by_rays(low, high, e, s, n):
                 continue
             b, c = (axis + 1) % 3, (axis + 2) % 3
             x = np.empty((n * n, 3))
-            x[:, axis] = (low, high)[side][own, axis]
+            x[:, axis] = (low, high)[side][index, axis]
             p, q = np.meshgrid(cells, cells)
-            x[:, b] = low[own, b] + (high - low)[own, b] * p.ravel()
-            x[:, c] = low[own, c] + (high - low)[own, c] * q.ravel()
+            x[:, b] = low[index, b] + (high - low)[index, b] * p.ravel()
+            x[:, c] = low[index, c] + (high - low)[index, c] * q.ravel()
             # A side in the same plane counts for the first box that has it.
-            first = [o for o in range(own) if (low, high)[side][o, axis] == x[0, axis]]
+            first = [o for o in range(index) if (low, high)[side][o, axis] == x[0, axis]]
             gone = np.zeros(n * n, dtype=bool)
             for o in first:
                 gone |= np.all((x[:, [b, c]] > low[o, [b, c]]) & (x[:, [b, c]] < high[o, [b, c]]), axis=1)
-            for o, d in ((o, d) for o in range(len(low)) if o != own for d in (e, s)):
+            for o, d in ((o, d) for o in range(len(low)) if o != index for d in (e, s)):
                 ends = np.sort([(low[o] - x) / d, (high[o] - x) / d], axis=0)
                 near, far = ends[0].max(axis=1), ends[1].min(axis=1)
                 gone |= (near < far) & (far > 1e-9)
-            area = np.prod((high - low)[own, [b, c]])
+            area = np.prod((high - low)[index, [b, c]])
             total += mu * mu0 / (mu + mu0) * area * np.mean(~gone)
     return total
 
@@ -108,14 +97,14 @@ def test_boxes_on_a_grid_shine_as_rays_tell():
         if e @ s < -0.8:
             continue
         expected = boxes_by_rays(low, high, e, s, 60)
-        found = light(Body(Composite(parts)), e, s)
-        assert abs(found - expected) < 0.01 * expected + 0.02, (found, expected)
+        result = light(Body(Composite(parts)), e, s)
+        assert abs(result - expected) < 0.01 * expected + 0.02, (result, expected)
 
 
 def test_voids_and_blocks_that_end_at_the_surface_change_no_light():
-    whole = Body(box(2.0, 2.0, 2.0), density=1.0)
+    reference = Body(box(2.0, 2.0, 2.0), density=1.0)
     e, s = unit(np.array([[0.3, 0.5, 1.0], [0.1, 0.2, 1.0]]))
-    expected = light(whole, e, s)
+    expected = light(reference, e, s)
     for density in (-0.5, 3.0):
         parts = [Part(box(2.0, 2.0, 2.0), density=1.0), Part(box(1.0, 1.0, 1.0), density=density, position=[0, 0, 0.5])]
         for order in (parts, parts[::-1]):
@@ -131,8 +120,8 @@ def test_an_ellipsoid_wholly_hidden_by_a_polyhedron_is_dark(phase):
     plate, ball = Body(box(100.0, 100.0, 2.0), mass=1.0), Body(Ellipsoid(1.0, 0.8, 0.7), mass=1.0)
     state = State([[0, 0, 0], [0, 0, 10.0]], np.zeros((2, 3)))
     system = System([ball, plate], G=1.0)
-    found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
-    assert found < 1e-9 * alone
+    result, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
+    assert result < 1e-9 * alone
     # A core adds nothing to a box.
     shell = box(2.0, 2.0, 2.0)
     cored = Composite([Part(shell, density=1.0), Part(Sphere(0.6), density=1.0, position=[0.3, 0, 0])])
@@ -145,31 +134,31 @@ def test_a_sphere_behind_the_edge_of_a_plate_is_the_sum_of_its_strips(phase):
     ball, plate = Body(Sphere(1.0), mass=1.0), Body(box(100.0, 100.0, 2.0), mass=1.0)
     # The plate leaves x < edge, or y < edge, and is far enough to hide nothing of the Sun.
     for axis, edge in ((0, 0.3), (0, -0.2), (0, 0.995), (1, 0.3), (1, -0.6)):
-        place = np.array([0, 0, 200.0])
-        place[axis] = edge + 50.0
-        state = State([[0, 0, 0], place], np.zeros((2, 3)))
+        position = np.array([0, 0, 200.0])
+        position[axis] = edge + 50.0
+        state = State([[0, 0, 0], position], np.zeros((2, 3)))
         system = System([ball, plate], G=1.0)
-        found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
+        result, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
         expected = strips(1e9, edge, s if axis == 0 else s[[1, 0, 2]], "seeliger")
-        assert abs(found - expected) < 2e-3 * alone, (axis, edge, found, expected, alone)
+        assert abs(result - expected) < 2e-3 * alone, (axis, edge, result, expected, alone)
 
 
 def test_derivatives_with_respect_to_vertices_scale_as_an_area():
     # Brightness is an area: scaling all lengths by 1 + h changes it by 2 h, and so do all vertices and positions.
     rng = np.random.default_rng(4)
-    bodies = [Body(box(2.0, 1.5, 1.0), mass=1.0), Body(hull(unit(rng.normal(size=(20, 3))))[0], mass=0.1)]
+    bodies = [Body(box(2.0, 1.5, 1.0), mass=1.0), Body(convex_hull(unit(rng.normal(size=(20, 3)))), mass=0.1)]
     state = State([[0, 0, 0], [3.0, 0.4, 0.3]], np.zeros((2, 3)), [[0.8, 0.2, 0.4, 0.4], [1, 0, 0, 0]])
     system = System(bodies, G=1.0)
-    found = observing.brightness_derivatives(system, state, [1, 0, 0], [0.8, 0.3, 0.4])
+    result = observing.brightness_derivatives(system, state, [1, 0, 0], [0.8, 0.3, 0.4])
     alone = observing.brightness(system, state, [1, 0, 0], [0.8, 0.3, 0.4], mutual=False)
-    growth = np.einsum("ijx,jx->i", found.position, state.position)
-    for body, by in zip(bodies, found.vertices, strict=True):
+    growth = np.einsum("ijx,jx->i", result.position, state.position)
+    for body, by in zip(bodies, result.vertices, strict=True):
         frame = body.working_frame
-        turn = rotations.matrices(np.asarray(frame.attitude)[None])[0]
-        growth = growth + np.einsum("ivx,vx->i", by, body.shape.vertices @ turn.T + frame.position)
-    assert found.brightness[0] < 0.95 * alone[0]
-    np.testing.assert_allclose(growth, 2.0 * found.brightness, rtol=1e-12)
-    assert found.vertices[1].shape == (2, len(bodies[1].shape.vertices), 3)
+        rotation = rotations.matrices(np.asarray(frame.attitude)[None])[0]
+        growth = growth + np.einsum("ivx,vx->i", by, body.shape.vertices @ rotation.T + frame.position)
+    assert result.brightness[0] < 0.95 * alone[0]
+    np.testing.assert_allclose(growth, 2.0 * result.brightness, rtol=1e-12)
+    assert result.vertices[1].shape == (2, len(bodies[1].shape.vertices), 3)
 
 
 @pytest.mark.parametrize("seed", [2, 19])
@@ -181,6 +170,6 @@ def test_derivatives_are_numbers_where_a_side_of_a_shadow_has_no_length(seed):
     e = unit(rng.normal(size=(1000, 3)))
     s = unit(e + 0.5 * rng.normal(size=(1000, 3)))
     views = Epochs(np.zeros(1000), np.zeros((1000, 1, 3)), np.tile(np.eye(1, 4), (1000, 1, 1)), e, s)
-    found = Photometer(system, observing.LommelSeeliger(), 1.0, False, 0.0).derivatives(views, vertices=True)
-    assert np.isfinite(found.vertices[0]).all()
-    assert np.isfinite(found.rotation).all()
+    result = Photometer(system, observing.LommelSeeliger(), 1.0, False, 0.0).derivatives(views, vertices=True)
+    assert np.isfinite(result.vertices[0]).all()
+    assert np.isfinite(result.rotation).all()

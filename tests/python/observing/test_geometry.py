@@ -231,10 +231,10 @@ def test_errors_name_what_a_geometry_lacks():
     data = observing.Astrometry([1.0] * u.day, [0.0], [0.0], 1.0, geometry=geometry)
     refused(r"frame='ecliptic'", lambda: data.emission(system_of(units=True)))
     refused("needs the system's units", lambda: data.emission(system_of(frame="ecliptic")))
-    plain = observing.Geometry([0.0, 10.0], to_observer=[1.0, 0, 0])
+    unitless = observing.Geometry([0.0, 10.0], to_observer=[1.0, 0, 0])
     with pytest.raises(InvalidInput, match=r"light time .* needs the system's units"):
-        observing.Astrometry([1.0], [0.0], [0.0], 1.0, geometry=plain).emission(system_of())
-    dated = observing.Astrometry(Time(["2022-09-26"]), [0.0], [0.0], 1.0, geometry=plain)
+        observing.Astrometry([1.0], [0.0], [0.0], 1.0, geometry=unitless).emission(system_of())
+    dated = observing.Astrometry(Time(["2022-09-26"]), [0.0], [0.0], 1.0, geometry=unitless)
     refused("needs the date of the system's time zero", lambda: dated.emission(system_of(units=True)))
     for span in ("2022-09-26 TDB", [], ["yesterday"]):
         refused("span", observing.Geometry.from_orbit, ERIS, EPOCH, span=span)

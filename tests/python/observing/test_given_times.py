@@ -77,12 +77,12 @@ def test_what_is_not_a_date_is_told_how_to_be_one(times, message):
 
 
 def test_messages_show_three_values_of_a_column():
-    many = Time("2022-10-01T00:00:00", scale="utc") + np.arange(500) * u.h
+    times = Time("2022-10-01T00:00:00", scale="utc") + np.arange(500) * u.h
     system, state = fullbody.systems.kw4(units=True)
     for call in (
-        lambda: system.integrate(state, many),
+        lambda: system.integrate(state, times),
         lambda: observing.Photometry(np.array(["a"] * 500), np.ones(500), 0.01, geometry=GEOMETRY),
-        lambda: GEOMETRY.to_observer(many),
+        lambda: GEOMETRY.to_observer(times),
     ):
         with pytest.raises(InvalidInput) as caught:
             call()
@@ -165,10 +165,10 @@ def test_values_that_their_type_rounds_beyond_their_errors_are_refused():
     # Near 1.5e7 km float32 is spaced by 1 km; near 14 mag by 1e-6 mag, which matters to no error of 1e-3 mag.
     times, ranges = [1.0, 2.0] * u.h, np.array([1.5e7, 1.6e7], dtype=np.float32)
     expected = "range of RadarAstrometry are numbers of the type float32, which near 1.5e.07 are 1.8 apart"
-    for given in (ranges * u.km, ranges):
-        unit = u.km if hasattr(given, "unit") else 1.0
-        refused(expected, observing.RadarAstrometry, times, range=given, sigma=0.15 * unit, geometry=GEOMETRY)
-        observing.RadarAstrometry(times, range=given, sigma=100.0 * unit, geometry=GEOMETRY)
+    for values in (ranges * u.km, ranges):
+        unit = u.km if hasattr(values, "unit") else 1.0
+        refused(expected, observing.RadarAstrometry, times, range=values, sigma=0.15 * unit, geometry=GEOMETRY)
+        observing.RadarAstrometry(times, range=values, sigma=100.0 * unit, geometry=GEOMETRY)
     light = {"magnitude": np.array([14.1, 14.2], dtype=np.float32), "sigma": np.array([1e-3, 1e-3], dtype=np.float32)}
     assert len(observing.Photometry(times, **light, geometry=GEOMETRY)) == 2
     for sigma in (1e-6, [1e-6, 1e-3]):

@@ -45,11 +45,11 @@ def test_light_curve_is_that_of_another_program(nights, run, geometry):
     vectors = {name: np.array(nights[name]) for name in ("to_observer", "to_sun")}
     # Plain numbers are directions, which the other program takes for both bodies.
     emitted = observing.Geometry([0.0, 41.0] * u.h, **vectors, light_time=False)
-    each = observing.light_curve(run, np.array(nights["emitted"]) * u.h, emitted, per_body=True)
+    magnitudes = observing.light_curve(run, np.array(nights["emitted"]) * u.h, emitted, per_body=True)
     seen = light > 1e-6 * light.max(axis=0)
-    np.testing.assert_allclose(each[seen], -2.5 * np.log10(light[seen]), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(magnitudes[seen], -2.5 * np.log10(light[seen]), rtol=0, atol=1e-8)
     # A body that is hidden has no light: an infinite magnitude, and no more than round-off otherwise.
-    assert (10.0 ** (-0.4 * each[~seen]) < 1e-5 * light.max()).all()
+    assert (10.0 ** (-0.4 * magnitudes[~seen]) < 1e-5 * light.max()).all()
     # The other program has one light time for both bodies, which differs from each one's own by microseconds, and one
     # distance: a body that is nearer to observer and Sun by x is brighter by the squares.
     both = observing.light_curve(run, np.array(nights["times"]) * u.h, geometry)
@@ -60,18 +60,18 @@ def test_light_curve_is_that_of_another_program(nights, run, geometry):
 
 def test_albedo_distance_and_frame_do_what_they_say(nights, run, geometry):
     times = np.array(nights["times"])[::40] * u.h
-    plain = observing.light_curve(run, times, geometry)
+    reference = observing.light_curve(run, times, geometry)
     darker = observing.light_curve(run, times, geometry, albedo=0.1)
-    np.testing.assert_allclose(darker - plain, 2.5, rtol=1e-12)
+    np.testing.assert_allclose(darker - reference, 2.5, rtol=1e-12)
     far = np.linalg.norm(nights["to_observer"]) * np.linalg.norm(nights["to_sun"])
     apparent = observing.light_curve(run, times, geometry, reduced=False)
-    np.testing.assert_allclose(apparent - plain, 5.0 * np.log10(far), rtol=1e-12)
-    turned = {
+    np.testing.assert_allclose(apparent - reference, 5.0 * np.log10(far), rtol=1e-12)
+    rotated = {
         name: fullbody.frames.rotate(nights[name], "ecliptic", "equatorial") * u.km
         for name in ("to_observer", "to_sun")
     }
-    other = observing.Geometry([0.0, 41.0] * u.h, **turned, frame="equatorial")
-    np.testing.assert_allclose(observing.light_curve(run, times, other), plain, atol=1e-9)
+    other = observing.Geometry([0.0, 41.0] * u.h, **rotated, frame="equatorial")
+    np.testing.assert_allclose(observing.light_curve(run, times, other), reference, atol=1e-9)
 
 
 def test_light_changes_between_the_contacts_of_mutual_events_and_only_there(run, geometry):
@@ -89,12 +89,12 @@ def test_light_changes_between_the_contacts_of_mutual_events_and_only_there(run,
 
     for event in events[:5]:
         body = run.system.index(event.body)
-        others = [other for other in events if other is not event and other.body == event.body]
+        remainder = [other for other in events if other is not event and other.body == event.body]
         for contact, inward in ((event.begin, 1.0), (event.end, -1.0)):
-            before, after = contact - inward * 1e-3 * u.h, contact + inward * 4e-2 * u.h
-            if any(other.begin < max(before, after) and other.end > min(before, after) for other in others):
+            outside, after = contact - inward * 1e-3 * u.h, contact + inward * 4e-2 * u.h
+            if any(other.begin < max(outside, after) and other.end > min(outside, after) for other in remainder):
                 continue
-            assert abs(hidden(before, body)) < 1e-13
+            assert abs(hidden(outside, body)) < 1e-13
             # What is hidden may lie on the dark side, or beyond the limb.
             assert hidden(after, body) > -1e-13
 
@@ -125,11 +125,11 @@ def test_partial_derivatives_are_differences(nights, run, geometry):
     # Moments of each kind: alone, in an occultation, in an eclipse; not at contacts.
     times = np.array(nights["times"])[[10, 60, 75, 90]]
     steps = {"position": 1e-6, "velocity": 1e-2, "rotation": 1e-6, "spin": 1.0}
-    found = []
+    results = []
     for time in times:
         data = observing.Photometry([time] * u.h, [0.0], 1.0, geometry=geometry, zero=0.0)
-        found.append(by_start(data, run.system, run(data.emission(run.system)[0]), steps))
-    exact, differences = (np.array(each).reshape(4, 2, 4, 3) for each in zip(*found, strict=True))
+        results.append(by_start(data, run.system, run(data.emission(run.system)[0]), steps))
+    exact, differences = (np.array(values).reshape(4, 2, 4, 3) for values in zip(*results, strict=True))
     for kind, (name, step) in enumerate(steps.items()):
         size = np.abs(exact[:, :, kind]).max()
         np.testing.assert_allclose(
@@ -137,7 +137,7 @@ def test_partial_derivatives_are_differences(nights, run, geometry):
         )
 
 
-def test_tables_masks_and_dates(nights, run, geometry):
+def test_tables_masks_and_dates(nights):
     table = pandas.DataFrame({"JD": [2459850.5, 2459850.25, 2459850.75], "V": [14.0, np.nan, 14.2], "e": [0.01] * 3})
     dated = observing.Geometry(
         Time([2459850.0, 2459852.0], format="jd", scale="tdb"),

@@ -19,8 +19,8 @@ def closed_form(axes, toward, sunward):
     total, angle = np.sqrt(s1**2 + s2**2 + 2 * s1 * s2 * cosine), np.arccos(cosine)
     lam = np.arctan2(s2 * np.sin(angle) / total, (s1 + s2 * cosine) / total)
     log = np.log(1 / np.tan(lam / 2) / np.tan((angle - lam) / 2))
-    rest = np.cos(lam - angle) + np.cos(lam) + np.sin(lam) * np.sin(lam - angle) * log
-    return np.pi / 2 * np.prod(axes) * s1 * s2 / total * rest
+    terms = np.cos(lam - angle) + np.cos(lam) + np.sin(lam) * np.sin(lam - angle) * log
+    return np.pi / 2 * np.prod(axes) * s1 * s2 / total * terms
 
 
 def light(shape, toward, sunward, **options):
@@ -37,14 +37,14 @@ def series(function, degree):
 @pytest.mark.parametrize("kind", [ConvexShape, HarmonicShape])
 def test_light_converges_to_the_closed_form_of_the_ellipsoid(kind):
     if kind is ConvexShape:
-        found = series(lambda n: np.prod(AXES) ** 2 / np.sum((n * AXES) ** 2, axis=1) ** 2, 12)
+        result = series(lambda n: np.prod(AXES) ** 2 / np.sum((n * AXES) ** 2, axis=1) ** 2, 12)
     else:
-        found = series(lambda x: np.sum((x / AXES) ** 2, axis=1) ** -0.5, 12)
+        result = series(lambda x: np.sum((x / AXES) ** 2, axis=1) ** -0.5, 12)
     e = np.random.default_rng(5).normal(size=(20, 3))
     views = list(zip(e, e / np.linalg.norm(e, axis=1)[:, None] + 0.7 * np.roll(e, 1, axis=0), strict=True))
     errors = []
     for faces in (500, 4000):
-        shape = kind(found, faces=faces)
+        shape = kind(result, faces=faces)
         errors.append(np.sqrt(np.mean([(light(shape, *view) / closed_form(AXES, *view) - 1) ** 2 for view in views])))
     assert errors[0] < 2e-2
     assert errors[1] < 0.2 * errors[0]
@@ -54,19 +54,19 @@ def test_light_converges_to_the_closed_form_of_the_ellipsoid(kind):
 def test_facets_alone_are_as_bright_as_the_polyhedron_of_minkowskis_problem(law):
     degrees = np.floor(np.sqrt(np.arange(25) + 0.5))
     # Only even degrees: the facets close, so that the polyhedron has their areas.
-    found = np.where(degrees % 2 == 0, np.random.default_rng(3).normal(size=25) * 0.2, 0.0)
-    shape = ConvexShape(found, faces=252)
+    result = np.where(degrees % 2 == 0, np.random.default_rng(3).normal(size=25) * 0.2, 0.0)
+    shape = ConvexShape(result, faces=252)
     for view in VIEWS:
-        alone, solid = (light(one, *view, law=law) for one in (shape, shape.polyhedron()))
+        alone, solid = (light(body, *view, law=law) for body in (shape, shape.polyhedron()))
         assert abs(alone / solid - 1) < 1e-7
 
 
 def test_albedos_of_facets_and_the_suns_disc_count():
     shape, view = ConvexShape([0.0, 0, 0.2, 0], faces=252), VIEWS[0]
     spots = np.random.default_rng(1).uniform(0.5, 1.0, len(shape.normals))
-    whole = light(shape, *view, albedo=0.5)
-    assert abs(whole - 0.5 * light(shape, *view)) < 1e-14
-    assert abs(light(shape, *view, albedo=spots) + light(shape, *view, albedo=1 - spots) - 2 * whole) < 1e-13
+    reference = light(shape, *view, albedo=0.5)
+    assert abs(reference - 0.5 * light(shape, *view)) < 1e-14
+    assert abs(light(shape, *view, albedo=spots) + light(shape, *view, albedo=1 - spots) - 2 * reference) < 1e-13
     disc = light(shape, *view, sun_radius=0.005)
     assert 0 < abs(disc / light(shape, *view) - 1) < 1e-4
 
@@ -76,20 +76,20 @@ def test_derivatives_of_the_light_of_facets_are_those_of_differences():
     system = fullbody.System([fullbody.Body(shape, mass=1.0)], G=1.0)
     state = fullbody.State([[0.0] * 3], [[0.0] * 3], attitude=[[0.7, 0.1, -0.5, 0.5]])
     law = observing.LommelSeeligerLambert(observing.LinearExponential(0.5, 0.1, -0.3), lambert=0.1)
-    found = observing.brightness_derivatives(system, state, *VIEWS[0], law=law)
-    assert found.areas[0].shape == (1, 252)
-    assert found.vertices[0].shape == (1, 0, 3)
+    result = observing.brightness_derivatives(system, state, *VIEWS[0], law=law)
+    assert result.areas[0].shape == (1, 252)
+    assert result.vertices[0].shape == (1, 0, 3)
     # The light is linear in the areas.
-    assert abs(found.areas[0][0] @ shape.areas - found.brightness[0]) < 1e-13
+    assert abs(result.areas[0][0] @ shape.areas - result.brightness[0]) < 1e-13
     for k in range(3):
-        turned = [
+        rotated = [
             observing.brightness(system, state.rotated(0, np.eye(3)[k], by), *VIEWS[0], law=law)[0]
             for by in (-1e-5, 1e-5)
         ]
-        assert abs((turned[1] - turned[0]) / 2e-5 - found.rotation[0, 0, k]) < 1e-6
+        assert abs((rotated[1] - rotated[0]) / 2e-5 - result.rotation[0, 0, k]) < 1e-6
         nearer = [np.array(VIEWS[0][0]) / np.linalg.norm(VIEWS[0][0]) + by * np.eye(3)[k] for by in (-1e-5, 1e-5)]
-        light_at = [observing.brightness(system, state, one, VIEWS[0][1], law=law)[0] for one in nearer]
-        assert abs((light_at[1] - light_at[0]) / 2e-5 - found.to_observer[0, k]) < 1e-6
+        light_at = [observing.brightness(system, state, view, VIEWS[0][1], law=law)[0] for view in nearer]
+        assert abs((light_at[1] - light_at[0]) / 2e-5 - result.to_observer[0, k]) < 1e-6
 
 
 def test_a_light_curve_of_a_convex_shape_needs_no_vertices(monkeypatch):

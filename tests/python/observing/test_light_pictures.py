@@ -67,8 +67,8 @@ def test_views_above_a_light_curve_are_at_its_marked_times(run, geometry):
     # One scale for all, with the bodies of each.
     assert len({view.get_xlim() for view in ax.child_axes}) == 1
     assert all(view.collections for view in ax.child_axes)
-    first, *others = (len(view.texts) for view in ax.child_axes)
-    assert (first > 0, others) == (True, [0] * 4)
+    first, *remaining = (len(view.texts) for view in ax.child_axes)
+    assert (first > 0, remaining) == (True, [0] * 4)
     axes = run.plot.light_curve(times, geometry, bodies=True, views=[5.8, 1.5] * u.h)
     assert [view.get_title() for view in axes[0].child_axes] == ["1.5", "5.8"]
     assert not axes[1].child_axes
@@ -80,9 +80,9 @@ def test_views_above_a_light_curve_are_at_its_marked_times(run, geometry):
 def test_scene_and_view_take_the_sun_of_a_geometry(run, geometry, tmp_path):
     lit = run.plot.scene(5.0, geometry=geometry, path=False)
     colours = np.concatenate([np.asarray(c.get_facecolor()) for c in lit.collections])
-    plain = run.plot.scene(5.0, path=False)
+    reference = run.plot.scene(5.0, path=False)
     assert colours[:, :3].max(axis=1).min() < 0.2
-    shown = np.concatenate([np.asarray(c.get_facecolor()) for c in plain.collections])
+    shown = np.concatenate([np.asarray(c.get_facecolor()) for c in reference.collections])
     assert shown[:, :3].max(axis=1).min() > 0.2
     matplotlib.pyplot.close("all")
     page = run.view(geometry=geometry).save_html(tmp_path / "view.html").read_text()

@@ -43,14 +43,14 @@ def contacts(reach, inclination):
 @pytest.mark.parametrize("inclination", [0.0, 0.03, 0.15, 0.2])
 def test_contacts_of_spheres_on_a_circular_orbit_are_those_of_geometry(inclination):
     _, _, run = circular(inclination)
-    found = observing.mutual_events(run, view())
-    behind, before = 0.5 * np.pi, 1.5 * np.pi
+    result = observing.mutual_events(run, view())
+    behind, front = 0.5 * np.pi, 1.5 * np.pi
     half = contacts(R1 + R2, inclination)
     inner = contacts(R1 - R2, inclination) if A * np.sin(inclination) < R1 - R2 else None
     for kind in ("occultation", "eclipse"):
-        first, second = (event for event in found if event.kind == kind)
+        first, second = (event for event in result if event.kind == kind)
         assert (first.body, first.by, second.body, second.by) == ("B", "A", "A", "B")
-        for event, middle in ((first, behind), (second, before)):
+        for event, middle in ((first, behind), (second, front)):
             assert event.begin == pytest.approx(middle - half, abs=1e-11)
             assert event.end == pytest.approx(middle + half, abs=1e-11)
             assert event.middle == pytest.approx(middle, abs=1e-11)
@@ -60,16 +60,16 @@ def test_contacts_of_spheres_on_a_circular_orbit_are_those_of_geometry(inclinati
         else:
             assert first.total_begin == pytest.approx(behind - inner, abs=1e-10)
             assert first.total_end == pytest.approx(behind + inner, abs=1e-10)
-    assert [event.begin for event in found] == sorted(event.begin for event in found)
+    assert [event.begin for event in result] == sorted(event.begin for event in result)
 
 
 def test_an_event_that_only_grazes_is_found_between_samples():
     for deep, count in ((1e-9, 2), (-1e-9, 0)):
         inclination = np.arcsin((R1 + R2) / A * (1.0 - deep))
         _, _, run = circular(inclination)
-        found = observing.mutual_events(run, view(to_sun=None))
-        assert len(found) == count
-        for event in found:
+        result = observing.mutual_events(run, view(to_sun=None))
+        assert len(result) == count
+        for event in result:
             assert event.duration == pytest.approx(2 * contacts(R1 + R2, inclination), rel=1e-3)
 
 
@@ -78,16 +78,16 @@ def test_events_are_the_same_backwards_and_their_ends_are_those_of_the_run():
     forward = observing.mutual_events(run, view())
     back = observing.mutual_events(system.integrate(run[-1], 0.0, dense=True), view())
     assert len(forward) == len(back) == 4
-    for one, other in zip(forward, back, strict=True):
-        assert (one.kind, one.body) == (other.kind, other.body)
-        assert other.begin == pytest.approx(one.begin, abs=1e-9)
+    for first, other in zip(forward, back, strict=True):
+        assert (first.kind, first.body) == (other.kind, other.body)
+        assert other.begin == pytest.approx(first.begin, abs=1e-9)
     middle = forward[0].middle
     (cut,) = observing.mutual_events(system.integrate(state, middle, dense=True), view(to_sun=None))
     assert cut.begin == pytest.approx(forward[0].begin, abs=1e-11)
     assert cut.end is cut.total_end is cut.duration is cut.middle is None
-    (rest,) = observing.mutual_events(system.integrate(run(middle), middle + 1.0, dense=True), view(to_sun=None))
-    assert rest.begin is rest.total_begin is None
-    assert rest.end == pytest.approx(forward[0].end, abs=1e-10)
+    (remaining,) = observing.mutual_events(system.integrate(run(middle), middle + 1.0, dense=True), view(to_sun=None))
+    assert remaining.begin is remaining.total_begin is None
+    assert remaining.end == pytest.approx(forward[0].end, abs=1e-10)
 
 
 def test_composites_and_polyhedra_of_a_shape_have_nearly_its_events():
@@ -121,7 +121,7 @@ def test_light_takes_its_time_from_the_sun_past_one_body_to_the_other_and_on():
     c, far = 299792.458, 3.0e9
     # The barycentre is A's centre: the observer and the Sun go along with it.
     geometry = observing.Geometry([-1e5, 1e5] * u.s, to_observer=[0, 0, far] * u.km, to_sun=[far, 0, 0] * u.km)
-    (event,) = [one for one in observing.mutual_events(run, geometry) if one.kind == "eclipse"]
+    (event,) = [eclipse for eclipse in observing.mutual_events(run, geometry) if eclipse.kind == "eclipse"]
     for time, side in ((event.begin, 1.0), (event.end, -1.0)):
         # Both are tangent to one ray from the Sun when the light arrives that grazes A: it leaves B then for the
         # observer, who is above A. B is above the axis by 50,000 km - 500 km/s t in the frame of A.
@@ -131,9 +131,9 @@ def test_light_takes_its_time_from_the_sun_past_one_body_to_the_other_and_on():
         left = 100.0 - side * edge / speed
         way = np.sqrt(far**2 + height**2 + edge**2)
         assert time.to_value("s") == pytest.approx(left + way / c, abs=1e-7)
-    plain = observing.Geometry([-1e5, 1e5] * u.s, to_observer=[0, 0, far], to_sun=[far, 0, 0], light_time=False)
-    (plain,) = (one for one in observing.mutual_events(run, plain) if one.kind == "eclipse")
-    assert plain.begin.to_value("s") == pytest.approx(100 - 8.0, abs=1e-6)
+    instant = observing.Geometry([-1e5, 1e5] * u.s, to_observer=[0, 0, far], to_sun=[far, 0, 0], light_time=False)
+    (instant,) = (eclipse for eclipse in observing.mutual_events(run, instant) if eclipse.kind == "eclipse")
+    assert instant.begin.to_value("s") == pytest.approx(100 - 8.0, abs=1e-6)
 
 
 def test_a_run_ends_where_an_occultation_begins():

@@ -18,23 +18,23 @@ C = 299792.458
 COUNT = 120
 
 
-def turns(states):
+def rotations(states):
     return fullbody.base.rotations.matrices(states.attitude)
 
 
 def rays(axes, states, eye, i, j, angle):
-    """How near rays from a point that graze body i, at angles (K, M), come to the centre of j in its unit sphere."""
+    """The distances of the centre of j, in its unit sphere, from rays that graze body i at angles (K, M)."""
     # In the unit sphere of body i the rays touch it on a circle about the direction to the point.
-    p = np.einsum("kab,ka->kb", turns(states)[:, i], eye - states.position[:, i]) / axes[i]
+    p = np.einsum("kab,ka->kb", rotations(states)[:, i], eye - states.position[:, i]) / axes[i]
     square = np.sum(p * p, axis=1)[:, None]
     first = np.cross(p, np.eye(3)[np.argmin(np.abs(p), axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(p, first) / np.sqrt(square)
     around = np.cos(angle)[..., None] * first[:, None] + np.sin(angle)[..., None] * second[:, None]
     circle = (p / square)[:, None] + np.sqrt(1 - 1 / square)[..., None] * around
-    touched = np.einsum("kab,kmb->kma", turns(states)[:, i], circle * axes[i]) + states.position[:, i, None]
+    touched = np.einsum("kab,kmb->kma", rotations(states)[:, i], circle * axes[i]) + states.position[:, i, None]
     start, end = (
-        np.einsum("kab,kma->kmb", turns(states)[:, j], x - states.position[:, j, None]) / axes[j]
+        np.einsum("kab,kma->kmb", rotations(states)[:, j], x - states.position[:, j, None]) / axes[j]
         for x in (np.broadcast_to(eye, touched.shape), touched)
     )
     way = (end - start) / np.linalg.norm(end - start, axis=-1, keepdims=True)
@@ -52,7 +52,7 @@ def least(axes, states, eye, i, j, sign=1.0):
     return values.min(axis=1)
 
 
-def before(states, eye, i, j):
+def in_front(states, eye, i, j):
     """Whether body j is nearer to the point than body i, for bodies whose spheres are apart."""
     far = np.linalg.norm(states.position - eye, axis=2)
     return far[:, j] < far[:, i]
@@ -61,13 +61,13 @@ def before(states, eye, i, j):
 def overlap(axes, states, eye, i, j):
     """Negative where body j hides a part of body i: a ray that grazes one of them meets the other one."""
     margin = np.minimum(least(axes, states, eye, i, j), least(axes, states, eye, j, i)) - 1
-    return np.where(before(states, eye, i, j), margin, np.abs(margin) + 1e-3)
+    return np.where(in_front(states, eye, i, j), margin, np.abs(margin) + 1e-3)
 
 
 def excess(axes, states, eye, i, j):
     """Negative where body j hides all of body i: all rays that graze i meet j."""
     margin = -least(axes, states, eye, i, j, -1.0) - 1
-    return np.where(before(states, eye, i, j), margin, np.abs(margin) + 1e-3)
+    return np.where(in_front(states, eye, i, j), margin, np.abs(margin) + 1e-3)
 
 
 def near_events(seed):
@@ -80,18 +80,18 @@ def near_events(seed):
     eyes = [d / np.linalg.norm(d) * reach * rng.choice([1.1, 1.5, 5.0, 1e3]) for d in directions]
     view = {name: eye * u.km for name, eye in zip(("to_observer", "to_sun"), eyes, strict=True)}
     geometry = observing.Geometry([ends[0] - 1, ends[1] + 1] * u.s, light_time=False, **view)
-    found = observing.mutual_events(run, geometry)
-    return axes, run, eyes, ends, found
+    result = observing.mutual_events(run, geometry)
+    return axes, run, eyes, ends, result
 
 
-def plain(run):
+def states_of(run):
     """States of a run at times in numbers, about the barycentre."""
     weights = run.context.masses / run.context.masses.sum()
 
     def states(at):
-        found = run.dense.core.states(np.ascontiguousarray(at))
-        centre = found["position"] - np.einsum("n,knx->kx", weights, found["position"])[:, None]
-        return SimpleNamespace(position=centre, attitude=found["attitude"])
+        result = run.dense.core.states(np.ascontiguousarray(at))
+        centre = result["position"] - np.einsum("n,knx->kx", weights, result["position"])[:, None]
+        return SimpleNamespace(position=centre, attitude=result["attitude"])
 
     return states
 
@@ -99,17 +99,17 @@ def plain(run):
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("seed", range(12))
 def test_events_from_near_are_those_of_rays(seed):
-    axes, run, eyes, ends, found = near_events(seed)
-    found = [numbers(event) for event in found]
+    axes, run, eyes, ends, results = near_events(seed)
+    results = [numbers(event) for event in results]
     for kind, k, i, j in CASES:
-        hidden = spans(found, kind, "AB"[i], ends)
-        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, eyes[k], i, j), plain(run), ends, 201, hidden)
-        total = spans(found, kind, "AB"[i], ends, ("total_begin", "total_end"))
+        hidden = spans(results, kind, "AB"[i], ends)
+        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, eyes[k], i, j), states_of(run), ends, 201, hidden)
+        total = spans(results, kind, "AB"[i], ends, ("total_begin", "total_end"))
         for contact in {time for span in total for time in span} - {*ends}:
-            assert abs(excess(axes, plain(run)(np.array([contact])), eyes[k], i, j)[0]) < 1e-7
+            assert abs(excess(axes, states_of(run)(np.array([contact])), eyes[k], i, j)[0]) < 1e-7
         for begin, end in hidden:
             at = np.linspace(begin, end, 53)[1:-1]
-            inside = excess(axes, plain(run)(at), eyes[k], i, j) < -1e-7
+            inside = excess(axes, states_of(run)(at), eyes[k], i, j) < -1e-7
             within = np.any([(at >= a) & (at <= b) for a, b in total], axis=0) if total else np.zeros(len(at), bool)
             assert not (inside & ~within).any() or (inside.all() and [begin, end] == ends)
 
@@ -148,9 +148,9 @@ def retarded(arrival, eye, k):
     """Where body k was when the light left it that arrives at a point, and that time."""
     left = np.longdouble(arrival)
     for _ in range(6):
-        place = kepler(left, *WIDE.values(), SHARES[k])
-        left = arrival - np.sqrt(np.sum((eye - place) ** 2)) / C
-    return place, left
+        position = kepler(left, *WIDE.values(), SHARES[k])
+        left = arrival - np.sqrt(np.sum((eye - position) ** 2)) / C
+    return position, left
 
 
 def separation(ways):
@@ -192,7 +192,7 @@ def test_contacts_in_a_wide_system_are_those_of_keplers_motion(kind):
     expected = brentq(lambda time: function(time + late), times[k], times[k + 1], xtol=1e-13, rtol=1e-15)
     system, state = wide(expected - 600.0)
     run = system.integrate(state, duration=2000.0, dense=True, integrator=fullbody.Verner98(1e-15, 1e-15))
-    event = next(one for one in observing.mutual_events(run, geometry) if one.kind == kind)
+    event = next(passage for passage in observing.mutual_events(run, geometry) if passage.kind == kind)
     behind = "AB".index(event.body)
     if kind == "occultation":
         assert event.begin.to_value("h") == pytest.approx((expected + late) / 3600, abs=1e-12, rel=0)
@@ -204,9 +204,9 @@ def test_contacts_in_a_wide_system_are_those_of_keplers_motion(kind):
         # The light leaves the body that is hidden when it passes it.
         time = arrival = np.longdouble(expected)
         for _ in range(6):
-            place = kepler(time, *WIDE.values(), SHARES[behind])
-            time = expected + (np.sqrt(np.sum((place - SUN) ** 2)) - np.sqrt(np.sum(SUN**2))) / C
-            arrival = time + np.sqrt(np.sum((EYE - place) ** 2)) / C
+            position = kepler(time, *WIDE.values(), SHARES[behind])
+            time = expected + (np.sqrt(np.sum((position - SUN) ** 2)) - np.sqrt(np.sum(SUN**2))) / C
+            arrival = time + np.sqrt(np.sum((EYE - position) ** 2)) / C
         assert event.begin.to_value("h") == pytest.approx(float(arrival) / 3600, abs=1e-12, rel=0)
 
 
@@ -221,23 +221,23 @@ def test_astrometry_of_a_wide_system_is_that_of_keplers_motion(dense):
     system, state = wide(1000.0)
     options = {"dense": True} if dense else {"output": data.emission(system)}
     run = system.integrate(state, 25000.0, integrator=fullbody.Verner98(1e-15, 1e-15), **options)
-    for found, time in zip(data.predict(run).to_value("rad"), times.value, strict=True):
+    for result, time in zip(data.predict(run).to_value("rad"), times.value, strict=True):
         ways = [retarded(time, EYE, k)[0] - EYE for k in (0, 1)]
         toward = ways[0] / np.sqrt(np.sum(ways[0] ** 2))
         east = np.array([-toward[1], toward[0], 0]) / np.hypot(toward[0], toward[1])
         north = np.cross(toward, east)
         depth = toward @ ways[1]
         expected = np.array([east @ ways[1], north @ ways[1]]) / depth
-        assert np.abs(found - expected).max() < 2e-12 * np.abs(expected).max()
+        assert np.abs(result - expected).max() < 2e-12 * np.abs(expected).max()
 
 
-def cast(axes, position, turn, eye, sun, i, others, count=40_000):
+def cast(axes, position, rotation, eye, sun, i, hiders, count=40_000):
     """Lommel-Seeliger's light of body i at the origin's distances, by rays from points of its surface."""
     z = 1 - 2 * (np.arange(count) + 0.5) / count
     angle = np.pi * (1 + 5**0.5) * np.arange(count)
     sphere = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
-    points = (sphere * axes[i]) @ turn[i].T + position[i]
-    normal = (sphere / axes[i]) @ turn[i].T
+    points = (sphere * axes[i]) @ rotation[i].T + position[i]
+    normal = (sphere / axes[i]) @ rotation[i].T
     area = 4 * np.pi / count * np.prod(axes[i]) * np.linalg.norm(normal, axis=1)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     cosines, share, free = [], np.ones(count), np.ones(count, dtype=bool)
@@ -246,8 +246,8 @@ def cast(axes, position, turn, eye, sun, i, others, count=40_000):
         far = np.linalg.norm(way, axis=1)
         cosines.append(np.sum(normal * way, axis=1) / far)
         share *= np.sum(point**2) / far**2
-        for j in others:
-            start, along = (points - position[j]) @ turn[j] / axes[j], way @ turn[j] / axes[j]
+        for j in hiders:
+            start, along = (points - position[j]) @ rotation[j] / axes[j], way @ rotation[j] / axes[j]
             a, b, c = np.sum(along**2, axis=1), np.sum(start * along, axis=1), np.sum(start**2, axis=1) - 1
             free &= ~((b < 0) & (b * b > a * c))
     mu, mu0 = (np.maximum(cosine, 0) for cosine in cosines)
@@ -268,11 +268,11 @@ def test_light_from_near_is_that_of_rays_up_to_the_size_of_bodies_over_the_dista
         second = first + (axis - first) * rng.uniform(0.02, 0.3) + rng.normal(size=3) * rng.choice([0.4, 30.0])
         position, attitude = np.array([first, second]), rng.normal(size=(2, 4))
         attitude /= np.linalg.norm(attitude, axis=1)[:, None]
-        turn = fullbody.base.rotations.matrices(attitude)
+        rotation = fullbody.base.rotations.matrices(attitude)
         epoch = np.zeros(1), position[None], attitude[None], eye[None], sun[None], None
         near, far = (photometer.brightness(Epochs(*epoch, distant))[0] for distant in (False, True))
         free, expected = (
-            [cast(axes, position, turn, eye, sun, k, others) for k, others in enumerate(hiding)]
+            [cast(axes, position, rotation, eye, sun, k, hiders) for k, hiders in enumerate(hiding)]
             for hiding in ([[], []], [[1], [0]])
         )
         worst = max(worst, np.abs((near - expected) / free).max())

@@ -62,8 +62,8 @@ def test_outline_of_many_facets_is_that_of_the_ellipsoid():
     mesh = trimesh.creation.icosphere(subdivisions=5)
     shape = fullbody.Polyhedron(mesh.vertices * axes, mesh.faces)
     frame = np.array(fullbody.Body(shape, mass=1.0).working_frame.attitude) * [1.0, -1.0, -1.0, -1.0]
-    turned = fullbody.base.rotations.product(ATTITUDE, frame)
-    both = [seen([body], [[0, 0, 0]], q[None]) for body, q in ((shape, turned), (fullbody.Ellipsoid(*axes), ATTITUDE))]
+    rotated = fullbody.base.rotations.product(ATTITUDE, frame)
+    both = [seen([body], [[0, 0, 0]], q[None]) for body, q in ((shape, rotated), (fullbody.Ellipsoid(*axes), ATTITUDE))]
     first, second = (in_km(observing.outline(run, 0.0, geometry)) for run, geometry in both)
     np.testing.assert_allclose(first, second, atol=2e-3)
 
@@ -114,13 +114,13 @@ def test_residuals_are_distances_from_the_nearest_point_of_the_ellipse():
     middle = in_km(observing.outline(run, 0.0, geometry, n=4))[0].mean(axis=0)
     points = np.array([[3.5, 0.0], [0.0, 1.2], [0.0, -0.7], [2.4, 0.9]])
     data = measured(run, geometry, points + middle)
-    found = data.residuals(run).to_value("rad") * DISTANCE
+    result = data.residuals(run).to_value("rad") * DISTANCE
     # The nearest points of 100,000 on the ellipse.
     angles = np.linspace(0.0, 2 * np.pi, 100001)
     curve = np.stack([3.0 * np.cos(angles), np.sin(angles)], axis=1)
     away = np.array([np.linalg.norm(curve - point, axis=1).min() for point in points])
     sign = np.where((points / [3.0, 1.0]) ** 2 @ [1.0, 1.0] > 1.0, 1.0, -1.0)
-    np.testing.assert_allclose(found, sign * away, atol=2e-5)
+    np.testing.assert_allclose(result, sign * away, atol=2e-5)
 
 
 def test_residuals_of_a_polyhedron_are_distances_from_the_nearest_side_or_corner():
@@ -193,8 +193,8 @@ def test_a_fit_finds_the_axes_and_the_pointing_from_the_points_of_a_limb():
 )
 def test_what_is_wrong_is_named(options, message):
     run, geometry = seen([fullbody.Sphere(2.0)], [[0, 0, 0]])
-    given = {"east": np.zeros(3) * u.mas, "north": np.zeros(3) * u.mas, "sigma": 1 * u.mas, "body": "A"} | options
-    refused(message, lambda: observing.Outline(0.0 * u.h, **given, geometry=geometry).predict(run))
+    arguments = {"east": np.zeros(3) * u.mas, "north": np.zeros(3) * u.mas, "sigma": 1 * u.mas, "body": "A"} | options
+    refused(message, lambda: observing.Outline(0.0 * u.h, **arguments, geometry=geometry).predict(run))
 
 
 def test_one_date_stands_for_all_points_and_distances_do_not_depend_on_the_system_of_units():

@@ -73,10 +73,10 @@ def test_derivatives_with_respect_to_masses_and_axes_are_differences_of_runs(geo
     times = data.emission(system)
     names = ["mass of Didymos", "semi-axis a of Didymos", "semi-axis c of Dimorphos"]
     run = system.integrate(state, times[-1], output=times, derivatives=names)
-    found = data.derivatives(run).by_parameter
+    result = data.derivatives(run).by_parameter
     expected = run.derivative_of(data.pulls).by_parameter
     for name in names:
-        np.testing.assert_allclose(found[name], expected[name], atol=1e-7 * np.abs(expected[name]).max())
+        np.testing.assert_allclose(result[name], expected[name], atol=1e-7 * np.abs(expected[name]).max())
 
 
 def test_errors_of_a_transit_are_correlated(run, geometry):
@@ -105,11 +105,11 @@ def test_positions_and_drifts_of_groups_are_solved_for(run, geometry):
     sine, cosine, hours = np.sin(SCAN).value, np.cos(SCAN).value, TIMES.value
     shift = np.where(group == 2021, 3.0 * sine - 2.0 * cosine + 0.1 * (hours - hours[:6].mean()) * sine, 5.0 * cosine)
     data = photocentre(geometry, (predicted + shift) * u.mas, group=group, position="free", drift="free")
-    found = {name: value for name, value in data.linear_values(run).items()}
-    assert found["position east of 2021"].to_value("mas") == pytest.approx(3.0, abs=1e-9)
-    assert found["position north of 2021"].to_value("mas") == pytest.approx(-2.0, abs=1e-9)
-    assert found["position north of 2022"].to_value("mas") == pytest.approx(5.0, abs=1e-9)
-    assert found["drift east of 2021"].to_value("mas / h") == pytest.approx(0.1, abs=1e-9)
+    results = {name: value for name, value in data.linear_values(run).items()}
+    assert results["position east of 2021"].to_value("mas") == pytest.approx(3.0, abs=1e-9)
+    assert results["position north of 2021"].to_value("mas") == pytest.approx(-2.0, abs=1e-9)
+    assert results["position north of 2022"].to_value("mas") == pytest.approx(5.0, abs=1e-9)
+    assert results["drift east of 2021"].to_value("mas / h") == pytest.approx(0.1, abs=1e-9)
     assert data.chi2(run) < 1e-15
 
 
@@ -173,8 +173,8 @@ def test_corrections_of_the_heliocentric_elements_displace_the_barycentre_as_ano
     ],
 )
 def test_what_is_wrong_is_named(geometry, options, message):
-    given = {"offset": np.zeros(12) * u.mas} | options
-    refused(message, lambda: photocentre(geometry, **given))
+    arguments = {"offset": np.zeros(12) * u.mas} | options
+    refused(message, lambda: photocentre(geometry, **arguments))
 
 
 def test_a_sun_that_does_not_move_gives_no_corrections_of_elements(run, geometry):

@@ -43,9 +43,9 @@ def planar(d):
 
 def apart(vertices, states, d, i, j):
     """How far the origin is from the differences of two polygons' points; negative within. For polyhedra: (K,)."""
-    turn, plane = fullbody.base.rotations.matrices(states.attitude), planar(d)
+    rotation, plane = fullbody.base.rotations.matrices(states.attitude), planar(d)
     first, second = (
-        (vertices[m] @ np.swapaxes(turn[:, m], 1, 2) + states.position[:, m, None]) @ plane.T for m in (i, j)
+        (vertices[m] @ np.swapaxes(rotation[:, m], 1, 2) + states.position[:, m, None]) @ plane.T for m in (i, j)
     )
     way = states.position[:, j] - states.position[:, i]
     reach = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
@@ -57,9 +57,9 @@ def apart(vertices, states, d, i, j):
     return np.where(way @ d > 0, margin, np.abs(margin) + 1e-3)
 
 
-def spans(found, kind, body, ends, names=("begin", "end")):
+def spans(result, kind, body, ends, names=("begin", "end")):
     """Times between which a body is hidden, or totally hidden; an end that is unknown is that of the run."""
-    pairs = [[getattr(one, name) for name in names] for one in found if (one.kind, one.body) == (kind, body)]
+    pairs = [[getattr(event, name) for name in names] for event in result if (event.kind, event.body) == (kind, body)]
     return [[b if a is None else a for a, b in zip(pair, ends, strict=True)] for pair in pairs if pair != [None, None]]
 
 
@@ -101,7 +101,7 @@ def test_events_of_polyhedra_are_those_of_a_dense_scan(seed):
 
     _, run, directions, far = binary(np.random.default_rng(seed), mesh)
     vertices = [body.shape.vertices for body in run.system]
-    found, ends = events(run, directions, far)
+    result, ends = events(run, directions, far)
     for kind, k, i, j in CASES:
-        hidden = spans(found, kind, "AB"[i], ends)
+        hidden = spans(result, kind, "AB"[i], ends)
         scan(lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense, ends, 401, hidden)

@@ -24,8 +24,8 @@ def passage():
     north = np.cross(toward, east)
     ends = np.array([-1500.0, 1500.0])
     # The observer moves to the east and a little to the north past the body, by 15 km/s.
-    places = -2e8 * toward + np.outer(ends, 14.5 * east + 3.0 * north) + 1500.0 * north
-    geometry = observing.Geometry(START + ends * u.s, to_observer=places * u.km, frame="equatorial")
+    positions = -2e8 * toward + np.outer(ends, 14.5 * east + 3.0 * north) + 1500.0 * north
+    geometry = observing.Geometry(START + ends * u.s, to_observer=positions * u.km, frame="equatorial")
     body = fullbody.Body(fullbody.Sphere(RADIUS), mass=1e15, name="A")
     system = fullbody.System([body], units=("km", "s", "kg"), epoch=START, frame="equatorial")
     return system.integrate(
@@ -33,7 +33,7 @@ def passage():
     ), geometry
 
 
-def place(path, name, k, shift=0.0):
+def position(path, name, k, shift=0.0):
     """A station on a line of a path, moved to the north by an angle in degrees."""
     return EarthLocation.from_geodetic(path.longitude[name][k] * u.deg, (path.latitude[name][k] + shift) * u.deg)
 
@@ -46,8 +46,8 @@ def test_stations_on_the_lines_of_a_path_see_what_it_says(passage):
     )
     for k in on_earth[[2, len(on_earth) // 2, -3]]:
         inwards = {"north": -0.02, "south": 0.02}
-        stations = [place(path, "centre", k)]
-        stations += [place(path, name, k, sign * shift) for name, shift in inwards.items() for sign in (1.0, -1.0)]
+        stations = [position(path, "centre", k)]
+        stations += [position(path, name, k, sign * shift) for name, shift in inwards.items() for sign in (1.0, -1.0)]
         chords = observing.occultation_chords(run, STAR, stations, geometry)
         seen = {chord.station: chord for chord in chords}
         # Two kilometres within a limit there is a chord, and as far beyond it there is none.
@@ -60,7 +60,7 @@ def test_stations_on_the_lines_of_a_path_see_what_it_says(passage):
 def test_altitudes_are_those_of_astropy(passage):
     (path,) = observing.shadow_paths(passage[0], STAR, passage[1], n=11)
     k = int(np.flatnonzero(~path.longitude["centre"].mask)[3])
-    frame = AltAz(obstime=START + path.times[k], location=place(path, "centre", k))
+    frame = AltAz(obstime=START + path.times[k], location=position(path, "centre", k))
     # Aberration and the Sun's parallax are left out.
     assert path.star_altitude[k] == pytest.approx(STAR.transform_to(frame).alt.deg, abs=0.01)
     assert path.sun_altitude[k] == pytest.approx(get_sun(frame.obstime).transform_to(frame).alt.deg, abs=0.02)
@@ -101,7 +101,7 @@ def test_a_table_masks_what_is_not_on_the_earth(passage):
 def test_a_path_is_drawn_on_the_axes_that_are_given(passage):
     (path,) = observing.shadow_paths(passage[0], STAR, passage[1], errors=5.0 * u.mas)
     _, ax = plt.subplots()
-    assert path.plot(ax, stations=place(path, "centre", 60)) is ax
+    assert path.plot(ax, stations=position(path, "centre", 60)) is ax
     labels = ax.get_legend_handles_labels()[1]
     assert labels == ["errors", "limits of A", "stations"]
 

@@ -32,23 +32,23 @@ def test_ten_thousand_pairs_of_spheres_have_the_overlap_of_circles():
     for ratio in 10.0 ** rng.uniform(-7.0, 0.0, 100):
         # The smaller body is somewhere across the outline of the larger one, or just touches it.
         aside = 1.0 + ratio * np.append(rng.uniform(-1.0, 1.0, count - 2), [-1.0, 1.0])
-        turn = rng.uniform(0, 2 * np.pi, count)
-        centre = np.stack([aside * np.cos(turn), aside * np.sin(turn), np.full(count, 3.0)], axis=1)
+        angle = rng.uniform(0, 2 * np.pi, count)
+        centre = np.stack([aside * np.cos(angle), aside * np.sin(angle), np.full(count, 3.0)], axis=1)
         sizes = (ratio, 1.0) if rng.random() < 0.8 else (1.0, ratio)
-        behind, before = (LONG(size) for size in sizes)
-        expected = 0.5 * (LONG(np.pi) * behind**2 - overlap(behind, before, np.hypot(*centre[:, :2].T.astype(LONG))))
+        behind, front = (LONG(size) for size in sizes)
+        expected = 0.5 * (LONG(np.pi) * behind**2 - overlap(behind, front, np.hypot(*centre[:, :2].T.astype(LONG))))
         system = System([Body(Sphere(size), mass=1.0) for size in sizes], G=1.0)
         photometer = Photometer(system, observing.LommelSeeliger(), 1.0, True, 0.0)
-        places, attitude = np.stack([0 * centre, centre], axis=1), np.tile([1.0, 0, 0, 0], (count, 2, 1))
+        positions, attitude = np.stack([0 * centre, centre], axis=1), np.tile([1.0, 0, 0, 0], (count, 2, 1))
         toward = np.tile([0.0, 0.0, 1.0], (count, 1))
-        found = photometer.brightness(Epochs(np.zeros(count), places, attitude, toward, toward))[:, 0]
-        worst = max(worst, float(np.max(np.abs(found - expected)) / behind**2))
-        partly += np.sum((found < 0.49 * np.pi * ratio**2) & (found > 0.01 * np.pi * ratio**2))
+        result = photometer.brightness(Epochs(np.zeros(count), positions, attitude, toward, toward))[:, 0]
+        worst = max(worst, float(np.max(np.abs(result - expected)) / behind**2))
+        partly += np.sum((result < 0.49 * np.pi * ratio**2) & (result > 0.01 * np.pi * ratio**2))
     assert partly > 5_000
     assert worst < 1e-10
 
 
-def uncovered(small, large, places):
+def uncovered(small, large, positions):
     """The area of the first ellipse that the second one does not cover, for 2 x 2 covariances, in high precision.
 
     The first is mapped to the unit circle; the area is an integral along arcs of both outlines.
@@ -56,7 +56,7 @@ def uncovered(small, large, places):
     with mpmath.workdps(50):
         c = mpmath.cholesky(small)
         inverse = c**-1
-        q, centre = inverse * large * inverse.T, inverse * places
+        q, centre = inverse * large * inverse.T, inverse * positions
         v = mpmath.cholesky(q)
         m = q**-1
 
@@ -85,12 +85,12 @@ def uncovered(small, large, places):
                 continue
             # The arc of the other ellipse from the first crossing to the second inside the circle.
             ends = [mpmath.matrix([mpmath.cos(a), mpmath.sin(a)]) for a in (first, second)]
-            own = [mpmath.lu_solve(v, end - centre) for end in ends]
-            theta = [mpmath.atan2(w[1], w[0]) for w in own]
-            turn = (theta[0] - theta[1]) % (2 * mpmath.pi)
+            local = [mpmath.lu_solve(v, end - centre) for end in ends]
+            theta = [mpmath.atan2(w[1], w[0]) for w in local]
+            angle = (theta[0] - theta[1]) % (2 * mpmath.pi)
             # Along the other outline, clockwise from the first to the second crossing, the covered side is right.
             cross = centre[0] * (ends[1][1] - ends[0][1]) - centre[1] * (ends[1][0] - ends[0][0])
-            total += (cross - mpmath.det(v) * turn) / 2
+            total += (cross - mpmath.det(v) * angle) / 2
         return float(total * mpmath.det(c))
 
 
@@ -120,13 +120,13 @@ def test_elongated_bodies_have_the_overlap_of_ellipses():
         # The light goes along z, so that the place along it does not matter.
         state = State([[0, 0, 0], [*-aside, 4.0]], np.zeros((2, 3)), attitude)
         system = System([Body(Ellipsoid(*a), mass=1.0) for a in axes], G=1.0)
-        found = observing.brightness(system, state, [0, 0, 1], [0, 0, 1])[0]
+        result = observing.brightness(system, state, [0, 0, 1], [0, 0, 1])[0]
         area = np.pi * float(mpmath.sqrt(mpmath.det(small)))
         expected = uncovered(small, large, mpmath.matrix([float(-aside[0]), float(-aside[1])]))
         partly += 0.01 * area < expected < 0.99 * area
         # The attitude of the large body moves its outline by the last digit of its size.
         narrow = float(mpmath.sqrt(mpmath.eigsy(small, eigvals_only=True)[0]))
-        assert abs(2 * found - expected) < (1e-10 + 20 * EPSILON / narrow) * area, (ratio, found, expected)
+        assert abs(2 * result - expected) < (1e-10 + 20 * EPSILON / narrow) * area, (ratio, result, expected)
     assert partly > 20
 
 
@@ -140,17 +140,17 @@ def test_small_spheres_at_a_phase_angle_are_sums_of_strips(law):
         s[2] = abs(s[2])
         s /= np.linalg.norm(s)
         share = rng.uniform(-0.95, 0.95)
-        place = 1.0 + ratio * share
-        gap = float((LONG(place) - 1) / LONG(ratio))
+        position = 1.0 + ratio * share
+        gap = float((LONG(position) - 1) / LONG(ratio))
         system = System([Body(Sphere(ratio), mass=1e-3), Body(Sphere(1.0), mass=1.0)], G=1.0)
-        state = State([[0, 0, 0], [place, 0, 300.0]], np.zeros((2, 3)))
+        state = State([[0, 0, 0], [position, 0, 300.0]], np.zeros((2, 3)))
         # The Sun is not hidden where it is not right behind the other body.
         e = np.array([0, 0, 1.0])
-        if abs(np.hypot(*(np.array([place, 0]) - 300.0 * s[:2] / s[2]))) < 1.5:
+        if abs(np.hypot(*(np.array([position, 0]) - 300.0 * s[:2] / s[2]))) < 1.5:
             continue
-        found, alone = (observing.brightness(system, state, e, s, law=laws[law], mutual=m)[0] for m in (True, False))
+        result, alone = (observing.brightness(system, state, e, s, law=laws[law], mutual=m)[0] for m in (True, False))
         expected = strips(1.0 / ratio, gap, s, law) * ratio**2
-        assert abs(found - expected) < 1e-10 * alone, (ratio, share, s, found, expected)
+        assert abs(result - expected) < 1e-10 * alone, (ratio, share, s, result, expected)
         # What an eclipse takes from Lommel-Seeliger's law is what an occultation takes with the directions exchanged.
         if law == "seeliger":
             other = observing.brightness(system, state, s, e)[0]

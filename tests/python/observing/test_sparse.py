@@ -17,8 +17,10 @@ def lone(period):
     """An ellipsoid that turns about its z-axis, alone."""
     body = fullbody.Body(fullbody.Ellipsoid("30 km", "20 km", "15 km"), density="2 g/cm3", name="A")
     system = fullbody.System([body], units=True, epoch="2020-01-01 TDB", frame="ecliptic")
-    rest = np.zeros((1, 3))
-    return system, fullbody.State(rest * u.km, rest * u.km / u.h, spin=[[0.0, 0.0, 2.0 * np.pi / period]] * u.rad / u.h)
+    zeros = np.zeros((1, 3))
+    return system, fullbody.State(
+        zeros * u.km, zeros * u.km / u.h, spin=[[0.0, 0.0, 2.0 * np.pi / period]] * u.rad / u.h
+    )
 
 
 @pytest.fixture(scope="module")
@@ -30,27 +32,27 @@ def table():
     system, state = lone(6.0)
     light = observing.light_curve(system.integrate(state, "100 h", dense=True), times, geometry)
     band = np.where(np.arange(60) % 3 == 0, "V", "R")
-    light += [ZEROS[one] for one in band] + 0.01 * rng.normal(size=60)
+    light += [ZEROS[name] for name in band] + 0.01 * rng.normal(size=60)
     return QTable({"times": times, "magnitude": light, "sigma": np.full(60, 0.01), "band": band}), geometry
 
 
 def test_a_zero_point_is_that_of_a_filter_in_all_data(table):
     rows, geometry = table
-    one = observing.Photometry.from_table(rows, filter="band", geometry=geometry)
+    shared = observing.Photometry.from_table(rows, filter="band", geometry=geometry)
     parts = [
         observing.Photometry.from_table(rows[part], filter="band", geometry=geometry)
         for part in (slice(40), slice(40, None))
     ]
-    fits = [fullbody.fit(lone, {"period": Free(6.0005)}, data) for data in ([one], parts)]
+    fits = [fullbody.fit(lone, {"period": Free(6.0005)}, data) for data in ([shared], parts)]
     assert list(fits[1].values) == ["period", "zero point of R", "zero point of V"]
-    found = np.array([[fit.values[name] for name in fits[1].values] for fit in fits])
-    assert np.allclose(found[0], found[1], rtol=1e-9)
+    results = np.array([[fit.values[name] for name in fits[1].values] for fit in fits])
+    assert np.allclose(results[0], results[1], rtol=1e-9)
     # Thrice the errors 0.00045, 0.0016 and 0.0024.
-    assert (np.abs(found[0] - [6.0, 7.5, 8.0]) < [0.0014, 0.0048, 0.0072]).all()
-    run = lone(found[0, 0])[0].integrate(lone(found[0, 0])[1], "100 h", dense=True)
-    assert one.filters.tolist() == ["R", "V"]
-    assert np.allclose(one.zero_points(run), found[0, 1:], rtol=1e-6)
-    assert one.to_table()["filter"].tolist() == rows["band"].tolist()
+    assert (np.abs(results[0] - [6.0, 7.5, 8.0]) < [0.0014, 0.0048, 0.0072]).all()
+    run = lone(results[0, 0])[0].integrate(lone(results[0, 0])[1], "100 h", dense=True)
+    assert shared.filters.tolist() == ["R", "V"]
+    assert np.allclose(shared.zero_points(run), results[0, 1:], rtol=1e-6)
+    assert shared.to_table()["filter"].tolist() == rows["band"].tolist()
 
 
 def test_filters_are_labels_of_the_rows(table):

@@ -37,9 +37,9 @@ def observed(begin, end, heights=(0.0,), sigma=0.1, frame="equatorial", **option
     return observing.StellarOccultation(**chords, sigma=sigma * u.s, **options)
 
 
-@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("values", [True, False])
 @pytest.mark.parametrize("index", range(4))
-def test_predictions_are_the_times_of_forty_digits(index, known):
+def test_predictions_are_the_times_of_forty_digits(index, values):
     case = reference("chords")["cases"][index]
     chords = case["chords"]
     data = observing.StellarOccultation(
@@ -49,7 +49,7 @@ def test_predictions_are_the_times_of_forty_digits(index, known):
         reappearance=[c["reappearance"] for c in chords] * u.s,
         sigma=0.01 * u.s,
         geometry=reference_geometry(case),
-        body=["AB"[c["body"]] for c in chords] if known else None,
+        body=["AB"[c["body"]] for c in chords] if values else None,
         offset=0.0,
     )
     run = reference_run(case)
@@ -62,8 +62,8 @@ def tilted(heights, angle=0.3):
     star = np.array([np.sin(angle), 0.0, np.cos(angle)])
     east, north = np.array([0.0, 1.0, 0.0]), np.array([-np.cos(angle), 0.0, np.sin(angle)])
     ends = np.array([400.0, 600.0])
-    places = -FAR * star + np.outer(SPEED * (ends - 500.0), east)
-    geometry = observing.Geometry(ends * u.s, to_observer=places * u.km, frame="equatorial")
+    positions = -FAR * star + np.outer(SPEED * (ends - 500.0), east)
+    geometry = observing.Geometry(ends * u.s, to_observer=positions * u.km, frame="equatorial")
     return star, np.outer(heights, north) * u.km, geometry, east, north
 
 
@@ -110,13 +110,13 @@ def test_the_free_error_of_a_clock_is_found_beside_the_offset():
     late = np.where(np.arange(4) == 2, 1.7, 0.0) * u.s
     begin, end = (data.times[data.sign == sign][np.argsort(data.station[data.sign == sign])] for sign in (-1, 1))
     star, stations, geometry, _, _ = tilted(HEIGHTS)
-    given = {"star": star, "stations": stations, "geometry": geometry, "sigma": 0.05 * u.s}
+    options = {"star": star, "stations": stations, "geometry": geometry, "sigma": 0.05 * u.s}
     chords = {"disappearance": begin + late, "reappearance": end + late}
-    shifted = observing.StellarOccultation(**given, **chords, clock=[2])
-    found = shifted.linear_values(run)
-    assert found["clock of station 2"].to_value("s") == pytest.approx(1.7, abs=1e-6)
-    assert found["offset east"].to_value("mas") == pytest.approx(0.0, abs=1e-4)
-    assert observing.StellarOccultation(**given, **chords).chi2(run) > 100.0
+    shifted = observing.StellarOccultation(**options, **chords, clock=[2])
+    result = shifted.linear_values(run)
+    assert result["clock of station 2"].to_value("s") == pytest.approx(1.7, abs=1e-6)
+    assert result["offset east"].to_value("mas") == pytest.approx(0.0, abs=1e-4)
+    assert observing.StellarOccultation(**options, **chords).chi2(run) > 100.0
 
 
 @pytest.mark.parametrize("clock", [None, [2]])
@@ -148,8 +148,8 @@ def test_derivatives_of_pulls_are_their_differences_with_the_offset_free(clock):
     system, state = system_and_state()
     emission = data.emission(system)
     run = system.integrate(state, emission[-1], output=emission, derivatives=["semi-axis a of A"])
-    found = data.derivatives(run)
-    cases = {"a": (found.by_parameter["semi-axis a of A"][:, 0], 0.05), "spin": (found.start[:, 0, 11], 5e-6)}
+    result = data.derivatives(run)
+    cases = {"a": (result.by_parameter["semi-axis a of A"][:, 0], 0.05), "spin": (result.start[:, 0, 11], 5e-6)}
     for name, (derivative, step) in cases.items():
         middle = {"a": 60.0, "spin": 4e-4}[name]
         coarse, fine = ((pulls(**{name: middle + h}) - pulls(**{name: middle - h})) / (2 * h) for h in (2 * step, step))
@@ -161,16 +161,16 @@ def test_derivatives_with_respect_to_a_polyhedron_s_pose_are_their_differences()
     data, run = simulated(box(70.0, 60.0, 90.0), attitude=[[0.8, 0.1, 0.3, 0.4]], offset=0.0)
     system, emission = run.system, data.emission(run.system)
     states = {name: np.array(value) for name, value in run.states(emission).items()}
-    found, _ = data._partials(system, states)
+    result, _ = data._partials(system, states)
     from fullbody.base import rotations
 
     for axis in range(3):
         values = []
         for sign in (1.0, -1.0):
-            turned = rotations.products(states["attitude"], rotations.of_vectors(sign * 1e-5 * np.eye(3)[axis]))
-            values.append(data._model(system, states | {"attitude": turned})[:, 0])
+            rotated = rotations.products(states["attitude"], rotations.of_vectors(sign * 1e-5 * np.eye(3)[axis]))
+            values.append(data._model(system, states | {"attitude": rotated})[:, 0])
         expected = (values[0] - values[1]) / 2e-5
-        np.testing.assert_allclose(found[:, 0, 6 + axis], expected, atol=1e-5 * abs(expected).max())
+        np.testing.assert_allclose(result[:, 0, 6 + axis], expected, atol=1e-5 * abs(expected).max())
 
 
 def test_a_fine_polyhedron_has_the_contacts_of_its_sphere():
@@ -202,8 +202,8 @@ def test_a_body_that_misses_a_station_has_predictions_that_lead_back():
         square = (radius**2 - 45.0**2) / SPEED**2
         least = 0.25 * half
         wanted = np.sqrt(square) if square >= least**2 else 0.5 * (least + square / least)
-        found = data.residuals(run_of(fullbody.Sphere(radius), frame="equatorial")).to_value("s")
-        assert found == pytest.approx([wanted - half, half - wanted], abs=1e-6)
+        result = data.residuals(run_of(fullbody.Sphere(radius), frame="equatorial")).to_value("s")
+        assert result == pytest.approx([wanted - half, half - wanted], abs=1e-6)
 
 
 def test_a_miss_is_one_within_the_interval_that_the_station_watched():
@@ -230,11 +230,11 @@ def test_stations_at_two_times_and_in_the_plane_of_the_sky_are_those_that_move()
     star, _, geometry, east, north = tilted([0.0])
     # The station moves to the west at 2 km/s, so that the line of sight passes at 8 km/s.
     begin, end = (500.0 + sign * 50.0 / 8.0 for sign in (-1.0, 1.0))
-    places = np.array([[-2.0 * (t - 500.0), 0.0] for t in (begin, end)])
-    given = {"star": star, "geometry": geometry, "sigma": 0.1 * u.s, "offset": 0.0}
+    positions = np.array([[-2.0 * (t - 500.0), 0.0] for t in (begin, end)])
+    options = {"star": star, "geometry": geometry, "sigma": 0.1 * u.s, "offset": 0.0}
     chord = {"disappearance": [begin] * u.s, "reappearance": [end] * u.s}
-    for stations in (places[None], (places @ np.array([east, north]))[None]):
-        data = observing.StellarOccultation(stations=stations * u.km, **chord, **given)
+    for stations in (positions[None], (positions @ np.array([east, north]))[None]):
+        data = observing.StellarOccultation(stations=stations * u.km, **chord, **options)
         assert abs(data.residuals(run).to_value("s")).max() < 1e-9
 
 
@@ -246,14 +246,14 @@ def test_dates_and_numbers_give_the_same_residuals():
     ends = np.array([400.0, 600.0])
     path = (-FAR * star + np.outer(SPEED * (ends - 500.0), east)) * u.km
     begin, end = [497.0] * 4 * u.s, [503.0] * 4 * u.s
-    found = []
+    results = []
     for times, first, last in ((ends * u.s, begin, end), (epoch + ends * u.s, epoch + begin, (epoch + end).utc)):
         geometry = observing.Geometry(times, to_observer=path, frame="equatorial")
         options = {"star": star, "stations": stations, "geometry": geometry, "sigma": 0.1 * u.s}
         data = observing.StellarOccultation(disappearance=first, reappearance=last, **options)
-        found.append(data.residuals(run).to_value("s"))
+        results.append(data.residuals(run).to_value("s"))
     # The scales of time differ by microseconds from one conversion to another.
-    np.testing.assert_allclose(found[0], found[1], atol=1e-5)
+    np.testing.assert_allclose(results[0], results[1], atol=1e-5)
     masked = (epoch + begin).copy()
     masked[1] = np.ma.masked
     data = observing.StellarOccultation(disappearance=masked, reappearance=epoch + end, **options)
@@ -303,8 +303,8 @@ CHORD = {"disappearance": [495.0] * u.s, "reappearance": [505.0] * u.s}
     ],
 )
 def test_bad_input_is_refused_by_name(options, message):
-    given = GIVEN | CHORD | {"geometry": passing()} | options
-    refused(message, lambda: observing.StellarOccultation(**given))
+    arguments = GIVEN | CHORD | {"geometry": passing()} | options
+    refused(message, lambda: observing.StellarOccultation(**arguments))
 
 
 @pytest.mark.parametrize(
@@ -360,15 +360,15 @@ def event():
     ), common
 
 
-def alike(found, wanted, tolerance=2e-3):
+def alike(result, wanted, tolerance=2e-3):
     """Two sets of chords have the same times, errors and stations."""
-    (chords, watched), (others, other_watch) = found.chords, wanted.chords
-    assert np.array_equal(chords.mask, others.mask)
-    assert abs((chords - others).to_value("s")[~np.asarray(chords.mask)]).max() < tolerance
-    np.testing.assert_allclose(found.errors_of_chords.to_value("s"), wanted.errors_of_chords.to_value("s"), atol=1e-12)
-    places = [data.stations.locations.to_geocentric() for data in (found, wanted)]
-    for one, other in zip(*places, strict=True):
-        assert abs((one - other).to_value("m")).max() < 1.0
+    (chords, watched), (expected, other_watch) = result.chords, wanted.chords
+    assert np.array_equal(chords.mask, expected.mask)
+    assert abs((chords - expected).to_value("s")[~np.asarray(chords.mask)]).max() < tolerance
+    np.testing.assert_allclose(result.errors_of_chords.to_value("s"), wanted.errors_of_chords.to_value("s"), atol=1e-12)
+    positions = [data.stations.locations.to_geocentric() for data in (result, wanted)]
+    for first, other in zip(*positions, strict=True):
+        assert abs((first - other).to_value("m")).max() < 1.0
     return watched, other_watch
 
 
@@ -376,10 +376,12 @@ def test_tables_of_chords_are_read_back(event):
     data, common = event
     watched, wanted = alike(observing.StellarOccultation.from_table(data.to_table(), **common), data, 1e-6)
     assert abs((watched - wanted).to_value("s")).max() < 1e-6
-    plain = observed([495.0, NAN, NAN], [505.0, 506.0, NAN], heights=[0.0, 1.0, 2.0])
-    again = observing.StellarOccultation.from_table(plain.to_table(), star=STAR, geometry=plain.geometry, offset=0.0)
-    assert np.array_equal(again.times, plain.times)
-    assert again.sign.tolist() == plain.sign.tolist()
+    template = observed([495.0, NAN, NAN], [505.0, 506.0, NAN], heights=[0.0, 1.0, 2.0])
+    again = observing.StellarOccultation.from_table(
+        template.to_table(), star=STAR, geometry=template.geometry, offset=0.0
+    )
+    assert np.array_equal(again.times, template.times)
+    assert again.sign.tolist() == template.sign.tolist()
 
 
 def test_other_names_of_columns_are_read_from_a_table(event):
@@ -447,9 +449,9 @@ def test_an_event_of_occult_has_its_star_stations_misses_and_default_errors(tmp_
     errors = data.errors_of_chords.to_value("s")
     assert errors[0].tolist() == [0.02, 0.5]
     assert errors[2].tolist() == [1.5, 1.5]
-    place = data.stations.locations[0].to_geodetic("WGS84")
-    assert place.lon.deg == pytest.approx(-(110 + 57 / 60 + 30.5 / 3600))
-    assert place.height.to_value("m") == pytest.approx(730.0, abs=1e-6)
+    position = data.stations.locations[0].to_geodetic("WGS84")
+    assert position.lon.deg == pytest.approx(-(110 + 57 / 60 + 30.5 / 3600))
+    assert position.height.to_value("m") == pytest.approx(730.0, abs=1e-6)
 
 
 def test_reports_of_sodis_are_read_back_with_the_intervals_of_misses(event, tmp_path):
@@ -473,7 +475,7 @@ KOALA = """1
 """
 
 
-def test_files_of_koala_have_places_to_the_west_and_north_in_a_plane_that_moves_with_the_shadow(tmp_path):
+def test_files_of_koala_have_positions_to_the_west_and_north_in_a_plane_that_moves_with_the_shadow(tmp_path):
     path = tmp_path / "event.occ"
     path.write_text(KOALA)
     data = observing.StellarOccultation.read_koala(path, body="A")
@@ -482,9 +484,9 @@ def test_files_of_koala_have_places_to_the_west_and_north_in_a_plane_that_moves_
     assert data.times[0].isot == "2008-12-11T00:00:00.000"
     # The Earth moves by -10 km/s along the ecliptic's pole, at the star to the west by 10 sin and to the south by 10
     # cos of the obliquity. The first station moves with it, so that it stays where it is from the Earth.
-    places = data.stations.vectors.to_value("km")
-    assert places[0, 1] == pytest.approx(places[0, 0], abs=1e-2)
-    assert places[1] - places[0] == pytest.approx(np.array([[-1.0, 2.0], [-1.0, 2.0]]), abs=1e-2)
+    positions = data.stations.vectors.to_value("km")
+    assert positions[0, 1] == pytest.approx(positions[0, 0], abs=1e-2)
+    assert positions[1] - positions[0] == pytest.approx(np.array([[-1.0, 2.0], [-1.0, 2.0]]), abs=1e-2)
 
 
 @pytest.mark.parametrize(

@@ -38,16 +38,16 @@ def opposition(system, **options):
 @pytest.mark.parametrize("law", LAWS)
 def test_published_sizes_and_albedos_give_the_published_magnitude(diameter, albedo, H, error, law):
     system = sphere(diameter * u.km)
-    found = opposition(system, law=law) + observing.zero_point(system, geometric_albedo=albedo, law=law)
-    assert found == pytest.approx(H, abs=error)
-    assert found == pytest.approx(5.0 * np.log10(1329.0 / (diameter * np.sqrt(albedo))), rel=1e-13)
+    result = opposition(system, law=law) + observing.zero_point(system, geometric_albedo=albedo, law=law)
+    assert result == pytest.approx(H, abs=error)
+    assert result == pytest.approx(5.0 * np.log10(1329.0 / (diameter * np.sqrt(albedo))), rel=1e-13)
 
 
 def test_a_geometric_albedo_is_the_ratio_to_the_flux_of_a_white_disc():
     """A sphere at 1 au from the Sun and the observer has p (R/au)^2 of the Sun's light, V = -26.76 (Willmer 2018)."""
     system = sphere(2.0 * u.km, ("m", "s", "kg"))
-    found = opposition(system) + observing.zero_point(system, geometric_albedo=0.15)
-    assert found == pytest.approx(-26.76 - 2.5 * np.log10(0.15 * (1.0 * u.km / u.au).to_value("") ** 2), abs=5e-3)
+    result = opposition(system) + observing.zero_point(system, geometric_albedo=0.15)
+    assert result == pytest.approx(-26.76 - 2.5 * np.log10(0.15 * (1.0 * u.km / u.au).to_value("") ** 2), abs=5e-3)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -84,7 +84,7 @@ def test_magnitudes_as_observed_take_the_distances_of_the_geometry():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({}, "geometric_albedo and H are None and None; expected one of the two"),
         ({"H": 18.0, "geometric_albedo": 0.1}, "are 0.1 and 18.0; expected one of the two"),
@@ -94,8 +94,8 @@ def test_magnitudes_as_observed_take_the_distances_of_the_geometry():
         ({"H": 18.0, "albedo": [0.1, 0.2]}, "albedo is an array over faces"),
     ],
 )
-def test_what_gives_no_zero_point_is_refused(given, message):
-    refused(message, lambda: observing.zero_point(sphere(1.0 * u.km), **given))
+def test_what_gives_no_zero_point_is_refused(options, message):
+    refused(message, lambda: observing.zero_point(sphere(1.0 * u.km), **options))
     with pytest.raises(InvalidInput, match="a geometric albedo needs the system's units"):
         observing.zero_point(fullbody.systems.case1()[0], geometric_albedo=0.1)
     two, laws = fullbody.systems.didymos()[0], {"Didymos": observing.Lambert(), "Dimorphos": observing.LommelSeeliger()}

@@ -50,9 +50,9 @@ ORBIT = KeplerElements(1, 0, 0, 0, 0, 0)
 PATH = {"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}
 
 
-def of(what, make, names, *given):
+def of(what, make, names, *arguments):
     """Fields of one class, with the words that errors add to their names."""
-    return {name: (f"{name}{what}", lambda x, name=name: make(**{name: x}), *given) for name in names.split()}
+    return {name: (f"{name}{what}", lambda x, name=name: make(**{name: x}), *arguments) for name in names.split()}
 
 
 def error(call):
@@ -63,44 +63,44 @@ def error(call):
     return str(caught.value)
 
 
-def ellipsoid(**given):
-    return Ellipsoid(**({"a": 1.0, "b": 1.0, "c": 1.0} | given))
+def ellipsoid(**options):
+    return Ellipsoid(**({"a": 1.0, "b": 1.0, "c": 1.0} | options))
 
 
-def third_body(**given):
-    path = {} if "orbit" in given else PATH
-    return forces.ThirdBody(**path | ({} if {"mass", "GM"} & set(given) else {"mu": 1.0}) | given, of="body")
+def third_body(**options):
+    path = {} if "orbit" in options else PATH
+    return forces.ThirdBody(**path | ({} if {"mass", "GM"} & set(options) else {"mu": 1.0}) | options, of="body")
 
 
-def occultation(**given):
-    return events.Occultation("A", "B", toward=np.ones((4, 3)), **given)
+def occultation(**options):
+    return events.Occultation("A", "B", toward=np.ones((4, 3)), **options)
 
 
-def tide(**given):
-    return forces.Tide(on="A", by="B", **{"k2": 0.1, "lag": 1.0} | given, name="T")
+def tide(**options):
+    return forces.Tide(on="A", by="B", **{"k2": 0.1, "lag": 1.0} | options, name="T")
 
 
-def yorp(**given):
-    return forces.Yorp("A", along=1.0, **given, name="Y")
+def yorp(**options):
+    return forces.Yorp("A", along=1.0, **options, name="Y")
 
 
-def byorp(**given):
-    return forces.Byorp("B", "A", **({} if "coefficient" in given else {"force": 1.0}) | given, name="Y")
+def byorp(**options):
+    return forces.Byorp("B", "A", **({} if "coefficient" in options else {"force": 1.0}) | options, name="Y")
 
 
-def heat(**given):
-    return forces.BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3} | given, name="Y")
+def heat(**options):
+    return forces.BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3} | options, name="Y")
 
 
-def part(**given):
-    return Part(Sphere(1.0), **({} if {"density", "GM"} & {*given} else {"mass": 1.0}) | given)
+def part(**options):
+    return Part(Sphere(1.0), **({} if {"density", "GM"} & {*options} else {"mass": 1.0}) | options)
 
 
-def component(**given):
-    return Component(**({"diameter": 1.0} if {"tilt", "mass", "density"} & {*given} else {}) | given, name="Moon")
+def component(**options):
+    return Component(**({"diameter": 1.0} if {"tilt", "mass", "density"} & {*options} else {}) | options, name="Moon")
 
 
-#: By class and field: what an error calls it, a call that takes it, a unit, the range, and the shape of an array.
+#: Name in errors, a call that takes it, a unit, the range, and the shape of an array, by class and field.
 FIELDS = {
     "model.Ellipsoid": {
         name: (f"semi-axis {name}", lambda x, name=name: ellipsoid(**{name: x}), u.m, POSITIVE) for name in "abc"
@@ -199,7 +199,7 @@ OTHERS = {
         **of(" of Moon", component, "tilt", u.rad, FINITE),
     },
 }
-ALL = {f"{owner}.{name}": field for owner, own in (FIELDS | OTHERS).items() for name, field in own.items()}
+ALL = {f"{owner}.{name}": field for owner, fields in (FIELDS | OTHERS).items() for name, field in fields.items()}
 
 
 def test_every_declared_number_is_in_the_table():
@@ -214,7 +214,7 @@ def test_every_declared_number_is_in_the_table():
         and owner.__module__.startswith("fullbody.")
         and name in inspect.get_annotations(owner)
     }
-    assert declared == {f"{owner}.{name}" for owner, own in FIELDS.items() for name in own}
+    assert declared == {f"{owner}.{name}" for owner, fields in FIELDS.items() for name in fields}
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -229,11 +229,11 @@ def test_each_declared_number_refuses_what_it_cannot_be(name):
         return message
 
     for value in outside:
-        given = good.copy()
-        given[(-1,) * given.ndim] = value
-        assert f"; expected {expected}" in told(given if shape else value)
-        assert f"{value:g}" in told(given)
-        assert len(told(given)) < 400
+        arguments = good.copy()
+        arguments[(-1,) * arguments.ndim] = value
+        assert f"; expected {expected}" in told(arguments if shape else value)
+        assert f"{value:g}" in told(arguments)
+        assert len(told(arguments)) < 400
     for value in ("wide", True, 1j, b"1", 10**309):
         assert told(value).startswith(f"{what} is {reprlib.repr(value)}; expected {expected}")
     assert told(np.ma.masked) == f"{what} is masked; expected numbers throughout"
@@ -401,7 +401,7 @@ ODD = [
 ]
 
 
-@pytest.mark.parametrize(("call", "pieces"), ODD, ids=lambda given: given if isinstance(given, str) else "")
+@pytest.mark.parametrize(("call", "pieces"), ODD, ids=lambda value: value if isinstance(value, str) else "")
 def test_odd_input_is_refused_with_name_value_and_expectation(call, pieces):
     refused_with(pieces, call)
 
@@ -412,7 +412,7 @@ def test_what_looks_odd_and_is_right_is_taken():
     for period in (INF, -INF, -3.0, "-2 h", 5 * u.min):
         Component(diameter=1, rotation_period=period)
     assert fullbody.systems.case2("5 deg")[1] == fullbody.systems.case2(np.radians(5.0))[1]
-    # What inspect and the editors see is the function itself.
+    # Inspect and editors see the signature of the function itself.
     assert "gravity_tolerance" in inspect.signature(System).parameters
 
 

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from itertools import chain
 from pathlib import Path
 
 import fullbody
@@ -44,7 +45,7 @@ INWARD = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4
 TOML = "[system]\nG = 1.0\n[[body]]\nradius = 1.0\nmass = 1.0\n[run]\nuntil = 1.0\n"
 
 
-def said(cases, folder, published=True):
+def messages(cases, folder, published=True):
     """What is printed without a package, a line a call, for each case; commands print errors themselves."""
     code = SETUP.format(cases=cases, published=published)
     command = [sys.executable, "-u", "-c", code]
@@ -54,29 +55,39 @@ def said(cases, folder, published=True):
     return told
 
 
-SAMPLE = "from fullbody.fitting.uncertainty import sample; sample(None, rng=0)"
 NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
 SWEEP = "fullbody.sweep(lambda x: 1 / 0, {{'x': [1]}}, 1.0, measure=print, {})"
 PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
 
 
-#: The package that is missing, calls that need it, and the extra that has it.
-CASES = [
-    ("matplotlib", [f"run.{call}" for call in (*PICTURES, "animate('a.gif')")], "plot"),
-    ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
-    ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
-    ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
-    ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
-    ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc', key='a'")], "data"),
-    ("h5py", ["run.save('a.nc')", "fullbody.load('a.toml')", "main(['run', 'a.toml'])"], "data"),
-    ("scipy", ["fullbody.fit(print, {'x': 1.0}, [])"], "fit"),
-    ("emcee", [SAMPLE], "fit"),
-    ("cloudpickle", [SWEEP.format("executor=type('Pool', (), {'submit': print})()")], "data"),
-    ("pandas", ["run.to_pandas()"], "data"),
-    ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),
-    (
-        "astropy",
-        [
+#: Calls that need a package, by this package and by the extra that has it.
+CASES = {
+    "matplotlib": {
+        "plot": [
+            *(f"run.{call}" for call in (*PICTURES, "animate('a.gif')")),
+            *("main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"),
+        ]
+    },
+    "scipy": {
+        "plot": ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"],
+        "analysis": [
+            *("observables.mutual_period(run)", "observables.orbit_precession(run)"),
+            *(
+                "fullbody.systems.didymos(gravity='multipole:4')",
+                "fullbody.systems.fg3_1996(primary_ratios=(1.1, 1.0))",
+            ),
+        ],
+        "fit": ["fullbody.fit(print, {'x': 1.0}, [])"],
+    },
+    "xarray": {"data": ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")]},
+    "h5netcdf": {"data": ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc', key='a'")]},
+    "h5py": {"data": ["run.save('a.nc')", "fullbody.load('a.toml')", "main(['run', 'a.toml'])"]},
+    "emcee": {"fit": ["from fullbody.fitting.uncertainty import sample; sample(None, rng=0)"]},
+    "cloudpickle": {"data": [SWEEP.format("executor=type('Pool', (), {'submit': print})()")]},
+    "pandas": {"data": ["run.to_pandas()"]},
+    "spiceypy": {"spice": ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"]},
+    "astropy": {
+        "units": [
             "fullbody.systems.kw4(units=True)",
             "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch",
             "system.integrate(state, '1 day')",
@@ -86,37 +97,32 @@ CASES = [
             "fullbody.frames.rotate_pole(1, 0.5, 'ecliptic', 'galactic')",
             "fullbody.frames.rotate_state(state, 'ecliptic', 'galactic')",
             "fullbody.KeplerElements(1, 0, 0, 0, 0, 0, frame='ecliptic').to_frame(target='galactic')",
-        ],
-        "units",
-    ),
-    ("networkx", ["fullbody.Polyhedron.load('a.tab', heal=True)"], "shapes"),
-    (
-        "scipy",
-        ["fullbody.systems.didymos(gravity='multipole:4')", "fullbody.systems.fg3_1996(primary_ratios=(1.1, 1.0))"],
-        "analysis",
-    ),
-]
+        ]
+    },
+    "networkx": {"shapes": ["fullbody.Polyhedron.load('a.tab', heal=True)"]},
+}
 
 
 def test_what_is_missing_is_named_with_its_extra(tmp_path):
     (tmp_path / "a.toml").write_text(TOML)
     (tmp_path / "a.tab").write_text(INWARD)
-    told = said([case[:2] for case in CASES], tmp_path)
-    for (missing, _, extra), lines in zip(CASES, told, strict=True):
-        for text in lines:
+    expected = [[extra for extra, calls in case.items() for _ in calls] for case in CASES.values()]
+    told = messages([(missing, [*chain(*case.values())]) for missing, case in CASES.items()], tmp_path)
+    for missing, extras, lines in zip(CASES, expected, told, strict=True):
+        for extra, text in zip(extras, lines, strict=True):
             assert f"the package {missing}" in text
             assert f"pip install 'fullbody[{extra}]'" in text
     assert {path.name for path in tmp_path.iterdir()} == {"a.toml", "a.tab"}
 
 
 def test_before_the_package_is_published_the_missing_packages_are_named(tmp_path):
-    ((text,),) = said([("matplotlib", ["run.plot()"])], tmp_path, published=False)
+    ((text,),) = messages([("matplotlib", ["run.plot()"])], tmp_path, published=False)
     assert text == "a picture needs the package matplotlib: pip install matplotlib"
 
 
 def test_rebound_is_in_no_extra_and_the_continuous_solution_needs_no_scipy(tmp_path):
     dense = "run = system.integrate(state, 9.0, output=3.0, dense=True); run.plot.scene(7.7); run.view()"
-    (text,), drawn = said([("rebound", ["fullbody.to_rebound(system, state)"]), ("scipy", [dense])], tmp_path)
+    (text,), drawn = messages([("rebound", ["fullbody.to_rebound(system, state)"]), ("scipy", [dense])], tmp_path)
     assert text == "a simulation of rebound needs the package rebound: pip install rebound"
     assert drawn == ["done"]
 
@@ -129,8 +135,8 @@ def test_the_error_of_a_missing_package_has_one_traceback(tmp_path):
 
 
 def test_all_has_every_extra_for_users():
-    (whole,) = EXTRAS["all"]
-    assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(EXTRAS) - {"all", "test", "docs", "dev"}
+    (requirement,) = EXTRAS["all"]
+    assert {*requirement.removeprefix("fullbody[").rstrip("]").split(",")} == {*EXTRAS} - {"all", "test", "docs", "dev"}
     assert any(needed.startswith("ipywidgets") for needed in EXTRAS["notebook"])
 
 

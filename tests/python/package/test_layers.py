@@ -10,7 +10,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[3] / "python" / "fullbody"
-#: In the direction in which data flows; the extension module lies above all of them.
+#: Subpackages in the direction in which data flow; the extension module lies above all of them.
 SUBPACKAGES = (
     "typing errors base model frames orbit forces events record fields files spice observables observing particles"
     " plots view motion peers setups ensembles analysis fitting loading systems commands"
@@ -47,8 +47,8 @@ def test_python_subpackages_use_only_those_above_them():
     order = [*SUBPACKAGES.split(), "", "__main__"]
     for name, path in FILES.items():
         for other in used(path):
-            places = [order.index(file.partition(".")[0]) for file in (other, name)]
-            assert places == sorted(places), f"{name} uses {other}"
+            ranks = [order.index(file.partition(".")[0]) for file in (other, name)]
+            assert ranks == sorted(ranks), f"{name} uses {other}"
 
 
 def test_no_python_files_use_each_other():
@@ -56,7 +56,8 @@ def test_no_python_files_use_each_other():
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(FILES)
 
 
-#: What the package asks of bodies, shapes, forces, events, integrators and laws, which users see.
+#: Private attributes that the package reads from the public classes of bodies, shapes, forces, events, integrators and
+#: laws.
 INWARD = {"_condition", "_core", "_describe", "_event_spec", "_input_warnings", "_layer", "_minimised", "_notes"}
 INWARD |= {"_numbers", "_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_with"}
 #: Names of Python's own modules.
@@ -66,12 +67,14 @@ INWARD |= {"_getframe", "_Pointer"}
 def test_private_attributes_are_those_of_the_same_file():
     for name, path in FILES.items():
         nodes = nodes_of(path)
-        own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-        own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-        own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+        definitions = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+        definitions |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        definitions |= {
+            node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+        }
         read = (node for node in nodes if isinstance(node, ast.Attribute) and re.match("_[^_]", node.attr))
         for node in read:
-            within = node.attr in own | INWARD or ast.unparse(node.value) in ("self", "cls", "super()")
+            within = node.attr in definitions | INWARD or ast.unparse(node.value) in ("self", "cls", "super()")
             assert within, f"{name} reads {ast.unparse(node)}, which another file keeps to itself"
 
 
@@ -89,20 +92,20 @@ def leaves(tree):
 
 @functools.cache
 def rust_imports():
-    """For each file of src, by its module's path, the files whose names it uses; re-exports are looked through."""
+    """The files whose names each file of src uses, by module path; re-exports are resolved."""
     text = {
         path.relative_to(SRC).with_suffix("").parts: re.sub(r"//.*", "", path.read_text()) for path in SRC.rglob("*.rs")
     }
     text = {name[:-1] if name[-1] in ("mod", "lib") else name: source for name, source in text.items()}
 
     def resolve(module, path):
-        first, *rest = path.split("::")
+        first, *remainder = path.split("::")
         start = {"crate": (), "self": module, "super": module[:-1]}.get(first)
         if start is None:
-            return (*module, first, *rest) if (*module, first) in text else None
-        while rest and rest[0] == "super":
-            start, rest = start[:-1], rest[1:]
-        return (*start, *rest)
+            return (*module, first, *remainder) if (*module, first) in text else None
+        while remainder and remainder[0] == "super":
+            start, remainder = start[:-1], remainder[1:]
+        return (*start, *remainder)
 
     facade = {
         (*module, path[-1]): path

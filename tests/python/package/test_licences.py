@@ -17,7 +17,7 @@ def test_each_crate_of_the_extension_is_listed_with_its_version():
     linked = {tuple(line.split()[:2]) for line in tree.splitlines()}
     text = (ROOT / "packaging" / "THIRD_PARTY_LICENCES.yml").read_text()
     listed = re.findall(r"^- package_name: (\S+)\n  package_version: '?([^\s']+)", text, re.MULTILINE)
-    own = {crate for crate in linked if crate[0] in ("fullbody", "fullbody-python")}
-    assert len(own) == 2
-    missing = linked - own - {(name, f"v{version}") for name, version in listed}
+    workspace = {crate for crate in linked if crate[0] in ("fullbody", "fullbody-python")}
+    assert len(workspace) == 2
+    missing = linked - workspace - {(name, f"v{version}") for name, version in listed}
     assert not missing, f"run `make licences`: {sorted(missing)} are not in THIRD_PARTY_LICENCES.yml"

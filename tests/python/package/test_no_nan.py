@@ -100,7 +100,7 @@ def test_a_run_with_a_tolerance_below_round_off_ends(rtol):
 def test_the_field_of_any_body_is_finite_or_refused(a, b, c, mass, G, point, density):
     def evaluate():
         body = fullbody.Body(fullbody.Ellipsoid(a, b, c), mass=mass)
-        return [(found := body.gravity(point, G)).potential, found.field, found.gradient]
+        return [(result := body.gravity(point, G)).potential, result.field, result.gradient]
 
     finite_or_refused(evaluate)
     finite_or_refused(lambda: fullbody.Body(fullbody.Ellipsoid(a, b, c), density=density).gravity(point, G).potential)

@@ -98,7 +98,7 @@ def test_notebooks_run(path, tmp_path, kernel):
     # There are no new warnings and no missing pictures.
     assert [kinds(cell) for cell in code(notebook)] == [[], *kept]
     # The outputs are not older than what the code writes and draws now; reduced computations may have other words.
-    whole = itertools.takewhile(lambda cell: not cell.metadata.get("small"), code(notebook)[1:])
-    for cell, before in zip(whole, words, strict=False):
-        changed = set(wording(cell)) ^ set(before)
+    cells = itertools.takewhile(lambda cell: not cell.metadata.get("small"), code(notebook)[1:])
+    for cell, text in zip(cells, words, strict=False):
+        changed = set(wording(cell)) ^ set(text)
         assert not changed, f"`make notebooks NOTEBOOKS=notebooks/{path.name}` stores new outputs: {cell.source[:60]}"

@@ -72,11 +72,11 @@ def made(units=False):
         forces.Function(np.linalg.norm),
     )
     shapes = (fullbody.Sphere(1.5 * km), fullbody.Ellipsoid(3 * km, 2 * km, 1 * km), fullbody.PointMass())
-    places = ((1.0, 0.2, 0.1), (-2.0, 0.3, 0.4), (5.0, 1.0, 0.5))
-    turn = (0.1, 0.2, 0.3, 0.4)
+    positions = ((1.0, 0.2, 0.1), (-2.0, 0.3, 0.4), (5.0, 1.0, 0.5))
+    attitude = (0.1, 0.2, 0.3, 0.4)
     parts = [
-        fullbody.Part(shape, mass=2.0 * kg, position=x * km, attitude=turn)
-        for shape, x in zip(shapes, places, strict=True)
+        fullbody.Part(shape, mass=2.0 * kg, position=x * km, attitude=attitude)
+        for shape, x in zip(shapes, positions, strict=True)
     ]
     composite = fullbody.Body(fullbody.Composite(parts), name="Selam")
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.5]]) * km
@@ -167,13 +167,13 @@ def setup_of(folder):
 
 def classes():
     """The public classes, exceptions and warnings apart."""
-    found = {getattr(module, name) for module in MODULES for name in module.__all__ if name != "__version__"}
-    return {thing for thing in found if inspect.isclass(thing)}
+    results = {getattr(module, name) for module in MODULES for name in module.__all__ if name != "__version__"}
+    return {thing for thing in results if inspect.isclass(thing)}
 
 
 def test_every_public_class_is_among_the_objects(tmp_path):
-    plain = {kind for kind in classes() if not issubclass(kind, BaseException)}
-    assert plain == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
+    kinds = {kind for kind in classes() if not issubclass(kind, BaseException)}
+    assert kinds == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
 
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
@@ -191,9 +191,9 @@ def test_copies_are_equal(units, duplicate, tmp_path):
 @pytest.mark.parametrize("units", [False, True])
 def test_things_made_alike_are_equal_and_others_are_not(units):
     first, second = made(units), made(units)
-    for k, one in enumerate(first):
+    for k, thing in enumerate(first):
         for n, other in enumerate(second):
-            assert (one == other) is (k == n), (one, other)
+            assert (thing == other) is (k == n), (thing, other)
 
 
 def test_equal_things_in_other_units_have_equal_hashes():
@@ -225,17 +225,20 @@ def test_equal_things_in_other_units_have_equal_hashes():
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
 def test_plots_and_views_equal_their_copies(duplicate):
     run = example(True)[2]
-    for picture, others in ((run.plot, (run[:51].plot, run)), (run.view(), (run[:51].view(), run.view(samples=150)))):
+    for picture, alternatives in (
+        (run.plot, (run[:51].plot, run)),
+        (run.view(), (run[:51].view(), run.view(samples=150))),
+    ):
         assert duplicate(picture) == picture
-        for other in others:
+        for other in alternatives:
             assert picture != other
 
 
 def test_equal_numbers_of_other_units_are_unequal():
-    for plain, united in zip(made(False), made(True), strict=True):
-        text = repr(plain)
+    for unitless, united in zip(made(False), made(True), strict=True):
+        text = repr(unitless)
         if repr(united) != text:
-            assert plain != united
+            assert unitless != united
 
 
 @pytest.mark.parametrize("units", [False, True])
@@ -249,23 +252,20 @@ def test_texts_name_the_class_and_are_short(units, tmp_path):
         assert "array(" not in text
 
 
-KINDS = {name: getattr(fullbody, name) for name in fullbody.__all__}
-
-
-@pytest.mark.parametrize("name", [n for n, k in KINDS.items() if inspect.isclass(k) and issubclass(k, BaseException)])
-def test_errors_pickle(name):
-    kind = KINDS[name]
-    more = {
+@pytest.mark.parametrize("kind", [getattr(errors, name) for name in errors.__all__])
+def test_errors_pickle(kind):
+    details = {
         "BodiesOverlap": (("Alpha", "Beta"), 3.0),
         "StepSizeTooSmall": (3.0, 1e-9),
         "ChartSingularity": ("Alpha", 3.0),
-        "ForceFailed": ("Sun", 3.0),
+        "ForceFailed": ("Sun", 3.0, 7),
     }
-    error = kind("what is wrong", *more.get(name, ()))
+    error = kind("what is wrong", *details.get(kind.__name__, ()))
     twin = pickle.loads(pickle.dumps(error))
     assert type(twin) is kind
     assert str(twin) == str(error) == "what is wrong"
     assert vars(twin) == vars(error)
+    assert len(vars(error)) == len(details.get(kind.__name__, ()))
 
 
 def test_a_run_keeps_all_but_its_continuous_solution():

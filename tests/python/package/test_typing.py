@@ -92,20 +92,20 @@ def test_a_users_script_passes_mypy(tmp_path):
     command = [sys.executable, "-m", "mypy", "--no-color-output", "--no-error-summary", "--config-file=mypy.ini"]
     # A cache that stays saves the second time.
     command += [f"--cache-dir={ROOT / '.mypy_cache' / 'script'}", "script.py"]
-    said = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False).stdout
+    message = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False).stdout
     # Notes on other files say where a function is defined. Of an error and notes on it the error comes first.
-    lines = [line.removeprefix("script.py:") for line in said.splitlines() if line.startswith("script.py:")]
-    found = dict(line.split(": ", 1) for line in reversed(lines))
+    lines = [line.removeprefix("script.py:") for line in message.splitlines() if line.startswith("script.py:")]
+    result = dict(line.split(": ", 1) for line in reversed(lines))
     expected = {k: line.partition("  # ")[2] for k, line in enumerate(SCRIPT.splitlines(), start=1) if "  # " in line}
     for line, text in expected.items():
-        answer = found.pop(str(line))
+        answer = result.pop(str(line))
         if text.startswith("!"):
             assert answer.startswith("error: ")
             assert text[1:] in answer
         else:
             kind = answer.removeprefix('note: Revealed type is "').rstrip('"').partition("[")[0]
             assert kind.rpartition(".")[2] == text, answer
-    assert found == {}
+    assert result == {}
 
 
 def test_types_in_annotations_are_those_of_numpy_and_python():
@@ -115,7 +115,7 @@ def test_types_in_annotations_are_those_of_numpy_and_python():
 def test_completion_offers_public_names_alone():
     assert dir(fullbody) == sorted(fullbody.__all__)
     assert sum(not inspect.ismodule(getattr(fullbody, name)) for name in fullbody.__all__) <= 45
-    offered = {one.name for one in jedi.Interpreter("fullbody.", [{"fullbody": fullbody}]).complete()}
+    offered = {completion.name for completion in jedi.Interpreter("fullbody.", [{"fullbody": fullbody}]).complete()}
     assert {name for name in offered if not name.startswith("__")} == set(fullbody.__all__) - {"__version__"}
 
 

@@ -42,13 +42,13 @@ def test_numbers_whose_powers_overflow_are_refused_by_particle(value):
     # The square of 1e155 is above the largest double, 1.8e308; so is the fourth power of 1.2e77.
     start, still = [[3.0, 0.0, 0.0], [0.0, 9.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, 0.0]]
     wrong = [[3.0, 0.0, 0.0], [0.0, value, 0.0]]
-    for name, given in {
+    for name, arguments in {
         "position": (wrong, still),
         "velocity": (start, wrong),
         "area_to_mass": (start, still, [0.0, abs(value)]),
     }.items():
         with pytest.raises(InvalidInput, match=f"^{name} of particle 1 is ") as caught:
-            Particles(*given[:2], area_to_mass=given[2] if name == "area_to_mass" else 0.0)
+            Particles(*arguments[:2], area_to_mass=arguments[2] if name == "area_to_mass" else 0.0)
         told, expected = str(caught.value).split("; ")
         assert f"{abs(value):g}".replace("1e", "1.e") in told.replace("1e", "1.e")
         assert expected == "expected finite numbers of at most 1e+60 in size, in units that keep them in range"
@@ -125,13 +125,11 @@ def test_launches_and_runs_that_mean_nothing_are_refused():
 
 def test_particles_take_units():
     system, state = fullbody.systems.kw4(units=True)
-    with pytest.raises(InvalidInput, match="velocity has the unit"):
-        system.fly(state, Particles(["3 km", "0 km", "0 km"] and [[3.0, 0.0, 0.0]], [["1 kg"] * 3]), 1.0)
-    plain = system.fly(state, ONE, 1.0, output="ends")
+    refused("velocity has the unit", lambda: system.fly(state, Particles([[3.0, 0, 0]], [["1 kg"] * 3]), 1.0))
+    reference = system.fly(state, ONE, 1.0, output="ends")
     metres = Particles([["3000 m", "0 m", "0 m"]], [["0 m/s", "0.8 km/h", "0 m/s"]])
-    assert (system.fly(state, metres, "1 hour", output="ends").position - plain.position).to_value(
-        "km"
-    ) == pytest.approx(0.0)
+    change = system.fly(state, metres, "1 hour", output="ends").position - reference.position
+    assert np.abs(change.to_value("km")).max() < 1e-12
 
 
 def test_a_function_of_the_bodies_is_left_out_loudly():

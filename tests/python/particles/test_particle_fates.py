@@ -76,7 +76,7 @@ def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
         assert 1.0 - 1.0 / height == pytest.approx(energy * 0.36**count, rel=1e-9)
 
 
-def test_a_particle_comes_to_rest_and_turns_with_its_body():
+def test_a_particle_comes_to_rest_and_rotates_with_its_body():
     system, state = lone(spin=(0.0, 0.0, 0.3))
     bounce = fullbody.particles.Bounce(normal=0.5, tangential=0.5, rest=1e-3)
     particles = fullbody.Particles([[1.01, 0.0, 0.2]], [[0.0, 0.3, 0.0]])
@@ -84,8 +84,8 @@ def test_a_particle_comes_to_rest_and_turns_with_its_body():
     assert flight.fate.tolist() == ["rest"]
     first, last = flight.position[:, 0]
     assert np.linalg.norm(first) == pytest.approx(1.0, rel=1e-12)
-    turn = 0.3 * 5.0
-    c, s = np.cos(turn), np.sin(turn)
+    angle = 0.3 * 5.0
+    c, s = np.cos(angle), np.sin(angle)
     assert last == pytest.approx([c * first[0] - s * first[1], s * first[0] + c * first[1], first[2]], rel=1e-11)
     assert flight.velocity[1, 0] == pytest.approx([-0.3 * last[1], 0.3 * last[0], 0.0], abs=1e-11)
 
@@ -116,14 +116,14 @@ def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
     flight = run.fly(lying, output=run.time[-1:], contact=fullbody.particles.Bounce(normal=0.5, rest=1e-2))
 
     # It lifts off where 1/(d - 1)^2 - 1/d^2 = m/1^2, and is ahead of the surface from then on.
-    def push(time):
+    def force(time):
         d = run(float(time)).position
         d = d[1, 0] - d[0, 0]
         return 1.0 / (d - 1.0) ** 2 - 1.0 / d**2 - 0.02
 
-    lift = brentq(push, 0.5, 26.9)
-    before = run.fly(lying, lift - 1e-3, contact=fullbody.particles.Bounce(normal=0.5, rest=1e-2))
-    assert before.fate.tolist() == ["rest"]
+    lift = brentq(force, 0.5, 26.9)
+    earlier = run.fly(lying, lift - 1e-3, contact=fullbody.particles.Bounce(normal=0.5, rest=1e-2))
+    assert earlier.fate.tolist() == ["rest"]
     assert flight.fate.tolist() == ["flying"]
     height = np.linalg.norm(flight.position[0, 0] - run[-1].position[0]) - 1.0
     assert height > 1e-3
@@ -165,18 +165,18 @@ def test_particles_are_launched_with_the_velocity_of_the_surface():
     up = fullbody.Particles.from_surface(
         system, state, "A", longitude=lon, latitude=lat, speed=0.5, azimuth=0.3, elevation=0.8
     )
-    place = up.position[0]
+    position = up.position[0]
     axes = np.array([3.0, 2.0, 1.0])
-    assert ((place / axes) ** 2).sum() == pytest.approx(1.0, rel=1e-14)
-    assert np.arctan2(place[1], place[0]) == pytest.approx(lon)
-    assert np.arcsin(place[2] / np.linalg.norm(place)) == pytest.approx(lat)
-    normal = place / axes**2 / np.linalg.norm(place / axes**2)
+    assert ((position / axes) ** 2).sum() == pytest.approx(1.0, rel=1e-14)
+    assert np.arctan2(position[1], position[0]) == pytest.approx(lon)
+    assert np.arcsin(position[2] / np.linalg.norm(position)) == pytest.approx(lat)
+    normal = position / axes**2 / np.linalg.norm(position / axes**2)
     east = np.cross([0.0, 0.0, 1.0], normal)
     east /= np.linalg.norm(east)
-    relative = up.velocity[0] - np.cross([0.1, 0.2, 0.3], place)
-    found = [relative @ normal, relative @ east, relative @ np.cross(normal, east)]
+    relative = up.velocity[0] - np.cross([0.1, 0.2, 0.3], position)
+    results = [relative @ normal, relative @ east, relative @ np.cross(normal, east)]
     level = 0.5 * np.cos(0.8)
-    assert found == pytest.approx([0.5 * np.sin(0.8), level * np.sin(0.3), level * np.cos(0.3)], rel=1e-12)
+    assert results == pytest.approx([0.5 * np.sin(0.8), level * np.sin(0.3), level * np.cos(0.3)], rel=1e-12)
 
 
 def test_ejecta_leave_on_a_cone():
@@ -196,17 +196,19 @@ def test_ejecta_leave_on_a_cone():
 def test_the_fastest_particles_strike_too(speed):
     bodies = body_list((fullbody.Ellipsoid(1, 0.6, 0.3), 1e-12), (fullbody.Sphere(1e-3), 1e-12))
     state = fullbody.State(position=[[0, 0, 0], [1e4, 0, 0]], velocity=np.zeros((2, 3)))
-    places = np.random.default_rng(0).normal(size=(50, 3))
-    places *= 5 / np.linalg.norm(places, axis=1)[:, None]
-    flight = fullbody.System(bodies, G=1.0).fly(state, fullbody.Particles(places, -places / 5 * speed), 12 / speed)
+    positions = np.random.default_rng(0).normal(size=(50, 3))
+    positions *= 5 / np.linalg.norm(positions, axis=1)[:, None]
+    flight = fullbody.System(bodies, G=1.0).fly(
+        state, fullbody.Particles(positions, -positions / 5 * speed), 12 / speed
+    )
     assert np.all(flight.fate == "impact")
     # Straight on to the surface, towards the centre.
-    surface = 1 / np.linalg.norm(places / 5 / [1, 0.6, 0.3], axis=1)
+    surface = 1 / np.linalg.norm(positions / 5 / [1, 0.6, 0.3], axis=1)
     assert np.allclose(flight.fate_time * speed, 5 - surface, rtol=1e-9)
 
 
 @pytest.mark.parametrize("excess", [0.0, 2.3e-16, -1e-15, 1e-13, -1e-13, 1e-12])
-def test_a_particle_on_an_equator_that_turns_as_an_orbit_does_comes_to_rest(excess):
+def test_a_particle_on_an_equator_at_orbital_speed_comes_to_rest(excess):
     # Rounding alone presses it down or lifts it: it must neither bounce at one instant nor follow the surface.
     system, state = lone(spin=(0.0, 0.0, 1.0 + excess))
     bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest=5.8e-3)
@@ -249,4 +251,4 @@ def test_a_zero_where_two_steps_meet_is_found_once():
     assert len(joints) > 3
     for joint in joints[:4]:
         event = fullbody.particles.ParticleFunction(lambda t, x, v, joint=joint: t - joint)
-        assert [found.time for found in run.fly(particles, events=[event]).events] == [joint]
+        assert [result.time for result in run.fly(particles, events=[event]).events] == [joint]

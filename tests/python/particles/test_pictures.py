@@ -46,19 +46,19 @@ def test_impacts_lie_where_they_were(flown):
     refused("Gamma", lambda: plots.impacts(flight, "Gamma"))
 
 
-def test_the_view_has_the_particles_places(flown):
+def test_the_view_has_the_positions_of_particles(flown):
     run, flight = flown
     shown = data_of(run.view(flight=flight).to_html())[0]["particles"]
     times = np.frombuffer(base64.b64decode(shown["time"]))
-    places = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(shown["count"], len(times), 3)
+    positions = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(shown["count"], len(times), 3)
     samples = slice(None, None, shown["parts"])
     np.testing.assert_allclose(times[samples], flight.time, rtol=1e-15)
     masses = np.asarray(run.system.masses)
     # The barycentre of this system stays where it is.
     centre = masses @ run.position[0] / masses.sum()
-    np.testing.assert_allclose(places[:, samples], flight.position.swapaxes(0, 1) - centre, atol=1e-6)
+    np.testing.assert_allclose(positions[:, samples], flight.position.swapaxes(0, 1) - centre, atol=1e-6)
     # One that is gone has no place in the page either.
-    assert np.isnan(places[flight.fate == "escape", -1]).all()
+    assert np.isnan(positions[flight.fate == "escape", -1]).all()
 
 
 def test_flights_that_cannot_be_shown_are_refused(flown):
@@ -86,18 +86,18 @@ def test_trails_follow_the_orbit_and_end_on_the_ground():
     state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0, 0, 0.1]])
     run = system.integrate(state, 20.0, output=1.0, dense=True)
     grains = fullbody.Particles([[2, 0, 0], [2, 0, 0]], [[0, np.sqrt(0.5), 0], [0, 0, 0]])
-    turn = 2 * np.pi * np.sqrt(8.0)
-    flight = run.fly(grains, output=turn / 6)
+    period = 2 * np.pi * np.sqrt(8.0)
+    flight = run.fly(grains, output=period / 6)
     shown = data_of(run.view(flight=flight).to_html())[0]["particles"]
     times = np.frombuffer(base64.b64decode(shown["time"]))
-    places = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(2, len(times), 3)
+    positions = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(2, len(times), 3)
     assert len(times) > 6 * len(flight.time)
-    np.testing.assert_allclose(np.linalg.norm(places[0], axis=1), 2.0, rtol=0.01)
+    np.testing.assert_allclose(np.linalg.norm(positions[0], axis=1), 2.0, rtol=0.01)
     # The other one falls, and lies on the turning body.
     landed = np.frombuffer(base64.b64decode(shown["landed"]))
     assert np.isnan(landed[0])
     assert landed[1] == flight.fate_time[1]
-    assert (np.linalg.norm(places[1], axis=1) > 0.98).all()
+    assert (np.linalg.norm(positions[1], axis=1) > 0.98).all()
 
 
 def test_the_view_tells_its_speed_and_switches_trails(flown):

@@ -44,9 +44,9 @@ def test_an_annular_eclipse_leaves_the_ring():
 
 
 def test_the_shadow_of_an_ellipsoid_is_that_of_rays():
-    turn = np.array([0.8, 0.3, -0.4, 0.33])
+    rotation = np.array([0.8, 0.3, -0.4, 0.33])
     shape, axes = fullbody.Ellipsoid(2.0, 1.2, 0.7), np.array([2.0, 1.2, 0.7])
-    system, state, light = lit(shape, attitude=turn / np.linalg.norm(turn))
+    system, state, light = lit(shape, attitude=rotation / np.linalg.norm(rotation))
     matrix = state.rotation_matrix[0]
     u, w = np.meshgrid(*[(np.arange(500) + 0.5) / 250.0 - 1.0] * 2)
     disc = u**2 + w**2 < 1.0
@@ -81,8 +81,8 @@ def test_radiation_pushes_and_the_shadow_does_not():
     particles = fullbody.Particles(x, np.zeros((3, 3)), area_to_mass=[ratio, ratio, 0.0])
     flight = system.fly(state, particles, 2.0, output="ends", radiation=light)
     moved = flight.position[-1] - x
-    push = strength * ratio / (DISTANCE + 20.0) ** 2
-    assert moved[1, 0] == pytest.approx(-0.5 * push * 4.0, rel=1e-4)
+    force = strength * ratio / (DISTANCE + 20.0) ** 2
+    assert moved[1, 0] == pytest.approx(-0.5 * force * 4.0, rel=1e-4)
     assert np.abs(moved[[0, 2]]).max() < 1e-10
 
 

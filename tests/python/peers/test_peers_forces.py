@@ -9,7 +9,7 @@ import rebound
 from fullbody import forces
 from fullbody.errors import InvalidInput
 from support import refused
-from support.scenes import differential, kepler_place
+from support.scenes import differential, kepler_position
 
 DATA = Path(__file__).parents[2] / "data" / "peers"
 EXTRA = "Additional Forces and Perturbations"
@@ -52,14 +52,14 @@ def test_gubas_flyby_and_heliocentric_orbit(tmp_path):
     assert [force.name for force in system.forces] == ["flyby", "Sun"]
     for name, (mass, *orbit), tolerance in (("flyby", FLYBY, 1e-5), ("Sun", HELIO, 1e-8)):
         for time in (0.0, 2.9e5, 4.0e5):
-            at = kepler_place([*orbit[:-1], 0.0], system.G * mass, time - orbit[-1])
+            at = kepler_position([*orbit[:-1], 0.0], system.G * mass, time - orbit[-1])
             np.testing.assert_allclose(
                 system.third_body(name, time)[0], at, rtol=1e-11, atol=1e-11 * np.linalg.norm(at)
             )
-            found = relative_acceleration(system, state.replace(time=time), name)
+            result = relative_acceleration(system, state.replace(time=time), name)
             expected = np.subtract(*(differential(x, at, system.G * mass) for x in state.position[::-1]))
-            # What is left is the pull on the bodies' quadrupoles.
-            assert np.linalg.norm(found - expected) < tolerance * np.linalg.norm(expected)
+            # The remaining difference is the pull on the bodies' quadrupoles.
+            assert np.linalg.norm(result - expected) < tolerance * np.linalg.norm(expected)
     # GUBAS has no torque; a flyby has.
     assert np.abs(system.loads(state.replace(time=3.0e5))["flyby"].torque).max() > 0.0
     united, _ = fullbody.read_gubas(path, units=True)
@@ -74,8 +74,8 @@ def test_gubas_solar_gravity_is_a_circular_orbit(tmp_path):
     n = np.sqrt(mu / radius**3)
     for time in (0.0, 1e6):
         expected = -radius * np.array([np.cos(n * time), np.sin(n * time), 0.0])
-        found = system.third_body("Sun", state.time + time)[0]
-        np.testing.assert_allclose(found, expected, atol=1e-10 * radius)
+        result = system.third_body("Sun", state.time + time)[0]
+        np.testing.assert_allclose(result, expected, atol=1e-10 * radius)
     # Hill's problem in axes that do not turn: n^2 (3 x ex - r).
     r = state.position[1] - state.position[0]
     hill = n**2 * (3 * r * [1, 0, 0] - r)
@@ -157,9 +157,9 @@ def check_sians(system, state, first, second):
     np.testing.assert_allclose(moving, -mean[1], atol=1e-11 * np.linalg.norm(mean[1]))
     np.testing.assert_allclose(state.position[1] - state.position[0], second[0] - first[0], atol=2e-7)
     np.testing.assert_allclose(masses @ state.position, 0.0, atol=1e-3)
-    found = relative_acceleration(system, state, "Sun")
+    result = relative_acceleration(system, state, "Sun")
     expected = np.subtract(*(differential(x, -mean[0], system.G * 1.989e30) for x in state.position[::-1]))
-    np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+    np.testing.assert_allclose(result, expected, atol=1e-7 * np.abs(expected).max())
 
 
 def test_sians_sun_cartesian(tmp_path):

@@ -52,18 +52,18 @@ def test_megno_of_chaotic_motion_grows(tumbling_moon):
     assert run.megno[-1] > 5.0
     # MEGNO is about half the exponent times the time.
     assert 0.5 < 2.0 * run.megno[-1] / (run.lyapunov[-1] * run.time[-1]) < 2.0
-    # Of the order of the orbital rate over ten: the Lyapunov time of Hyperion is some few orbits.
+    # The Lyapunov time of Hyperion is a few orbits.
     assert 0.2 < run.lyapunov[-1] * period < 3.0
 
 
 def test_polyhedra_part_as_fast_as_ellipsoids_of_their_moments():
     # Their fields differ by the hexadecapoles: 1e-4 of the torque at this distance, periodically.
     options = {"output": "ends", "integrator": FAST, "chaos": True}
-    found = []
+    results = []
     for faceted in (False, True):
         system, state, period = moon(0.26, 0.1, faceted)
-        found.append(system.integrate(state, 4 * period, **options))
-    exact, faceted = found
+        results.append(system.integrate(state, 4 * period, **options))
+    exact, faceted = results
     assert exact.lyapunov[-1] * exact.time[-1] > 4.0
     assert abs(faceted.lyapunov[-1] / exact.lyapunov[-1] - 1.0) < 5e-4
     assert abs(faceted.megno[-1] / exact.megno[-1] - 1.0) < 5e-4
@@ -87,11 +87,11 @@ def test_neighbouring_runs_part_as_fast(tumbling_moon):
 
 def test_the_motion_has_the_same_bits_and_files_keep_all(tumbling_moon, tmp_path):
     system, state, period, run = tumbling_moon
-    plain = system.integrate(state, 20 * period, output=5 * period, integrator=FAST)
-    assert np.array_equal(plain.position[:4], run.position[:4])
+    reference = system.integrate(state, 20 * period, output=5 * period, integrator=FAST)
+    assert np.array_equal(reference.position[:4], run.position[:4])
     run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc") == run
-    refused("chaos=True", lambda: plain.megno)
+    refused("chaos=True", lambda: reference.megno)
 
 
 def test_splittings_measure_megno_too():
@@ -108,10 +108,10 @@ def test_sweeps_measure_megno():
 
     period = moon(0.26, 0.0)[2]
     runs = fullbody.integrate_many([setup(0.0), setup(0.1)], 5 * period, output="ends", integrator=FAST, chaos=True)
-    found = fullbody.sweep(
+    result = fullbody.sweep(
         setup, {"e": [0.0, 0.1]}, 5 * period, measure=lambda run: {"megno": run.megno[-1]}, integrator=FAST, chaos=True
     )
-    assert np.array_equal(found.megno.values, [run.megno[-1] for run in runs])
+    assert np.array_equal(result.megno.values, [run.megno[-1] for run in runs])
     both = fullbody.integrate_many([setup(0.1)], 5 * period, output="ends", derivatives=["G"])
     assert both[0].sensitivity["G"].shape == (2, 24)
 

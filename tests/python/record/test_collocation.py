@@ -17,7 +17,7 @@ COARSE = [
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_lone_body_turns_about_a_principal_axis(axis):
+def test_a_lone_body_rotates_about_a_principal_axis(axis):
     # The variational equations have constant coefficients: an exponential solves them. For the middle axis it grows.
     body = fullbody.Body(fullbody.Ellipsoid(1.0, 0.6, 0.1), mass=1.0)
     system = fullbody.System([body], G=1.0)
@@ -32,7 +32,7 @@ def test_a_lone_body_turns_about_a_principal_axis(axis):
 
 @pytest.mark.parametrize("integrator", COARSE, ids=lambda integrator: type(integrator).__name__)
 def test_matrices_of_points_are_symplectic_along_any_motion(integrator):
-    # Whatever the error of the motion; some of the steps are too long for the sweeps and are divided.
+    # Some of the steps are too long for the sweeps and are divided; the motion may have any error.
     system, state = pair_of_points(0.7)
     run = system.integrate(state, 30.0, output=[3.0, 30.0], integrator=integrator, derivatives=True)
     form = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.eye(3), np.zeros((3, 3))]])
@@ -58,9 +58,9 @@ def test_a_sample_within_a_step_is_the_end_of_a_run():
 def test_samples_change_no_bits():
     system, state = tumbling()
     few = system.integrate(state, 4.0, output="ends", derivatives=["G"], chaos=True)
-    many = system.integrate(state, 4.0, output=0.11, derivatives=["G"], chaos=True)
-    assert np.array_equal(few.transition[-1], many.transition[-1])
-    assert np.array_equal(few.megno[-1], many.megno[-1])
+    sampled = system.integrate(state, 4.0, output=0.11, derivatives=["G"], chaos=True)
+    assert np.array_equal(few.transition[-1], sampled.transition[-1])
+    assert np.array_equal(few.megno[-1], sampled.megno[-1])
 
 
 def test_matrices_at_samples_within_a_step_are_as_exact_as_those_at_its_end():

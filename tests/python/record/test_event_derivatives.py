@@ -24,27 +24,27 @@ def test_derivatives_at_every_event_are_differences():
     assert {happened.event for happened in run.events} == {*EVENTS}
     count = len(run.events)
 
-    def happening(by, place=None):
+    def happening(by, index=None):
         """Times of the events and the states then, from the ones of the run, in natural sizes."""
-        start = state if place is None else displaced(state, *place, by * size[12 * place[0] + 3 * place[1] + place[2]])
-        other = fullbody.System(system.bodies, G=1.0 + (by if place is None else 0.0))
+        start = state if index is None else displaced(state, *index, by * size[12 * index[0] + 3 * index[1] + index[2]])
+        other = fullbody.System(system.bodies, G=1.0 + (by if index is None else 0.0))
         events = other.integrate(start, -32.0, **options).events
         assert len(events) == count
-        rows = (deviation(one.state, e.state) / size for one, e in zip(run.events, events, strict=True))
+        rows = (deviation(original.state, e.state) / size for original, e in zip(run.events, events, strict=True))
         return np.array([[e.time, *row] for e, row in zip(events, rows, strict=True)])
 
     ends = [run.at_event(k) for k in range(count)]
     longest = max(np.abs(end.time * size).max() for end in ends)
-    for place in (None, (1, 0, 1), (0, 2, 0)):
-        expected = central_of_state(lambda by, place=place: happening(by, place), 1e-4)
-        for end, (time, *whole) in zip(ends, expected, strict=True):
-            if place is None:
-                found, columns = end.time_sensitivity["G"], end.sensitivity["G"]
+    for index in (None, (1, 0, 1), (0, 2, 0)):
+        expected = central_of_state(lambda by, index=index: happening(by, index), 1e-4)
+        for end, (time, *numbers) in zip(ends, expected, strict=True):
+            if index is None:
+                result, columns = end.time_sensitivity["G"], end.sensitivity["G"]
             else:
-                k = 12 * place[0] + 3 * place[1] + place[2]
-                found, columns = end.time[k] * size[k], end.transition[:, k] * size[k]
-            assert abs(found - time) < 1e-7 * longest
-            assert worst(columns / size, whole) < 1e-6
+                k = 12 * index[0] + 3 * index[1] + index[2]
+                result, columns = end.time[k] * size[k], end.transition[:, k] * size[k]
+            assert abs(result - time) < 1e-7 * longest
+            assert worst(columns / size, numbers) < 1e-6
 
 
 def test_the_time_of_contact_changes_with_the_scale_of_a_polyhedron():
@@ -75,22 +75,22 @@ def test_derivatives_of_functions_of_a_run_are_differences():
     options = {"output": 1.0, "integrator": TIGHT, "events": [EVENTS[1]]}
     names = ["mass of A", "semi-axis b of B", "G"]
     run = system.integrate(state, 70.0, derivatives=names, **options)
-    found = run.derivative_of(measures)
-    assert np.array_equal(found.value, measures(run))
+    result = run.derivative_of(measures)
+    assert np.array_equal(result.value, measures(run))
     size = scales(system, state)
-    scale = np.abs(found.start * size).max(axis=1)
+    scale = np.abs(result.start * size).max(axis=1)
     for k in (1, 14, 20):
 
         def moved(by, k=k):
             start = displaced(state, k // 12, k % 12 // 3, k % 3, by * size[k])
             return measures(system.integrate(start, 70.0, **options))
 
-        assert worst(found.start[:, k] * size[k] / scale, central_of_state(moved, 1e-4) / scale, 1.0) < 1e-6
+        assert worst(result.start[:, k] * size[k] / scale, central_of_state(moved, 1e-4) / scale, 1.0) < 1e-6
     for name in names:
         changed = central_of_state(
             lambda by, name=name: measures(system.changed(name, by).integrate(state, 70.0, **options)), 1e-4
         )
-        assert worst(found.by_parameter[name], changed) < 1e-6
+        assert worst(result.by_parameter[name], changed) < 1e-6
 
 
 def test_functions_with_units_and_at_the_end_of_a_range():
@@ -98,9 +98,9 @@ def test_functions_with_units_and_at_the_end_of_a_range():
     orbit = fullbody.KeplerElements(1e7 * u.km, 0.0, 0.3, 0.1, 0.2, 0.4)
     sun = fullbody.forces.ThirdBody(mass=2e30 * u.kg, orbit=orbit, of="system", name="Sun")
     run = system.with_forces([sun]).integrate(state, 20.0, output=1.0, derivatives=["e of Sun", "mass of Sun"])
-    found = run.derivative_of(lambda run: run.elements().a[-1], start=False)
-    assert found.start is None
-    assert found.value.unit == u.km
+    result = run.derivative_of(lambda run: run.elements().a[-1], start=False)
+    assert result.start is None
+    assert result.value.unit == u.km
     # The last sample's own derivative, by the chain rule in differences of the elements.
     for name in run.sensitivity:
         columns, step = run.sensitivity[name][-1].reshape(2, 4, 3), 1e-3 / np.abs(run.sensitivity[name][-1]).max()
@@ -110,7 +110,7 @@ def test_functions_with_units_and_at_the_end_of_a_range():
             velocity = run[-1].velocity.value + sign * step * columns[:, 1]
             r, v = position[1] - position[0], velocity[1] - velocity[0]
             ends.append(1.0 / (2.0 / np.linalg.norm(r) - v @ v / system.mu().value))
-        assert worst(found.by_parameter[name], (ends[0] - ends[1]) / (2 * step)) < 1e-5
+        assert worst(result.by_parameter[name], (ends[0] - ends[1]) / (2 * step)) < 1e-5
 
 
 def test_functions_are_refused_what_a_displaced_run_does_not_have():

@@ -22,7 +22,7 @@ def family(step, rtol):
     made = [getattr(integrators, name)(rtol, rtol) for name in ADAPTIVE]
     made += [fullbody.LieGroupVariational(step)]
     made += [fullbody.SymplecticSplitting(step, scheme) for scheme in SCHEMES]
-    assert {type(one).__name__ for one in made} == set(integrators.__all__)
+    assert {type(integrator).__name__ for integrator in made} == set(integrators.__all__)
     return made
 
 
@@ -33,9 +33,9 @@ def end(system, state, until, integrator):
 # The error of a second-order method is of the order (step x rate)^2, times the phase run through; the others are better
 # by far. Loose enough for each, tight enough to see a wrong stage.
 @pytest.mark.parametrize(("system", "state", "step"), [(*KW4, 0.02), (*CASE1, 0.02)], ids=["kw4", "case1"])
-@pytest.mark.parametrize("place", range(9))
-def test_each_agrees_with_verner98(system, state, step, place):
-    integrator = family(step, 1e-11)[place]
+@pytest.mark.parametrize("position", range(9))
+def test_each_agrees_with_verner98(system, state, step, position):
+    integrator = family(step, 1e-11)[position]
     expected = end(system, state, 30.0, fullbody.Verner98(1e-14, 1e-14))
     run = end(system, state, 30.0, integrator)
     second = isinstance(integrator, fullbody.LieGroupVariational) or getattr(integrator, "scheme", "") == "leapfrog"
@@ -43,8 +43,8 @@ def test_each_agrees_with_verner98(system, state, step, place):
     assert worst(run.position, expected.position) < bound
     assert worst(run.velocity, expected.velocity) < bound
     # A free top of rate w turns by arcsin(w h) a step in the variational method: Alpha's 68 rad, times (w h)^2 / 6.
-    turn = 0.5 * 68.2 * (2.273 * step) ** 2 / 6 if isinstance(integrator, fullbody.LieGroupVariational) else 0.0
-    assert worst(run.attitude, expected.attitude, 1.0) < bound + turn
+    angle = 0.5 * 68.2 * (2.273 * step) ** 2 / 6 if isinstance(integrator, fullbody.LieGroupVariational) else 0.0
+    assert worst(run.attitude, expected.attitude, 1.0) < bound + angle
     assert worst(run.spin, expected.spin) < bound
     assert abs(run.energy_drift_orbital).max() < bound
     # Angular momentum is kept to round-off by the symplectic ones, exact in their steps.
@@ -54,9 +54,9 @@ def test_each_agrees_with_verner98(system, state, step, place):
 
 def test_steps_have_units():
     system, state = fullbody.systems.kw4_ho2021("spheroid", units=True)
-    plain, start = KW4
+    unitless, start = KW4
     for make in (fullbody.LieGroupVariational, fullbody.SymplecticSplitting):
-        expected = plain.integrate(start, 10.0, integrator=make(0.25))
+        expected = unitless.integrate(start, 10.0, integrator=make(0.25))
         for step in (15 * u.min, 0.25 * u.h, 900 * u.s):
             run = system.integrate(state, 10 * u.h, integrator=make(step))
             assert run.statistics.steps == 40
@@ -64,7 +64,7 @@ def test_steps_have_units():
         with pytest.raises(InvalidInput, match=r"step has the unit km.*expected a unit such as s"):
             fullbody.Simulation(system, state, integrator=make(1 * u.km))
         with pytest.raises(InvalidInput, match=r"step has the unit h.*the system has no units"):
-            fullbody.Simulation(plain, start, integrator=make(1 * u.h))
+            fullbody.Simulation(unitless, start, integrator=make(1 * u.h))
 
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
@@ -101,7 +101,7 @@ def test_tolerances_below_round_off_are_raised_with_a_warning(name):
     for atol in np.random.default_rng(7).uniform(0, floor, 50):
         with pytest.warns(PrecisionWarning):
             raised = make(0.0, float(atol))
-        assert raised.rtol + raised.atol == pytest.approx(floor, rel=1e-15)
+        assert raised.rtol + raised.atol == pytest.approx(floor, rel=1e-15, abs=0.0)
         again = make(raised.rtol, raised.atol)
         assert again == raised
     run = end(*CASE1, 10.0, raised)
@@ -125,16 +125,16 @@ def test_integrators_are_rebuilt_from_their_text_and_pickles():
     refused("integrator is 'Euler'; expected one of DormandPrince54, ", lambda: integrators.rebuild({"name": "Euler"}))
 
 
-@pytest.mark.parametrize("place", [4, 5, 8])
-def test_angular_momentum_of_a_system_that_travels_keeps_its_digits(place):
+@pytest.mark.parametrize("offset", [4, 5, 8])
+def test_angular_momentum_of_a_system_that_travels_keeps_its_digits(offset):
     system, state = KW4
     share = np.array([body.mass for body in system.bodies]) / sum(body.mass for body in system.bodies)
-    rest = state.replace(position=state.position - share @ state.position)
-    moving = rest.replace(velocity=rest.velocity + np.array([1e5, -2e4, 3e4]))
-    integrator = family(0.02, 1e-13)[place]
+    barycentric = state.replace(position=state.position - share @ state.position)
+    moving = barycentric.replace(velocity=barycentric.velocity + np.array([1e5, -2e4, 3e4]))
+    integrator = family(0.02, 1e-13)[offset]
     run = system.integrate(moving, 100.0, output=5.0, integrator=integrator)
     assert np.linalg.norm(run.position[-1, 0]) > 1e7
-    expected = system.angular_momentum(rest)
+    expected = system.angular_momentum(barycentric)
     assert np.abs(run.angular_momentum - expected).max() < 1e-10 * np.linalg.norm(expected)
     assert run.angular_momentum_drift.max() < 1e-13
 
@@ -148,8 +148,8 @@ def test_angles_and_quaternions_agree_over_100_hours(shape):
     quaternion, angles = runs
     for name in ("position", "velocity", "spin"):
         assert np.abs(getattr(angles, name) - getattr(quaternion, name)).max() < 2e-12
-    for one, other in zip(quaternion, angles, strict=True):
-        assert angle_between(one.rotation_matrix, other.rotation_matrix).max() < 2e-12
+    for first, other in zip(quaternion, angles, strict=True):
+        assert angle_between(first.rotation_matrix, other.rotation_matrix).max() < 2e-12
     assert np.abs(angles.energy_drift).max() < 1e-13
     # Another set of equations: identical results would mean that the option does nothing.
     assert (angles.position != quaternion.position).any()

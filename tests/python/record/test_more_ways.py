@@ -42,7 +42,7 @@ def test_transition_matrices_of_fixed_steps_are_symplectic(integrator):
 
 
 @pytest.mark.parametrize("integrator", [*STEPS, TIGHT], ids=["lie", "aba864", "leapfrog", "verner98"])
-def test_transition_matrices_of_points_turn_evenly(integrator):
+def test_transition_matrices_of_points_rotate_uniformly(integrator):
     # d theta/dt = dspin - spin x theta and d spin/dt = 0 have constant coefficients: the exponential of their matrix.
     system, state = pair_of_points(0.3)
     spin = np.array([[0.4, -0.2, 0.3], [-1.1, 0.7, 0.5]])
@@ -87,9 +87,9 @@ def test_derivatives_of_events_whose_function_has_the_parameter_are_differences(
     state = state.replace(velocity=[state.velocity[0], velocity])
 
     def ended(by, names=()):
-        its_own = name == "distance of Escape"
-        watched = replace(event, distance=event.distance + by) if its_own else event
-        changed = system if its_own or not by else system.changed(name, by)
+        of_event = name == "distance of Escape"
+        watched = replace(event, distance=event.distance + by) if of_event else event
+        changed = system if of_event or not by else system.changed(name, by)
         options = {"integrator": TIGHT, "events": [watched], "output": "ends"}
         return changed.integrate(state, 30.0, derivatives=names, **options)
 

@@ -19,14 +19,14 @@ def free_top(moments, spin, time):
         def rates(_, y):
             a, b, c, w, x, y, z = y
             euler = [(i2 - i3) / i1 * b * c, (i3 - i1) / i2 * c * a, (i1 - i2) / i3 * a * b]
-            turn = [-x * a - y * b - z * c, w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a]
-            return [way * rate for rate in euler] + [way * rate / 2 for rate in turn]
+            product = [-x * a - y * b - z * c, w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a]
+            return [way * rate for rate in euler] + [way * rate / 2 for rate in product]
 
         end = mpmath.odefun(rates, 0, [*map(mpmath.mpf, spin), 1, 0, 0, 0], tol=mpmath.mpf("1e-21"))(abs(time))
         return np.array([float(value) for value in end])
 
 
-# In one piece and in several, on either side of the separatrix and near it.
+# Spins on either side of the separatrix and near it, and times that take one piece or several.
 @pytest.mark.parametrize(
     ("spin", "time"),
     [
@@ -34,7 +34,7 @@ def free_top(moments, spin, time):
         *(((0.5, -1.0, 0.4), 3.0), ((0.2, 0.1, -1.0), -2.0), ((0.01, 1.0, 0.004), 0.5)),
     ],
 )
-def test_a_free_top_is_turned_to_the_last_digit(spin, time):
+def test_a_free_top_rotates_exactly_to_the_last_digit(spin, time):
     body = fullbody.Body(fullbody.Ellipsoid(*AXES), mass=1.0)
     state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], spin=[spin])
     # One step, whose two drifts are half of it.
@@ -124,11 +124,11 @@ def test_a_step_over_hundreds_of_distances_is_exact_for_spheres():
 
 
 def test_a_body_at_the_barycentre_of_those_before_it_needs_another_order():
-    places, velocities = np.array([[[-1.0, 0, 0], [1.0, 0, 0], [0, 0, 0]], [[0, -1.0, 0], [0, 1.0, 0], [0, 0, 0]]])
+    positions, velocities = np.array([[[-1.0, 0, 0], [1.0, 0, 0], [0, 0, 0]], [[0, -1.0, 0], [0, 1.0, 0], [0, 0, 0]]])
 
     def start(order):
         bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name="ABC"[k]) for k in order]
-        return fullbody.System(bodies, G=1.0), fullbody.State(places[order], velocities[order])
+        return fullbody.System(bodies, G=1.0), fullbody.State(positions[order], velocities[order])
 
     splitting = fullbody.SymplecticSplitting(step=1e-3)
     system, state = start([0, 1, 2])

@@ -125,9 +125,9 @@ def test_a_simulation_tells_the_drift_of_all_its_runs(tmp_path):
     sim.save(tmp_path / "three.sim")
     for _ in range(20):
         sim.step()
-    whole = drifts_by_hand(START, [sim.state])[:, 0]
-    assert np.abs(drifts(sim) - whole).max() < 1e-14
-    assert (np.abs(whole) > 1e-8).all()
+    drift = drifts_by_hand(START, [sim.state])[:, 0]
+    assert np.abs(drifts(sim) - drift).max() < 1e-14
+    assert (np.abs(drift) > 1e-8).all()
     assert sim.start == fullbody.Simulation(three(), START).start
     assert np.array_equal(drifts(copy.copy(sim)), drifts(sim))
     # A file knows where it began.
@@ -186,7 +186,7 @@ ARRAYS = ["start_time", "start_energy", "start_angular_momentum"]
 
 
 @pytest.mark.parametrize(
-    ("damaged", "said"),
+    ("damaged", "message"),
     [
         (lambda data: data.drop_vars("start_energy"), "the file has no variable start_energy"),
         (lambda data: data.drop_vars(ARRAYS), "the file has no variable start_time"),
@@ -197,10 +197,10 @@ ARRAYS = ["start_time", "start_energy", "start_angular_momentum"]
         (lambda data: data.assign(start_time=np.nan), r"start_time\[\] is nan; expected finite numbers"),
     ],
 )
-def test_damaged_starts_are_refused(damaged, said, tmp_path):
+def test_damaged_starts_are_refused(damaged, message, tmp_path):
     dataset = three().integrate(START, 3.0, output=[3.0]).to_xarray()
     damaged(dataset).to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    refused(said, fullbody.load, tmp_path / "run.nc")
+    refused(message, fullbody.load, tmp_path / "run.nc")
 
 
 def falling():

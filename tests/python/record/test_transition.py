@@ -18,9 +18,9 @@ def tumble(request):
 
 def test_the_motion_has_the_same_bits():
     system, state = tumbling()
-    plain, with_them = (system.integrate(state, 5.0, derivatives=wanted) for wanted in (False, True))
+    reference, with_them = (system.integrate(state, 5.0, derivatives=wanted) for wanted in (False, True))
     for name in ("time", "position", "velocity", "attitude", "spin", "energy"):
-        assert np.array_equal(getattr(plain, name), getattr(with_them, name))
+        assert np.array_equal(getattr(reference, name), getattr(with_them, name))
 
 
 def test_transition_matrices_map_rates_to_rates(tumble):
@@ -125,10 +125,10 @@ def test_entries_have_the_unit_of_row_by_column():
     system, state = fullbody.systems.kw4(units=True)
     assert fullbody.systems.kw4()[0].integrate(fullbody.systems.kw4()[1], 1.0).tangent_units is None
     other = fullbody.System(system.bodies, G=system.G, units=("m", "min", "kg"))
-    runs = [one.integrate(state, "2 h", output="ends", derivatives=True) for one in (system, other)]
+    runs = [case.integrate(state, "2 h", output="ends", derivatives=True) for case in (system, other)]
     first, second = (run.tangent_units for run in runs)
     assert [str(unit) for unit in first[12:24:3]] == ["km", "km / h", "rad", "rad / h"]
-    factors = [(one / two).decompose().scale for one, two in zip(first, second, strict=True)]
+    factors = [(unit / other_unit).decompose().scale for unit, other_unit in zip(first, second, strict=True)]
     scaled = runs[0].transition[-1] * np.outer(factors, 1.0 / np.array(factors))
     size = np.abs(scaled).max(axis=1, keepdims=True)
     assert (np.abs(runs[1].transition[-1] - scaled) <= 1e-8 * size).all()
@@ -137,10 +137,10 @@ def test_entries_have_the_unit_of_row_by_column():
 @pytest.mark.parametrize(
     "integrator", [fullbody.Verner98(rtol=1e-13, atol=1e-13), fullbody.SymplecticSplitting(step=0.02)]
 )
-def test_the_matrices_of_consecutive_runs_multiply_to_that_of_the_whole(integrator):
+def test_the_matrices_of_consecutive_runs_multiply_to_that_of_one_run(integrator):
     elements = fullbody.KeplerElements(12.0, 0.3, 0.4, 1.0, 2.0, 0.3)
     system, state = pair(forces=[fullbody.forces.ThirdBody(mu=30.0, orbit=elements, of="system", name="Sun")])
-    whole = system.integrate(state, 9.0, output="ends", integrator=integrator, derivatives=True).transition[-1]
+    reference = system.integrate(state, 9.0, output="ends", integrator=integrator, derivatives=True).transition[-1]
     simulation = fullbody.Simulation(system, state, integrator=integrator)
     product, apart, last = np.eye(24), np.eye(24), state
     for until in (3.0, 4.0, 9.0):
@@ -148,6 +148,6 @@ def test_the_matrices_of_consecutive_runs_multiply_to_that_of_the_whole(integrat
         product = run.transition[-1] @ product
         again = system.integrate(last, until, output="ends", integrator=integrator, derivatives=True)
         apart, last = again.transition[-1] @ apart, run[-1]
-    assert worst(product, whole) < 1e-10
+    assert worst(product, reference) < 1e-10
     # Runs that each begin with a nominal barycentre of their own are another motion.
-    assert worst(apart, whole) > 1e-6
+    assert worst(apart, reference) > 1e-6

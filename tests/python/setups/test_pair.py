@@ -277,7 +277,7 @@ def sidereal(run, revolutions, period):
 
 
 OBLATE, MOON = {"semi_axes": (0.4, 0.38, 0.31), "rotation_period": 2.5}, {"semi_axes": (0.1, 0.08, 0.07)}
-#: In km, hours and kg.
+#: Arguments in km, hours and kg.
 KILOMETRES = {"G": 8.6498928e-13, "total_mass": 5e11, "equal_density": True, "period": 12.0}
 
 
@@ -296,7 +296,7 @@ def test_a_mean_that_does_not_last_is_told():
 
 
 @pytest.mark.parametrize("tilt", [np.pi / 6, np.pi / 2, 2.5])
-def test_the_mean_lasts_where_the_plane_of_the_orbit_turns(tilt):
+def test_the_mean_period_lasts_where_the_plane_of_the_orbit_precesses(tilt):
     system, state = binary(Component(**OBLATE, tilt=tilt), Component(**MOON), **KILOMETRES)
     run = system.integrate(state, 64 * 12.0, output=12.0 / 32)
     r, v = (name[:, 1] - name[:, 0] for name in (run.position, run.velocity))
@@ -359,7 +359,7 @@ def test_the_mean_of_ordinary_binaries_lasts(seed):
     assert abs(sidereal(run, 64, period)) < 1e-4
 
 
-def test_the_attraction_is_the_mean_over_a_turn():
+def test_the_attraction_is_the_mean_over_a_rotation():
     shapes = Component(semi_axes=(1.0, 0.8, 0.6), rotation_period=0.5), Component(diameter=0.02, rotation_period=INF)
     arguments = {"G": 1.0, "mass_ratio": 1e-9, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 3.0}
     system, state = binary(*shapes, **arguments, synchronous=False)
@@ -406,7 +406,7 @@ def test_densities_that_no_asteroid_has_are_warned_of():
     for mass, density in ((5.2360e9 * u.kg, "10"), (2.0944e10 * u.t, "4e.04")):
         with pytest.warns(InconsistentInput, match=f"^Ball has a density of {density} kg/m3; expected 100"):
             weigh(mass)
-    # In km, hour and kg a density of two is two kilograms a cubic kilometre.
+    # A density of two is two kilograms a cubic kilometre in the units km, hour and kg.
     first, second = (Component(**ball, density=2.0, name=name) for name in ("Alpha", "Beta"))
     with pytest.warns(InconsistentInput) as caught:
         binary(first, second, semi_major_axis=3 * u.km, units=("km", "hour", "kg"), synchronous=False)
@@ -495,16 +495,8 @@ def test_orbits_that_do_not_close_are_refused(e, kind):
 @pytest.mark.parametrize(
     ("options", "part", "what"),
     [
-        (
-            {"synchronous": False, "libration": 0.5},
-            {"rotation_period": 2.0},
-            r"libration is 0\.5 of a secondary",
-        ),
-        (
-            {},
-            {"rotation_angle": 1.0},
-            r"rotation_angle is 1\.0 of a secondary that is synchronous; expected lib",
-        ),
+        ({"synchronous": False, "libration": 0.5}, {"rotation_period": 2.0}, r"libration is 0\.5 of a secondary"),
+        ({}, {"rotation_angle": 1.0}, r"rotation_angle is 1\.0 of a secondary that is synchronous; expected lib"),
         ({"libration": 10}, {}, "libration is 10; expected radians, a turn at most"),
         ({"bodies": []}, {}, "'bodies' is not an option of binary"),
         ({"peroid": 3.0}, {}, r"'peroid' is not an option of binary; did you mean 'period'\?"),

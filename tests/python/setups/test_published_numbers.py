@@ -69,7 +69,7 @@ def test_masses_that_are_given_twice_or_not_at_all_are_refused(make, message):
 
 
 def test_draws_have_the_means_and_the_errors_of_the_published_numbers():
-    # Of 100 draws the mean has an error of a tenth of sigma, and sigma one of 7 per cent: three of these.
+    # The mean of 100 draws has an error of sigma / 10, and sigma one of 7 per cent; the limits are three of these.
     shapes = Component(diameter="780 ± 30 m", rotation_period="2.26 h"), Component(diameter="151 m")
     orbit = {"total_mass": "(5.4 ± 0.4)e11 kg", "mass_ratio": "0.0093(13)", "semi_major_axis": "1.19 ± 0.03 km"}
     pair = binary(*shapes, **orbit, units=True)

@@ -190,7 +190,7 @@ def test_a_byte_order_mark_is_no_statement(tmp_path):
         ("G = 1.0", 'units = [{}, "s", "kg"]', r"system\.units: units has 9+, which is not a unit"),
     ],
 )
-def test_whole_numbers_beyond_all_doubles_are_refused(tmp_path, old, new, what):
+def test_integers_beyond_all_doubles_are_refused(tmp_path, old, new, what):
     refused(what, lambda: read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1)))
 
 

@@ -75,7 +75,7 @@ force = "0.01 N"
 
 
 def test_every_kind_is_that_of_the_constructor(tmp_path):
-    # By hand from the texts: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2.
+    # The conversions are done by hand: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2.
     setup = read(tmp_path, PAIR + SUN + MOON + TIDE + RADIATION)
     orbit = fullbody.KeplerElements(0.64 * 149597870.7, 0.69, np.radians(38.9), np.radians(245), 3.37, 0.2)
     newton, joule = 3600.0**2 / 1e3, 3600.0**2 / 1e6

@@ -105,7 +105,7 @@ def test_the_plane_of_a_binary_by_its_pole_or_by_inclination_and_node(tmp_path):
     assert np.degrees([orbit.i, orbit.Omega, orbit.omega, orbit.M]) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_synchronous_primary_points_at_the_secondary_and_turns_with_it(tmp_path):
+def test_a_synchronous_primary_points_at_the_secondary_and_rotates_with_the_orbit(tmp_path):
     text = (HEAD + BODIES + BINARY + RUN).replace("rotation_period = 3.0", "synchronous = true")
     text = text.replace("semi_major_axis = 6.0", "period = 60.0\nmean_anomaly = 1.0")
     setup = read(tmp_path, text)
@@ -114,7 +114,7 @@ def test_a_synchronous_primary_points_at_the_secondary_and_turns_with_it(tmp_pat
     np.testing.assert_allclose(setup.state.spin[0], [0.0, 0.0, 2 * np.pi / 60.0], rtol=1e-15)
 
 
-def test_a_start_period_takes_the_place_of_the_search(tmp_path, monkeypatch):
+def test_a_start_period_replaces_the_search(tmp_path, monkeypatch):
     def search(*_):
         raise AssertionError("the period was searched")
 
@@ -195,12 +195,7 @@ TWO, THREE, SIZE = HEAD + BODIES + BINARY + RUN, HEAD + TRIPLE + RUN, "diameter 
         (TWO, "mass = 0.02", "mass = 0.02\nsynchronous = true", r"body\[1\]\.synchronous: .*expected it in \[binary\]"),
         (TWO, "mass = 0.02", "mass = 0.02\nposition = [1, 0, 0]", r"body\[1\]\.position: is not a key"),
         (TWO, "eccentricity", "excentricity", r"binary\.excentricity: is not a key .*did you mean 'eccentricity'"),
-        (
-            TWO,
-            "[binary]",
-            "[binary]\npole = [0, 0]\ninclination = 1",
-            r"binary: has pole and inclination; expected",
-        ),
+        (TWO, "[binary]", "[binary]\npole = [0, 0]\ninclination = 1", r"binary: has pole and inclination; expected"),
         (TWO, "[binary]", "[binary]\ninclination = 1.0", r"binary\.ascending_node: is missing"),
         (TWO, "[binary]", "[binary]\npole = [0]", r"binary\.pole: is \[0\]; expected 2 numbers"),
         (TWO, "[binary]", "[binary]\nstart_period = 1.0", "start_period is 1.0; expected it beside a period of mean"),

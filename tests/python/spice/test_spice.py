@@ -68,8 +68,17 @@ def seconds(run, count=60):
 
 def angle(matrix, other):
     """The angle of the rotation from one matrix to the other."""
-    turn = matrix @ other.T
-    return np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+    difference = matrix @ other.T
+    return (
+        np.linalg.norm(
+            [
+                difference[2, 1] - difference[1, 2],
+                difference[0, 2] - difference[2, 0],
+                difference[1, 0] - difference[0, 1],
+            ]
+        )
+        / 2
+    )
 
 
 def axes():
@@ -87,8 +96,8 @@ def test_positions_and_velocities_between_the_nodes(run, loaded):
     for et, state in seconds(run):
         centre = mass @ state.position.value / mass.sum()
         for k, body in enumerate(IDS.values()):
-            found, _ = spiceypy.spkgeo(body, et, "J2000", CENTRE)
-            assert np.abs(found[:3] - axes() @ (state.position[k].value - centre)).max() < 1e-9
+            result, _ = spiceypy.spkgeo(body, et, "J2000", CENTRE)
+            assert np.abs(result[:3] - axes() @ (state.position[k].value - centre)).max() < 1e-9
         apart, _ = spiceypy.spkezr(str(IDS["Beta"]), et, "J2000", "NONE", str(IDS["Alpha"]))
         moving = axes() @ (state.velocity[1] - state.velocity[0]).to_value("km/s")
         assert np.abs(apart[3:] - moving).max() < 1e-12
@@ -114,19 +123,19 @@ def test_names_and_fixed_frames_are_known_to_spice(loaded):
 
 
 def test_the_state_is_read_back_from_kernels(system, run, kernels):
-    found = state_from_spice(system, IDS, CENTRE, time="11 h", kernels=kernels)
+    result = state_from_spice(system, IDS, CENTRE, time="11 h", kernels=kernels)
     expected = run(11.0)
     mass = system.masses.value
-    for values, wanted in ((found.position, expected.position), (found.velocity, expected.velocity)):
+    for values, wanted in ((result.position, expected.position), (result.velocity, expected.velocity)):
         about = wanted.value - mass @ wanted.value / mass.sum()
         assert np.abs(values.value - about).max() < 1e-9
         assert values.unit == wanted.unit
-    assert max(map(angle, found.rotation_matrix, expected.rotation_matrix)) < 1e-12
-    assert np.abs((found.spin - expected.spin).value).max() < 1e-11
-    assert found.time == expected.time
+    assert max(map(angle, result.rotation_matrix, expected.rotation_matrix)) < 1e-12
+    assert np.abs((result.spin - expected.spin).value).max() < 1e-11
+    assert result.time == expected.time
     # Nothing stays loaded, and it is the start of a run like the one it comes from.
     assert spiceypy.ktotal("ALL") == 0
-    again = system.integrate(found, 20.0, output="ends")[-1]
+    again = system.integrate(result, 20.0, output="ends")[-1]
     apart = (again.position[1] - again.position[0]) - (run(20.0).position[1] - run(20.0).position[0])
     assert np.abs(apart.value).max() < 1e-7
 
@@ -134,8 +143,8 @@ def test_the_state_is_read_back_from_kernels(system, run, kernels):
 def test_kernels_that_are_loaded_stay_loaded(system, kernels, loaded):
     state_from_spice(system, IDS, CENTRE, time=1.0, kernels=kernels, frames={"Beta": "BETA_FIXED"})
     assert spiceypy.ktotal("ALL") == 4
-    found = state_from_spice(system, IDS, CENTRE, time=1.0, frames={"Beta": "ALPHA_FIXED"})
-    assert np.array_equal(found.attitude[0], found.attitude[1])
+    result = state_from_spice(system, IDS, CENTRE, time=1.0, frames={"Beta": "ALPHA_FIXED"})
+    assert np.array_equal(result.attitude[0], result.attitude[1])
 
 
 def test_runs_back_in_time_and_in_other_units_are_written(start, tmp_path):
@@ -146,11 +155,11 @@ def test_runs_back_in_time_and_in_other_units_are_written(start, tmp_path):
     run = system.integrate(start, -18000.0, dense=True)
     assert run.dense.range[0] > run.dense.range[1]
     with kernels_loaded(run.to_spk(tmp_path / "b.bsp", IDS, CENTRE)):
-        found, _ = spiceypy.spkgeo(IDS["Beta"], ET + 69.184 - 9000.0, "J2000", IDS["Alpha"])
+        result, _ = spiceypy.spkgeo(IDS["Beta"], ET + 69.184 - 9000.0, "J2000", IDS["Alpha"])
     state = run(-9000.0)
     apart = (state.position[1] - state.position[0]).to_value("km")
-    speed = np.linalg.norm(found[3:])
-    assert np.linalg.norm(found[:3] - apart) < 2e-3 * speed
+    speed = np.linalg.norm(result[3:])
+    assert np.linalg.norm(result[:3] - apart) < 2e-3 * speed
 
 
 @pytest.mark.parametrize("way", [1, -1])
@@ -164,9 +173,9 @@ def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, way
         for hour in (0.13, 3.33, 9.99):
             et = ET + 3600.0 * hour
             state = run((et - ET) / 3600.0)
-            found, _ = spiceypy.spkgeo(IDS["Beta"], et, "J2000", IDS["Alpha"])
+            result, _ = spiceypy.spkgeo(IDS["Beta"], et, "J2000", IDS["Alpha"])
             apart = state.position[1] - state.position[0]
-            assert np.abs(found[:3] - axes() @ apart.value).max() < 1e-9
+            assert np.abs(result[:3] - axes() @ apart.value).max() < 1e-9
             expected = (axes() @ state.rotation_matrix[0]).T
             assert angle(spiceypy.pxform("J2000", "ALPHA_FIXED", et), expected) < 1e-12
 
@@ -232,17 +241,17 @@ def test_names_that_give_no_frames_are_refused(system, start, tmp_path):
     assert "FRAME_A_FIXED = -658030000" in (tmp_path / "a.tf").read_text()
 
 
-def test_files_are_replaced_whole(run, tmp_path):
+def test_files_are_replaced_atomically(run, tmp_path):
     path = run.to_spk(tmp_path / "a.bsp", {"Beta": 5}, CENTRE)
-    before = path.read_bytes()
+    content = path.read_bytes()
     with pytest.raises(FileNotFoundError):
         run.to_spk(tmp_path / "none" / "a.bsp", IDS, CENTRE)
     run.to_spk(path, {"Beta": 5}, CENTRE)
-    assert path.read_bytes() == before
+    assert path.read_bytes() == content
     assert [p.name for p in tmp_path.iterdir()] == ["a.bsp"]
 
 
-def test_a_moment_and_plain_numbers_are_no_run_for_a_kernel(system, start, tmp_path):
+def test_a_single_time_and_numbers_without_units_are_no_run_for_a_kernel(system, start, tmp_path):
     for dense, message in ((False, "the run has 1 samples; a kernel needs three or more"), (True, "a stretch of time")):
         moment = system.integrate(start, START, dense=dense)
         refused(message, moment.to_spk, tmp_path / "a.bsp", IDS, CENTRE)
@@ -254,10 +263,7 @@ def test_a_moment_and_plain_numbers_are_no_run_for_a_kernel(system, start, tmp_p
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            {"time": "41 h"},
-            r"not contain the position of Alpha \(920066391\) from 20066391 at 41 h after 2025-05-25",
-        ),
+        ({"time": "41 h"}, r"not contain the position of Alpha \(920066391\) from 20066391 at 41 h after 2025-05-25"),
         ({"frames": {"Alpha": "NO_SUCH"}}, r"the attitude of Alpha \(920066391\) at 1.0 after"),
         ({"frames": {"Gamma": "X"}}, "a body in frames is 'Gamma'"),
         ({"ids": {"Alpha": 5}}, "ids has no number of Beta; expected those of Alpha, Beta"),
@@ -278,6 +284,6 @@ def test_kernels_that_lack_a_body_or_frame_are_named(system, kernels, options, m
 def test_points_need_no_frame(start, kernels):
     bodies = body_list(Alpha=(fullbody.PointMass(), "2e12 kg"), Beta=(fullbody.Sphere("0.2 km"), "1e11 kg"))
     system = fullbody.System(bodies, units=True, epoch=EPOCH, frame="ecliptic")
-    found = state_from_spice(system, IDS, CENTRE, time=1.0, kernels=kernels, frames={"Beta": "BETA_FIXED"})
-    assert found.attitude[0].tolist() == [1, 0, 0, 0]
-    assert found.spin[1].value[2] > 0.1
+    result = state_from_spice(system, IDS, CENTRE, time=1.0, kernels=kernels, frames={"Beta": "BETA_FIXED"})
+    assert result.attitude[0].tolist() == [1, 0, 0, 0]
+    assert result.spin[1].value[2] > 0.1

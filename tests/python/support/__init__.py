@@ -85,27 +85,27 @@ def rot_z(t):
     return np.array([[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1]])
 
 
-def refused(match, call, *given, **options):
+def refused(match, call, *arguments, **options):
     """The call raises InvalidInput, in whose message the pattern is found."""
     with pytest.raises(InvalidInput, match=match):
-        call(*given, **options)
+        call(*arguments, **options)
 
 
 def refused_with(pieces, call):
     """The call raises InvalidInput, in whose message these pieces, with dots between, come in this order."""
     with pytest.raises(InvalidInput) as caught:
         call()
-    message = rest = str(caught.value)
+    message = remainder = str(caught.value)
     for piece in pieces.split(" ... "):
-        assert piece.lower() in rest.lower(), message
-        rest = rest[rest.lower().index(piece.lower()) + len(piece) :]
+        assert piece.lower() in remainder.lower(), message
+        remainder = remainder[remainder.lower().index(piece.lower()) + len(piece) :]
     assert len(message) < 400
 
 
 def body_list(*unnamed, **named):
     """Bodies by pairs of shape and mass, with names where they are given as keywords."""
-    given = [(None, pair) for pair in unnamed] + list(named.items())
-    return [fullbody.Body(shape, mass=mass, name=name) for name, (shape, mass) in given]
+    arguments = [(None, pair) for pair in unnamed] + list(named.items())
+    return [fullbody.Body(shape, mass=mass, name=name) for name, (shape, mass) in arguments]
 
 
 def points(*masses, G=1.0, **options):
@@ -182,7 +182,7 @@ def pairs(draw, gravity=("focal", "surface")):
     ]
     system = fullbody.System(bodies, G=1.0, gravity=draw(st.sampled_from(gravity)))
     separation = draw(st.floats(2.2, 5.0)) * draw(directions)
-    place = draw(vectors)
+    position = draw(vectors)
     # About the speed of a circular orbit, across the line of the centres: no collision for a quarter of a turn.
     across = np.cross(separation, draw(directions))
     assume(np.linalg.norm(across) > 1e-3)
@@ -190,7 +190,7 @@ def pairs(draw, gravity=("focal", "surface")):
     velocity = across / np.linalg.norm(across) * speed
     drift = 0.3 * draw(vectors)
     state = fullbody.State(
-        [place, place + separation],
+        [position, position + separation],
         [drift, drift + velocity],
         [draw(quaternions), draw(quaternions)],
         [draw(vectors), draw(vectors)],

@@ -63,17 +63,17 @@ def attraction(first, second, centres, tolerance=1e-13):
     The triangles of the second one are divided until the sum over the parts of each agrees with the whole.
     """
     pending, total = second, np.zeros(6)
-    whole = pressure(first, pending)
+    estimate = pressure(first, pending)
     scale = np.abs(volume(first) * volume(second)) / np.linalg.norm(centres[1] - centres[0]) ** 2
     for _ in range(40):
         a, b, c = pending.transpose(1, 0, 2)
         d, e, f = 0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)
         parts = np.stack([np.stack(t, axis=1) for t in ((a, f, e), (f, b, d), (e, d, c), (d, e, f))], axis=1)
         finer = pressure(first, parts.reshape(-1, 3, 3)).reshape(-1, 4, 6)
-        error = np.abs(finer.sum(axis=1) - whole).max(axis=1)
+        error = np.abs(finer.sum(axis=1) - estimate).max(axis=1)
         done = error <= tolerance * scale
         total += finer[done].sum(axis=(0, 1))
-        pending, whole = parts[~done].reshape(-1, 3, 3), finer[~done].reshape(-1, 6)
+        pending, estimate = parts[~done].reshape(-1, 3, 3), finer[~done].reshape(-1, 6)
         if len(pending) == 0:
             break
     else:

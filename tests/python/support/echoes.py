@@ -1,4 +1,4 @@
-"""Bodies on straight ways before a radar, and their spectra and images in plain numbers."""
+"""Bodies on straight paths before a radar, and their spectra and images in plain numbers."""
 
 import warnings
 
@@ -23,8 +23,8 @@ def run_of(*shapes, position=None, velocity=None, attitude=None, spin=None, mass
     masses = [1.0] * len(shapes) if masses is None else masses
     bodies = body_list(**{name: pair for name, pair in zip("ABC", zip(shapes, masses, strict=True), strict=False)})
     system = System(bodies, G=1e-30, units=("km", "s", "kg"), gravity="point")
-    place = np.zeros((len(shapes), 3)) if position is None else position
-    state = State(place, np.zeros_like(place) if velocity is None else velocity, attitude=attitude, spin=spin)
+    positions = np.zeros((len(shapes), 3)) if position is None else position
+    state = State(positions, np.zeros_like(positions) if velocity is None else velocity, attitude=attitude, spin=spin)
     with warnings.catch_warnings():
         # The bodies move faster than their speed of escape, so that they go on straight.
         warnings.simplefilter("ignore", InconsistentInput)
@@ -32,8 +32,8 @@ def run_of(*shapes, position=None, velocity=None, attitude=None, spin=None, mass
 
 
 def spectrum(run, edges, geometry=None, **options):
-    found = observing.radar_spectrum(run, [0.0], at_rest() if geometry is None else geometry, edges, **FULL | options)
-    return found.power.to_value("km2")[0]
+    result = observing.radar_spectrum(run, [0.0], at_rest() if geometry is None else geometry, edges, **FULL | options)
+    return result.power.to_value("km2")[0]
 
 
 def image(run, delays, edges, geometry=None, **options):

@@ -10,15 +10,15 @@ from scipy.spatial.transform import Rotation
 
 #: An integrator whose error is far below those of the observations.
 QUICK = fullbody.Verner98(rtol=1e-11, atol=1e-11)
-#: In km^3 / (kg h^2).
+#: The gravitational constant in km^3 / (kg h^2).
 G = 6.6743e-20 * 3600.0**2
 
 
 def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, libration=0.05, x=0.0, y=0.0):
-    """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its turns about x and y.
+    """1999 KW4 with Alpha's mass in 1e12 kg, shortest semi-axis and separation in km, and rotations about x and y.
 
-    The mutual orbit starts at the speed of a circle, in the plane of the ecliptic after all has been turned by the
-    vector (x, y, 0).
+    The mutual orbit starts at the speed of a circle, in the plane of the ecliptic, after a rotation of the system by
+    the vector (x, y, 0).
     """
     masses = mass * 1e12, ratio * mass * 1e12
     alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, c), mass=masses[0], name="Alpha")
@@ -27,16 +27,16 @@ def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, librat
     speed = np.sqrt(G * sum(masses) / a)
     share = masses[1] / sum(masses)
     separate = np.array([-share, 1.0 - share])[:, None]
-    turn = Rotation.from_rotvec([x, y, 0.0])
+    rotation = Rotation.from_rotvec([x, y, 0.0])
     return system, fullbody.State.from_scipy(
-        position=turn.apply(separate * [a, 0.0, 0.0]),
-        velocity=turn.apply(separate * [0.0, speed, 0.0]),
-        rotation=[turn * Rotation.from_euler("XY", [tilt, roll]), turn * Rotation.from_euler("Z", libration)],
+        position=rotation.apply(separate * [a, 0.0, 0.0]),
+        velocity=rotation.apply(separate * [0.0, speed, 0.0]),
+        rotation=[rotation * Rotation.from_euler("XY", [tilt, roll]), rotation * Rotation.from_euler("Z", libration)],
         spin=[[0.0, 0.0, 2.273], [0.0, 0.0, speed / a]],
     )
 
 
-#: From which the radar of a pair of points is seen.
+#: The geometry of radar observations of a pair of points.
 VIEW = observing.Geometry([0.0, 100.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
 
 
@@ -57,11 +57,11 @@ def pair_radar():
     rng, (system, state) = np.random.default_rng(5), pair()
     options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
     times, zero = np.linspace(2.0, 30.0, 15), np.zeros(15)
-    plain = observing.RadarAstrometry(times, range=zero, range_rate=zero, **options)
-    found = plain.predict(system.integrate(state, 30.0, output=times))
+    template = observing.RadarAstrometry(times, range=zero, range_rate=zero, **options)
+    result = template.predict(system.integrate(state, 30.0, output=times))
     noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
     return observing.RadarAstrometry(
-        times, range=found.range + noise[0], range_rate=found.range_rate + noise[1], **options
+        times, range=result.range + noise[0], range_rate=result.range_rate + noise[1], **options
     )
 
 
@@ -85,17 +85,17 @@ def flyby(hours):
     return observing.Geometry(times, to_observer=np.linspace(nearest - way, nearest + way, ROWS), frame="ecliptic")
 
 
-def noisy(rng, system, state, times, hours, **places):
+def noisy(rng, system, state, times, hours, **bodies):
     """Ranges and range rates, of Beta relative to Alpha unless others are named, 75 m and 1 cm/s, with their noise."""
     options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": view(hours)} | (
-        places or {"body": "Beta", "about": "Alpha"}
+        bodies or {"body": "Beta", "about": "Alpha"}
     )
     zero = np.zeros(len(times))
-    plain = observing.RadarAstrometry(times, range=zero * u.km, range_rate=zero * u.cm / u.s, **options)
-    found = plain.predict(system.integrate(state, hours, output=plain.emission(system), integrator=QUICK))
+    template = observing.RadarAstrometry(times, range=zero * u.km, range_rate=zero * u.cm / u.s, **options)
+    result = template.predict(system.integrate(state, hours, output=template.emission(system), integrator=QUICK))
     noise = rng.normal(size=(2, len(times)))
     return observing.RadarAstrometry(
-        times, range=found.range + noise[0] * 75 * u.m, range_rate=found.range_rate + noise[1] * u.cm / u.s, **options
+        times, range=result.range + noise[0] * 75 * u.m, range_rate=result.range_rate + noise[1] * u.cm / u.s, **options
     )
 
 
@@ -128,13 +128,13 @@ def dimorphos(
         force = -pair.interactions(fullbody.State([[0.0] * 3, [apart, 0.0, 0.0]], still)).force[1, 0]
         apart *= (force / (pair.masses[0] * share * apart * rate**2)) ** (1 / 3)
     separate = np.array([-share, 1.0 - share])[:, None]
-    # From the plane of the orbit, where the moon is at the angle of the phase, to the ecliptic.
-    turn = Rotation.from_euler("zyz", [phase, np.pi / 2 - np.radians(latitude), np.radians(longitude)])
-    turn = Rotation.from_rotvec([roll, pitch, 0.0], degrees=True) * turn
+    # The rotation from the plane of the orbit, in which the moon is at the angle of the phase, to the ecliptic.
+    rotation = Rotation.from_euler("zyz", [phase, np.pi / 2 - np.radians(latitude), np.radians(longitude)])
+    rotation = Rotation.from_rotvec([roll, pitch, 0.0], degrees=True) * rotation
     state = fullbody.State.from_scipy(
-        position=turn.apply(separate * [apart, 0, 0]),
-        velocity=turn.apply(separate * [0, apart * rate, 0]),
-        rotation=Rotation.concatenate([turn, turn]),
+        position=rotation.apply(separate * [apart, 0, 0]),
+        velocity=rotation.apply(separate * [0, apart * rate, 0]),
+        rotation=Rotation.concatenate([rotation, rotation]),
         spin=[[0, 0, 2.78], [0, 0, rate]],
     )
     return fullbody.System(pair.bodies, G=G, units=("km", "hour", "kg"), frame="ecliptic", **options), state

@@ -58,14 +58,14 @@ def momentum_gradients(system, state):
     """Gradients of the momentum and of the angular momentum about the origin: (6, 12 N)."""
     linear, angular = [], []
     for k, body in enumerate(system):
-        turn, moments = state.rotation_matrix[k], np.diag(inertia(body))
+        rotation, moments = state.rotation_matrix[k], np.diag(inertia(body))
         zero, mass = np.zeros((3, 3)), body.mass
         linear += [zero, mass * np.eye(3), zero, zero]
         angular += [
             -mass * cross(state.velocity[k]),
             mass * cross(state.position[k]),
-            -turn @ cross(moments @ state.spin[k]),
-            turn @ moments,
+            -rotation @ cross(moments @ state.spin[k]),
+            rotation @ moments,
         ]
     return np.vstack([np.hstack(linear), np.hstack(angular)])
 
@@ -126,33 +126,33 @@ def displaced(state, body, kind, axis, by):
     """The state with one of its 12 N numbers changed."""
     parts = [np.array(part) for part in (state.position, state.velocity, state.attitude, state.spin)]
     if kind == 2:
-        turn = np.zeros(4)
-        turn[0], turn[1 + axis] = np.cos(by / 2), np.sin(by / 2)
-        parts[2][body] = quaternion_product(parts[2][body], turn)
+        rotation = np.zeros(4)
+        rotation[0], rotation[1 + axis] = np.cos(by / 2), np.sin(by / 2)
+        parts[2][body] = quaternion_product(parts[2][body], rotation)
     else:
         parts[kind][body, axis] += by
     return fullbody.State(*parts, time=state.time)
 
 
-def deviation(one, other):
+def deviation(first, other):
     """The deviation of one state from another that is near by, in 12 N numbers."""
     rows = []
-    for k in range(len(one.position)):
-        turn = quaternion_product(one.attitude[k] * [1, -1, -1, -1], other.attitude[k])
-        rows += [other.position[k] - one.position[k], other.velocity[k] - one.velocity[k]]
-        sine = np.linalg.norm(turn[1:])
-        rows += [2 * np.arcsin(sine) / max(sine, 1e-300) * turn[1:] * np.sign(turn[0])]
-        rows += [other.spin[k] - one.spin[k]]
+    for k in range(len(first.position)):
+        rotation = quaternion_product(first.attitude[k] * [1, -1, -1, -1], other.attitude[k])
+        rows += [other.position[k] - first.position[k], other.velocity[k] - first.velocity[k]]
+        sine = np.linalg.norm(rotation[1:])
+        rows += [2 * np.arcsin(sine) / max(sine, 1e-300) * rotation[1:] * np.sign(rotation[0])]
+        rows += [other.spin[k] - first.spin[k]]
     return np.concatenate(rows)
 
 
 def central(run_with, step):
     """Derivative of the end of a run by differences of fourth order."""
-    one, two = (deviation(run_with(-k * step), run_with(k * step)) / (2 * k * step) for k in (1, 2))
-    return (4 * one - two) / 3
+    single, double = (deviation(run_with(-k * step), run_with(k * step)) / (2 * k * step) for k in (1, 2))
+    return (4 * single - double) / 3
 
 
 def central_of_state(numbers, step):
     """Derivative of numbers by differences of fourth order."""
-    one, two = ((numbers(k * step) - numbers(-k * step)) / (2 * k * step) for k in (1, 2))
-    return (4 * one - two) / 3
+    single, double = ((numbers(k * step) - numbers(-k * step)) / (2 * k * step) for k in (1, 2))
+    return (4 * single - double) / 3

@@ -39,9 +39,15 @@ def icosphere(level, axes=(1.0, 1.0, 1.0)):
     return Polyhedron(np.array(ball.vertices) * axes, np.array(ball.faces))
 
 
-def close(found, expected, tolerance, scale=None):
+def convex_hull(points):
+    """The convex polyhedron of points, with outward faces."""
+    solid = trimesh.convex.convex_hull(points)
+    return Polyhedron(np.array(solid.vertices), np.array(solid.faces))
+
+
+def close(result, expected, tolerance, scale=None):
     size = np.abs(expected).max() if scale is None else scale
-    assert np.abs(np.asarray(found) - expected).max() <= tolerance * size, (found, expected)
+    assert np.abs(np.asarray(result) - expected).max() <= tolerance * size, (result, expected)
 
 
 def pose(separation, seed=3, spin=0.0):
@@ -65,7 +71,7 @@ def focal_points(a, b, c, n=12, m=48):
 
 
 def with_more_faces(solid):
-    """The same solid with each face cut in three."""
+    """Divide each face of a solid into three."""
     corners = solid.vertices[solid.faces]
     middle = len(solid.vertices) + np.arange(len(solid.faces))
     faces = [np.column_stack([solid.faces[:, k], solid.faces[:, (k + 1) % 3], middle]) for k in range(3)]

@@ -59,9 +59,9 @@ class Case:
             or getattr(self.integrator, "scheme", None) == "leapfrog"
         )
 
-    def ended(self, wanted=False, **given):
-        given = {"system": self.system, "state": self.state, "event": self.event} | given
-        system, state, event = given.values()
+    def ended(self, wanted=False, **options):
+        options = {"system": self.system, "state": self.state, "event": self.event} | options
+        system, state, event = options.values()
         return system.integrate(
             state, self.until, output="ends", integrator=self.integrator, events=[event], derivatives=wanted
         )
@@ -89,13 +89,13 @@ def body(rng, kind, name, mass):
     if kind != "composite":
         return fullbody.Body(shape(rng, kind), mass=mass, name=name)
     kinds = rng.choice(["ellipsoid", "sphere", "polyhedron"], size=rng.integers(2, 4))
-    turn = [q / np.linalg.norm(q) for q in rng.normal(size=(len(kinds), 4))]
+    attitudes = [q / np.linalg.norm(q) for q in rng.normal(size=(len(kinds), 4))]
     parts = [
         fullbody.Part(
             shape(rng, part, 0.6),
             mass=mass * rng.uniform(0.3, 0.7),
             position=0.5 * rng.uniform(-1, 1, 3),
-            attitude=turn[k],
+            attitude=attitudes[k],
         )
         for k, part in enumerate(kinds)
     ]
@@ -111,7 +111,7 @@ def body(rng, kind, name, mass):
 
 
 def forces(rng, kinds, fixed):
-    """Forces strong enough to be seen; of those that depend on velocities none beside fixed steps."""
+    """Random forces with visible effects; fixed steps get none that depend on velocities."""
     made = []
     which = rng.random()
     if which < 0.2:
@@ -126,9 +126,9 @@ def forces(rng, kinds, fixed):
         a = -20.0 if hyperbola else rng.uniform(25.0, 40.0) / (1 - e)
         angles = rng.uniform(0.1, 3.0, 4)
         orbit = fullbody.KeplerElements(a, e, *angles)
-        given = {"mass": 30.0} if rng.random() < 0.5 else {"mu": 30.0}
+        options = {"mass": 30.0} if rng.random() < 0.5 else {"mu": 30.0}
         of = rng.choice(["system", "body"])
-        made.append(fullbody.forces.ThirdBody(orbit=orbit, of=str(of), time=0.3, name="Sun", **given))
+        made.append(fullbody.forces.ThirdBody(orbit=orbit, of=str(of), time=0.3, name="Sun", **options))
     if fixed or "point" in kinds:
         return made
     if rng.random() < 0.6:
@@ -157,10 +157,10 @@ def tilted(rng, system, state):
     axes[:, order[1]] = np.cross(axes[:, order[2]], line)
     if np.linalg.det(axes) < 0.0:
         axes[:, order[1]] *= -1.0
-    turn = Rotation.from_matrix(axes).as_quat(scalar_first=True)
+    rotation = Rotation.from_matrix(axes).as_quat(scalar_first=True)
     spin = axes.T @ (momentum / (away @ away) + rng.choice([-1.0, 1.0]) * 0.4 * line)
     attitude, spins = np.array(state.attitude), np.array(state.spin)
-    attitude[1], spins[1] = turn, spin
+    attitude[1], spins[1] = rotation, spin
     return state.replace(attitude=attitude, spin=spins)
 
 
@@ -195,12 +195,12 @@ def case(seed):
     along = np.cross(away, rng.normal(size=3))
     along *= np.sqrt(1.4 / np.linalg.norm(away)) / np.linalg.norm(along)
     along += rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.15) * away / np.linalg.norm(away)
-    turn = rng.normal(size=(3, 4))
+    attitudes = rng.normal(size=(3, 4))
     count = len(bodies)
     state = fullbody.State(
         [-0.3 * away, 0.7 * away, [2.0, -8.0, 1.0]][:count],
         [-0.3 * along, 0.7 * along, [0.3, 0.1, 0.0]][:count],
-        (turn / np.linalg.norm(turn, axis=1, keepdims=True))[:count],
+        (attitudes / np.linalg.norm(attitudes, axis=1, keepdims=True))[:count],
         rng.uniform(-0.5, 0.5, (count, 3)),
         time=0.2,
     )
@@ -212,7 +212,7 @@ def case(seed):
     chosen = [str(n) for n in rng.choice(names, size=min(3, len(names)), replace=False)]
     for force in system.forces:
         chosen.append(str(rng.choice([name for name in names if name.endswith(f" of {force.name}")])))
-    # Without a k2 the lag does nothing.
+    # A lag without a k2 has no effect.
     idle = ["lag of tide"] if any(getattr(force, "k2", 1.0) == 0.0 for force in system.forces) else []
     chosen = [name for name in dict.fromkeys(chosen) if name not in idle]
     forced = ", ".join(force.name for force in system.forces)
@@ -232,12 +232,12 @@ def errors(case):
     size = scales(system, state)
     sizes = np.concatenate([size, size, [size[0] / size[3]]])
 
-    def numbers(**given):
-        run = case.ended(**given)
+    def numbers(**options):
+        run = case.ended(**options)
         return run[-1], run.events[0].state, run.events[0].time
 
     event = run.at_event(0)
-    place = (case.column // 12, case.column % 12 // 3, case.column % 3)
+    index = (case.column // 12, case.column % 12 // 3, case.column % 3)
 
     end, there = slice(0, len(size)), slice(len(size), None)
 
@@ -253,35 +253,35 @@ def errors(case):
     def least(columns, ends, natural, parts=both):
         # Principal axes are named anew, and rules of the quadrature change, beyond some change: there a shorter step
         # decides, and beside a loose tolerance a longer one.
-        found = []
+        results = []
         for step in STEPS:
             try:
                 change = differences(ends, step * natural)
             except InvalidInput:
                 change = one_sided(ends, step * natural)
-            found.append(error(columns, change, natural, parts))
-            if found[-1] < TOLERANCE:
+            results.append(error(columns, change, natural, parts))
+            if results[-1] < TOLERANCE:
                 break
-        return min(found)
+        return min(results)
 
     columns = run.transition[-1][:, case.column], event.transition[:, case.column], event.time[[case.column]]
-    moved = least(columns, lambda by: numbers(state=displaced(state, *place, by)), size[case.column])
-    found = {f"column {case.column}": moved}
+    moved = least(columns, lambda by: numbers(state=displaced(state, *index, by)), size[case.column])
+    results = {f"column {case.column}": moved}
     for name in case.names:
         natural = system.context.natural_size(name)
         # Loads that are in proportion to their number allow for larger steps, in which they tell more.
         share = 20.0 if name.startswith(("k2", "lag", "along", "across", "factor", "force")) else 1.0
         columns = run.sensitivity[name][-1], event.sensitivity[name], [event.time_sensitivity[name]]
-        found[name] = least(columns, lambda by, name=name: numbers(system=system.changed(name, by)), share * natural)
+        results[name] = least(columns, lambda by, name=name: numbers(system=system.changed(name, by)), share * natural)
     if case.is_of_second_order:
-        return found
-    name, changed = own_parameter(case.event)
+        return results
+    name, changed = parameter_of(case.event)
     columns = np.zeros(len(size)), event.sensitivity[name], [event.time_sensitivity[name]]
-    found[name] = least(columns, lambda by: numbers(event=changed(by)), 1.0, parts=(there,))
-    return found
+    results[name] = least(columns, lambda by: numbers(event=changed(by)), 1.0, parts=(there,))
+    return results
 
 
-def own_parameter(event):
+def parameter_of(event):
     """The name of a number of an event, and the event with it changed."""
     if isinstance(event, fullbody.events.Separation):
         return "value of Separation", lambda by: replace(event, value=event.value + by)
@@ -318,6 +318,6 @@ def one_sided(ends, step):
     return sum(w * change(here, ends(k * step)) for k, w in enumerate(weights, 1)) / step
 
 
-def change(one, other):
+def change(first, other):
     """The change of the end of a run, of the state at its event, and of the event's time."""
-    return np.concatenate([deviation(one[0], other[0]), deviation(one[1], other[1]), [other[2] - one[2]]])
+    return np.concatenate([deviation(first[0], other[0]), deviation(first[1], other[1]), [other[2] - first[2]]])

@@ -26,9 +26,9 @@ def setup(longitude, latitude, period, angle, acceleration=None):
 def geometry(days, inclination=0.04):
     """Directions from a body at 2.5 au to the Earth and to the Sun, on circular orbits, at days since the epoch."""
     body, earth = (2.0 * np.pi * days / (365.25 * a**1.5) for a in (2.5, 1.0))
-    place = 2.5 * np.stack([np.cos(body), np.sin(body), inclination * np.sin(body)], axis=1)
+    position = 2.5 * np.stack([np.cos(body), np.sin(body), inclination * np.sin(body)], axis=1)
     observer = np.stack([np.cos(earth), np.sin(earth), 0.0 * earth], axis=1)
-    view = {"to_observer": (observer - place) * u.au, "to_sun": -place * u.au, "frame": "ecliptic"}
+    view = {"to_observer": (observer - position) * u.au, "to_sun": -position * u.au, "frame": "ecliptic"}
     return observing.Geometry(EPOCH + days * u.day, **view)
 
 

@@ -6,7 +6,7 @@ from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp
 
 from support import body_list
 
-#: Of the pair: a = 1, n = 1.
+#: The pair has a = 1 and n = 1.
 G = 1.0
 
 
@@ -21,14 +21,14 @@ def pair(mass=1e-2, small=(0.12, 0.10, 0.08), **options):
     return system, state
 
 
-def sun(**given):
-    """A third body whose tide on the pair is some 1e-4 of what holds it."""
+def sun(**options):
+    """A third body whose tide on the pair is some 1e-4 of the pair's own attraction."""
     orbit = fullbody.KeplerElements(2000.0, 0.3, 0.4, 1.0, 2.0, 0.3)
-    return ThirdBody(**({"mu": 1e6, "orbit": orbit, "of": "system", "name": "Sun"} | given))
+    return ThirdBody(**({"mu": 1e6, "orbit": orbit, "of": "system", "name": "Sun"} | options))
 
 
 def drag(time, state):
-    """A force that depends on time, place and velocity, and a torque."""
+    """A force that depends on time, position and velocity, and a torque."""
     force = -1e-5 * state.velocity + 1e-6 * np.cos(0.3 * time) * state.position
     return force, -1e-6 * state.spin
 
@@ -50,10 +50,10 @@ def body_alone(shape=None, mass=1.0, spin=(0.0, 0.0, 1.0), attitude=(1.0, 0, 0, 
     return system, fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], attitude=[attitude], spin=[spin])
 
 
-def at_rest(place, mu, name="Sun", span=1e3):
+def at_rest(position, mu, name="Sun", span=1e3):
     """A third body that stands still: a table of one position."""
     times = np.linspace(-span, span, 5)
-    return ThirdBody(mu=mu, times=times, positions=np.tile(place, (5, 1)), of="body", name=name)
+    return ThirdBody(mu=mu, times=times, positions=np.tile(position, (5, 1)), of="body", name=name)
 
 
 def relative(run):
@@ -62,7 +62,7 @@ def relative(run):
     return both[:, 1] - both[:, 0]
 
 
-def kepler_place(elements, mu, time):
+def kepler_position(elements, mu, time):
     """Position on an ellipse or hyperbola by Newton's method in longdouble (Murray & Dermott 1999, Sec. 2.4)."""
     a, e, i, node, argument, mean = (np.longdouble(x) for x in elements)
     mean = mean + np.sqrt(np.longdouble(mu) / abs(a) ** 3) * np.longdouble(time)

@@ -21,10 +21,10 @@ def strips(radius, gap, s, law):
     def ends(y, round_by=0.0):
         """The lit interval of the angle on the row at y, or the one a turn away; and where the disc's edge cuts it."""
         rho = np.sqrt(1.0 - y * y)
-        size, turn = np.hypot(s[2], s[0]), np.arctan2(s[0], s[2]) + round_by
+        size, middle = np.hypot(s[2], s[0]), np.arctan2(s[0], s[2]) + round_by
         half = np.arccos(np.clip(-s[1] * y / np.maximum(rho * size, 1e-300), -1.0, 1.0))
-        low = np.maximum(turn - half, -np.pi / 2)
-        high = np.minimum(turn + half, np.pi / 2)
+        low = np.maximum(middle - half, -np.pi / 2)
+        high = np.minimum(middle + half, np.pi / 2)
         cut = np.arcsin(np.clip(edge(y) / np.maximum(rho, 1e-300), -1.0, 1.0))
         return low, high, cut, rho
 

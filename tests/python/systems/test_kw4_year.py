@@ -61,7 +61,7 @@ def test_energy_momenta_and_the_length_of_quaternions_stay(year):
     assert (np.abs(momentum - momentum[0]) < 1e-11 * np.abs(momentum[0])).all()
 
 
-def test_angular_momentum_of_the_places_drifts_by_evaluation_alone(year):
+def test_angular_momentum_of_samples_drifts_by_evaluation_alone(year):
     # The barycentre travels 437 km: r x m v about the origin loses digits that the motion keeps.
     run, _ = year
     momentum = kw4.momentum_of_places(run)

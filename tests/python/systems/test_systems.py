@@ -8,7 +8,7 @@ from fullbody import PointMass, systems
 from support import ready, refused
 from support.ready_systems import PUBLISHED, TABULATED, WITHOUT_POLE
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 
 @pytest.mark.parametrize("name", TABULATED)

@@ -9,7 +9,7 @@ from astropy.coordinates import get_body_barycentric
 from fullbody import forces, systems
 from support import ready, refused
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 AU = 149597870.7
 BINARIES = ("didymos", "didymos_after_dart", "dinkinesh", "fg3_1996", "patroclus_menoetius", "antiope", "sn263_2001")
