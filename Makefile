@@ -125,7 +125,7 @@ mutants:  ## changes to the Rust code that no Rust test detects, for a module or
 	cargo mutants --file "src/$(MODULE:/=)$(if $(filter %.rs,$(MODULE)),,/**)" --output out $(MUTANTS)
 
 clean:  ## removes everything that was built
-	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks
+	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks docs/reference/pages
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so
 

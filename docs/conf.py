@@ -25,6 +25,7 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(DOCS))
 from gallery import Thumbnails  # noqa: E402
+from names import expand, write_pages  # noqa: E402
 
 from notebooks import quiet_kernels  # noqa: E402
 
@@ -92,6 +93,7 @@ def copy(source: Path, target: Path) -> None:
 
 
 stage()
+write_pages()
 quiet_kernels()
 
 extensions = [
@@ -157,6 +159,7 @@ WIDE = (
     "kw4_radar",
     "hera",
     "explorer",
+    "reference/names",
 )
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
@@ -166,7 +169,7 @@ html_theme_options = {
     "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
     "navigation_with_keys": False,
     "show_prev_next": True,
-    "secondary_sidebar_items": ["page-toc", "sourcelink"],
+    "secondary_sidebar_items": {"**": ["page-toc", "sourcelink"], "reference/names": []},
     "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -255,6 +258,7 @@ def setup(app: Any) -> None:
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
     app.connect("source-read", without_results)
+    app.connect("source-read", expand)
     app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("html-collect-pages", drop_unread, priority=100)

@@ -19,6 +19,7 @@ from .brightness import BrightnessDerivatives, brightness, brightness_derivative
 from .chord import Chord, Chords, Miss
 from .chords import occultation_chords
 from .damit import DamitModel, read_damit, read_damit_model
+from .data import Observations
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
 from .light_centres import CombinedLight, combined_light
@@ -65,6 +66,7 @@ __all__ = [
     "Miss",
     "MutualEvent",
     "MutualEvents",
+    "Observations",
     "Outline",
     "Photocentre",
     "Photometry",

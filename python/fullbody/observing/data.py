@@ -104,7 +104,7 @@ class Observations(Predictions, Tabled):
         return read
 
     def to_table(self) -> Any:
-        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        """Return the observations as an astropy ``QTable``, which ``from_table`` reads."""
         with need("observing", "a table"):
             from astropy.table import QTable
 

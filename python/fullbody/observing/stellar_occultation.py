@@ -250,7 +250,7 @@ class StellarOccultation(PredictedChords):
         return reports_of(self.stations.locations, chords, self.errors_of_chords.to_value("s"), watched, kinds, names)
 
     def to_table(self) -> Any:
-        """Return the chords as an astropy ``QTable`` with a row for each station, which :meth:`from_table` reads.
+        """Return the chords as an astropy ``QTable`` with a row for each station, which ``from_table`` reads.
 
         It has the columns ``disappearance`` and ``reappearance``, masked where they were not timed, their standard
         errors ``sigma_disappearance`` and ``sigma_reappearance``, ``body``, and the places of the stations:
