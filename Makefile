@@ -108,7 +108,9 @@ address:  ## the address of the source in pyproject.toml, written into the READM
 docs: $(VENV)/.docs  ## the documentation, into out/docs/, in some minutes; warnings are errors, examples are run
 	@echo "Rust's documentation (a minute), then all pages with their examples (three to five minutes on two cores), into out/docs/."
 	cargo doc --locked --no-deps
+	rm -rf out/docs/_modules  # Sphinx does not write a listing again whose source is older
 	$(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+	$(BIN)/python docs/links.py out/docs
 
 notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEBOOKS= names some of them
 	$(BIN)/python docs/notebooks.py $(NOTEBOOKS)

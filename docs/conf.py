@@ -193,7 +193,10 @@ class LinkSource(SphinxPostTransform):
                 logging.getLogger(__name__).warning("no %s in the project", path, location=literal)
                 continue
             inner = path.removeprefix("src/")
-            target = f"rust/src/fullbody/{inner}.html" if path.endswith(".rs") else f"rust/fullbody/{inner}/index.html"
+            # A module that is not public has no page, but a listing.
+            listing = inner if path.endswith(".rs") else f"{inner}/mod.rs"
+            target = f"fullbody/{inner}/index.html"
+            target = f"rust/{target}" if (RUST / target).is_file() else f"rust/src/fullbody/{listing}.html"
             here = self.app.builder.get_target_uri(self.env.docname)
             link = nodes.reference("", "", internal=True, refuri=relative_uri(here, target))
             literal.replace_self(link)
@@ -247,6 +250,26 @@ def drop_unread(app: Any) -> list[Any]:
     return []
 
 
+def mend_back_links(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """Let listings of sources link back to the names under which the reference has their objects.
+
+    Sphinx takes all objects of a file to be documented as attributes of one module.
+    """
+    if not page.startswith("_modules/fullbody"):
+        return
+    objects = app.env.domains.python_domain.objects
+
+    def mended(link: re.Match[str]) -> str:
+        head, docname, anchor = link.groups()
+        if anchor not in objects:
+            for name, entry in objects.items():
+                if entry.docname == docname and anchor.endswith("." + name.rpartition(".")[2]) and not entry.aliased:
+                    return f"{head}{docname}.html#{entry.node_id}"
+        return link[0]
+
+    context["body"] = re.sub(r'((?:\.\./)+)(reference/[\w/-]+)\.html#([\w.]+)', mended, context["body"])
+
+
 def drop_template(app: Any, error: Exception | None) -> None:
     """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
     (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
@@ -262,4 +285,5 @@ def setup(app: Any) -> None:
     app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("html-collect-pages", drop_unread, priority=100)
+    app.connect("html-page-context", mend_back_links)
     app.connect("build-finished", drop_template, priority=900)

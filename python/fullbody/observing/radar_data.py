@@ -113,12 +113,12 @@ class RadarSpectrum(RadarEchoes):
         Parameters
         ----------
         run : Run
-            A run as for :meth:`predict`.
+            A run as for :meth:`Observations.predict`.
         axes : array of matplotlib Axes, (2, 1), optional
         row : int
             The index of the spectrum.
         linear : dict, optional
-            The gain, as for :meth:`predict`.
+            The gain, as for :meth:`Observations.predict`.
         **kwargs
             Passed to ``Axes.errorbar``.
 
@@ -217,12 +217,12 @@ class DelayDoppler(RadarEchoes):
         Parameters
         ----------
         run : Run
-            A run as for :meth:`predict`.
+            A run as for :meth:`Observations.predict`.
         axes : array of matplotlib Axes, (1, 3), optional
         row : int
             The index of the image.
         linear : dict, optional
-            The gain, as for :meth:`predict`.
+            The gain, as for :meth:`Observations.predict`.
         **kwargs
             Passed to ``Axes.pcolormesh`` for all three.
 

@@ -297,9 +297,9 @@ class StellarOccultation(PredictedChords):
         Parameters
         ----------
         run : Run
-            A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
+            A run with ``dense=True``, or with samples at the times :meth:`Observations.emission` of its system.
         linear : dict, optional
-            The offset and the errors of clocks, as :meth:`linear_values` returns them.
+            The offset and the errors of clocks, as :meth:`Observations.linear_values` returns them.
 
         Returns
         -------

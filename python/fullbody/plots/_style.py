@@ -116,7 +116,8 @@ def dress(ax: Any, text: str, title: str = "") -> None:
     """Label the vertical axis, write a title if there is one, and draw the grid."""
     ax.set_ylabel(text)
     if title:
-        ax.set_title(title, fontsize="medium", loc="left")
+        # With a height, the title stays below pictures above the axes.
+        ax.set_title(title, fontsize="medium", loc="left", y=1.0)
     grid(ax)
 
 

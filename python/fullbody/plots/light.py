@@ -77,7 +77,7 @@ def light_curve(
             axis.invert_yaxis()
         if events and run.dense is not None:
             _mark(axis, run, geometry, moments)
-        dress(axis, f"magnitude of {name}" if bodies else "magnitude")
+        dress(axis, "magnitude", name if bodies else "")
     flat[-1].set_xlabel(label(run, "time", "time"))
     legend(flat[0])
     if len(seen):

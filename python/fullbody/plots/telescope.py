@@ -139,7 +139,7 @@ class SkyFrames:
         end = low[0] + 0.06 * span
         ax.plot([end, end + length * angle], [corner[1]] * 2, color="white", linewidth=1.5)
         label = f"{length:.6g} {_style.unit(self._run, 'length')}".rstrip()
-        ax.text(end + 0.5 * length * angle, corner[1] + 0.045 * span, label, **style)
+        ax.text(end, corner[1] + 0.045 * span, label, **{**style, "ha": "right"})
 
     def draw(self, ax: Any, index: int, names: bool, kwargs: dict[str, Any]) -> list[Any]:
         """Draw one of the pictures, with its time and phase angle as the title, and return the artists."""
