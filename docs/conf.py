@@ -169,7 +169,7 @@ html_theme_options = {
     "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
     "navigation_with_keys": False,
     "show_prev_next": True,
-    "secondary_sidebar_items": {"**": ["page-toc", "sourcelink"], "reference/names": []},
+    "secondary_sidebar_items": {"**": ["page-toc", "sourcelink"], "gallery": [], "reference/names": []},
     "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],

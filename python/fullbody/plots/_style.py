@@ -236,9 +236,9 @@ class Surface:
 
 def surfaces(run: Record, body: int) -> list[Surface]:
     """Return the surfaces of a body, without its voids; none for a point and for Stokes coefficients."""
-    whole = run.system.bodies[body].shape
-    if isinstance(whole, ConvexShape):
-        solid = whole.polyhedron()
+    convex = run.system.bodies[body].shape
+    if isinstance(convex, ConvexShape):
+        solid = convex.polyhedron()
         vertices = run.context.units.strip(solid.vertices, "length", "vertices")
         size = float(np.linalg.norm(vertices, axis=1).max())
         return [Surface(np.eye(3) * size, np.zeros(3), (vertices / size)[solid.faces])]

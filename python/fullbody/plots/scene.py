@@ -192,13 +192,8 @@ def draw_body(
     if not surfaces:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = rotations.matrices(attitude)
-    style: dict[str, Any] = {
-        "color": _COLOURS[body % len(_COLOURS)],
-        "edgecolor": "0.45",
-        "linewidth": 0.15,
-        "rstride": 1,
-        "cstride": 1,
-    }
+    style: dict[str, Any] = {"color": _COLOURS[body % len(_COLOURS)], "edgecolor": "0.45", "linewidth": 0.15}
+    style |= {"rstride": 1, "cstride": 1}
     artists = []
     if light is not None:
         mesh = (2 * mesh[0] - 1, 2 * mesh[1] - 1)
@@ -293,5 +288,5 @@ def _fill(ax: Any, span: Floats) -> None:
     below = np.maximum(low - np.min([box.min for box in outer], axis=0), 0.0)
     above = np.maximum(np.max([box.max for box in outer], axis=0) - high, 0.0)
     labels = np.array([below[0] + above[0], 2.0 * max(below[1], above[1])])
-    place = ax.get_position(original=True).size * ax.figure.bbox.size
-    ax.set_box_aspect(span, zoom=float((np.maximum(place - labels, 0.3 * place) / (high - low)).min()))
+    room = ax.get_position(original=True).size * ax.figure.bbox.size
+    ax.set_box_aspect(span, zoom=float((np.maximum(room - labels, 0.3 * room) / (high - low)).min()))
