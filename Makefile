@@ -28,7 +28,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 study quick test test-rust test-python test-reproduction explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
+.PHONY: help kw4 study quick test test-rust test-python test-reproduction coverage explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -64,6 +64,9 @@ test-python: $(VENV)/.dev
 
 test-reproduction: $(VENV)/.dev  ## the tests of the studies in reproduction/
 	$(PYTEST) reproduction/tests
+
+coverage: $(VENV)/.dev  ## the lines of the package that the tests execute, as a table and as pages in out/coverage/
+	$(PYTEST) --cov=fullbody --cov-report=term:skip-covered --cov-report=html:out/coverage tests/python python/fullbody
 
 # The program has to have the version of the library.
 $(VENV)/.explorer: $(VENV)/.built Cargo.lock
