@@ -267,7 +267,7 @@ def mend_back_links(app: Any, page: str, template: str, context: dict[str, Any],
                     return f"{head}{docname}.html#{entry.node_id}"
         return link[0]
 
-    context["body"] = re.sub(r'((?:\.\./)+)(reference/[\w/-]+)\.html#([\w.]+)', mended, context["body"])
+    context["body"] = re.sub(r"((?:\.\./)+)(reference/[\w/-]+)\.html#([\w.]+)", mended, context["body"])
 
 
 def drop_template(app: Any, error: Exception | None) -> None:

@@ -234,6 +234,12 @@ class Surface:
         return float(np.linalg.norm(self.position) + np.linalg.norm(self.columns, axis=0).max())
 
 
+def ball(meridians: int, parallels: int) -> Floats:
+    """Return a grid of points (parallels, meridians, 3) of the unit sphere; the first meridian is also the last one."""
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, meridians), np.linspace(0.0, np.pi, parallels))
+    return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+
+
 def surfaces(run: Record, body: int) -> list[Surface]:
     """Return the surfaces of a body, without its voids; none for a point and for Stokes coefficients."""
     convex = run.system.bodies[body].shape

@@ -199,8 +199,7 @@ def draw_body(
         mesh = (2 * mesh[0] - 1, 2 * mesh[1] - 1)
         # The legend shows the colour of the day side.
         artists += ax.plot([], [], linestyle="none", marker="s", markersize=9.0, color=style["color"], label=name)
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
-    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    ball = _style.ball(*mesh)
     for k, surface in enumerate(surfaces):
         options: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:

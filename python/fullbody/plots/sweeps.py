@@ -84,7 +84,7 @@ def sweep(
     ax = figures.single(ax, (6.0, 4.0))
     failed, values = dataset.error.values != "", dataset[measure]
     if up is None:
-        _curve(ax, across.values, values, failed, figures.full_option_names(kwargs))
+        _curve(ax, across.values, values, figures.full_option_names(kwargs))
         ax.set_ylabel(_title(values))
     else:
         grid_of_members = len(dims) == 2 and across.ndim == up.ndim == 1
@@ -139,7 +139,7 @@ def _coded(values: Any) -> tuple[Any, list[str]]:
     return np.vectorize(codes.get, otypes=[float])(values.values), names
 
 
-def _curve(ax: Any, across: Any, values: Any, failed: Any, kwargs: dict[str, Any]) -> None:
+def _curve(ax: Any, across: Any, values: Any, kwargs: dict[str, Any]) -> None:
     """Draw the measure against a parameter, in the order of this."""
     numbers, names = _coded(values)
     order = np.argsort(across)

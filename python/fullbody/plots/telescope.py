@@ -227,11 +227,7 @@ def _shade(part: Solid, toward: Floats, sunward: Floats, others: Iterable[tuple[
 
 def _mesh(part: Solid) -> Floats:
     """Return triangles (F, 3, 3) of the surface of an ellipsoid."""
-    u, v = np.meshgrid(
-        np.linspace(0.0, 2.0 * np.pi, _MERIDIANS + 1), np.linspace(0.0, np.pi, _PARALLELS + 1), indexing="ij"
-    )
-    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
-    grid = ball @ part.columns.T + part.centre
+    grid = np.swapaxes(_style.ball(_MERIDIANS + 1, _PARALLELS + 1), 0, 1) @ part.columns.T + part.centre
     a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
     halves = [np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, b, c), (a, c, d))]
     return np.concatenate(halves)
