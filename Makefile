@@ -28,7 +28,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 study quick test test-rust test-python test-reproduction explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
+.PHONY: help kw4 study quick test test-rust test-python test-reproduction coverage explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
 
 help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
@@ -64,6 +64,9 @@ test-python: $(VENV)/.dev
 
 test-reproduction: $(VENV)/.dev  ## the tests of the studies in reproduction/
 	$(PYTEST) reproduction/tests
+
+coverage: $(VENV)/.dev  ## the lines of the package that the tests execute, as a table and as pages in out/coverage/
+	$(PYTEST) --cov=fullbody --cov-report=term:skip-covered --cov-report=html:out/coverage tests/python python/fullbody
 
 # The program has to have the version of the library.
 $(VENV)/.explorer: $(VENV)/.built Cargo.lock
@@ -108,7 +111,9 @@ address:  ## the address of the source in pyproject.toml, written into the READM
 docs: $(VENV)/.docs  ## the documentation, into out/docs/, in some minutes; warnings are errors, examples are run
 	@echo "Rust's documentation (a minute), then all pages with their examples (three to five minutes on two cores), into out/docs/."
 	cargo doc --locked --no-deps
+	rm -rf out/docs/_modules  # Sphinx does not write a listing again whose source is older
 	$(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+	$(BIN)/python docs/links.py out/docs
 
 notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEBOOKS= names some of them
 	$(BIN)/python docs/notebooks.py $(NOTEBOOKS)
@@ -125,7 +130,7 @@ mutants:  ## changes to the Rust code that no Rust test detects, for a module or
 	cargo mutants --file "src/$(MODULE:/=)$(if $(filter %.rs,$(MODULE)),,/**)" --output out $(MUTANTS)
 
 clean:  ## removes everything that was built
-	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks
+	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks docs/reference/pages
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so
 

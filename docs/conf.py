@@ -25,6 +25,7 @@ DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 sys.path.insert(0, str(DOCS))
 from gallery import Thumbnails  # noqa: E402
+from names import expand, write_pages  # noqa: E402
 
 from notebooks import quiet_kernels  # noqa: E402
 
@@ -92,6 +93,7 @@ def copy(source: Path, target: Path) -> None:
 
 
 stage()
+write_pages()
 quiet_kernels()
 
 extensions = [
@@ -157,6 +159,7 @@ WIDE = (
     "kw4_radar",
     "hera",
     "explorer",
+    "reference/names",
 )
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
@@ -166,7 +169,7 @@ html_theme_options = {
     "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
     "navigation_with_keys": False,
     "show_prev_next": True,
-    "secondary_sidebar_items": ["page-toc", "sourcelink"],
+    "secondary_sidebar_items": {"**": ["page-toc", "sourcelink"], "gallery": [], "reference/names": []},
     "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -190,7 +193,10 @@ class LinkSource(SphinxPostTransform):
                 logging.getLogger(__name__).warning("no %s in the project", path, location=literal)
                 continue
             inner = path.removeprefix("src/")
-            target = f"rust/src/fullbody/{inner}.html" if path.endswith(".rs") else f"rust/fullbody/{inner}/index.html"
+            # A module that is not public has no page, but a listing.
+            listing = inner if path.endswith(".rs") else f"{inner}/mod.rs"
+            target = f"fullbody/{inner}/index.html"
+            target = f"rust/{target}" if (RUST / target).is_file() else f"rust/src/fullbody/{listing}.html"
             here = self.app.builder.get_target_uri(self.env.docname)
             link = nodes.reference("", "", internal=True, refuri=relative_uri(here, target))
             literal.replace_self(link)
@@ -244,6 +250,26 @@ def drop_unread(app: Any) -> list[Any]:
     return []
 
 
+def mend_back_links(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """Let listings of sources link back to the names under which the reference has their objects.
+
+    Sphinx takes all objects of a file to be documented as attributes of one module.
+    """
+    if not page.startswith("_modules/fullbody"):
+        return
+    objects = app.env.domains.python_domain.objects
+
+    def mended(link: re.Match[str]) -> str:
+        head, docname, anchor = link.groups()
+        if anchor not in objects:
+            for name, entry in objects.items():
+                if entry.docname == docname and anchor.endswith("." + name.rpartition(".")[2]) and not entry.aliased:
+                    return f"{head}{docname}.html#{entry.node_id}"
+        return link[0]
+
+    context["body"] = re.sub(r"((?:\.\./)+)(reference/[\w/-]+)\.html#([\w.]+)", mended, context["body"])
+
+
 def drop_template(app: Any, error: Exception | None) -> None:
     """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
     (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
@@ -255,7 +281,9 @@ def setup(app: Any) -> None:
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
     app.connect("source-read", without_results)
+    app.connect("source-read", expand)
     app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("html-collect-pages", drop_unread, priority=100)
+    app.connect("html-page-context", mend_back_links)
     app.connect("build-finished", drop_template, priority=900)

@@ -30,22 +30,28 @@ class Thumbnails(SphinxPostTransform):
         """Append the thumbnails to one page."""
         name = self.env.docname
         for index in self.pages.get(name, ()):
+            cards = []
             for page in self.env.toctree_includes.get(index, ()):
                 shown = list(cells(self.env.get_doctree(page)))
                 title = self.env.titles[page].astext()
-                if name == "gallery" and shown:
-                    self.document += nodes.rubric("", "", self.link(page, title))
-                    self.document += self.box("gallery", *(self.card(page, title, *one) for one in shown))
-                elif name == "notebooks":
+                if name == "gallery":
+                    cards += [self.card(page, title, code, picture) for code, picture in shown]
+                else:
                     picture = self.picture(page, shown[0][1], title) if shown else nodes.inline()
-                    text = nodes.paragraph("", "", self.link(page, title))
-                    self.document += self.box("gallery-row", picture, text)
+                    self.document += self.box("gallery-row", picture, self.caption(page, title))
+            if name == "gallery":
+                self.document += nodes.rubric("", "", self.link(index, self.env.titles[index].astext()))
+                self.document += self.box("gallery", *cards)
 
     def card(self, page: str, title: str, code: nodes.literal_block, picture: nodes.image) -> nodes.container:
-        """Return a picture with its code, which a click opens."""
+        """Return a picture with the title of its page and its code, which a click opens."""
         opened, closed = ("<details><summary>code</summary>", "</details>")
         parts = nodes.raw("", opened, format="html"), code.deepcopy(), nodes.raw("", closed, format="html")
-        return self.box("gallery-card", self.picture(page, picture, title), *parts)
+        return self.box("gallery-card", self.picture(page, picture, title), self.caption(page, title), *parts)
+
+    def caption(self, page: str, title: str) -> nodes.paragraph:
+        """Return a link to a page as a paragraph."""
+        return nodes.paragraph("", "", self.link(page, title))
 
     def picture(self, page: str, picture: nodes.image, title: str) -> nodes.reference:
         """Return a picture that is a link to its page."""

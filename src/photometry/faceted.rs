@@ -94,7 +94,7 @@ fn add_ellipsoid(
     partials: &mut Partials,
     interrupt: &mut InterruptCheck,
 ) -> Result<f64> {
-    let (mesh, [body, _], albedo) = (part.mesh, part.mesh.place, surface.albedo[0]);
+    let (mesh, [body, _], albedo) = (part.mesh, part.mesh.indices, surface.albedo[0]);
     let directions = part.lights.map(|light| part.rotation * light);
     let placed = Placed { body, semi_axes: mesh.semi_axes, position: Vec3::zeros(), rotation: part.rotation };
     let lit = Lit::new(&placed, surface.law, surface.time, directions, std::iter::empty());

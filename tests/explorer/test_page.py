@@ -212,6 +212,8 @@ def test_the_first_view_is_dimorphos_that_begins_to_roll(page, address):
     page.set_viewport_size({"width": 390, "height": 844})
     page.screenshot(path=PICTURES / "phone.png", full_page=True)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    tops = [page.locator(f".fullbody-{part}").bounding_box()["y"] for part in ("view", "controls", "curves")]
+    assert tops == sorted(tops)
 
 
 def test_the_widget_of_a_notebook_shows_the_runs_of_its_kernel(page):

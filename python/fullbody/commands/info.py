@@ -42,7 +42,7 @@ def register(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     failed = 0
-    found: dict[str, list[tables.Table]] = {}
+    contents: dict[str, list[tables.Table]] = {}
     for path in arguments.files:
         try:
             shown = of_toml(path) if path.suffix.lower() == ".toml" else of_recorded(path)
@@ -53,11 +53,12 @@ def run(arguments: argparse.Namespace) -> int:
             failed += 1
             continue
         if not arguments.json:
-            print(f"\n{path}" if found else path)
+            print(f"\n{path}" if contents else path)
             print(tables.to_text(*shown))
-        found[str(path)] = shown
+        contents[str(path)] = shown
     if arguments.json:
-        print(json.dumps({path: {table.caption: as_json(table) for table in shown} for path, shown in found.items()}))
+        objects = {path: {table.caption: as_json(table) for table in shown} for path, shown in contents.items()}
+        print(json.dumps(objects))
     return 1 if failed else 0
 
 

@@ -14,8 +14,10 @@ from .options import add_quiet, check_output, saved_run
 
 FIGURES = (".png", ".pdf", ".svg")
 _FILMS = (".gif", ".mp4", ".html")
+#: Plots of what is observed need times and a geometry, which no option gives.
+_OBSERVED = {"delay_doppler", "light_curve", "radar_spectrum", "sky"}
 #: The summary, and the names of single plots.
-_KINDS = ("page", *(name for name in vars(Plots) if not name.startswith("_") and name != "light_curve"))
+_KINDS = ("page", *(name for name in vars(Plots) if not name.startswith("_") and name not in _OBSERVED))
 
 
 def register(subparsers: Any) -> None:

@@ -126,12 +126,14 @@ class FitPlots:
         units = zip(fit.parameters.names, fit.parameters.units, strict=True)
         labels = [name if unit is None else f"{name} [{unit}]" for name, unit in units]
         truths = fit.numbers[: len(labels)].tolist()
-        # Panels are so small that the texts have the size of those of other plots.
-        side = 1.4 * len(labels) + 0.8
+        # Panels are so small that the texts have the size of those of other plots, with room for numbers and labels.
+        side, room = 1.4 * len(labels) + 1.1, 1.0
         style: dict[str, Any] = {"labels": labels, "truths": truths, "max_n_ticks": 3, "labelpad": 0.25}
         if "fig" not in kwargs:
             style["fig"] = matplotlib().figure(figsize=(side, side))
         figure = corner.corner(rows, **style | kwargs)
+        if "fig" not in kwargs:
+            figure.subplots_adjust(left=room / side, bottom=room / side)
         for ax in figure.axes:
             for axis in (ax.xaxis, ax.yaxis):
                 # A common part of the numbers beside the axis would be overlooked.

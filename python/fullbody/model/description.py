@@ -55,7 +55,7 @@ def arguments(described: Mapping[str, Any], forces_by_name: Mapping[str, Force] 
 
 
 def changed(system: _System, parameter: str, by: float) -> _System:
-    """Return the system with one of its :attr:`parameters` changed by a number in the system's units.
+    """Return the system with one of its :attr:`~fullbody.System.parameters` changed by a number in the system's units.
 
     Raises
     ------

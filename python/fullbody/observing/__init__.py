@@ -18,6 +18,7 @@ from .astrometry import Astrometry
 from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
 from .chords import Chord, Chords, Miss, occultation_chords
 from .damit import DamitModel, read_damit, read_damit_model
+from .data import Observations
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LinearExponential, LommelSeeliger, LommelSeeligerLambert
 from .light_centres import CombinedLight, combined_light
@@ -63,6 +64,7 @@ __all__ = [
     "Miss",
     "MutualEvent",
     "MutualEvents",
+    "Observations",
     "Outline",
     "Photocentre",
     "Photometry",

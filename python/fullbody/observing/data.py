@@ -141,7 +141,7 @@ class Observations(Predictions, Tabled):
         return read
 
     def to_table(self) -> Any:
-        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        """Return the observations as an astropy ``QTable``, which ``from_table`` reads."""
         columns, meta = self._in_table()
         return table_of({"times": self.times} | columns, meta)
 

@@ -175,7 +175,7 @@ class Photometry(SunlitObservations):
         Parameters
         ----------
         run : Run
-            A run as for :meth:`predict`.
+            A run as for :meth:`Observations.predict`.
 
         Returns
         -------

@@ -111,12 +111,12 @@ class RadarSpectrum(RadarEchoes):
         Parameters
         ----------
         run : Run
-            A run as for :meth:`predict`.
+            A run as for :meth:`Observations.predict`.
         axes : array of matplotlib Axes, (2, 1), optional
         row : int
             The index of the spectrum or image.
         linear : dict, optional
-            The gain, as for :meth:`predict`.
+            The gain, as for :meth:`Observations.predict`.
         **kwargs
             Passed to ``Axes.errorbar``.
 

@@ -246,7 +246,7 @@ class StellarOccultation(PredictedChords):
         return reports_of(self.stations.locations, chords, self.errors_of_chords.to_value("s"), watched, kinds, names)
 
     def to_table(self) -> Any:
-        """Return the chords as an astropy ``QTable`` with a row for each station, which :meth:`from_table` reads.
+        """Return the chords as an astropy ``QTable`` with a row for each station, which ``from_table`` reads.
 
         It has the columns ``disappearance`` and ``reappearance``, masked where they were not timed, their standard
         errors ``sigma_disappearance`` and ``sigma_reappearance``, ``body``, and the places of the stations:
@@ -265,9 +265,9 @@ class StellarOccultation(PredictedChords):
         Parameters
         ----------
         run : Run
-            A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
+            A run with ``dense=True``, or with samples at the times :meth:`Observations.emission` of its system.
         linear : dict, optional
-            The offset and the errors of clocks, as :meth:`linear_values` returns them.
+            The offset and the errors of clocks, as :meth:`Observations.linear_values` returns them.
 
         Returns
         -------

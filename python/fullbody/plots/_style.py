@@ -116,7 +116,8 @@ def dress(ax: Any, text: str, title: str = "") -> None:
     """Label the vertical axis, write a title if there is one, and draw the grid."""
     ax.set_ylabel(text)
     if title:
-        ax.set_title(title, fontsize="medium", loc="left")
+        # With a height, the title stays below pictures above the axes.
+        ax.set_title(title, fontsize="medium", loc="left", y=1.0)
     grid(ax)
 
 
@@ -233,11 +234,17 @@ class Surface:
         return float(np.linalg.norm(self.position) + np.linalg.norm(self.columns, axis=0).max())
 
 
+def ball(meridians: int, parallels: int) -> Floats:
+    """Return a grid of points (parallels, meridians, 3) of the unit sphere; the first meridian is also the last one."""
+    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, meridians), np.linspace(0.0, np.pi, parallels))
+    return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+
+
 def surfaces(run: Record, body: int) -> list[Surface]:
     """Return the surfaces of a body, without its voids; none for a point and for Stokes coefficients."""
-    whole = run.system.bodies[body].shape
-    if isinstance(whole, ConvexShape):
-        solid = whole.polyhedron()
+    convex = run.system.bodies[body].shape
+    if isinstance(convex, ConvexShape):
+        solid = convex.polyhedron()
         vertices = run.context.units.strip(solid.vertices, "length", "vertices")
         size = float(np.linalg.norm(vertices, axis=1).max())
         return [Surface(np.eye(3) * size, np.zeros(3), (vertices / size)[solid.faces])]

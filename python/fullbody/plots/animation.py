@@ -198,9 +198,9 @@ def _failing_by_name(path: Path) -> Iterator[None]:
     try:
         yield
     except CalledProcessError as error:
-        told = str(error.stderr or "").strip().splitlines() or [f"status {error.returncode}"]
+        message = str(error.stderr or "").strip().splitlines() or [f"status {error.returncode}"]
         # The message of matplotlib's error names the temporary file, which the caller does not know.
-        words = re.sub(r"\S*\.[0-9a-f]{32}\.part\.mp4", str(path).replace("\\", r"\\"), "; ".join(told[-2:]))
+        words = re.sub(r"\S*\.[0-9a-f]{32}\.part\.mp4", str(path).replace("\\", r"\\"), "; ".join(message[-2:]))
         raise OSError(f"{path} cannot be written; ffmpeg ended with: {words}") from error
 
 

@@ -68,7 +68,7 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
         return centres[index], attitude[index]
     with need("plot", "a picture between two samples"):
         curve = _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times)
-    return curve, _turned(samples, attitude, record["spin"][order], times)
+    return curve, _rotated(samples, attitude, record["spin"][order], times)
 
 
 class Trails(NamedTuple):
@@ -136,7 +136,7 @@ def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, 
     return np.where(bent, cubic, straight)
 
 
-def _turned(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> Floats:
+def _rotated(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> Floats:
     """Interpolate attitudes (K, N, 4) by rotation vectors from each sample that are cubics in time.
 
     The rate of a rotation vector v is w + v x w / 2 + c v x (v x w), with the spin w in the body frame.
@@ -150,13 +150,13 @@ def _turned(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> F
     c = (1.0 - half / np.tan(half)) / (2.0 * half) ** 2
     rate = end + 0.5 * across + c * np.cross(vector, across)
     # Without this, a body that makes most of a turn between samples would swing back and forth.
-    known = (np.linalg.norm(0.5 * (begin + rate) - vector, axis=2, keepdims=True) < _AGREED) & (angle < _FOLLOWED)
-    begin, rate = np.where(known, begin, vector), np.where(known, rate, vector)
+    followed = (np.linalg.norm(0.5 * (begin + rate) - vector, axis=2, keepdims=True) < _AGREED) & (angle < _FOLLOWED)
+    begin, rate = np.where(followed, begin, vector), np.where(followed, rate, vector)
     interval = np.clip(np.searchsorted(samples, times, side="right") - 1, 0, len(samples) - 2)
     t = ((times - samples[interval]) / np.diff(samples)[interval])[:, None, None]
     begin, rate, vector = begin[interval], rate[interval], vector[interval]
-    found = t * begin + t**2 * (3.0 * vector - 2.0 * begin - rate) + t**3 * (begin + rate - 2.0 * vector)
-    return np.asarray(rotations.products(attitude[interval], rotations.of_vectors(found)))
+    rotation = t * begin + t**2 * (3.0 * vector - 2.0 * begin - rate) + t**3 * (begin + rate - 2.0 * vector)
+    return np.asarray(rotations.products(attitude[interval], rotations.of_vectors(rotation)))
 
 
 def _from_barycentre(run: Record, vectors: Floats) -> Floats:

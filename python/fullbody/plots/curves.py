@@ -182,9 +182,9 @@ def _attitude(run: Record, body: int, about: int) -> dict[str, Any]:
     r, v = (run.arrays[name][:, body] - run.arrays[name][:, about] for name in ("position", "velocity"))
     normal = np.cross(r, v)
     try:
-        found = np.asarray(roll_pitch_yaw(run, body=body, about=about))
-        if np.ptp(found[:, 2]) <= _ROUND:
-            return dict(zip(("roll", "pitch", "yaw"), found.T, strict=True))
+        values = np.asarray(roll_pitch_yaw(run, body=body, about=about))
+        if np.ptp(values[:, 2]) <= _ROUND:
+            return dict(zip(("roll", "pitch", "yaw"), values.T, strict=True))
     except InvalidInput:
         # Samples too far apart to follow the attitude still give the tilt; motion along a line has no orbital frame.
         if not normal.any(axis=1).all():

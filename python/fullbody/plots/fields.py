@@ -227,10 +227,10 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     """
     units, points = pair.system.context.units, pair.equilibria()
     constants = {point.name: float(plain(point.jacobi)) for point in points}
-    given = constants.values() if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
+    wanted = constants.values() if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
     # Curves of nearly equal constants would cover each other.
     levels_drawn: list[float] = []
-    for level in sorted(given):
+    for level in sorted(wanted):
         if not levels_drawn or level - levels_drawn[-1] > 1e-9 * abs(level):
             levels_drawn.append(level)
     ax = single(ax, (6.4, 5.6))

@@ -61,13 +61,13 @@ def light_curve(
     """
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_LIGHT if name in kwargs}
     moments = np.atleast_1d(in_system(times, run.system, "times"))
-    each = magnitudes(run, times, geometry, per_body=True, **options)
+    per_body = magnitudes(run, times, geometry, per_body=True, **options)
     with np.errstate(divide="ignore"):
-        total = -2.5 * np.log10(np.sum(10.0 ** (-0.4 * each), axis=1))
+        total = -2.5 * np.log10(np.sum(10.0 ** (-0.4 * per_body), axis=1))
     order = np.argsort(moments)
     curves = [("all bodies", total[order])]
     if bodies:
-        curves += [(label_of(run, body), each[order, body]) for body in range(len(run.context))]
+        curves += [(label_of(run, body), per_body[order, body]) for body in range(len(run.context))]
     seen = _times_of_views(views, run, moments)
     kwargs, size = full_option_names(kwargs), (7.0, 1.6 + 1.8 * len(curves) + (1.4 if len(seen) else 0.0))
     flat, result = figures.panels(ax, (len(curves),), size) if bodies else ([single(ax, size)], None)
@@ -77,7 +77,7 @@ def light_curve(
             axis.invert_yaxis()
         if events and run.dense is not None:
             _mark(axis, run, geometry, moments)
-        dress(axis, f"magnitude of {name}" if bodies else "magnitude")
+        dress(axis, "magnitude", name if bodies else "")
     flat[-1].set_xlabel(label(run, "time", "time"))
     legend(flat[0])
     if len(seen):

@@ -104,8 +104,8 @@ def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any], na
         return name
     number = f"{rate:.4g}".replace("-", "\N{MINUS SIGN}")
     rate_text = rf"$\nu$ = {number}°" + (f"/{unit}" if unit else "")
-    own = f"{style['label']}, " if "label" in style else ""
-    draw(ax, time, departure, {**style, "label": own + rate_text})
+    name_of_line = f"{style['label']}, " if "label" in style else ""
+    draw(ax, time, departure, {**style, "label": name_of_line + rate_text})
     return rf"{name} $-\,\nu t$"
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.figures import full_option_names, grid, legend, line, single
-from ..base.units import gathered, is_quantity
+from ..base.figures import full_option_names, grid, legend, line, single, unit_of
+from ..base.units import gathered, is_quantity, plain
 from ..observing.radar_echoes import delay_doppler as image_of
 from ..observing.radar_echoes import radar_spectrum as spectrum_of
 from ..record.record import Record
@@ -49,9 +49,9 @@ def radar_spectrum(
     """
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
     options |= {"transmit_frequency": transmit_frequency, "per_body": True}
-    found = spectrum_of(run, _moment(time), geometry, frequencies, **options)
-    power = np.asarray(getattr(found.power, "value", found.power))[0]
-    edges, text = _axis(run, frequencies, found.frequencies, "Doppler frequency", "rate")
+    echo = spectrum_of(run, _moment(time), geometry, frequencies, **options)
+    power = plain(echo.power)[0]
+    edges, text = _axis(run, frequencies, echo.frequencies, "Doppler frequency", "rate")
     ax, kwargs = single(ax, (6.4, 3.4)), full_option_names(kwargs, "patches.StepPatch")
     curves = [("all bodies", power.sum(axis=0), {"color": "k", "linewidth": 1.2, **kwargs})]
     if bodies:
@@ -92,12 +92,11 @@ def delay_doppler(
         :func:`fullbody.observing.delay_doppler`; others to ``Axes.pcolormesh``.
     """
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
-    found = image_of(
-        run, _moment(time), geometry, delays, frequencies, transmit_frequency=transmit_frequency, **options
-    )
-    power = np.asarray(getattr(found.power, "value", found.power))[0]
-    x, across = _axis(run, frequencies, found.frequencies, "Doppler frequency", "rate")
-    y, down = _axis(run, delays, found.delays, "delay", "time")
+    options["transmit_frequency"] = transmit_frequency
+    echo = image_of(run, _moment(time), geometry, delays, frequencies, **options)
+    power = plain(echo.power)[0]
+    x, across = _axis(run, frequencies, echo.frequencies, "Doppler frequency", "rate")
+    y, down = _axis(run, delays, echo.delays, "delay", "time")
     ax = single(ax, (5.6, 4.2))
     drawn = ax.pcolormesh(x, y, np.sqrt(power), **{"cmap": "gray", "vmin": 0.0, **kwargs})
     ax.set(xlabel=across, ylabel=down, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
@@ -110,9 +109,9 @@ def _moment(time: Any) -> Any:
     return time.reshape(1) if hasattr(time, "reshape") else gathered([time], "time", "time")
 
 
-def _axis(run: Record, given: Any, found: Any, text: str, dimension: str) -> tuple[Floats, str]:
-    """Return the edges of bins in the unit in which they were given, and the label of their axis."""
-    given = gathered(given, text, dimension)
-    if is_quantity(given):
-        return np.asarray(given.value), f"{text} [{given.unit.to_string('unicode')}]"
-    return np.asarray(getattr(found, "value", found)), label(run, text, dimension)
+def _axis(run: Record, argument: Any, edges: Any, text: str, dimension: str) -> tuple[Floats, str]:
+    """Return the edges of bins in the unit of the argument that gave them, and the label of their axis."""
+    argument = gathered(argument, text, dimension)
+    if is_quantity(argument):
+        return np.asarray(argument.value), f"{text} [{unit_of(argument)}]"
+    return plain(edges), label(run, text, dimension)

@@ -192,20 +192,14 @@ def draw_body(
     if not surfaces:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = rotations.matrices(attitude)
-    style: dict[str, Any] = {
-        "color": _COLOURS[body % len(_COLOURS)],
-        "edgecolor": "0.45",
-        "linewidth": 0.15,
-        "rstride": 1,
-        "cstride": 1,
-    }
+    style: dict[str, Any] = {"color": _COLOURS[body % len(_COLOURS)], "edgecolor": "0.45", "linewidth": 0.15}
+    style |= {"rstride": 1, "cstride": 1}
     artists = []
     if light is not None:
         mesh = (2 * mesh[0] - 1, 2 * mesh[1] - 1)
         # The legend shows the colour of the day side.
         artists += ax.plot([], [], linestyle="none", marker="s", markersize=9.0, color=style["color"], label=name)
-    u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
-    ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    ball = _style.ball(*mesh)
     for k, surface in enumerate(surfaces):
         options: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:
@@ -293,5 +287,5 @@ def _fill(ax: Any, span: Floats) -> None:
     below = np.maximum(low - np.min([box.min for box in outer], axis=0), 0.0)
     above = np.maximum(np.max([box.max for box in outer], axis=0) - high, 0.0)
     labels = np.array([below[0] + above[0], 2.0 * max(below[1], above[1])])
-    place = ax.get_position(original=True).size * ax.figure.bbox.size
-    ax.set_box_aspect(span, zoom=float((np.maximum(place - labels, 0.3 * place) / (high - low)).min()))
+    room = ax.get_position(original=True).size * ax.figure.bbox.size
+    ax.set_box_aspect(span, zoom=float((np.maximum(room - labels, 0.3 * room) / (high - low)).min()))

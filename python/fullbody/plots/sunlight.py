@@ -67,11 +67,8 @@ class Sunlight:
                 least = np.minimum(least, away - 1.0)
         return least
 
-    def shade(self, body: int, part: int, points: Floats, normals: Floats) -> Floats:
-        """Return the brightness (M,) of points (M, 3) with normals (M, 3) of a part; 1 where the Sun is overhead."""
-        return self._brightness(normals, self._clearance(body, part, points) >= 0.0)
-
     def _brightness(self, normals: Floats, clear: Any) -> Floats:
+        """Return the brightness (M,) of points with normals (M, 3): 1 where the Sun is overhead and not hidden."""
         sine_of_height = normals @ self._sun / np.linalg.norm(normals, axis=-1)
         return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(clear, np.maximum(sine_of_height, 0.0), 0.0))
 

@@ -84,7 +84,7 @@ def sweep(
     ax = figures.single(ax, (6.0, 4.0))
     failed, values = dataset.error.values != "", dataset[measure]
     if up is None:
-        _curve(ax, across.values, values, failed, figures.full_option_names(kwargs))
+        _curve(ax, across.values, values, figures.full_option_names(kwargs))
         ax.set_ylabel(_title(values))
     else:
         grid_of_members = len(dims) == 2 and across.ndim == up.ndim == 1
@@ -100,8 +100,8 @@ def sweep(
         style = {
             "linestyle": "none",
             "marker": marker,
-            "color": "#D55E00",
             "markersize": 6.0,
+            "color": "#D55E00",
             "label": f"failed: {kind}",
         }
         if up is None:
@@ -109,8 +109,7 @@ def sweep(
             style |= {"transform": ax.get_xaxis_transform(), "clip_on": False}
             ax.plot(across.values[members], np.zeros(len(members[0])), **style)
         else:
-            places = [part.values[members[dims.index(str(part.dims[0]))]] for part in (across, up)]
-            ax.plot(*places, **style)
+            ax.plot(*(part.values[members[dims.index(str(part.dims[0]))]] for part in (across, up)), **style)
     figures.legend(ax, markerscale=1.0)
     return ax
 
@@ -118,10 +117,10 @@ def sweep(
 def _coordinate(dataset: xarray.Dataset, name: str, what: str) -> Any:
     """Return a coordinate, or the indices of members along a dimension that has none."""
     choice(name, what, sorted({*map(str, dataset.coords), *map(str, dataset.error.dims)}))
-    found = dataset[name]
-    if found.values.dtype.kind not in "iuf":
-        return found.copy(data=np.arange(found.size))
-    return found
+    coordinate = dataset[name]
+    if coordinate.values.dtype.kind not in "iuf":
+        return coordinate.copy(data=np.arange(coordinate.size))
+    return coordinate
 
 
 def _title(variable: Any) -> str:
@@ -140,7 +139,7 @@ def _coded(values: Any) -> tuple[Any, list[str]]:
     return np.vectorize(codes.get, otypes=[float])(values.values), names
 
 
-def _curve(ax: Any, across: Any, values: Any, failed: Any, kwargs: dict[str, Any]) -> None:
+def _curve(ax: Any, across: Any, values: Any, kwargs: dict[str, Any]) -> None:
     """Draw the measure against a parameter, in the order of this."""
     numbers, names = _coded(values)
     order = np.argsort(across)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base import figures
 from ..base.rotations import matrices
+from ..base.units import plain
 from ..observing.brightness import Epochs
 from ..observing.light_centres import refuse_directions
 from ..observing.light_curve import epochs_of
@@ -101,23 +102,21 @@ class SkyFrames:
         self._reach = np.array([_style.reach(run, body) for body in range(len(run.context))])
 
     def _offsets(self, epochs: Epochs, k: int, points: Floats) -> Floats:
-        """Return places in the sky (..., 2) of points (..., 3), in mas or radians."""
+        """Return positions in the sky (..., 2) of points (..., 3), in mas or radians."""
         line = np.broadcast_to(-epochs.to_observer[k] @ self._axes.T, points.shape)
-        found = in_mas(offsets(line, points @ self._axes.T), self._run.system)
-        return np.asarray(getattr(found, "value", found))
+        return plain(in_mas(offsets(line, points @ self._axes.T), self._run.system))
 
     def _angle(self, epochs: Epochs, k: int) -> float:
         """Return how large the unit of length appears at the barycentre, in mas or radians."""
-        found = in_mas(np.array(1.0 / np.linalg.norm(epochs.to_observer[k])), self._run.system)
-        return float(getattr(found, "value", found))
+        return float(plain(in_mas(np.array(1.0 / np.linalg.norm(epochs.to_observer[k])), self._run.system)))
 
     def prepare(self, ax: Any) -> None:
         """Set the limits, so that all pictures fit in, and draw the directions and a scale."""
         low, high = np.full(2, np.inf), np.full(2, -np.inf)
         for epochs, k in self._frames:
-            places, sizes = self._offsets(epochs, k, epochs.position[k]), self._reach * self._angle(epochs, k)
-            low = np.minimum(low, (places - sizes[:, None]).min(axis=0))
-            high = np.maximum(high, (places + sizes[:, None]).max(axis=0))
+            centres, sizes = self._offsets(epochs, k, epochs.position[k]), self._reach * self._angle(epochs, k)
+            low = np.minimum(low, (centres - sizes[:, None]).min(axis=0))
+            high = np.maximum(high, (centres + sizes[:, None]).max(axis=0))
         span = float(np.max(high - low)) or 1.0
         low, high = low - _MARGIN * span, high + _MARGIN * span
         # Room for the arrows and the scale below the bodies.
@@ -138,7 +137,7 @@ class SkyFrames:
         end = low[0] + 0.06 * span
         ax.plot([end, end + length * angle], [corner[1]] * 2, color="white", linewidth=1.5)
         label = f"{length:.6g} {_style.unit(self._run, 'length')}".rstrip()
-        ax.text(end + 0.5 * length * angle, corner[1] + 0.045 * span, label, **style)
+        ax.text(end, corner[1] + 0.045 * span, label, **{**style, "ha": "right"})
 
     def draw(self, ax: Any, index: int, names: bool, kwargs: dict[str, Any]) -> list[Any]:
         """Draw one of the pictures, with its time and phase angle as the title, and return the artists."""
@@ -156,24 +155,23 @@ class SkyFrames:
             others = [other for o, other in enumerate(bodies) if o != body]
             for limb in bodies[body].limbs:
                 shade = _shade(limb, bodies[body], toward[body], sunward[body], others)
-                places = self._offsets(epochs, k, shade.corners)
+                corners = self._offsets(epochs, k, shade.corners)
                 colours = np.repeat(shade.grey[:, None], 3, axis=1)
                 # Faces without smooth edges have no seams between them; the limb is a line of its own.
                 style = {"facecolors": colours, "linewidths": 0.0, "antialiaseds": False, **kwargs}
-                artists.append(ax.add_collection(collection(places, **style)))
-            place = self._offsets(epochs, k, epochs.position[k][body])
+                artists.append(ax.add_collection(collection(corners, **style)))
             sight = toward[body], east_and_north(-toward[body], self._axes[2])
             edge = self._offsets(epochs, k, bodies[body].outermost(*sight, _RAYS).points)
             if bodies[body].limbs:
                 artists += ax.plot(*edge[[*range(len(edge)), 0]].T, color="0.35", linewidth=0.8, zorder=1.0)
             else:
-                artists += ax.plot(*place[:, None], marker=".", color="white")
+                centre = self._offsets(epochs, k, epochs.position[k][body])
+                artists += ax.plot(*centre[:, None], marker=".", color="white")
             if names:
                 above = edge[0] + np.array([0.0, 0.01 * np.ptp(ax.get_ylim())])
                 style = {"color": "0.9", "fontsize": "small", "ha": "center", "va": "bottom", "zorder": 4.0}
-                style["path_effects"] = [
-                    figures.matplotlib("patheffects").withStroke(linewidth=1.5, foreground="black")
-                ]
+                outline = figures.matplotlib("patheffects").withStroke(linewidth=1.5, foreground="black")
+                style["path_effects"] = [outline]
                 artists.append(ax.text(*above, _style.label_of(self._run, int(body)), **style))
         phase = np.degrees(np.arccos(np.clip(np.sum(toward * sunward, axis=1), -1.0, 1.0)).mean())
         now = f"{_style.rounded(epochs.times[k])} {_style.unit(self._run, 'time')}".rstrip()
@@ -200,8 +198,8 @@ def _shade(limb: Limb, body: PosedLimbs, toward: Floats, sunward: Floats, others
     def normals(points: Floats, faces: Floats) -> Floats:
         """Return unit normals of points (F, ..., 3) of triangles, those of an ellipsoid at the points themselves."""
         flat = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-        found = (points - centre) @ inverse if curved else np.broadcast_to(flat[:, None], points.shape)
-        return np.asarray(found / np.linalg.norm(found, axis=-1, keepdims=True))
+        normal = (points - centre) @ inverse if curved else np.broadcast_to(flat[:, None], points.shape)
+        return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
 
     def shadowed(points: Floats) -> Any:
         flat = points.reshape(-1, 3)
@@ -232,10 +230,7 @@ def _shade(limb: Limb, body: PosedLimbs, toward: Floats, sunward: Floats, others
 
 def _ball() -> Floats:
     """Return triangles (F, 3, 3) of the surface of the unit sphere."""
-    u, v = np.meshgrid(
-        np.linspace(0.0, 2.0 * np.pi, _MERIDIANS + 1), np.linspace(0.0, np.pi, _PARALLELS + 1), indexing="ij"
-    )
-    grid = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    grid = np.swapaxes(_style.ball(_MERIDIANS + 1, _PARALLELS + 1), 0, 1)
     a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
     halves = [np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, b, c), (a, c, d))]
     return np.concatenate(halves)

@@ -79,15 +79,13 @@ class Explorer:
         self,
         setup: Callable[..., Any],
         parameters: dict[str, Any],
-        until: Any = None,
-        *,
-        duration: Any = None,
-        show: Iterable[str | Curve] = ("separation", "eccentricity", "libration"),
-        samples: int = 1000,
-        integrator: Any = None,
-        geometry: Geometry | None = None,
-        body: int | str = 1,
-        about: int | str = 0,
+        until: Any,
+        duration: Any,
+        show: Iterable[str | Curve],
+        samples: int,
+        integrator: Any,
+        geometry: Geometry | None,
+        pair: tuple[int | str, int | str],
     ) -> None:
         with need("explore", "fullbody.explore"):
             import anywidget
@@ -98,7 +96,7 @@ class Explorer:
             raise InvalidInput(f"show is {show!r}; expected a list of curves")
         self._setup, self._until, self._duration = setup, until, duration
         self._samples, self._integrator, self._geometry = samples, integrator, geometry
-        self._pair = (body, about)
+        self._pair = pair
         self._controls = {name: _control(name, span, setup) for name, span in parameters.items()}
         self._show = [(_curve_name(curve), curve) for curve in show]
         self.run: Any = None
@@ -229,13 +227,13 @@ def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
     except (TypeError, ValueError):
         raise InvalidInput(message) from None
     factor: Any = 1.0
-    given = (low, high, *start)
-    if any(map(is_quantity, given)):
-        if not all(map(is_quantity, given)):
+    ends = (low, high, *start)
+    if any(map(is_quantity, ends)):
+        if not all(map(is_quantity, ends)):
             raise InvalidInput(f"{message}, all with units or none")
         factor = 1.0 * low.unit
-        given = tuple(strip_to(value, low.unit, f"the range of {name}") for value in given)
-    low, high, *start = (UNITLESS.number(value, "number", f"the range of {name}") for value in given)
+        ends = tuple(strip_to(value, low.unit, f"the range of {name}") for value in ends)
+    low, high, *start = (UNITLESS.number(value, "number", f"the range of {name}") for value in ends)
     if len(start) > 1 or not low < high or not all(low <= value <= high for value in start):
         raise InvalidInput(f"{message}, in order")
     if not start:
@@ -317,5 +315,4 @@ def explore(
     >>> explorer.values
     {'tilt': 0.0}
     """
-    options = {"show": show, "samples": samples, "integrator": integrator, "geometry": geometry}
-    return Explorer(setup, parameters, until, duration=duration, body=body, about=about, **options)
+    return Explorer(setup, parameters, until, duration, show, samples, integrator, geometry, (body, about))

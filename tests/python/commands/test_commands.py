@@ -1,6 +1,7 @@
 """The commands of the command line."""
 
 import csv
+import inspect
 import io
 import json
 import re
@@ -11,7 +12,7 @@ import sys
 import fullbody
 import numpy as np
 import pytest
-from fullbody.commands.cli import main
+from fullbody.commands.cli import build_parser, main
 from PIL import Image
 from support import forbid
 from support.toml_texts import KW4, PAIR
@@ -227,6 +228,13 @@ def test_a_table_of_a_run_names_its_columns_with_units(description, tmp_path):
     assert [float(row["attitude Alpha w"]) for row in rows] == run.attitude[:, 0, 0].tolist()
 
 
+def accepted(parser, arguments):
+    try:
+        return parser.parse_args(arguments)
+    except SystemExit:
+        return None
+
+
 def test_pictures_of_a_recorded_run(description, tmp_path, capsys):
     main(["run", str(description), "--quiet"])
     saved = description.with_suffix(".nc")
@@ -241,6 +249,13 @@ def test_pictures_of_a_recorded_run(description, tmp_path, capsys):
         assert main(command) == 0
         assert capsys.readouterr().out == f"written to {tmp_path / name}\n"
         assert (tmp_path / name).read_bytes().startswith(begin)
+    # Plots that need a geometry are not offered.
+    parser = build_parser()
+    kinds = {name for name in vars(fullbody.plots.Plots) if not name.startswith("_")}
+    offered = {name for name in kinds if accepted(parser, ["plot", "run.nc", "--kind", name])}
+    assert kinds - offered == {"delay_doppler", "light_curve", "radar_spectrum", "sky"}
+    run = fullbody.load(saved)
+    assert all("geometry" in inspect.signature(getattr(run.plot, name)).parameters for name in kinds - offered)
     assert main(["plot", str(saved), "-o", str(tmp_path / "a.gif")]) == 1
     assert "one of .png, .pdf, .svg" in capsys.readouterr().err
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fullbody import analysis, fields, observing, plots
 from fullbody.plots.scene import new_axes
-from support.fits import VIEW, pair
+from support.fits import START, VIEW, pair, pair_radar
 from support.legibility import faults, small, without_text
 
 QUICK = fullbody.Verner98(rtol=1e-9, atol=1e-9)
@@ -223,6 +223,23 @@ def test_light_curve(forced, geometry):
     forced.plot.light_curve(np.linspace(1.0, 12.0, 200) * u.h, geometry, ax, views=4)
     assert faults(ax.figure) == ([], [])
     return without_text(ax.figure)
+
+
+@compared()
+def test_light_curve_of_each_body(forced, geometry):
+    axes = figure(3)
+    forced.plot.light_curve(np.linspace(1.0, 12.0, 200) * u.h, geometry, axes, bodies=True, views=3)
+    assert faults(axes[0].figure) == ([], [])
+    return without_text(axes[0].figure)
+
+
+@compared()
+def test_corner():
+    """Draws from the normal distribution of a fit of two numbers; of its own size."""
+    drawn = fullbody.fit(pair, START, pair_radar()).plot.corner(n=2000)
+    assert faults(drawn) == ([], [])
+    assert not small(drawn)
+    return without_text(drawn)
 
 
 @compared()
