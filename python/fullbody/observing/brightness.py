@@ -308,9 +308,9 @@ def brightness_derivatives(
     """Compute the brightness of each body and its derivatives with respect to poses, semi-axes, albedos and directions.
 
     The derivatives are integrals over the visible and illuminated surface and along the outlines of what hides it; only
-    a phase function is differentiated by differences. Those of polyhedra are exact with all shadows; those of ellipsoids
-    beside polyhedra or in composites have an error of about 1 % while light is hidden from them. Rough surfaces have
-    none.
+    a phase function is differentiated by differences. Those of polyhedra are exact with all shadows, and those of
+    ellipsoids beside polyhedra or in composites have an error of about 1 % while light is hidden from them. Rough
+    surfaces have none.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ def drag(time, state, k=1e-3):
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """The code above, compiled by the C compiler of the machine."""
+    """The code above, by the C compiler of the machine."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("needs a C compiler")
@@ -68,7 +68,7 @@ def same(item, other):
 
 
 def test_a_rotating_force_and_a_periodic_torque_give_the_motion_of_the_closed_form():
-    """In a rotating field m v' = A (cos t, sin t, 0) + g z, and C w' = c cos t about z in the sphere's frame."""
+    """As in a field that rotates m v' = A (cos t, sin t, 0) + g z, and C w' = c cos t about z in the sphere's frame."""
     system = fullbody.System([fullbody.Body(fullbody.Sphere(0.5), mass=2.0)], G=1.0)
     state = fullbody.State([[1.0, 2.0, 3.0]], [[0.5, 0.0, -1.0]], spin=[[0.0, 0.0, 1.0]])
 
@@ -86,7 +86,7 @@ def test_a_rotating_force_and_a_periodic_torque_give_the_motion_of_the_closed_fo
 def test_a_force_function_gets_time_and_state_as_copies_with_names():
     seen = []
 
-    def record(time, state):
+    def look(time, state):
         seen.append((time, state.time, state.position[1].copy(), state.attitude.shape))
         state.position.flags.writeable and state.position.fill(0.0)
         return np.zeros((2, 3))
@@ -106,7 +106,7 @@ def test_force_functions_take_and_give_quantities():
     system, state = fullbody.systems.kw4(units=True)
     mass = system.masses
 
-    def force(time, state):
+    def push(time, state):
         assert time.unit.is_equivalent(u.s)
         size = 1e-12 * u.m / u.s**2 * np.cos((time / (3 * u.hour)).to_value(u.one))
         return (mass[:, None] * size * state.velocity / np.linalg.norm(state.velocity)).to(u.N), np.zeros(
@@ -318,7 +318,7 @@ def test_ctrl_c_within_a_force_function_keeps_the_run():
     def wind(now, state):
         if now > 1.0:
             entered.set()
-            # It sleeps in short pieces, because a signal that comes just before a sleep is handled after it.
+            # In short pieces: a signal that comes just before a sleep is seen after it.
             for _ in range(1000):
                 time.sleep(0.01)
         return 0 * state.position

@@ -13,7 +13,7 @@ def synchronous(rotated=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primar
     """A triaxial secondary on a circle of radius one, its long axis turned from the line of the centres."""
     bodies = body_list(A=(primary or fullbody.Sphere(0.3), 1.0), B=(fullbody.Ellipsoid(*axes), mass))
     system = fullbody.System(bodies, G=1.0, forces=forces)
-    # The circle accounts for the secondary's quadrupole, so that nothing else librates.
+    # On the circle that the secondary's quadrupole leaves, so that nothing else librates.
     a, b, c = axes
     pull = (1 + mass) * (1 + 0.3 * (2 * a * a - b * b - c * c))
     n = np.sqrt(pull)
@@ -31,7 +31,7 @@ def synchronous(rotated=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primar
     return system, state
 
 
-def thrust(force=1e-9):
+def push(force=1e-9):
     return Byorp(on="B", about="A", force=force, name="BYORP")
 
 
@@ -41,14 +41,14 @@ def drift_of(force, mass=1e-3, axes=(0.1, 0.09, 0.08)):
 
 @pytest.mark.parametrize("force", [2e-9, -2e-9])
 def test_the_orbit_drifts_by_2_F_over_m_n(force):
-    """The drift over twenty revolutions is relative to a run without the force, which has the same quadrupole.
+    """Over twenty turns; by the difference to the run without, which takes off the secondary's quadrupole.
 
-    The spin of a synchronous secondary changes with the orbit, so that dL/da = m n a / 2 is reduced by C dn/da. The
-    rate grows with a, so that both signs of the force are tested.
+    The secondary keeps turning with the orbit, so that the orbit has the change of its spin as well: C dn/da of the
+    m n a / 2 that dL/da is. Both ways, since the rate grows with a.
     """
     system, state = synchronous()
     until = 40 * np.pi
-    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([thrust(force)]), system)]
+    ends = [s.integrate(state, until, output=[until]) for s in (system.with_forces([push(force)]), system)]
     drift = ends[0].elements().a[0] - ends[1].elements().a[0]
     assert drift / until == pytest.approx(drift_of(force), rel=3e-3)
     assert ends[0].switched_off == {"BYORP": 0}
@@ -122,7 +122,7 @@ def test_a_secondary_that_lies_on_its_side_is_not_pushed():
 
 def test_each_run_counts_its_own_losses_of_lock():
     system, state = synchronous(0.0, 2.0)
-    sim = fullbody.Simulation(system.with_forces([thrust()]), state)
+    sim = fullbody.Simulation(system.with_forces([push()]), state)
     assert [sim.integrate(time).switched_off["BYORP"] for time in (5.0, 10.0)] == [1, 1]
     sim.state = synchronous()[1]
     assert sim.integrate(5.0).switched_off == {"BYORP": 0}
@@ -146,7 +146,7 @@ def spin_of(run):
 
 @pytest.mark.parametrize("eps", [0.4, 2.0])
 def test_spin_and_obliquity_change_as_the_closed_form(eps):
-    """d omega/dt = along/C and d eps/dt = across/(C omega) give eps - eps_0 = across/along log(omega/omega_0)."""
+    """By d omega/dt = along/C and d eps/dt = across/(C omega), eps - eps_0 = across/along log(omega/omega_0)."""
     along, across = 2e-4, 3e-4
     system, state = turning(eps, along=along, across=across)
     run = system.integrate(state, 100.0, output=25.0)
@@ -155,7 +155,7 @@ def test_spin_and_obliquity_change_as_the_closed_form(eps):
     np.testing.assert_allclose(np.linalg.norm(spin, axis=1), omega, rtol=1e-12)
     obliquity = np.arctan2(np.hypot(spin[:, 0], spin[:, 1]), spin[:, 2])
     np.testing.assert_allclose(obliquity, eps + across / along * np.log(omega / 3.0), rtol=1e-12)
-    # The spin stays in the plane of the pole and the spin at the start.
+    # In the plane of the pole and the spin.
     np.testing.assert_allclose(spin[:, 0], 0.0, atol=1e-13)
     assert abs(run.energy_drift).max() < 1e-13
 

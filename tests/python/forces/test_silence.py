@@ -6,7 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import forces
-from fullbody.errors import ForceFailed
+from fullbody.errors import ForceFailed, InvalidInput
 from support import refused
 from support.scenes import differential, pair
 

@@ -36,12 +36,7 @@ def finer(polyhedron, level):
 def hull(rng, count, size):
     points = rng.normal(size=(count, 3))
     points *= size / np.linalg.norm(points, axis=1)[:, None] * rng.uniform(0.8, 1.0, size=(count, 1))
-    result = ConvexHull(points)
-    faces = []
-    for simplex, outward in zip(result.simplices, result.equations[:, :3], strict=True):
-        a, b, c = points[simplex]
-        faces.append(simplex if np.cross(b - a, c - a) @ outward > 0.0 else simplex[::-1])
-    return Polyhedron(points, faces)
+    return convex_hull(points)
 
 
 def notched():
@@ -61,7 +56,7 @@ SHAPES = {
 }
 
 
-def body_vertices(polyhedron):
+def vertices_of(polyhedron):
     """The vertices in the frame of the centre of mass and the principal axes."""
     frame = Body(polyhedron, mass=1.0).working_frame
     return Rotation.from_quat(frame.attitude, scalar_first=True).apply(np.array(polyhedron.vertices)) + frame.position
@@ -69,7 +64,7 @@ def body_vertices(polyhedron):
 
 def triangles(polyhedron, position, rotation):
     """The faces in the inertial frame."""
-    return (rotation.apply(body_vertices(polyhedron)) + position)[np.asarray(polyhedron.faces)]
+    return (rotation.apply(vertices_of(polyhedron)) + position)[np.asarray(polyhedron.faces)]
 
 
 def bodies_of(shapes):
@@ -77,7 +72,7 @@ def bodies_of(shapes):
 
 
 def radius(body):
-    return np.linalg.norm(body_vertices(body.shape), axis=1).max()
+    return np.linalg.norm(vertices_of(body.shape), axis=1).max()
 
 
 def near(rng, shapes, gap):
@@ -85,13 +80,13 @@ def near(rng, shapes, gap):
     rotations = Rotation.random(2, random_state=rng)
     direction = rng.normal(size=3)
     direction /= np.linalg.norm(direction)
-    attitude, still = rotations.as_quat(scalar_first=True), np.zeros((2, 3))
+    attitude, zeros = rotations.as_quat(scalar_first=True), np.zeros((2, 3))
     bodies = bodies_of(shapes)
     system = System(bodies, G=1.0)
     low, high = 0.0, sum(radius(body) for body in bodies)
 
     def at(distance):
-        return State([np.zeros(3), distance * direction], still, attitude=attitude, spin=still)
+        return State([np.zeros(3), distance * direction], zeros, attitude=attitude, spin=zeros)
 
     for _ in range(30):
         middle = 0.5 * (low + high)
@@ -130,7 +125,7 @@ def test_the_error_is_below_its_bound_and_the_bound_below_the_tolerance(kind, ga
     state, rotations = near(rng, coarse, gap)
     first, second = (triangles(*entry) for entry in zip(coarse, state.position, rotations, strict=True))
     expected = list(attraction(first, second, state.position))
-    expected[1:] = [quaternion.inv().apply(torque) for quaternion, torque in zip(rotations, expected[1:], strict=True)]
+    expected[1:] = [rotation.inv().apply(torque) for rotation, torque in zip(rotations, expected[1:], strict=True)]
     bodies = bodies_of([finer(shape, 3) for shape in coarse])
     result = System(bodies, G=1.0, gravity_tolerance=tolerance).interactions(state)
     assert 0.0 < result.truncation_error <= tolerance
@@ -160,28 +155,28 @@ def test_the_force_has_no_step_beyond_the_tolerance_where_the_rule_changes(toler
     exact = System(bodies_of(coarse), G=1.0, gravity="surface", gravity_tolerance=1e-13)
     state, _ = near(rng, coarse, 0.3)
     inside, outside = edge_of_series(system, state, 2.6)
-    result = [system.interactions(entry) for entry in (inside, outside)]
-    assert result[0].truncation_error > 0.0 == result[1].truncation_error
+    results = [system.interactions(sample) for sample in (inside, outside)]
+    assert results[0].truncation_error > 0.0 == results[1].truncation_error
     expected = exact.interactions(inside)
     strength = bodies[0].mass * bodies[1].mass
     scaled = [expected.force[1] / strength, *(expected.torque / strength)]
-    errors = [errors_of(entry, scaled, bodies) for entry in result]
+    errors = [errors_of(sample, scaled, bodies) for sample in results]
     assert np.max(errors) < tolerance
-    torques = np.linalg.norm(result[0].torque - result[1].torque, axis=1)
-    steps = [np.linalg.norm(result[0].force[1] - result[1].force[1]), *torques]
+    torques = np.linalg.norm(results[0].torque - results[1].torque, axis=1)
+    steps = [np.linalg.norm(results[0].force[1] - results[1].force[1]), *torques]
     sizes = np.array([1.0, radius(bodies[0]), radius(bodies[1])]) * np.linalg.norm(expected.force[1])
     assert (steps / sizes < tolerance).all()
-    assert abs(result[0].potential_energy / expected.potential_energy - 1.0) < tolerance
-    assert abs(result[1].potential_energy / expected.potential_energy - 1.0) < tolerance
+    assert abs(results[0].potential_energy / expected.potential_energy - 1.0) < tolerance
+    assert abs(results[1].potential_energy / expected.potential_energy - 1.0) < tolerance
 
 
 def test_a_run_that_is_resumed_before_the_change_equals_the_unbroken_one_bit_for_bit(tmp_path):
     rng = np.random.default_rng(5)
     coarse = SHAPES["octahedra"](rng)
     system = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-3)
-    point, _ = near(rng, coarse, 0.3)
-    direction = point.position[1] / np.linalg.norm(point.position[1])
-    state = point.replace(position=[np.zeros(3), 1.9 * direction], velocity=[np.zeros(3), -0.9 * direction])
+    position, _ = near(rng, coarse, 0.3)
+    direction = position.position[1] / np.linalg.norm(position.position[1])
+    state = position.replace(position=[np.zeros(3), 1.9 * direction], velocity=[np.zeros(3), -0.9 * direction])
     unbroken, broken = (
         fullbody.Simulation(system, state, integrator=fullbody.Verner98(rtol=1e-5, atol=1e-5)) for _ in range(2)
     )
@@ -196,7 +191,7 @@ def test_a_run_that_is_resumed_before_the_change_equals_the_unbroken_one_bit_for
         assert np.array_equal(first.position, second.position)
         assert np.array_equal(first.attitude, second.attitude)
         assert np.array_equal(first.energy, second.energy)
-    ends = [system.interactions(entry).truncation_error for entry in (state, unbroken.state)]
+    ends = [system.interactions(sample).truncation_error for sample in (state, unbroken.state)]
     assert ends[0] == 0.0 < ends[1]
 
 
@@ -225,12 +220,12 @@ def test_derivatives_are_those_of_the_rule_over_few_faces(kind):
     result = System(bodies_of([finer(shape, 3) for shape in coarse]), G=1.0, gravity_tolerance=1e-6)
     assert result.interactions(state).truncation_error > 0.0
     names = [name for name in exact.parameters if name.startswith(("scale", "mass", "G"))]
-    item, other = exact.jacobian(state, names), result.jacobian(state, names)
-    np.testing.assert_allclose(other.rates, item.rates, atol=1e-6 * np.abs(item.rates).max(), rtol=0.0)
+    first, other = exact.jacobian(state, names), result.jacobian(state, names)
+    np.testing.assert_allclose(other.rates, first.rates, atol=1e-6 * np.abs(first.rates).max(), rtol=0.0)
     assert any(name.startswith("scale") for name in names)
     for name in names:
-        size = np.abs(item.by_parameter[name]).max()
-        np.testing.assert_allclose(other.by_parameter[name], item.by_parameter[name], atol=1e-6 * size, rtol=0.0)
+        size = np.abs(first.by_parameter[name]).max()
+        np.testing.assert_allclose(other.by_parameter[name], first.by_parameter[name], atol=1e-6 * size, rtol=0.0)
 
 
 def test_the_harmonic_series_alone_does_not_converge_near_by():

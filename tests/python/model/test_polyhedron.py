@@ -200,14 +200,14 @@ def test_polyhedron_and_ellipsoid_attract_each_other_equally(distance, order):
     axes = (0.9, 0.7, 0.5)
     bodies = [Body(box(1.0, 0.9, 0.7), mass=1.0, name="box"), Body(Ellipsoid(*axes), mass=2.0, name="egg")]
     state = pose(distance * np.array([0.48, -0.6, 0.64]))
-    rotations = state.rotation_matrix
+    turns = state.rotation_matrix
     points, weights = focal_points(*axes)
     arms = points @ turns[1].T
     result = bodies[0].gravity((state.position[1] + arms) @ turns[0], G=1.0)
     field, potential = result.field @ turns[0].T, result.potential
     force = 2.0 * weights @ field
-    torque = 2.0 * weights @ np.cross(arms, field) @ rotations[1]
-    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ rotations[0]
+    torque = 2.0 * weights @ np.cross(arms, field) @ turns[1]
+    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ turns[0]
     state = fullbody.State(state.position[order], state.velocity, state.attitude[order])
     result = fullbody.System([bodies[k] for k in order], G=1.0).interactions(state)
     close(result.force[order], [-force, force], 2e-14)
@@ -246,7 +246,7 @@ def test_parts_of_a_cut_box_are_the_box():
     close(two.torque, item.torque, 2e-14, scale=np.abs(item.force).max())
 
 
-def test_numbering_rotation_and_units_of_a_mesh_change_nothing():
+def test_numbering_turning_and_units_change_nothing():
     solid = icosphere(1, (1.0, 0.7, 0.5))
     probe = Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")
     state = pose([1.6, 0.9, -1.1])
@@ -302,7 +302,7 @@ def test_octahedra_keep_energy_and_momenta(integrator):
 
 @pytest.mark.parametrize(("distance", "speed", "across"), [(12.0, -1.2, 0.2), (3.0, 1.2, 0.6)], ids=["in", "out"])
 def test_two_polyhedra_of_one_size_keep_energy_whichever_is_integrated_over(distance, speed, across):
-    # The body that is integrated over changes along this path, with layers of equal order.
+    # On the way the two take turns as the body that is integrated over, with layers of equal order.
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(box(1.2, 1.0, 1.1), mass=0.5, name="B")]
     start = fullbody.State(
         [[0.0, 0.0, 0.0], [distance, 0.5, 0.3]],
