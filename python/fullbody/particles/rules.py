@@ -88,8 +88,8 @@ class Radiation(Declared):
     """
 
     by: str = "Sun"
-    strength: Any = field(default=None, metadata=of_kind(Number("force")))
-    radius: Any = field(default=None, metadata=of_kind(Number("length")))
+    strength: Any = field(default=None, metadata=of_kind(Number("force", NOT_NEGATIVE)))
+    radius: Any = field(default=None, metadata=of_kind(Number("length", POSITIVE)))
 
     def _describe(self, context: Context) -> tuple[str, float, float]:
         context.third_body(self.by, "by of Radiation")

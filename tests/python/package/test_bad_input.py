@@ -37,6 +37,7 @@ START = State(POSITION, VELOCITY)
 
 # Fields that classes declare. For each range: what errors expect, and numbers that are out of it.
 FINITE = "a finite number", (NAN, INF, -INF)
+NOT_NEGATIVE = "a finite number, zero or above", (NAN, INF, -INF, -1.5)
 POSITIVE = "a finite number above zero", (NAN, INF, -INF, 0.0, -1.5)
 NONZERO = "a finite number that is not zero", (NAN, INF, -INF, 0.0)
 FRACTION = "a number from 0 to 1", (NAN, INF, -0.1, 1.1)
@@ -160,8 +161,8 @@ FIELDS = {
     },
     "particles.EscapeDistance": of(" of EscapeDistance", particles.EscapeDistance, "distance", u.m, POSITIVE),
     "particles.Radiation": {
-        **of(" of Radiation", particles.Radiation, "strength", u.N, FINITE),
-        **of(" of Radiation", particles.Radiation, "radius", u.m, FINITE),
+        **of(" of Radiation", particles.Radiation, "strength", u.N, NOT_NEGATIVE),
+        **of(" of Radiation", particles.Radiation, "radius", u.m, POSITIVE),
     },
     "observing.LommelSeeligerLambert": of(
         " of LommelSeeligerLambert", observing.LommelSeeligerLambert, "lambert", None, FINITE
