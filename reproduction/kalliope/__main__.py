@@ -16,7 +16,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     text = (
         "Fit four light curves of (22) Kalliope and Linus of November 2021, with their mutual events and a Fourier "
         "series of Kalliope's rotation or a free form of it, and write report.md, figures, tables of events and "
-        "numbers.json, with a verdict on the published numbers. Takes some minutes."
+        "numbers.json, with a verdict on the published numbers. Takes about a quarter of an hour."
     )
     return command("kalliope", text, "out/kalliope", write, argv)
 

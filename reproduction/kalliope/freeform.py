@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import functools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from fullbody.fitting import Free
 
-from .model import AXES, PERIOD, binary
+from .model import binary
 
 __all__ = ["FreeForm", "principal"]
 
@@ -22,24 +22,23 @@ RADIUS = 75.0
 #: Ferrais et al. (2022): the diameter of Kalliope in km, with its error.
 DIAMETER = (150.0, 5.0)
 #: The standard error of a coefficient of degree 2 in the prior that makes the shape smooth; it falls as degree^-2.
-ROUGHNESS = 0.2
+ROUGHNESS = 0.1
 
 
 @dataclass(frozen=True)
 class FreeForm:
-    """Bodies whose size in all directions is a series of spherical harmonics.
+    """A body whose size in all directions is a series of spherical harmonics, beside a sphere.
 
     Attributes
     ----------
     degree : int
         The degree of the series of the logarithm of Kalliope's radius.
-    faces, faces_of_linus : int
-        The least numbers of faces of both bodies.
+    faces : int
+        The least number of Kalliope's faces.
     """
 
     degree: int = 6
-    faces: int = 1280
-    faces_of_linus: int = 320
+    faces: int = 5120
 
     @property
     def terms(self) -> list[tuple[int, int]]:
@@ -55,14 +54,6 @@ class FreeForm:
     def prior(self) -> Floats:
         """The standard errors (C,) of the coefficients in the prior, whose mean is zero."""
         return np.array([ROUGHNESS * (2.0 / degree) ** 2 for degree, _ in self.terms])
-
-    @property
-    def growth(self) -> float:
-        """The factor by which the vertices of Linus are farther from its centre than the surface of the sphere.
-
-        Both then have the same area, and thus the same mean cross-section (Cauchy).
-        """
-        return _growth(self.faces_of_linus)
 
     def shape(self, size: float, coefficients: Any) -> fullbody.HarmonicShape:
         """Return Kalliope's shape.
@@ -89,18 +80,17 @@ class FreeForm:
         size, *coefficients = np.linalg.lstsq(design, np.log(radius / RADIUS), rcond=None)[0]
         return float(size), np.array(coefficients)
 
-    def parameters(self, start: dict[str, float]) -> dict[str, Any]:
-        """Return the parameters of a fit that starts from the shape of the ellipsoid and from these other values.
+    def parameters(self, start: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the parameters of a fit that starts from these values.
 
         The published diameter is the prior of the size: larger bodies whose events graze each other more, about another
         pole, fit the light as well.
         """
-        size, coefficients = self.nearest(AXES)
-        free = {
-            "size": Free(size, prior=(np.log(0.5 * DIAMETER[0] / RADIUS), DIAMETER[1] / DIAMETER[0])),
-            "coefficients": Free(coefficients, prior=(0.0, self.prior)),
+        priors = {
+            "size": (np.log(0.5 * DIAMETER[0] / RADIUS), DIAMETER[1] / DIAMETER[0]),
+            "coefficients": (0.0, self.prior),
         }
-        return {**start, "period": PERIOD, **free}
+        return {**start, **{name: Free(start[name], prior=prior) for name, prior in priors.items()}}
 
     def setup(
         self,
@@ -118,9 +108,8 @@ class FreeForm:
         Kalliope's principal axes take the place of those of the ellipsoid, so that it rotates about the pole. The
         ``period`` in days is that of two points on the circle on which Linus starts.
         """
-        linus = fullbody.HarmonicShape([0.0], reference_radius=radius * self.growth, faces=self.faces_of_linus)
         angles = (longitude, pole_longitude, pole_latitude, phase)
-        return binary(self.shape(size, coefficients), linus, angles, "harmonic", period)
+        return binary(self.shape(size, coefficients), fullbody.Sphere(radius), angles, "harmonic", period)
 
 
 def principal(shape: fullbody.Polyhedron) -> fullbody.Polyhedron:
@@ -129,11 +118,3 @@ def principal(shape: fullbody.Polyhedron) -> fullbody.Polyhedron:
     assert frame is not None
     rotation = fullbody.base.rotations.matrices(frame.attitude)
     return fullbody.Polyhedron(np.asarray(shape.vertices) @ rotation.T + np.asarray(frame.position), shape.faces)
-
-
-@functools.cache
-def _growth(faces: int) -> float:
-    """Return the radius of the vertices of a polyhedron with the area of a unit sphere."""
-    ball = fullbody.HarmonicShape([0.0], faces=faces)
-    a, b, c = np.moveaxis(np.asarray(ball.vertices)[np.asarray(ball.faces)], 1, 0)
-    return float(np.sqrt(8.0 * np.pi / np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()))
