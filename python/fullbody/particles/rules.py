@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..base.kinds import Declared, Number, flag, of_kind
-from ..base.limits import FRACTION, POSITIVE
+from ..base.limits import FRACTION, NOT_NEGATIVE, POSITIVE
 from ..errors import InvalidInput
 from ..model.context import Context, SystemLike
 from ..model.state import State, strip
