@@ -46,5 +46,5 @@ def dead(site: Path) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    found = list(dead(Path(sys.argv[1])))
-    sys.exit("\n".join(["These links lead nowhere:", *found]) if found else 0)
+    links = list(dead(Path(sys.argv[1])))
+    sys.exit("\n".join(["These links lead nowhere:", *links]) if links else 0)

@@ -47,14 +47,14 @@ def groups(module: str, block: str) -> list[Group]:
     """Return the groups of a block of names."""
     title, *titled = re.split(r"^## ", "\n" + block, flags=re.MULTILINE)
     texts = ["\n" + title, *titled] if title.strip() else titled
-    made = []
+    result = []
     for text in texts:
         heading, *lines = text.splitlines()
         text = "\n".join(line.removeprefix("> ") for line in lines if line.startswith("> "))
         rows = [line for line in lines if line and not line.startswith("> ")]
         entries = [(name, options) for name, _, options in (row.partition(" ") for row in rows)]
-        made.append(Group(module, heading, text, entries))
-    return made
+        result.append(Group(module, heading, text, entries))
+    return result
 
 
 def all_groups(page: Path) -> list[Group]:
@@ -73,29 +73,29 @@ def subjects() -> Iterator[Path]:
 def resolved(module: str, name: str) -> tuple[Any, Any]:
     """Return the object of a name in a module, and the object that has it as an attribute."""
     parent: Any = None
-    thing: Any = import_module(module)
+    item: Any = import_module(module)
     for part in name.split("."):
-        parent = thing
+        parent = item
         # A module that is imported when it is asked for is no attribute before.
-        thing = getattr(parent, part) if hasattr(parent, part) else import_module(f"{parent.__name__}.{part}")
-    return thing, parent
+        item = getattr(parent, part) if hasattr(parent, part) else import_module(f"{parent.__name__}.{part}")
+    return item, parent
 
 
 def documented(group: Group, members: dict[str, list[str]]) -> str:
     """Return the directives that document the names of a group; ``members`` lists, by class, those with own places."""
     lines = [f".. currentmodule:: {group.module}", ""]
     for name, options in group.entries:
-        thing, parent = resolved(group.module, name)
+        item, parent = resolved(group.module, name)
         if inspect.isclass(parent):
-            kind = "property" if isinstance(thing, property) else "method" if callable(thing) else "attribute"
-        elif inspect.isclass(thing):
-            kind = "exception" if issubclass(thing, BaseException) else "class"
+            kind = "property" if isinstance(item, property) else "method" if callable(item) else "attribute"
+        elif inspect.isclass(item):
+            kind = "exception" if issubclass(item, BaseException) else "class"
         else:
-            kind = "function" if callable(thing) else "data"
+            kind = "function" if callable(item) else "data"
         lines.append(f".. auto{kind}:: {group.module}.{name}")
         if kind == "class":
             # The fields of a tuple are described by its class.
-            apart = [*members.get(f"{group.module}.{name}", []), *getattr(thing, "_fields", [])]
+            apart = [*members.get(f"{group.module}.{name}", []), *getattr(item, "_fields", [])]
             options += "" if ":members:" in options else " :members:"
             options += f" :exclude-members: {', '.join(apart)}" if apart else ""
         lines += [f"   {option.strip()}" for option in re.split(r" (?=:)", options) if option.strip()]

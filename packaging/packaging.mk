@@ -13,6 +13,7 @@ $(VENV)/.wheel: $(MATURIN)
 	@touch $@
 
 wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel for this kind of machine, into dist/
+	@git ls-files --others --exclude-standard | sed 's/^/not tracked by git, so not in the source distribution: /' >&2
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --sdist --out dist $(WHEEL)
 	$(AUDIT)
