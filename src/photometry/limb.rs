@@ -2,10 +2,10 @@
 //!
 //! A ray is given by a point w on it and its unit direction u, toward the light. It passes through the
 //! polyhedron where the silhouette along u winds about it. Its distance from the silhouette is that from the
-//! nearest edge. With the ends a and a + t of this edge, r = w - a and n = (u x t)/|u x t| it is |n.r|, whose
-//! derivatives with respect to w and u have the sign of n.r and the sizes
+//! nearest edge. With the ends a and a + t of this edge, which runs counterclockwise, r = w - a and the outward
+//! normal n = (t x u)/|t x u|, the distance is n.r, and its derivatives with respect to w and u are
 //!
-//!   n   and   t x (r - (n.r) n)/|u x t|.
+//!   n   and   (r - (n.r) n) x t/|t x u|.
 //!
 //! Beyond an end of the edge the distance is |s| with s = r - (r.u) u, r from this end, and the derivatives
 //! are s/|s| and -(r.u) s/|s|.
