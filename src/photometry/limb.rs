@@ -115,11 +115,12 @@ fn along_edge(
     let size = normal.norm();
     let normal = normal / size;
     let height = normal.dot(&from_end);
-    // An edge within the silhouette has the body on both sides. On the edge itself rounding does not tell them.
+    // An edge within the silhouette has the body on both sides, and the distance is largest there, zero. On an
+    // edge itself, where rounding does not tell the sides, the derivatives are those of an outer edge.
     let is_between = (height < 0.0) != inside && height.abs() > ROUNDING * side.norm();
     let sign = if is_between { -1.0 } else { 1.0 };
     LimbDistance {
-        distance: sign * height,
+        distance: if inside { -height.abs() } else { height.abs() },
         by_point: normal * sign,
         by_direction: (from_end - normal * height).cross(&side) * (sign / size),
     }
