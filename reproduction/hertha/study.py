@@ -219,11 +219,12 @@ def verdicts(results: Results) -> list[Verdict]:
             else "residuals are not independent, so that the rise counts for less than its root in sigma"
         )
         rows.append(Verdict("Torppa et al. 2003", *statement, f"{rise:.1f}", None, judged(rise <= 9.0), why))
-    return rows + size_verdicts(results.sizes)
+    by_name = dict(zip(POLES, (pole_of(minimum.values) for minimum in fit.minima), strict=False))
+    return rows + size_verdicts(results.sizes, by_name)
 
 
-def size_verdicts(sizes: dict[str, Size]) -> list[Verdict]:
-    """Compare the diameters of the shape from light with published ones, and its two poles by the chords."""
+def size_verdicts(sizes: dict[str, Size], poles: dict[str, tuple[float, float]]) -> list[Verdict]:
+    """Compare the diameters of the shape from light with published ones, and by the chords its two poles in degrees."""
     by_pole = {pole: sizes[f"shape from light, {pole}"] for pole in POLES if f"shape from light, {pole}" in sizes}
     rows = []
     for source, published in chords.PUBLISHED.items():
@@ -231,14 +232,16 @@ def size_verdicts(sizes: dict[str, Size]) -> list[Verdict]:
             why = "the shape is that of light alone, and its outline leaves more than the errors of the chords"
             rows.append(compared(source, f"diameter, {pole} [km]", published, (size.diameter, size.sigma), why))
     if len(by_pole) == len(POLES):
-        first, other = (size.fit for size in by_pole.values())
-        best = min(first.chi2, other.chi2)
-        rise = (other.chi2 - first.chi2) / max(1.0, best / first.dof)
-        preferred = "the best pole" if rise > 0.0 else "the mirror pole"
-        statement = "rise of chi2 of the chords from the best to the mirror pole, by the lower chi2 over dof"
-        decided: Word = "open" if abs(rise) <= RISE else judged(rise > 0.0)
-        why = f"the chords prefer {preferred}" if decided != "open" else "the chords do not tell the poles apart"
-        rows.append(Verdict("DAMIT", statement, "the pole of the best minimum", f"{rise:.1f}", None, decided, why))
+        preferred, other = sorted(by_pole, key=lambda pole: by_pole[pole].fit.chi2)
+        lower, higher = by_pole[preferred].fit, by_pole[other].fit
+        rise = (higher.chi2 - lower.chi2) / max(1.0, lower.chi2 / lower.dof)
+        quantity = "pole that the chords prefer [deg], and the rise of chi2 to the other one, by chi2 over dof"
+        texts = ("{:.1f}, {:.1f}".format(*pole) for pole in (DAMIT_POLE, poles[preferred]))
+        apart = [pole_apart(poles[pole], DAMIT_POLE) for pole in (preferred, other)]
+        word: Word = "open" if rise <= RISE else judged(apart[0] < apart[1])
+        why = "the chords do not tell the two poles apart" if word == "open" else f"it is the {preferred} of the light"
+        published_pole, fitted_pole = texts
+        rows.append(Verdict("DAMIT", quantity, published_pole, f"{fitted_pole}; {rise:.1f}", None, word, why))
     return rows
 
 

@@ -2,10 +2,10 @@
 //!
 //! A ray is given by a point w on it and its unit direction u, toward the light. It passes through the
 //! polyhedron where the silhouette along u winds about it. Its distance from the silhouette is that from the
-//! nearest edge. With the ends a and a + t of this edge, r = w - a and n = (u x t)/|u x t| it is |n.r|, whose
-//! derivatives with respect to w and u have the sign of n.r and the sizes
+//! nearest edge. With the ends a and a + t of this edge, which runs counterclockwise, r = w - a and the outward
+//! normal n = (t x u)/|t x u|, the distance is n.r, and its derivatives with respect to w and u are
 //!
-//!   n   and   t x (r - (n.r) n)/|u x t|.
+//!   n   and   (r - (n.r) n) x t/|t x u|.
 //!
 //! Beyond an end of the edge the distance is |s| with s = r - (r.u) u, r from this end, and the derivatives
 //! are s/|s| and -(r.u) s/|s|.
@@ -115,11 +115,12 @@ fn along_edge(
     let size = normal.norm();
     let normal = normal / size;
     let height = normal.dot(&from_end);
-    // An edge within the silhouette has the body on both sides. On the edge itself rounding does not tell them.
+    // An edge within the silhouette has the body on both sides, and the distance is largest there, zero. On an
+    // edge itself, where rounding does not tell the sides, the derivatives are those of an outer edge.
     let is_between = (height < 0.0) != inside && height.abs() > ROUNDING * side.norm();
     let sign = if is_between { -1.0 } else { 1.0 };
     LimbDistance {
-        distance: sign * height,
+        distance: if inside { -height.abs() } else { height.abs() },
         by_point: normal * sign,
         by_direction: (from_end - normal * height).cross(&side) * (sign / size),
     }

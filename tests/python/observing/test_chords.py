@@ -4,6 +4,7 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
+import trimesh
 from astropy.coordinates import EarthLocation, SkyCoord, get_body_barycentric, get_body_barycentric_posvel
 from astropy.time import Time
 from fullbody import observing
@@ -91,6 +92,35 @@ def test_a_ring_hides_the_star_twice_from_a_station_on_its_axis():
         pytest.approx((500.0 - outer, 500.0 - inner), abs=1e-9),
         pytest.approx((500.0 + inner, 500.0 + outer), abs=1e-9),
     ]
+
+
+def test_edges_within_the_outline_of_a_rough_body_end_no_chord():
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    sizes = np.random.default_rng(1).uniform(0.85, 1.1, (len(mesh.vertices), 1))
+    run = at_rest(fullbody.Polyhedron(40.0 * sizes * mesh.vertices * u.km, mesh.faces))
+    heights = np.array([-31.0, -12.5, 3.3, 28.7])
+    stations = np.stack([0 * heights, heights, 0 * heights], axis=1) * u.km
+    chords = observing.occultation_chords(run, STAR, stations, passing())
+    # A row at a height is within a triangle from one of its sides to another one, and within the body in all of these.
+    shape = run.system.context.bodies[0].parts[0][0]
+    corners = shape.vertices[shape.faces][:, :, :2]
+    expected = []
+    for station, height in enumerate(heights):
+        rows = []
+        for triangle in corners:
+            sides = [(triangle[k], triangle[k - 1]) for k in range(3)]
+            crossed = [(a, b) for a, b in sides if (a[1] < height) != (b[1] < height)]
+            cut = [a[0] + (b[0] - a[0]) * (height - a[1]) / (b[1] - a[1]) for a, b in crossed]
+            rows += [(min(cut), max(cut))] if cut else []
+        joined = []
+        for low, high in sorted(rows):
+            if joined and low <= joined[-1][1] + 1e-9:
+                joined[-1][1] = max(joined[-1][1], high)
+            else:
+                joined.append([low, high])
+        expected += [(station, "A", 500.0 + low / SPEED, 500.0 + high / SPEED) for low, high in joined]
+    assert [row[:2] for row in times(chords)] == [row[:2] for row in expected]
+    np.testing.assert_allclose([row[2:] for row in times(chords)], [row[2:] for row in expected], atol=1e-9)
 
 
 def test_a_composite_hides_what_one_of_its_parts_hides():
