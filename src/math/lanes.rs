@@ -99,6 +99,9 @@ macro_rules! each_register {
     };
 }
 
+/// The last bits of 2^52 + k, for a whole number k from zero on and below 2^52, are k.
+const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
+
 /// A block of doubles with the arithmetic operators: `N` registers.
 #[derive(Clone, Copy)]
 pub struct Lanes<S: Simd, const N: usize = INTERLEAVED> {
@@ -217,6 +220,30 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self.simd.reduce_min_f64s(self.simd.min_f64s(self.raw[0], self.raw[1]))
     }
 
+    /// Returns two to the power of whole numbers from -1022 to 1023.
+    #[inline(always)]
+    pub fn power_of_two(self) -> Self {
+        // The last twelve bits of this sum are the exponent of the result.
+        let mut result = self + (f64::from(1023) + TWO_TO_52);
+        for bits in pulp::bytemuck::cast_slice_mut::<S::f64s, u64>(&mut result.raw) {
+            *bits <<= 52;
+        }
+        result
+    }
+
+    /// Splits positive normal numbers into a fraction from 1 to 2 and the exponent of a power of two.
+    #[inline(always)]
+    pub fn fraction_and_exponent(self) -> (Self, Self) {
+        let (mut fraction, mut exponent) = (self, self);
+        for bits in pulp::bytemuck::cast_slice_mut::<S::f64s, u64>(&mut fraction.raw) {
+            *bits = *bits & ((1 << 52) - 1) | 1.0_f64.to_bits();
+        }
+        for bits in pulp::bytemuck::cast_slice_mut::<S::f64s, u64>(&mut exponent.raw) {
+            *bits = *bits >> 52 | TWO_TO_52.to_bits();
+        }
+        (fraction, exponent + (-TWO_TO_52 - f64::from(1023)))
+    }
+
     /// Returns the value of a block that has the same value in all lanes.
     #[inline(always)]
     pub fn first(self) -> f64 {
@@ -327,6 +354,19 @@ pub fn polynomials<S: Simd, const N: usize, const K: usize>(
         }
     }
     sums
+}
+
+/// Replaces numbers, of any count, by a function of each.
+#[inline(always)]
+pub fn replace<S: Simd>(simd: S, numbers: &mut [f64], f: impl Fn(Lanes<S>) -> Lanes<S>) {
+    let mut buffer = [0.0; BLOCK];
+    for numbers in numbers.chunks_mut(BLOCK) {
+        buffer[..numbers.len()].copy_from_slice(numbers);
+        for block in 0..Lanes::<S>::PER_BLOCK {
+            f(Lanes::load(simd, &buffer, block)).store(&mut buffer, block);
+        }
+        numbers.copy_from_slice(&buffer[..numbers.len()]);
+    }
 }
 
 /// Returns a vector that is the same in every lane.

@@ -1,6 +1,6 @@
-//! The logarithm and the angle of a ratio, for many numbers at a time, accurate to the last digits.
+//! The logarithm, and the logarithm and the angle of a ratio, for many numbers at a time, accurate to the last digits.
 //!
-//! The arguments of both functions are reduced to a short range about zero, where one division gives the
+//! The arguments of all functions are reduced to a short range about zero, where one division gives the
 //! argument of a polynomial: a Chebyshev approximation of (atanh s / s - 1) / s^2 or of (atan t / t - 1) /
 //! t^2, accurate to 5e-18.
 
@@ -36,10 +36,10 @@ const ATAN: [f64; 11] = [
 
 /// Returns x (1 + x^2 p(x^2)).
 #[inline(always)]
-fn odd<S: Simd, const N: usize>(x: Lanes<S>, coefficients: &[f64; N]) -> Lanes<S> {
+fn odd<S: Simd, const N: usize, const K: usize>(x: Lanes<S, N>, coefficients: &[f64; K]) -> Lanes<S, N> {
     let z = x * x;
-    let mut sum = x.constant(coefficients[N - 1]);
-    for k in (0..N - 1).rev() {
+    let mut sum = x.constant(coefficients[K - 1]);
+    for k in (0..K - 1).rev() {
         sum = sum.mul_add(z, x.constant(coefficients[k]));
     }
     (x * z).mul_add(sum, x)
@@ -70,6 +70,17 @@ pub fn ln_one_plus<S: Simd>(over: Lanes<S>, under: Lanes<S>) -> Lanes<S> {
     let s = (over - (power - c(1.0)) * under) / (power + c(1.0)).mul_add(under, over);
     let two_atanh = odd(s, &ATANH);
     exponent.mul_add(c(LN_2), two_atanh + two_atanh)
+}
+
+/// Returns ln(x) for positive normal numbers.
+#[inline(always)]
+pub fn ln<S: Simd, const N: usize>(x: Lanes<S, N>) -> Lanes<S, N> {
+    let (mut fraction, mut exponent) = x.fraction_and_exponent();
+    let (bound, one) = (x.constant(SQRT_2), x.constant(1.0));
+    exponent = bound.if_less(fraction, exponent + one, exponent);
+    fraction = bound.if_less(fraction, fraction * 0.5, fraction);
+    let two_atanh = odd((fraction - one) / (fraction + one), &ATANH);
+    exponent.mul_add(x.constant(LN_2), two_atanh + two_atanh)
 }
 
 /// Returns `atan2(y, x)`: the angle of the point (x, y), between -pi and pi, and zero at the origin.

@@ -14,6 +14,8 @@ pub mod dual;
 #[doc(hidden)]
 pub mod exchange;
 #[doc(hidden)]
+pub mod exponential;
+#[doc(hidden)]
 pub mod gauss;
 #[doc(hidden)]
 pub mod harmonics;

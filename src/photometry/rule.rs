@@ -8,6 +8,8 @@
 //! Fejér (1933), Math. Z. 37, 287; Trefethen (2008), SIAM Rev. 50, 67, compares such rules with Gauss's.
 
 use crate::error::{Error, Result};
+use crate::math::lanes::{Lanes, replace};
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
@@ -42,7 +44,7 @@ pub struct NestedRules {
 struct NestedRule {
     /// Weights of the nodes of this rule, which add up to two.
     weights: Vec<f64>,
-    /// Factors of the values in the coefficients b_1, b_2, ...
+    /// For each node the factors of its value in the coefficients b_1, b_2, ..., and zeros up to whole blocks.
     coefficients: Vec<Vec<f64>>,
 }
 
@@ -68,8 +70,12 @@ impl NestedRules {
                 |x: f64| (1..n).step_by(2).map(|k| (k as f64 * x).sin() * 2.0 / k as f64).sum::<f64>();
             NestedRule {
                 weights: angles.iter().map(|x| scale * x.sin() * integral(*x)).collect(),
-                coefficients: (1..n)
-                    .map(|k| angles.iter().map(|x| scale * x.sin() * (k as f64 * x).sin()).collect())
+                coefficients: angles
+                    .iter()
+                    .map(|x| {
+                        let factor = |k: usize| scale * x.sin() * (k as f64 * x).sin();
+                        (1..=n).map(|k| if k < n { factor(k) } else { 0.0 }).collect()
+                    })
                     .collect(),
             }
         };
@@ -91,8 +97,8 @@ impl NestedRules {
         self.integrate_with_values([from, to], tolerances, f, &mut |piece, _| accepted(piece))
     }
 
-    /// Adds to `sums` the integrals of a function from the beginning of an interval to each of some places. An
-    /// integral to a place outside of the interval ends at the interval's nearest end.
+    /// Adds to `sums` the integrals of a function from the beginning of an interval to each of some places in rising
+    /// order. An integral to a place outside of the interval ends at the interval's nearest end.
     ///
     /// # Errors
     /// [`Error::NotConverged`], and those of the function.
@@ -104,21 +110,19 @@ impl NestedRules {
         places: &[f64],
         sums: &mut [f64],
     ) -> Result<f64> {
-        let mut add = |piece: Piece, values: &[[f64; 1]]| {
-            let mut series = [0.0; NODES];
-            for (k, row) in self.orders[piece.order].coefficients.iter().enumerate() {
-                let coefficient: f64 = row.iter().zip(values).map(|(factor, [value])| factor * value).sum();
-                series[k] = piece.half * coefficient / (k + 1) as f64;
-            }
+        let (arch, mut series) = (Arch::new(), [0.0; NODES + 1]);
+        let mut add = |Piece { middle, half, order }: Piece, values: &[[f64; 1]]| {
+            let factors = &self.orders[order].coefficients;
+            arch.dispatch(Antiderivative { factors, values, half, series: &mut series });
             let series = &series[..values.len()];
-            let start: f64 = series.iter().enumerate().map(|(k, c)| if k % 2 == 0 { -c } else { *c }).sum();
-            for (sum, place) in sums.iter_mut().zip(places) {
-                // The integral of b_k sin(k x) is -b_k cos(k x) / k, and cos(k x) is Chebyshev's polynomial of y.
-                let y = ((place - piece.middle) / piece.half).clamp(-1.0, 1.0);
-                if y > -1.0 {
-                    *sum += chebyshev(series, y) - start;
-                }
-            }
+            let (low, high) = (middle - half, middle + half);
+            let (first, last) =
+                (places.partition_point(|y| *y <= low), places.partition_point(|y| *y < high));
+            let mut integrals = places[first..last].to_vec();
+            arch.dispatch(Integrals { series, middle, half, places: &mut integrals });
+            sums[first..last].iter_mut().zip(&integrals).for_each(|(sum, integral)| *sum += integral);
+            let all = 2.0 * series.iter().step_by(2).sum::<f64>();
+            sums[last..].iter_mut().for_each(|sum| *sum += all);
         };
         let [total] = self.integrate_with_values(interval, &[tolerance], &mut |x| Ok([f(x)?]), &mut add)?;
         Ok(total)
@@ -187,10 +191,12 @@ impl NestedRule {
         sizes: &[f64; W],
     ) -> bool {
         (0..W).all(|k| {
-            let of = |factors: &Vec<f64>| {
-                factors.iter().zip(values).map(|(factor, value)| factor * value[k]).sum::<f64>().abs()
-            };
-            let last = self.coefficients.iter().rev().take(LAST).map(of).fold(0.0, f64::max);
+            let mut last = [0.0; LAST];
+            for (factors, value) in self.coefficients.iter().zip(values) {
+                let factors = &factors[values.len() - LAST..];
+                last.iter_mut().zip(factors).for_each(|(sum, factor)| *sum += factor * value[k]);
+            }
+            let last = last.into_iter().map(f64::abs).fold(0.0, f64::max);
             // Rounding has coefficients of any order. A value that is not a number stays in the sum, which is
             // then refused.
             !(2.0 * half * last > tolerances[k] && last > 64.0 * f64::EPSILON * sizes[k])
@@ -198,11 +204,62 @@ impl NestedRule {
     }
 }
 
-/// Returns the sum of c_k T_k(y) for k from 1 on, by Clenshaw's recurrence.
-fn chebyshev(coefficients: &[f64], y: f64) -> f64 {
-    let (mut next, mut present) = (0.0, 0.0);
-    for c in coefficients.iter().rev() {
-        (next, present) = (present, c + 2.0 * y * present - next);
+/// Computes from values at nodes the coefficients c_k of the antiderivative sum of c_k T_k(y), k from 1 on, since the
+/// integral of b_k sin(k x) is -b_k cos(k x) / k, and cos(k x) is Chebyshev's polynomial of y = cos x.
+struct Antiderivative<'a> {
+    factors: &'a [Vec<f64>],
+    values: &'a [[f64; 1]],
+    half: f64,
+    series: &'a mut [f64],
+}
+
+impl WithSimd for Antiderivative<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for block in 0..(self.values.len() + 1) / (2 * S::F64_LANES) {
+            let mut sum: Lanes<S> = Lanes::splat(simd, 0.0);
+            for (factors, [value]) in self.factors.iter().zip(self.values) {
+                sum = Lanes::load(simd, factors, block).mul_add(sum.constant(*value), sum);
+            }
+            sum.store(self.series, block);
+        }
+        for (k, coefficient) in self.series[..self.values.len()].iter_mut().enumerate() {
+            *coefficient *= self.half / (k + 1) as f64;
+        }
     }
-    y * present - next
+}
+
+/// Replaces places within an interval by the values of an antiderivative, minus that at the beginning of the interval.
+struct Integrals<'a> {
+    series: &'a [f64],
+    middle: f64,
+    half: f64,
+    places: &'a mut [f64],
+}
+
+impl WithSimd for Integrals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { series, middle, half, places } = self;
+        let start: f64 = series.iter().enumerate().map(|(k, c)| if k % 2 == 0 { -c } else { *c }).sum();
+        replace(
+            simd,
+            places,
+            #[inline(always)]
+            |place| {
+                let y = (place + (-middle)) * half.recip();
+                let (twice, mut next, mut present) = (y + y, y.constant(0.0), y.constant(0.0));
+                // Clenshaw's recurrence.
+                for c in series.iter().rev() {
+                    let value = twice.mul_add(present, y.constant(*c) - next);
+                    (next, present) = (present, value);
+                }
+                y.mul_add(present, -next) + (-start)
+            },
+        );
+    }
 }

@@ -27,7 +27,7 @@ pub struct BodyEcho {
 /// Bodies at one time as the radar sees them.
 #[derive(Debug, Clone, Copy)]
 pub struct EchoView<'a> {
-    /// The poses of the bodies; the receiver is the observer, and the transmitter has the place of the Sun.
+    /// The poses of the bodies; the receiver is the observer, and the transmitter is the Sun of the view.
     pub view: View<'a>,
     /// The echo of each body.
     pub echoes: &'a [BodyEcho],
@@ -138,16 +138,17 @@ impl Radar {
         Vec::<f64>::new()
             .try_reserve_exact(size)
             .map_err(|_| Error::invalid("number of bins", size, "fewer, for which there is memory"))?;
-        let some = |views: &[EchoView<'_>], interrupt: &mut InterruptCheck| self.some(views, bins, interrupt);
+        let echoes =
+            |views: &[EchoView<'_>], interrupt: &mut InterruptCheck| self.echoes(views, bins, interrupt);
         // Spectra of ellipsoids take less than a millisecond each. Images are divided among cores by themselves.
         if views.len() == 1 || !bins.delays.is_empty() || !self.scene.meshes.is_empty() {
-            return some(views, interrupt);
+            return echoes(views, interrupt);
         }
-        in_parallel(views, GROUP, &|view| view.view.time, interrupt, some)
+        in_parallel(views, GROUP, &|view| view.view.time, interrupt, echoes)
     }
 
-    /// Returns the echoes of all bodies in some views.
-    fn some(
+    /// Returns the echoes of all bodies in views that one thread computes.
+    fn echoes(
         &self,
         views: &[EchoView<'_>],
         bins: &Bins<'_>,
@@ -219,15 +220,17 @@ impl Radar {
             // A point mass has no surface.
             return Ok(());
         }
-        let one = directions[0] == directions[1];
+        let is_monostatic = directions[0] == directions[1];
         let in_front = snapshot.bodies_in_front(body, &directions);
-        let hiding = in_front.filter(|(light, _)| !one || *light == Light::Sight).map(|(light, other)| {
-            let turned = rotation.tr_mul(&other.rotation);
-            let matrix =
-                turned * Mat3::from_diagonal(&other.semi_axes.map(|a| (a * a).recip())) * turned.transpose();
-            let centre = rotation.tr_mul(&(other.position - placed.position));
-            Hiding { direction: rotate_back(rotation, &directions[light as usize]), centre, matrix }
-        });
+        let hiding =
+            in_front.filter(|(light, _)| !is_monostatic || *light == Light::Sight).map(|(light, other)| {
+                let relative = rotation.tr_mul(&other.rotation);
+                let matrix = relative
+                    * Mat3::from_diagonal(&other.semi_axes.map(|a| (a * a).recip()))
+                    * relative.transpose();
+                let centre = rotation.tr_mul(&(other.position - placed.position));
+                Hiding { direction: rotate_back(rotation, &directions[light as usize]), centre, matrix }
+            });
         let [frequency, delay] = [0, 1].map(|k| in_frame(k, rotation, &Vec3::zeros()));
         Ellipsoid {
             semi_axes: placed.semi_axes,

@@ -9,17 +9,22 @@
 //! The sum over all of a ring that is visible, or has a delay below a limit, is expanded between the heights at which
 //! its arcs change: its antiderivative gives the echo below any frequency. Differences give the bins. At an end of an
 //! arc or of a range of heights, an integrand may go to zero or change with any power of the distance; the
-//! substitution x = (3 y - y^3) / 2 doubles that power, and so does each repetition.
+//! substitution x = (3 y - y^3) / 2 doubles that power, and so does each repetition. A range also ends at the height
+//! of the peak of a law, near which the nodes are then dense.
 
 use super::arc::Surface;
-use super::law::Law;
+use super::law::{Law, Roughness};
 use super::sphere::{Plane, Quadric, Region};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
+use crate::math::exponential::sin_cos;
+use crate::math::lanes::replace;
+use crate::math::logarithm::angle;
 use crate::math::{Mat3, Vec3, perpendicular};
 use crate::photometry::{RULE, in_parallel};
+use pulp::{Arch, Simd, WithSimd};
 
-/// The error of an echo, relative to its size.
+/// The error of an echo, relative to its size; rounding makes it larger for peaks narrower than about 0.03.
 const TOLERANCE: f64 = 1e-12;
 /// The number of delays for each thread between two interrupt checks.
 const GROUP: usize = 8;
@@ -63,9 +68,35 @@ fn smooth(y: f64, times: u32) -> [f64; 2] {
     (0..times).fold([y, 1.0], |[y, slope], _| [0.5 * y * (3.0 - y * y), slope * 1.5 * (1.0 - y) * (1.0 + y)])
 }
 
-/// Returns the inverse of the substitution.
-fn unsmooth(x: f64, times: u32) -> f64 {
-    (0..times).fold(x.clamp(-1.0, 1.0), |x, _| 2.0 * (x.asin() / 3.0).sin())
+/// The inverse of the substitution for heights in an interval, which it replaces.
+struct Unsmoothed<'a> {
+    middle: f64,
+    half: f64,
+    times: u32,
+    heights: &'a mut [f64],
+}
+
+impl WithSimd for Unsmoothed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { middle, half, times, heights } = self;
+        replace(
+            simd,
+            heights,
+            #[inline(always)]
+            |height| {
+                let one = height.constant(1.0);
+                let mut x = ((height + (-middle)) * half.recip()).max(-one).min(one);
+                for _ in 0..times {
+                    let [sine, _] = sin_cos(angle(x, ((one - x) * (one + x)).sqrt()) * (1.0 / 3.0));
+                    x = sine + sine;
+                }
+                x
+            },
+        );
+    }
 }
 
 impl Ellipsoid<'_> {
@@ -106,8 +137,10 @@ impl Ellipsoid<'_> {
             region.quadrics.push(Quadric { matrix, linear: Vec3::zeros(), constant: 0.0 });
         }
         region.quadrics.extend(self.hiding.iter().map(|hiding| hiding.quadric(&stretched)));
-        let tolerance = TOLERANCE * scale;
-        let surface = Surface::new(self.law, (volume, square, bisector), 0.2 * tolerance, &mut region);
+        let tolerance = TOLERANCE.max(self.law.rounding()) * scale;
+        let visible = region.heights();
+        let surface =
+            Surface::new(self.law, semi_axes, (square, bisector), 0.2 * tolerance, &mut region, &visible);
         let heights = |frequency: &f64| match (frequency - self.frequency.at_centre, size > 0.0) {
             (from, true) => from / size,
             // All of the echo has the frequency of the centre, which belongs to the bin that begins there.
@@ -122,7 +155,7 @@ impl Ellipsoid<'_> {
         let edges: Vec<f64> = frequencies.iter().map(heights).map(|z| z.clamp(-1.0, 1.0)).collect();
         let zones = Zones { surface, edges, tolerance, time: self.time };
         if delays.is_empty() {
-            let sums = zones.below(&mut region, interrupt)?;
+            let sums = zones.below(&mut region, visible, interrupt)?;
             zones.add_bins(&region, &vec![0.0; sums.len()], &sums, power);
             return Ok(());
         }
@@ -133,7 +166,11 @@ impl Ellipsoid<'_> {
         let all = in_parallel(&limits, GROUP, &|_| self.time, interrupt, |limits, interrupt| {
             let below = |limit: &Plane| match limit.side() {
                 -1 => Ok(vec![0.0; frequencies.len()]),
-                _ => zones.below(&mut region.within(&[*limit]), interrupt),
+                _ => {
+                    let mut region = region.within(&[*limit]);
+                    let heights = region.heights();
+                    zones.below(&mut region, heights, interrupt)
+                }
             };
             limits.iter().map(below).collect()
         })?;
@@ -155,17 +192,32 @@ struct Zones<'a> {
 }
 
 impl Zones<'_> {
-    /// Returns the echo of a region below each edge.
-    fn below(&self, region: &mut Region, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
-        let (surface, time) = (&self.surface, self.time);
-        let times = if surface.law.has_whole_power() { 1 } else { 2 };
-        let (mut sums, mut places) = (vec![0.0; self.edges.len()], vec![0.0; self.edges.len()]);
-        for pair in region.heights().windows(2) {
+    /// Returns the echo of a region below each edge, given the heights between which its arcs are smooth.
+    fn below(
+        &self,
+        region: &mut Region,
+        mut heights: Vec<f64>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<f64>> {
+        let (surface, time, arch) = (&self.surface, self.time, Arch::new());
+        let times = if matches!(surface.law.roughness(), Roughness::Limb(3..)) { 2 } else { 1 };
+        let mut sums = vec![0.0; self.edges.len()];
+        let peak = surface.peak.z;
+        let above = heights.partition_point(|z| *z < peak);
+        if surface.law.roughness() == Roughness::Peak && (1..heights.len()).contains(&above) {
+            heights.insert(above, peak);
+        }
+        for pair in heights.windows(2) {
             let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
             if half < 1e-15 {
                 continue;
             }
-            places.iter_mut().zip(&self.edges).for_each(|(y, z)| *y = unsmooth((z - middle) / half, times));
+            // The edges above the interval follow with the last one.
+            let first = self.edges.partition_point(|z| *z <= pair[0]);
+            let last = self.edges.partition_point(|z| *z < pair[1]);
+            let mut ends = self.edges[first..last].to_vec();
+            arch.dispatch(Unsmoothed { middle, half, times, heights: &mut ends });
+            ends.resize(self.edges.len() - first, 1.0);
             let mut f = |y: f64| {
                 interrupt.charge(WORK, time)?;
                 let [x, slope] = smooth(y, times);
@@ -178,7 +230,11 @@ impl Zones<'_> {
                 });
                 Ok(sum? * half * slope)
             };
-            RULE.cumulate([-1.0, 1.0], self.tolerance, &mut f, &places, &mut sums)?;
+            RULE.cumulate([-1.0, 1.0], self.tolerance, &mut f, &ends, &mut sums[first..])?;
+        }
+        if sums.iter().any(|sum| !sum.is_finite()) {
+            let detail = "is no finite number, since the ellipsoid is too flat".to_string();
+            return Err(Error::NotConverged { what: "radar echo".to_string(), detail });
         }
         Ok(sums)
     }

@@ -15,7 +15,7 @@ use crate::photometry::{Corner, FacetedPart, Region};
 const GROUP: usize = 512;
 const WORK: u64 = 20;
 
-/// A corner of a polygon on a facet: its place in shares of the first two sides, its frequency and its delay.
+/// A corner of a polygon on a facet: its coordinates in shares of the first two sides, its frequency and its delay.
 #[derive(Debug, Clone, Copy)]
 struct Vertex {
     at: [f64; 2],
@@ -118,19 +118,19 @@ fn add_strips(
 fn split(polygon: &mut Vec<Vertex>, below: &mut Vec<Vertex>, limit: f64) {
     below.clear();
     let mut above = Vec::with_capacity(polygon.len() + 1);
-    for (k, here) in polygon.iter().enumerate() {
+    for (k, vertex) in polygon.iter().enumerate() {
         let next = &polygon[(k + 1) % polygon.len()];
-        let [from, to] = [here.delay - limit, next.delay - limit];
+        let [from, to] = [vertex.delay - limit, next.delay - limit];
         if from < 0.0 {
-            below.push(*here)
+            below.push(*vertex)
         } else {
-            above.push(*here)
+            above.push(*vertex)
         }
         if (from < 0.0) != (to < 0.0) {
             let share = from / (from - to);
             let between = |one: f64, other: f64| one + share * (other - one);
-            let at = [0, 1].map(|i| between(here.at[i], next.at[i]));
-            let cut = Vertex { at, frequency: between(here.frequency, next.frequency), delay: limit };
+            let at = [0, 1].map(|i| between(vertex.at[i], next.at[i]));
+            let cut = Vertex { at, frequency: between(vertex.frequency, next.frequency), delay: limit };
             below.push(cut);
             above.push(cut);
         }
@@ -164,15 +164,15 @@ fn add_triangle(corners: [f64; 3], strength: f64, frequencies: &[f64], power: &m
     };
     // A triangle of one frequency belongs to the bin that begins there.
     let first = frequencies.partition_point(|edge| *edge <= low);
-    let mut before = 0.0;
+    let mut lower = 0.0;
     for (k, edge) in frequencies.iter().enumerate().skip(first) {
-        let after = if *edge >= high { 1.0 } else { share_below(*edge) };
+        let upper = if *edge >= high { 1.0 } else { share_below(*edge) };
         if k > 0 {
-            power[k - 1] += strength * (after - before);
+            power[k - 1] += strength * (upper - lower);
         }
         if *edge >= high {
             break;
         }
-        before = after;
+        lower = upper;
     }
 }

@@ -10,7 +10,11 @@
 //! - Hagfors' law (R C / 2) (cos^4(theta) + C sin^2(theta))^(-3/2) (Hagfors 1964, J. Geophys. Res. 69, 3779).
 
 use crate::error::{Error, Result};
+use crate::math::exponential::exp;
+use crate::math::lanes::Lanes;
+use crate::math::logarithm::ln;
 use crate::photometry::RULE;
+use pulp::{Scalar, Simd};
 
 /// The dependence of a scattering law on the angle of incidence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +25,18 @@ pub enum Kind {
     Gaussian,
     /// Hagfors' law.
     Hagfors,
+}
+
+/// Where a law changes fast or is not smooth as a function of the position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Roughness {
+    /// The law is smooth everywhere.
+    None,
+    /// The law goes to zero at the limb with a power that is no whole number: this power of a substitution makes it
+    /// large.
+    Limb(usize),
+    /// The law has a peak at normal incidence.
+    Peak,
 }
 
 /// A radar scattering law.
@@ -36,7 +52,7 @@ pub struct Law {
     /// The cross section of a sphere over its projected area, which tells the size of an echo.
     pub(super) albedo: f64,
     /// The integer 2 C of a cosine law with such an exponent.
-    power: Option<i32>,
+    power: Option<u32>,
 }
 
 impl Law {
@@ -72,41 +88,77 @@ impl Law {
             }
         }
         let whole = kind == Kind::Cosine && (2.0 * c).fract() == 0.0 && c < 16.0;
-        let power = whole.then_some((2.0 * c) as i32);
+        let power = whole.then_some((2.0 * c) as u32);
         let mut law = Self { kind, c, factor: factor * reflectivity, least_cosine, power, albedo: 0.0 };
-        let (mut f, tolerance) = (|cosine| Ok([2.0 * law.cross_section(cosine)]), 1e-9 * reflectivity);
-        [law.albedo] = RULE.integrate([least_cosine, 1.0], &[tolerance], &mut f, &mut |_| {})?;
+        // The substitution 1 - t^6 finds any peak.
+        let range = 1.0 - least_cosine;
+        let mut f = |t: f64| Ok([12.0 * range * t.powi(5) * law.cross_section(1.0 - range * t.powi(6))]);
+        [law.albedo] = RULE.integrate([0.0, 1.0], &[1e-9 * reflectivity], &mut f, &mut |_| {})?;
         Ok(law)
     }
 
-    /// Returns whether the law is a smooth function of the position across the limb, or nearly so.
-    pub fn has_whole_power(&self) -> bool {
-        self.kind != Kind::Cosine || self.power.is_some() || self.c >= 8.0
+    /// Returns where the law changes fast or is not smooth.
+    pub fn roughness(&self) -> Roughness {
+        match (self.kind, self.power) {
+            (Kind::Cosine, _) if self.c >= PEAK => Roughness::Peak,
+            (Kind::Cosine, Some(_)) => Roughness::None,
+            (Kind::Cosine, None) => Roughness::Limb((LIMB / (2.0 * self.c + 1.0)).ceil() as usize),
+            _ if self.c >= 10.0 => Roughness::Peak,
+            _ => Roughness::None,
+        }
     }
 
-    /// Returns whether the law goes to zero at the limb with a low power that is no whole number.
-    pub fn is_rough_at_limb(&self) -> bool {
-        self.kind == Kind::Cosine && self.power.is_none() && self.c < 1.5
+    /// Returns the relative rounding of the law, which is that of the cosine times the exponent.
+    pub fn rounding(&self) -> f64 {
+        f64::EPSILON * (16.0 + 4.0 * self.c)
     }
 
     /// Returns the cross section per area of the surface at a cosine of the angle of incidence above zero.
-    #[inline]
     pub fn cross_section(&self, cosine: f64) -> f64 {
-        let cosine = cosine.max(LEAST);
-        let square = cosine * cosine;
-        self.factor
-            * match (self.kind, self.power) {
-                (Kind::Cosine, Some(power)) => cosine.powi(power),
-                // This takes half the time of a general power.
-                (Kind::Cosine, None) => (self.c * square.ln()).exp(),
-                (Kind::Gaussian, _) => (self.c * (1.0 - square.recip())).exp() / (square * square),
-                (Kind::Hagfors, _) => {
-                    let argument = square * square + self.c * (1.0 - square);
-                    (argument * argument.sqrt()).recip()
+        let [cosine, one] = [cosine, 1.0].map(|value| Lanes::<_, 1>::splat(Scalar, value));
+        self.times_length(cosine, one).first()
+    }
+
+    /// Returns the cross section per area of the surface times the length of the normal, given its square and its
+    /// product with the direction to the radar, which is the length times the cosine of incidence.
+    #[inline(always)]
+    pub fn times_length<S: Simd, const N: usize>(
+        &self,
+        product: Lanes<S, N>,
+        length_squared: Lanes<S, N>,
+    ) -> Lanes<S, N> {
+        let product = product.max(product.constant(LEAST));
+        let (square, one) = (product * product, product.constant(1.0));
+        let relative = match (self.kind, self.power) {
+            (Kind::Cosine, Some(1)) => product,
+            (Kind::Cosine, Some(power)) => {
+                let mut factor = square / length_squared;
+                let mut result = if power % 2 == 1 { product } else { length_squared.sqrt() };
+                for bit in 1..u32::BITS - power.leading_zeros() {
+                    result = if power >> bit & 1 == 1 { result * factor } else { result };
+                    factor = factor * factor;
                 }
+                result
             }
+            (Kind::Cosine, None) => length_squared.sqrt() * exp(ln(square / length_squared) * self.c),
+            (Kind::Gaussian, _) => {
+                let inverse = length_squared / square;
+                length_squared.sqrt() * exp((one - inverse) * self.c) * inverse * inverse
+            }
+            (Kind::Hagfors, _) => {
+                let rest = (length_squared - square) * length_squared;
+                let inverse = length_squared / square.mul_add(square, rest * self.c);
+                inverse * inverse.sqrt() * length_squared * length_squared
+            }
+        };
+        relative * self.factor
     }
 }
+
+/// The exponent of the distance from the limb, plus one, from which on a power is nearly smooth for the rules.
+pub const LIMB: f64 = 7.0;
+/// The exponent C from which on the cosine law has a peak.
+const PEAK: f64 = 3.0;
 
 /// The least cosine with which the laws are evaluated, since its powers are no zeros yet.
 const LEAST: f64 = 1e-30;

@@ -32,8 +32,43 @@ pub struct Quadric {
 pub struct Region {
     pub planes: Vec<Plane>,
     pub quadrics: Vec<Quadric>,
-    /// Longitudes at which a ring may enter or leave the region, with the index of the plane or quadric.
-    ends: Vec<(f64, u64)>,
+    arcs: [Vec<Arc>; 2],
+    crossings: Vec<[f64; 2]>,
+}
+
+/// An arc of a ring: its ends, and the indices of the planes or quadrics that it lies between, counted from one; zero
+/// for an end of the whole ring.
+#[derive(Debug, Clone, Copy)]
+struct Arc {
+    ends: [f64; 2],
+    between: [u64; 2],
+}
+
+/// Replaces arcs by their parts within some others, which are those of the plane or quadric with an index.
+fn cut(arcs: &mut Vec<Arc>, parts: &mut Vec<Arc>, others: &[[f64; 2]], index: u64) {
+    parts.clear();
+    for Arc { ends: [from, to], between } in &*arcs {
+        for &[low, high] in others {
+            if *between == [0, 0] {
+                parts.push(Arc { ends: [low, high], between: [index; 2] });
+                continue;
+            }
+            let apart = 0.5 * (low + high - from - to);
+            let nearest = wrapped(apart) - apart;
+            // Two arcs that are together longer than the ring may meet at both their ends.
+            let turns: &[f64] = if high - low + to - from > TAU { &[-TAU, 0.0, TAU] } else { &[0.0] };
+            for turn in turns {
+                let (low, high) = (low + nearest + turn, high + nearest + turn);
+                let ends = [from.max(low), to.min(high)];
+                if ends[1] > ends[0] {
+                    let before = if low > *from { index } else { between[0] };
+                    let after = if high < *to { index } else { between[1] };
+                    parts.push(Arc { ends, between: [before, after] });
+                }
+            }
+        }
+    }
+    std::mem::swap(arcs, parts);
 }
 
 /// Points that are outside of a plane by less than this count as within it.
@@ -101,6 +136,23 @@ impl Quadric {
         s.dot(&(self.matrix * s)) + self.linear.dot(s) + self.constant
     }
 
+    /// Writes the arcs of a ring within the quadric, which is a whole ring or begins and ends where the ring crosses it.
+    fn arcs(&self, z: f64, rho: f64, arcs: &mut Vec<[f64; 2]>) {
+        arcs.clear();
+        self.crossings(z, rho, |l| arcs.push([l; 2]));
+        let value = |l: f64| self.value(&Vec3::new(rho * l.cos(), rho * l.sin(), z));
+        if arcs.is_empty() {
+            arcs.push([-PI, PI]);
+        } else {
+            arcs.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
+            let first = arcs[0][0] + TAU;
+            for k in 0..arcs.len() {
+                arcs[k][1] = arcs.get(k + 1).map_or(first, |next| next[0]);
+            }
+        }
+        arcs.retain(|[from, to]| to > from && value(0.5 * (from + to)) > 0.0);
+    }
+
     /// Calls `take` with the longitudes at which a ring crosses the quadric.
     fn crossings(&self, z: f64, rho: f64, mut take: impl FnMut(f64)) {
         let m = &self.matrix;
@@ -108,7 +160,7 @@ impl Quadric {
         let [c, s] = [0, 1].map(|k| rho * (2.0 * z * m[(k, 2)] + self.linear[k]));
         let constant = z * (z * m[(2, 2)] + self.linear.z) + self.constant;
         // With t = tan(l/2) each half of the ring has t from -1 to 1; its other half has the opposite cosine and sine.
-        for (turn, sign) in [(0.0, 1.0), (PI, -1.0)] {
+        for (origin, sign) in [(0.0, 1.0), (PI, -1.0)] {
             let (c, s) = (sign * c, sign * s);
             let quartic = [
                 cc + c + constant,
@@ -117,13 +169,13 @@ impl Quadric {
                 2.0 * s - 4.0 * cs,
                 cc - c + constant,
             ];
-            polynomial_roots(&quartic, &mut |t| take(wrapped(turn + 2.0 * t.atan())));
+            polynomial_roots(&quartic, &mut |t| take(wrapped(origin + 2.0 * t.atan())));
         }
     }
 }
 
-/// Returns an angle between -pi and pi.
-fn wrapped(angle: f64) -> f64 {
+/// Returns an angle between -pi and pi, given one that is at most a turn outside.
+pub fn wrapped(angle: f64) -> f64 {
     if angle > PI {
         angle - TAU
     } else if angle < -PI {
@@ -141,53 +193,33 @@ impl Region {
         part
     }
 
-    fn contains(&self, s: &Vec3, margin: f64) -> bool {
-        self.planes.iter().all(|plane| plane.value(s) > -margin)
-            && self.quadrics.iter().all(|quadric| quadric.value(s) > 0.0)
-    }
-
     /// Calls `take` with both ends of each arc of a ring within the region, the second above the first. Returns a
-    /// number that tells between which planes and quadrics the arcs lie.
+    /// number that tells between which planes and quadrics the arcs lie, zero if there are none.
     pub fn arcs(&mut self, z: f64, mut take: impl FnMut(f64, f64)) -> u64 {
         let rho = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-        self.ends.clear();
-        for (index, plane) in (1..).zip(&self.planes) {
+        let Self { planes, quadrics, arcs: [arcs, parts], crossings } = self;
+        arcs.clear();
+        arcs.push(Arc { ends: [-PI, PI], between: [0, 0] });
+        for (index, plane) in (1..).zip(&*planes) {
             let (level, across) = (plane.normal.z * z + plane.offset, rho * plane.across);
             if level <= -across {
-                return 0;
-            }
-            if level < across {
+                arcs.clear();
+            } else if level < across {
                 let half = (-level / across).acos();
-                self.ends.extend([-half, half].map(|half| (wrapped(plane.azimuth + half), index)));
+                cut(arcs, parts, &[[plane.azimuth - half, plane.azimuth + half]], index);
             }
         }
-        for (index, quadric) in (self.planes.len() as u64 + 1..).zip(&self.quadrics) {
-            quadric.crossings(z, rho, |l| self.ends.push((l, index)));
-        }
-        let point = |l: f64| {
-            let (sin, cos) = l.sin_cos();
-            Vec3::new(rho * cos, rho * sin, z)
-        };
-        let mut ends = std::mem::take(&mut self.ends);
-        ends.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
-        let mut signature = 0;
-        if ends.is_empty() && self.contains(&point(0.0), 0.0) {
-            signature = 1;
-            take(-PI, PI);
-        }
-        for k in 0..ends.len() {
-            let ((from, before), (mut to, after)) = (ends[k], ends[(k + 1) % ends.len()]);
-            if k + 1 == ends.len() {
-                to += TAU;
-            }
-            if to > from && self.contains(&point(0.5 * (from + to)), 0.0) {
-                take(from, to);
-                signature = [before, after]
-                    .iter()
-                    .fold(signature, |sum: u64, end| sum.wrapping_mul(31).wrapping_add(*end));
+        for (index, quadric) in (planes.len() as u64 + 1..).zip(&*quadrics) {
+            if !arcs.is_empty() {
+                quadric.arcs(z, rho, crossings);
+                cut(arcs, parts, crossings, index);
             }
         }
-        self.ends = ends;
+        let mut signature = 0_u64;
+        for Arc { ends: [from, to], between: [before, after] } in &*arcs {
+            take(*from, *to);
+            signature = signature.wrapping_add((1 + 31 * before + after).pow(2));
+        }
         signature
     }
 
@@ -224,18 +256,18 @@ impl Region {
                     from + length * share.clamp(MARGIN, 1.0 - MARGIN)
                 };
                 let mut low = ring(0);
-                let mut before = self.arcs(low, |_, _| ());
+                let mut signature = self.arcs(low, |_, _| ());
                 for high in (1..=RINGS).map(ring) {
-                    let after = self.arcs(high, |_, _| ());
+                    let next = self.arcs(high, |_, _| ());
                     for _ in 0..CHANGES {
-                        if after == before {
+                        if next == signature {
                             break;
                         }
-                        low = self.change(low, high, before);
+                        low = self.change(low, high, signature);
                         heights.push(low);
-                        before = self.arcs(low, |_, _| ());
+                        signature = self.arcs(low, |_, _| ());
                     }
-                    (low, before) = (high, after);
+                    (low, signature) = (high, next);
                 }
             }
             heights.sort_unstable_by(f64::total_cmp);
@@ -244,10 +276,10 @@ impl Region {
     }
 
     /// Returns the first height, up to rounding, at which the arcs are no longer those of the lower one of two heights.
-    fn change(&mut self, mut low: f64, mut high: f64, before: u64) -> f64 {
+    fn change(&mut self, mut low: f64, mut high: f64, signature: u64) -> f64 {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if self.arcs(middle, |_, _| ()) == before {
+            if self.arcs(middle, |_, _| ()) == signature {
                 low = middle;
             } else {
                 high = middle;

@@ -3,8 +3,10 @@
 use crate::support::*;
 use fullbody::math::carlson::{duplications_needed, rd_triple};
 use fullbody::math::compensated::{Compensated, sum, two_product, two_sum};
+use fullbody::math::exponential::{exp, sin_cos};
 use fullbody::math::gauss::Gauss;
 use fullbody::math::lanes::{BLOCK, Lanes, Total, VectorPath, dot, polynomials};
+use fullbody::math::logarithm::ln;
 use fullbody::math::matrix::inverse;
 use fullbody::math::{Mat3, Vec3, rotation};
 use proptest::prelude::*;
@@ -128,6 +130,53 @@ fn the_portable_path_rounds_twice_and_the_others_once() {
     }
     assert_eq!(VectorPath::available()[0], VectorPath::Portable);
     assert!(VectorPath::Auto.arch().is_some());
+}
+
+/// The exponential function, the logarithm of the absolute value, the sine and the cosine of a block of numbers.
+struct Elementary([f64; BLOCK]);
+
+impl WithSimd for Elementary {
+    type Output = [[f64; BLOCK]; 4];
+
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let mut results = [[0.0; BLOCK]; 4];
+        for block in 0..Lanes::<S>::PER_BLOCK {
+            let x: Lanes<S> = Lanes::load(simd, &self.0, block);
+            let [sine, cosine] = sin_cos(x);
+            for (result, value) in results.iter_mut().zip([exp(x), ln(x.abs()), sine, cosine]) {
+                value.store(result, block);
+            }
+        }
+        results
+    }
+}
+
+#[test]
+fn elementary_functions_on_lanes_are_those_of_the_standard_library() {
+    for path in VectorPath::available() {
+        for step in 0..400 {
+            let x: [f64; BLOCK] = std::array::from_fn(|k| {
+                1e-9 + PI * (f64::from(step) + k as f64 / BLOCK as f64 - 200.0) / 200.0
+            });
+            let [exponential, logarithm, sine, cosine] = path.arch().unwrap().dispatch(Elementary(x));
+            for k in 0..BLOCK {
+                assert!((exponential[k] / x[k].exp() - 1.0).abs() < 2e-15, "{path:?} exp({})", x[k]);
+                let scale = x[k].abs().ln().abs().max(1.0);
+                assert!((logarithm[k] - x[k].abs().ln()).abs() < 1e-15 * scale, "{path:?} ln({})", x[k]);
+                assert!((sine[k] - x[k].sin()).abs() < 1e-15, "{path:?} sin({})", x[k]);
+                assert!((cosine[k] - x[k].cos()).abs() < 1e-15, "{path:?} cos({})", x[k]);
+            }
+        }
+        // Far from zero, the argument's own rounding is a relative error of the exponential function.
+        for x in [-707.9, -300.0, 88.5, 708.9] {
+            let [exponential, ..] = path.arch().unwrap().dispatch(Elementary([x; BLOCK]));
+            assert!((exponential[0] / x.exp() - 1.0).abs() < 3e-13, "{path:?} exp({x})");
+        }
+        for x in [1e-300, 3e-9, 7e11, 1e300] {
+            let [_, logarithm, ..] = path.arch().unwrap().dispatch(Elementary([x; BLOCK]));
+            assert!((logarithm[0] - x.ln()).abs() < 1e-15 * x.ln().abs(), "{path:?} ln({x})");
+        }
+    }
 }
 
 #[test]

@@ -51,6 +51,51 @@ fn a_sphere_has_the_echo_of_its_law_up_to_each_delay_and_frequency() {
 }
 
 #[test]
+fn sharp_peaks_are_not_missed() {
+    // A sphere of radius one has the cross section 2 pi R (C + 1) / (2 C + 1).
+    let (frequencies, to_sun) = (edges(-1.1, 1.1, 2), Vec3::x());
+    let bins = Bins::new(&frequencies, &[]).unwrap();
+    for c in [3.3, 30.0, 1e3, 1e5] {
+        let radar = radar([1.0; 3], Law::cosine(c, 0.3).unwrap());
+        let power = radar.echo(&[view(to_sun)], &bins, &mut InterruptCheck::never()).unwrap();
+        let expected = 0.6 * PI * (c + 1.0) / (2.0 * c + 1.0);
+        assert!((power.iter().sum::<f64>() / expected - 1.0).abs() < 1e-12 + 1e-14 * c, "{c}");
+    }
+    // The sum of a spectrum does not depend on the direction in which the frequency changes.
+    for law in
+        [Law::gaussian(3e3, 0.3, FRAC_PI_2), Law::hagfors(1e3, 0.3, FRAC_PI_2), Law::cosine(300.5, 0.3)]
+    {
+        let radar = radar([1.0, 0.8, 0.1], law.unwrap());
+        let total = |angle: f64| {
+            let gradients = [Vec3::new(0.0, angle.cos(), angle.sin()), ECHO[0].gradients[1]];
+            let echoes = [BodyEcho { at_centre: [0.0, 0.0], gradients }];
+            let view = EchoView { echoes: &echoes, ..view(to_sun) };
+            radar.echo(&[view], &bins, &mut InterruptCheck::never()).unwrap().iter().sum::<f64>()
+        };
+        assert!((total(0.3) / total(1.4) - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_body_hidden_by_its_equal_has_no_echo() {
+    let body = |name: &str| Body::with_mass(name, Shape::ellipsoid([1.0; 3]).unwrap(), 1.0).unwrap();
+    let law = Law::cosine(1.6, 1.0).unwrap();
+    let radar = Radar::new(vec![body("Alpha"), body("Beta")], vec![law, law], true).unwrap();
+    let position = [Vec3::zeros(), Vec3::new(5.0, 0.0, 0.0)];
+    let attitude = [ATTITUDE[0], ATTITUDE[0]];
+    let one = view(Vec3::x());
+    let view = View { position: &position, attitude: &attitude, ..one.view };
+    let frequencies = edges(-1.1, 1.1, 11);
+    let bins = Bins::new(&frequencies, &[]).unwrap();
+    let echoes = [ECHO[0], ECHO[0]];
+    let power =
+        radar.echo(&[EchoView { view, echoes: &echoes }], &bins, &mut InterruptCheck::never()).unwrap();
+    let [behind, before] = [&power[..11], &power[11..]].map(|power| power.iter().sum::<f64>());
+    assert!(behind < 1e-9 * before, "{behind}");
+    assert!((before / (2.0 * PI * 2.6 / 4.2) - 1.0).abs() < 1e-11);
+}
+
+#[test]
 fn many_spectra_are_those_of_each_alone() {
     let radar = radar([1.0, 0.7, 0.5], Law::hagfors(20.0, 0.3, 1.2).unwrap());
     let frequencies = edges(-1.0, 1.0, 30);
