@@ -23,8 +23,9 @@ const WORK: u64 = 40;
 /// Derivatives of the brightness of a part.
 #[derive(Debug)]
 pub struct FacetGradient {
-    /// Derivatives with respect to the corners of the part, and of its occluders, each in its own frame.
-    pub own: Vec<Vec3>,
+    /// Derivatives with respect to the vertices of the part, in its frame.
+    pub vertices: Vec<Vec3>,
+    /// Derivatives with respect to the vertices of each occluder, in the frame of the occluder.
     pub occluders: Vec<Vec<Vec3>>,
     /// Derivatives with respect to the directions to the observer and to the Sun, in the part's frame.
     pub lights: [Vec3; 2],
@@ -46,7 +47,7 @@ impl FacetedPart<'_> {
     ) -> Result<(f64, FacetGradient)> {
         let zeros = |vertices: usize| vec![Vec3::zeros(); vertices];
         let mut gradient = FacetGradient {
-            own: zeros(self.mesh.vertices.len()),
+            vertices: zeros(self.mesh.vertices.len()),
             occluders: self.occluders.iter().map(|other| zeros(other.mesh.vertices.len())).collect(),
             lights: [Vec3::zeros(); 2],
         };
@@ -65,15 +66,15 @@ impl FacetedPart<'_> {
             total += per_area * left;
             by_phase += phase * left;
             let face = self.mesh.faces[index].map(|v| v as usize);
-            let turn = e * by_mu + s * by_mu0;
+            let by_normal = e * by_mu + s * by_mu0;
             gradient.lights[0] += facet.normal * (by_mu * left);
             gradient.lights[1] += facet.normal * (by_mu0 * left);
             let [a, b, c] = facet.corners;
             for (vertex, across) in face.into_iter().zip([c - b, a - c, b - a]) {
                 let slope = facet.normal.cross(&across) / (2.0 * facet.area);
-                gradient.own[vertex] -= facet.normal * (left * slope.dot(&turn));
+                gradient.vertices[vertex] -= facet.normal * (left * slope.dot(&by_normal));
                 if !partly {
-                    gradient.own[vertex] += slope * (per_area * left);
+                    gradient.vertices[vertex] += slope * (per_area * left);
                 }
             }
             if partly {
@@ -103,15 +104,15 @@ impl FacetedPart<'_> {
         let shares = [1.0 - u - v, u, v];
         let Some(line) = from.line.checked_sub(3) else {
             let ends = [from.line as usize, (from.line as usize + 1) % 3];
-            ends.into_iter().for_each(|k| gradient.own[face[k]] += outward * shares[k]);
+            ends.into_iter().for_each(|k| gradient.vertices[face[k]] += outward * shares[k]);
             return;
         };
         let (mut other, side) = ((line / SIDES) as usize, (line % SIDES) as usize);
         let mut occluders = self.occluders.iter().enumerate();
         let hiding = occluders.find(|(_, occluder)| {
-            let here = other < occluder.mesh.facets.len();
-            other -= if here { 0 } else { occluder.mesh.facets.len() };
-            here
+            let is_of_occluder = other < occluder.mesh.facets.len();
+            other -= if is_of_occluder { 0 } else { occluder.mesh.facets.len() };
+            is_of_occluder
         });
         let count = self.mesh.facets.len();
         let (light, mesh) = match hiding {
@@ -119,18 +120,18 @@ impl FacetedPart<'_> {
             None => (other / count, self.mesh),
         };
         other %= mesh.facets.len();
-        let place = |v: Vec3| match hiding {
+        let in_frame_of_part = |v: Vec3| match hiding {
             Some((_, occluder)) => occluder.position + occluder.rotation * v * occluder.growth,
             None => v,
         };
-        let (corners, vertices) = (mesh.facets[other].corners.map(place), mesh.faces[other]);
+        let (corners, vertices) = (mesh.facets[other].corners.map(in_frame_of_part), mesh.faces[other]);
         let mut add = |k: usize, by: Vec3| {
             let vertex = vertices[k] as usize;
             match hiding {
                 Some((index, occluder)) => {
                     gradient.occluders[index][vertex] += occluder.rotation.tr_mul(&by) * occluder.growth;
                 }
-                None => gradient.own[vertex] += by,
+                None => gradient.vertices[vertex] += by,
             }
         };
         let along = if side == 3 {
@@ -157,6 +158,6 @@ impl FacetedPart<'_> {
             gradient.lights[light] -= shift * up.dot(&(p + (q - p) * t));
             tilt
         };
-        (0..3).for_each(|k| gradient.own[face[k]] += normal * (along * shares[k]));
+        (0..3).for_each(|k| gradient.vertices[face[k]] += normal * (along * shares[k]));
     }
 }

@@ -54,7 +54,7 @@ impl Target<'_> {
             Self::Convex(body) => body.partials(partials, interrupt),
             Self::Facets(body) => body.parts.iter().try_fold(0.0, |sum, part| {
                 let (brightness, gradient) = part.partials(&body.surface, interrupt)?;
-                add(partials, part.mesh, &part.rotation, 1.0, &gradient.own);
+                add(partials, part.mesh, &part.rotation, 1.0, &gradient.vertices);
                 for (occluder, by_vertex) in part.occluders.iter().zip(&gradient.occluders) {
                     let rotation = part.rotation * occluder.rotation;
                     add(partials, occluder.mesh, &rotation, occluder.growth, by_vertex);
@@ -71,7 +71,7 @@ impl Target<'_> {
 /// Adds the derivatives that follow from those with respect to the vertices of a part, in its frame. The
 /// part has this rotation to the inertial frame, and is scaled by `growth`.
 fn add(partials: &mut Partials, mesh: &Mesh, rotation: &Mat3, growth: f64, by_vertex: &[Vec3]) {
-    let [body, _] = mesh.place;
+    let [body, _] = mesh.indices;
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
     for (vertex, derivative) in mesh.vertices.iter().zip(by_vertex) {
         force += derivative;

@@ -21,7 +21,7 @@
 
 use super::ellipsoid::{Lit, Placed};
 use super::law::{Law, Scattering};
-use super::mesh::{Facet, Mesh, SIDES};
+use super::mesh::{Facet, Mesh, Precedence, SIDES};
 use super::region::{Line, Region};
 use super::silhouette::{Hidden, Silhouette};
 use crate::error::Result;
@@ -45,8 +45,8 @@ pub struct Occluder<'a> {
     pub position: Vec3,
     pub rotation: Mat3,
     pub growth: f64,
-    /// Whether its facets count before those of the other part in one plane.
-    pub first: bool,
+    /// Which facets count where some of this part and some of the other one lie in one plane.
+    pub precedence: Precedence,
     /// The silhouette of this part along the direction to the light; `None` if this part is in front of no
     /// facet of the other one.
     pub silhouette: Option<Silhouette>,
@@ -118,7 +118,9 @@ impl<'a> Occluder<'a> {
         }
         let silhouette = (along + part.radii[0] > reach)
             .then(|| Silhouette::new(mesh, (&position, &rotation), growth, direction));
-        Some(Self { mesh, light, position, rotation, growth, first: mesh.place < part.place, silhouette })
+        let is_before = mesh.indices < part.indices;
+        let precedence = if is_before { Precedence::Before } else { Precedence::After };
+        Some(Self { mesh, light, position, rotation, growth, precedence, silhouette })
     }
 
     /// Returns what the facets hide of a triangle, and sets the edges of the region; their lines are counted from
@@ -151,7 +153,7 @@ impl<'a> Occluder<'a> {
         let back = |v: Vec3| self.rotation.tr_mul(&v);
         let corners = triangle.corners.map(|v| back(v - self.position) / self.growth);
         let searched = None::<std::iter::Empty<u32>>;
-        self.mesh.hide(&Facet::new(corners), &back(*direction), Some(self.first), line, searched, region);
+        self.mesh.hide(&Facet::new(corners), &back(*direction), self.precedence, line, searched, region);
     }
 }
 
@@ -169,7 +171,7 @@ impl<const L: usize> FacetedPart<'_, L> {
                     }
                     let line = self.first_line(self.occluders.len() + light);
                     let candidates = horizons.hiding(index, elevation);
-                    self.mesh.hide(triangle, direction, None, line, candidates, region);
+                    self.mesh.hide(triangle, direction, Precedence::SamePart, line, candidates, region);
                     if region.is_empty() {
                         return true;
                     }
@@ -204,8 +206,8 @@ impl<const L: usize> FacetedPart<'_, L> {
     /// Returns the number of the first line of an occluder. The numbers after those of all occluders belong to
     /// the part itself, for each light.
     fn first_line(&self, occluder: usize) -> Line {
-        let before = self.occluders[..occluder.min(self.occluders.len())].iter();
-        let facets = before.map(|other| other.mesh.facets.len()).sum::<usize>()
+        let earlier = self.occluders[..occluder.min(self.occluders.len())].iter();
+        let facets = earlier.map(|other| other.mesh.facets.len()).sum::<usize>()
             + (occluder.saturating_sub(self.occluders.len())) * self.mesh.facets.len();
         3 + SIDES * facets as Line
     }

@@ -15,11 +15,23 @@ const SUBDIVISIONS: u32 = 4;
 /// A point that is nearer to a facet's plane than this, in sizes of the facet, is in it up to rounding.
 const LEVEL: f64 = 1e-10;
 /// Likewise for facets of one polyhedron, whose common corners are the same numbers.
-const OWN_LEVEL: f64 = 1e-12;
+const LEVEL_IN_POLYHEDRON: f64 = 1e-12;
 
 /// The part of a line's number that tells a side of its facet; the last one is where its plane meets that of
 /// the triangle.
 pub const SIDES: u32 = 4;
+
+/// How facets that hide a triangle belong to parts. Where a facet and a triangle of two parts lie in one plane, one of them
+/// hides the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precedence {
+    /// They belong to the part of the triangle.
+    SamePart,
+    /// They belong to a part that counts before that of the triangle, and hide it.
+    Before,
+    /// They belong to a part that counts after that of the triangle, and do not hide it.
+    After,
+}
 
 /// A triangle of the surface of a part.
 #[derive(Debug, Clone)]
@@ -65,14 +77,14 @@ impl Facet {
 #[derive(Debug, Clone)]
 pub struct Mesh {
     /// The indices of the body and of the part in its list.
-    pub place: [usize; 2],
+    pub indices: [usize; 2],
     /// The part's pose in the body frame.
     pub pose: (Vec3, Mat3),
     /// The facets, with the indices of their corners in the list of vertices.
     pub facets: Vec<Facet>,
     pub faces: Vec<[u32; 3]>,
     pub vertices: Vec<Vec3>,
-    /// The two sides at each edge, by [`SIDES`] times the facet's index and the place of the side in it.
+    /// The two sides at each edge, by [`SIDES`] times the facet's index plus that of the side in it.
     pub edges: Vec<[u32; 2]>,
     /// The polyhedron; `None` for an ellipsoid.
     pub polyhedron: Option<Polyhedron>,
@@ -86,7 +98,7 @@ pub struct Mesh {
 
 impl Mesh {
     /// Makes the facets of a part; `None` for a part without a surface.
-    pub fn new(place: [usize; 2], part: &Part) -> Option<Self> {
+    pub fn new(indices: [usize; 2], part: &Part) -> Option<Self> {
         let (vertices, faces, semi_axes): (Vec<Vec3>, _, _) = match &part.shape {
             Shape::Point | Shape::Stokes(_) => return None,
             Shape::Polyhedron(shape) => (shape.vertices().collect(), shape.faces().to_vec(), Vec3::zeros()),
@@ -111,7 +123,7 @@ impl Mesh {
         let edges = sides.chunks_exact(2).map(|pair| [pair[0].1, pair[1].1]).collect();
         let blocks: Vec<_> = facets.iter().map(|facet| BoundingBox::of(&facet.corners)).collect();
         Some(Self {
-            place,
+            indices,
             pose: (part.position(), part.rotation()),
             facets,
             faces,
@@ -132,15 +144,13 @@ impl Mesh {
         self.polyhedron.as_ref().map_or(Ok(None), |polyhedron| polyhedron.horizons(interrupt))
     }
 
-    /// Takes from a region of a triangle what the facets hide along a direction, all in the part's frame. Of
-    /// a facet in one plane with the triangle, `first` tells whether it counts before the triangle; `None`
-    /// for a triangle of the same part. The line of a side is `line` and [`SIDES`] times the facet's index.
-    /// Without candidates all facets are searched.
+    /// Takes from a region of a triangle what the facets hide along a direction, all in the part's frame. The line
+    /// of a side is `line` and [`SIDES`] times the facet's index. Without candidates all facets are searched.
     pub fn hide(
         &self,
         triangle: &Facet,
         direction: &Vec3,
-        first: Option<bool>,
+        precedence: Precedence,
         line: Line,
         candidates: Option<impl Iterator<Item = u32>>,
         region: &mut Region,
@@ -148,11 +158,15 @@ impl Mesh {
         let rows = triangle.rows(direction);
         let [a, ..] = triangle.corners;
         let scale = triangle.size() / triangle.normal.dot(direction);
+        let is_other_part = precedence != Precedence::SamePart;
         // Points that are above the plane only by rounding are not in front of it.
-        let (level, cut) =
-            if first.is_some() { [LEVEL * scale; 2].into() } else { (OWN_LEVEL * scale, -OWN_LEVEL * scale) };
+        let (level, cut) = if is_other_part {
+            [LEVEL * scale; 2].into()
+        } else {
+            (LEVEL_IN_POLYHEDRON * scale, -LEVEL_IN_POLYHEDRON * scale)
+        };
         // A facet in the plane of a triangle is level with it in sizes of the larger one.
-        let margin = if first.is_some() { 1e4 * level } else { -level };
+        let margin = if is_other_part { 1e4 * level } else { -level };
         let third = -(rows[0] + rows[1]);
         let bounds = [(rows[0], 0.0), (rows[1], 0.0), (third, 1.0), (rows[2], margin)]
             .map(|(row, offset)| (row, row.abs(), offset));
@@ -168,7 +182,7 @@ impl Mesh {
         let hide = |index: u32| {
             let facet = &self.facets[index as usize];
             // A ray enters the solid of its own facet before it leaves it; it may start within another part.
-            if (facet.normal.dot(direction) > 0.0) != first.is_some() {
+            if (facet.normal.dot(direction) > 0.0) != is_other_part {
                 return ControlFlow::Continue(());
             }
             let (mut seen, mut most) = ([[0.0; 3]; 3], [f64::NEG_INFINITY; 4]);
@@ -182,8 +196,8 @@ impl Mesh {
                 return ControlFlow::Continue(());
             }
             let (mut level, mut cut) = (level, cut);
-            if first.is_some() && triangle.is_level_with(facet) {
-                if first == Some(false) {
+            if is_other_part && triangle.is_level_with(facet) {
+                if precedence == Precedence::After {
                     return ControlFlow::Continue(());
                 }
                 (level, cut) = (f64::NEG_INFINITY, f64::NEG_INFINITY);

@@ -48,7 +48,7 @@ pub fn recoil(
             return Err(Error::invalid(what, "zero", "a direction, of any length above zero"));
         }
     }
-    let work = WORK[1] * surface.own().map(|mesh| mesh.facets.len() as u64).sum::<u64>();
+    let work = WORK[1] * surface.meshes_of_body().map(|mesh| mesh.facets.len() as u64).sum::<u64>();
     let some = |to_sun: &[Vec3], interrupt: &mut InterruptCheck| {
         to_sun.iter().map(|direction| surface.recoil(&direction.normalize(), interrupt)).collect()
     };
@@ -84,34 +84,34 @@ impl RecoilingSurface {
             meshes.extend(body.outer_parts().enumerate().filter_map(|(i, part)| Mesh::new([k, i], part)));
         }
         let surface = Self { meshes, centres: bodies.into_iter().map(|(_, position)| position).collect() };
-        if surface.own().next().is_none() {
+        if surface.meshes_of_body().next().is_none() {
             return Err(Error::invalid(
                 &body.name,
                 "a point",
                 "a body with a surface, which sunlight pushes",
             ));
         }
-        for mesh in surface.own() {
+        for mesh in surface.meshes_of_body() {
             mesh.horizons(interrupt)?;
         }
         Ok(surface)
     }
 
     /// Iterates over the parts of the body itself.
-    fn own(&self) -> impl Iterator<Item = &Mesh> {
-        self.meshes.iter().filter(|mesh| mesh.place[0] == 0)
+    fn meshes_of_body(&self) -> impl Iterator<Item = &Mesh> {
+        self.meshes.iter().filter(|mesh| mesh.indices[0] == 0)
     }
 
     /// Returns the force and the torque for unit pressure of sunlight from a unit vector, in the body frame.
     fn recoil(&self, to_sun: &Vec3, interrupt: &mut InterruptCheck) -> Result<[Vec3; 2]> {
         let mut load = [Vec3::zeros(); 2];
-        for mesh in self.own() {
+        for mesh in self.meshes_of_body() {
             interrupt.charge(WORK[0] * mesh.facets.len() as u64, 0.0)?;
             let (origin, rotation) = mesh.pose;
             let light = rotation.tr_mul(to_sun);
-            let others = self.meshes.iter().filter(|other| other.place != mesh.place);
+            let others = self.meshes.iter().filter(|other| other.indices != mesh.indices);
             let occluders = others.filter_map(|other| {
-                let from = self.centres[other.place[0]] + other.pose.0 - origin;
+                let from = self.centres[other.indices[0]] + other.pose.0 - origin;
                 let pose = (rotation.tr_mul(&from), rotation.tr_mul(&other.pose.1));
                 Occluder::new(mesh, other, pose, 1.0, 0, &light)
             });

@@ -11,9 +11,10 @@ pub struct Corner {
     pub line: Line,
 }
 
-/// Points that are nearer to a line than this, and pieces of less than this area, do not count: rounding
-/// makes such pieces between polygons that share a side.
-const THIN: f64 = 1e-14;
+/// A point that is nearer to a line than this is on it, and an edge must be longer than this.
+const LEAST_DISTANCE: f64 = 1e-14;
+/// Pieces of less than twice this area do not count: rounding makes them between polygons that share a side.
+const LEAST_AREA: f64 = 1e-14;
 
 /// The part of a triangle that is still visible and illuminated, as convex pieces.
 #[derive(Debug, Default)]
@@ -64,7 +65,7 @@ fn side_from(from: &Corner, to: &Corner) -> Side {
 fn is_beside(corners: &[Corner], polygon: &[Corner]) -> bool {
     sides(polygon).any(|(from, to)| {
         let size = (to.at[0] - from.at[0]).abs() + (to.at[1] - from.at[1]).abs();
-        size > LONG && corners.iter().all(|corner| cross(from.at, to.at, corner.at) <= THIN * size)
+        size > LONG && corners.iter().all(|corner| cross(from.at, to.at, corner.at) <= LEAST_DISTANCE * size)
     })
 }
 
@@ -122,7 +123,7 @@ impl Region {
     /// Takes a polygon of three or four corners away, which is convex but for rounding, of either orientation.
     pub fn subtract(&mut self, mut polygon: &mut [Corner]) {
         let size = area(polygon);
-        if size.abs() <= THIN {
+        if size.abs() <= LEAST_AREA {
             return;
         }
         if size < 0.0 {
@@ -137,7 +138,7 @@ impl Region {
             let [last, here, next] = [3, 0, 1].map(|step| polygon[(k + step) % 4].at);
             cross(last, here, next) <= 0.0
         }) {
-            // The corner is in one place with its neighbour, or on the line of two others.
+            // The corner coincides with its neighbour, or is on the line of two others.
             polygon.rotate_left(dent);
             if length(&polygon[3], &polygon[0]) < length(&polygon[0], &polygon[1]) {
                 polygon[3].line = polygon[0].line;
@@ -156,7 +157,7 @@ impl Region {
         for index in 0..self.pieces.len() {
             let [from, to] = self.pieces[index];
             let piece = &self.corners[from..to];
-            let beside = |side| piece.iter().all(|corner| left_of(side, corner.at) <= THIN);
+            let beside = |side| piece.iter().all(|corner| left_of(side, corner.at) <= LEAST_DISTANCE);
             if lines.iter().any(beside) || is_beside(polygon, piece) {
                 let start = all.0.len();
                 all.0.extend_from_slice(piece);
@@ -177,7 +178,7 @@ impl Region {
     pub fn cut(&mut self, hidden: impl Fn([f64; 2]) -> bool) {
         let edges = std::mem::take(&mut self.edges);
         let mut all = std::mem::take(&mut self.next);
-        for edge in edges.iter().filter(|[from, to]| length(from, to) > THIN) {
+        for edge in edges.iter().filter(|[from, to]| length(from, to) > LEAST_DISTANCE) {
             let side = side_from(&edge[0], &edge[1]);
             all.0.clear();
             all.1.clear();
@@ -186,7 +187,7 @@ impl Region {
                 let piece = &self.corners[from..to];
                 self.rest[0].clear();
                 self.rest[0].extend_from_slice(piece);
-                let beside = piece.iter().all(|corner| left_of(&side, corner.at) <= THIN);
+                let beside = piece.iter().all(|corner| left_of(&side, corner.at) <= LEAST_DISTANCE);
                 if !beside && !is_beside(edge, piece) {
                     self.split(&side, &mut all);
                 }
@@ -215,7 +216,7 @@ impl Region {
         self.distances.clear();
         self.distances.extend(rest.iter().map(|corner| {
             let distance = left_of(side, corner.at);
-            if distance.abs() <= THIN { 0.0 } else { distance }
+            if distance.abs() <= LEAST_DISTANCE { 0.0 } else { distance }
         }));
         if self.distances.iter().all(|d| *d >= 0.0) {
             return;
@@ -235,19 +236,19 @@ impl Region {
             if d * ahead < 0.0 {
                 let share = d / (d - ahead);
                 let at = [0, 1].map(|i| corner.at[i] + share * (rest[next].at[i] - corner.at[i]));
-                let (own, cut) = (Corner { at, line: corner.line }, Corner { at, line: side.2 });
-                let [left, right] = if d > 0.0 { [cut, own] } else { [own, cut] };
+                let (on_side, cut) = (Corner { at, line: corner.line }, Corner { at, line: side.2 });
+                let [left, right] = if d > 0.0 { [cut, on_side] } else { [on_side, cut] };
                 inside.push(left);
                 all.0.push(right);
             }
         }
         // Pieces without an area are dropped.
-        if area(&all.0[start..]) > THIN {
+        if area(&all.0[start..]) > LEAST_AREA {
             all.1.push([start, all.0.len()]);
         } else {
             all.0.truncate(start);
         }
-        if area(inside) <= THIN {
+        if area(inside) <= LEAST_AREA {
             inside.clear();
         }
         std::mem::swap(rest, inside);

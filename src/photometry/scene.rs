@@ -82,7 +82,7 @@ impl Scene {
         let all_exact = semi_axes.iter().all(Option::is_some);
         let parts = bodies.iter().enumerate().filter(|_| !all_exact);
         let parts = parts.flat_map(|(k, body)| body.outer_parts().enumerate().map(move |(i, p)| ([k, i], p)));
-        let meshes = parts.filter_map(|(place, part)| Mesh::new(place, part)).collect();
+        let meshes = parts.filter_map(|(indices, part)| Mesh::new(indices, part)).collect();
         Ok(Self { bodies, surfaces, mutual, sun: disc(sun_radius), semi_axes, meshes })
     }
 

@@ -295,19 +295,19 @@ impl<'a> Snapshot<'a> {
             let occluders = self.occluders(mesh, directions, &all);
             Ok(FacetedPart { mesh, horizons: mesh.horizons(interrupt)?, rotation, lights, occluders })
         };
-        self.scene.meshes.iter().filter(|mesh| mesh.place[0] == body).map(part).collect()
+        self.scene.meshes.iter().filter(|mesh| mesh.indices[0] == body).map(part).collect()
     }
 
     /// Returns the parts of some bodies that may hide light from a part.
     fn occluders(&self, mesh: &Mesh, directions: &[Vec3; 2], bodies: &[usize]) -> Vec<Occluder<'a>> {
-        let body = mesh.place[0];
+        let body = mesh.indices[0];
         let Placed { position: centre, rotation, .. } = self.placed[body];
         let (origin, turned) = (rotation * mesh.pose.0, rotation * mesh.pose.1);
-        let others = self.scene.meshes.iter().filter(|other| other.place != mesh.place);
+        let others = self.scene.meshes.iter().filter(|other| other.indices != mesh.indices);
         let mut all = Vec::new();
-        for other in others.filter(|other| bodies.contains(&other.place[0])) {
+        for other in others.filter(|other| bodies.contains(&other.indices[0])) {
             for light in [Light::Sight, Light::Sun] {
-                let (placed, growth) = self.in_light(light, other.place[0], body, directions);
+                let (placed, growth) = self.in_light(light, other.indices[0], body, directions);
                 let from = placed.position - centre + placed.rotation * other.pose.0 * growth - origin;
                 let back = |v: &Vec3| turned.tr_mul(v);
                 let pose = (back(&from), turned.tr_mul(&(placed.rotation * other.pose.1)));
