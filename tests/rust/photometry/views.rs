@@ -1,0 +1,174 @@
+//! Views at the limits of what is computed, refusals, earlier times of shadows, and albedos of faces.
+
+use super::scenes::Random;
+use super::spheres::{overlap, spheres};
+use super::{Pair, cases, hapke, polyhedron};
+use fullbody::interrupt::InterruptCheck;
+use fullbody::math::Vec3;
+use fullbody::photometry::{Law, Photometer, Surface, View};
+use fullbody::shape::{Body, Shape};
+use std::f64::consts::PI;
+
+#[test]
+fn three_bodies_hide_parts_of_the_same_one() {
+    // Two equal spheres before a large one, apart and then one behind the other: they hide twice as much as
+    // one, or as much.
+    let body = |name: &str, r: f64| Body::with_mass(name, Shape::sphere(r).unwrap(), 1.0).unwrap();
+    let bodies = vec![body("large", 1.0), body("first", 0.2), body("second", 0.2)];
+    let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![0.5] }; 3];
+    let photometer = Photometer::new(bodies, surfaces, true, 0.0).unwrap();
+    let lost = |second: Vec3| {
+        let view = View {
+            time: 0.0,
+            position: &[Vec3::zeros(), Vec3::new(5.0, 0.3, 0.1), second],
+            attitude: &[[1.0, 0.0, 0.0, 0.0]; 3],
+            velocity: &[],
+            to_observer: Vec3::x(),
+            to_sun: Vec3::x(),
+            distant: true,
+        };
+        0.25 * PI - photometer.brightness(&view, &mut InterruptCheck::never()).unwrap()[0]
+    };
+    let one = 0.25 * PI * 0.04;
+    assert!((lost(Vec3::new(4.0, -0.3, 0.2)) - 2.0 * one).abs() < 1e-13);
+    assert!((lost(Vec3::new(7.0, 0.3, 0.1)) - one).abs() < 1e-13);
+    let part = 0.25 * overlap([0.2, 0.2], 0.15);
+    assert!((lost(Vec3::new(7.0, 0.3, 0.25)) - (2.0 * one - part)).abs() < 1e-13);
+}
+
+#[test]
+fn no_view_is_without_a_number() {
+    // Axes along the light, silhouettes tangent from outside and from inside, concentric, the Sun behind.
+    let suns = [Vec3::x(), Vec3::y(), -Vec3::x(), Vec3::new(1.0, 1e-9, 0.0), Vec3::new(-1.0, 0.0, 1e-9)];
+    let asides = [[0.0, 0.0], [0.0, 1.4], [0.6, 0.0], [0.0, 0.6], [1.4, 0.0], [0.0, 1.0]];
+    for sun in suns {
+        for aside in asides {
+            for law in [Law::LOMMEL_SEELIGER, Law::LAMBERT] {
+                let pair = spheres([1.0, 0.4], aside, sun);
+                let partials =
+                    pair.photometer(law, true).partials(&pair.view(), &mut InterruptCheck::never()).unwrap();
+                for (value, found) in partials {
+                    let all = found.by_body.iter().flat_map(|by| [by.position, by.rotation, by.semi_axes]);
+                    let mut all = all.chain(found.by_direction);
+                    assert!((0.0..2.1).contains(&value), "{sun:?} {aside:?} {law:?} {value}");
+                    assert!(all.all(|v| v.iter().all(|x| x.is_finite())), "{sun:?} {aside:?} {law:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn nearness_of_centres_does_not_tell_which_body_is_in_front() {
+    // A tilted plate whose centre is behind that of a ball, but which stands before it at the place of the
+    // ball.
+    let half = (0.125 * PI).sin_cos();
+    let pair = Pair {
+        axes: [[4.0, 4.0, 0.05], [0.3; 3]],
+        position: vec![Vec3::zeros(), Vec3::new(2.4, 0.0, 1.6)],
+        attitude: vec![[half.1, 0.0, -half.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
+        to_observer: Vec3::z(),
+        to_sun: Vec3::z(),
+    };
+    let [plate, ball] = pair.brightness(Law::LOMMEL_SEELIGER, true)[..] else { panic!() };
+    let alone = pair.brightness(Law::LOMMEL_SEELIGER, false);
+    assert!(ball < 1e-14, "{ball}");
+    assert!((plate - alone[0]).abs() < 1e-13, "{plate} {}", alone[0]);
+}
+
+#[test]
+fn what_describes_nothing_is_refused_by_name() {
+    let (pair, _) = &cases()[1];
+    let surface = Surface { law: Law::LAMBERT, albedo: vec![1.0] };
+    let with = |surface: &Surface, sun| {
+        Photometer::new(pair.bodies(), vec![surface.clone(), surface.clone()], true, sun)
+    };
+    let text = |surface: &Surface, sun| with(surface, sun).unwrap_err().to_string();
+    assert!(text(&Surface { albedo: vec![-1.0], ..surface.clone() }, 0.0).contains("albedo of a is -1"));
+    assert!(text(&Surface { albedo: vec![f64::NAN], ..surface.clone() }, 0.0).contains("albedo of a"));
+    assert!(
+        text(&Surface { law: Law::Sum([1.0, f64::NAN]), ..surface.clone() }, 0.0)
+            .contains("Lambert's law of the scattering law of a")
+    );
+    assert!(text(&surface, -0.1).contains("sun_radius is -0.1"));
+    let photometer = with(&surface, 0.0).unwrap();
+    let error =
+        |view: View<'_>| photometer.brightness(&view, &mut InterruptCheck::never()).unwrap_err().to_string();
+    assert!(error(View { to_sun: Vec3::zeros(), ..pair.view() }).contains("to_sun is zero"));
+    assert!(
+        error(View { to_observer: Vec3::repeat(f64::NAN), ..pair.view() })
+            .contains("to_observer, component 0")
+    );
+    let position = [Vec3::zeros(), Vec3::repeat(0.1)];
+    assert!(error(View { position: &position, ..pair.view() }).contains("a and b overlap"));
+    assert!(error(View { position: &position[..1], ..pair.view() }).contains("number of positions is 1"));
+}
+
+#[test]
+fn shadows_are_those_of_bodies_at_earlier_times() {
+    // A body that crosses the sunlight of another one, fast: the shadow is where the body was when the light
+    // passed it, by (x_j - x_i).(e + s) / c before the observer's light left it.
+    let (e, s) = (Vec3::new(0.6, 0.8, 0.0), Vec3::x());
+    let velocity = [Vec3::zeros(), Vec3::new(0.0, 0.0, 0.02)];
+    let pair = Pair { to_observer: e, ..spheres([1.0, 0.4], [0.0, 0.9], s) };
+    let photometer = pair.photometer(Law::LOMMEL_SEELIGER, true);
+    let light = |pair: &Pair, velocity: &[Vec3]| {
+        let view = View { velocity, ..pair.view() };
+        photometer.brightness(&view, &mut InterruptCheck::never()).unwrap()[0]
+    };
+    let mut moved = Pair { to_observer: e, ..spheres([1.0, 0.4], [0.0, 0.9], s) };
+    moved.position[1].z -= 0.02 * pair.position[1].dot(&(e + s));
+    let [found, expected, neglected] = [light(&pair, &velocity), light(&moved, &[]), light(&pair, &[])];
+    assert!((found - expected).abs() < 1e-13, "{found} {expected}");
+    assert!((found - neglected).abs() > 1e-2, "{found} {neglected}");
+}
+
+#[test]
+fn faces_have_albedos_of_their_own() {
+    let (shape, e, s) = (polyhedron([1.0, 0.8, 0.6], 3), Vec3::new(0.3, 0.5, 0.8), Vec3::new(0.9, 0.2, 0.3));
+    let Shape::Polyhedron(mesh) = &shape else { unreachable!() };
+    let body = Body::with_mass("spotted", shape.clone(), 1.0).unwrap();
+    let mut random = Random(7);
+    let albedo: Vec<f64> = mesh.faces().iter().map(|_| random.next()).collect();
+    let of = |albedo: Vec<f64>| {
+        let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo };
+        Photometer::new(vec![body.clone()], vec![surface], true, 0.0)
+    };
+    let view = View {
+        time: 0.0,
+        position: &[Vec3::zeros()],
+        attitude: &[[1.0, 0.0, 0.0, 0.0]],
+        velocity: &[],
+        to_observer: e,
+        to_sun: s,
+        distant: true,
+    };
+    let found = of(albedo.clone()).unwrap().brightness(&view, &mut InterruptCheck::never()).unwrap()[0];
+    // The body is convex, so that no face hides another one.
+    let (e, s) = (e.normalize(), s.normalize());
+    let one = |(face, albedo): (usize, &f64)| {
+        let [a, b, c] = mesh.corners(face);
+        let across = (b - a).cross(&(c - a));
+        let [mu, mu0] = [e, s].map(|d| across.normalize().dot(&d));
+        if mu > 0.0 && mu0 > 0.0 { albedo * 0.5 * across.norm() * mu * mu0 / (mu + mu0) } else { 0.0 }
+    };
+    let expected: f64 = albedo.iter().enumerate().map(one).sum();
+    assert!((found - expected).abs() < 1e-13, "{found} {expected}");
+    let text = of(albedo[1..].to_vec()).unwrap_err().to_string();
+    assert!(text.contains("number of values of albedo of spotted is 71"), "{text}");
+    assert!(text.contains("one, or 72, one for each face"), "{text}");
+}
+
+#[test]
+fn a_rough_surface_near_opposition_to_the_sun_comes_to_an_end() {
+    // The brightness falls with the fourth power of the angle to 180 degrees.
+    let law = hapke(0.5);
+    let light = |angle: f64| {
+        let pair = spheres([1.0, 0.1], [0.0, 9.0], Vec3::new(-angle.cos(), angle.sin(), 0.0));
+        pair.brightness(law, true)[0]
+    };
+    for angle in [1e-5, 3e-6, 1e-6, 1e-7] {
+        let ratio = light(angle) / light(1e-4);
+        assert!((ratio / (angle / 1e-4).powi(4) - 1.0).abs() < 2e-3, "{angle} {ratio}");
+    }
+}
