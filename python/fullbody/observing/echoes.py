@@ -7,6 +7,7 @@ x.dU/dt], with the frequency F that is transmitted. The last term is the apparen
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,7 @@ from ..model.context import SystemLike
 from ..typing import Floats
 from . import response
 from .brightness import Epochs, by_name
+from .exposure import exposure_rule
 from .radar_laws import Cosine, RadarLaw
 from .states import DISTANT, RetardedStates, refuse_near
 from .times import LIGHT_SPEED, kilometres, seconds
@@ -28,6 +30,8 @@ from .vectors import SystemGeometry, Vectors, local_geometry
 
 #: The lowest frequency of a transmitter in Hz, below which echoes of small bodies are no reflections by a surface.
 _LOWEST = 1e6
+#: Relative size of a change of frequency over a surface up to which it is rounding.
+_PARALLEL = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +44,7 @@ class RadarOptions:
     law : RadarLaw or dict
     mutual : bool
     transmitter : Geometry or None
+    exposure : float or Quantity
     frequency_response, delay_response : str
     """
 
@@ -47,6 +52,7 @@ class RadarOptions:
     law: Any = Cosine()  # noqa: RUF009
     mutual: bool = True
     transmitter: Vectors | None = None
+    exposure: Any = 0.0
     frequency_response: str = "bin"
     delay_response: str = "bin"
 
@@ -59,15 +65,23 @@ class RadarOptions:
             instance(law, "law", RadarLaw, "a radar scattering law such as observing.Cosine(), or a dict of them")
 
 
-def edges_of(given: Any, dimension: str, what: str, system: SystemLike) -> Floats:
-    """Return the edges of bins in a system's units, after checking that there are two or more, which increase."""
-    edges = system.context.units.numbers(given, dimension, what, ("E",), FINITE)
-    if len(edges) < 2:
-        raise InvalidInput(f"{what} has {len(edges)} values; expected the edges of bins, two or more")
-    if not (rising := np.diff(edges) > 0.0).all():
-        k = int(np.argmin(rising))
-        raise InvalidInput(f"{what} has {edges[k + 1]} after {edges[k]}; expected edges of bins that increase")
-    return edges
+#: The dimensions of the edges of bins.
+DIMENSIONS = {"frequencies": "rate", "delays": "time"}
+
+
+def bin_edges(system: SystemLike, edges: Mapping[str, Any], owner: str = "") -> dict[str, Floats]:
+    """Return edges of bins by their names in a system's units, which are checked to be two or more and to increase."""
+    result = {}
+    for name, given in edges.items():
+        what = f"{name} of {owner}" if owner else name
+        values = system.context.units.numbers(given, DIMENSIONS[name], what, ("E",), FINITE)
+        if len(values) < 2:
+            raise InvalidInput(f"{what} has {len(values)} values; expected the edges of bins, two or more")
+        if not (rising := np.diff(values) > 0.0).all():
+            k = int(np.argmin(rising))
+            raise InvalidInput(f"{what} has {values[k + 1]} after {values[k]}; expected edges of bins that increase")
+        result[name] = values
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,30 +147,37 @@ class EchoModel:
         factor = self.transmit_frequency / self.light_speed
         at_centre = np.stack([-factor * rate, longer / self.light_speed], axis=-1)
         by_frequency = factor * (np.cross(toward, spin) + turning)
+        # A rotation about the line of sight would leave the rounding of the product, and split the echo at random.
+        sizes = np.linalg.norm([toward, spin, turning, by_frequency], axis=-1)
+        by_frequency[sizes[3] <= _PARALLEL * factor * (sizes[0] * sizes[1] + sizes[2])] = 0.0
         gradients = np.stack([by_frequency, -toward / self.light_speed], axis=2)
         distant = all(local.distant for local in self._antennas)
         epochs = Epochs(times, centre, attitude, vectors[0], vectors[-1], None, distant)
         return Echo(epochs, at_centre, gradients)
 
+    def mean_power(self, echo: Callable[[float], Echo], edges: dict[str, Floats]) -> Floats:
+        """Return what :meth:`power` does, averaged over the exposure, of the echo at each time from its middle."""
+        rule = zip(*exposure_rule(self.options.exposure, self.system), strict=True)
+        return np.asarray(sum(weight * self.power(echo(since), **edges) for since, weight in rule))
+
     def power(self, echo: Echo, frequencies: Floats, delays: Floats | None = None) -> Floats:
         """Return the cross section (K, N, D, F) of each body in bins; D is one without delays."""
-        used = [(frequencies, self.options.frequency_response)]
-        used += [] if delays is None else [(delays, self.options.delay_response)]
-        parts, mixing = [], []
-        for k, (edges, shape) in enumerate(used):
-            parts.append(edges if shape == "bin" else response.cells(edges, self._span(echo, k)))
-            mixing.append(None if shape == "bin" else response.weights(shape, edges, parts[-1]))
+        responses = [(frequencies, self.options.frequency_response)]
+        responses += [] if delays is None else [(delays, self.options.delay_response)]
+        cells = [
+            edges if shape == "bin" else response.cells(edges, self._span(echo, k))
+            for k, (edges, shape) in enumerate(responses)
+        ]
         power = self._core.echo(
             echo.epochs.core(),
             echo.at_centre.reshape(-1, 2),
             echo.gradients.reshape(-1, 3),
-            parts[0].tolist(),
-            [] if delays is None else parts[1].tolist(),
+            cells[0].tolist(),
+            [] if delays is None else cells[1].tolist(),
         )
-        if mixing[0] is not None:
-            power = power @ mixing[0].T
-        if len(mixing) == 2 and mixing[1] is not None:
-            power = np.einsum("ed,kndf->knef", mixing[1], power)
+        for (edges, shape), parts, product in zip(responses, cells, ("kndf,ef->knde", "kndf,ed->knef"), strict=False):
+            if shape != "bin":
+                power = np.einsum(product, power, response.weights(shape, edges, parts))
         return np.asarray(power)
 
     def _span(self, echo: Echo, k: int) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -21,8 +21,7 @@ from ..record.record import Record
 from ..typing import Floats
 from .columns import DataColumn, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
-from .echoes import Echo, EchoModel, RadarOptions, edges_of
-from .exposure import exposure_rule
+from .echoes import Echo, EchoModel, RadarOptions, bin_edges
 from .linear import LinearUnknown
 from .predictions import DesignArgument, Errors
 from .vectors import Vectors
@@ -49,8 +48,8 @@ class RadarEchoes(Observations):
 
     _columns = (DataColumn("power"), DataColumn("sigma"))
     _error_names = ("_sigma",)
-    #: The axes of the bins, in the order of those of the powers.
-    _axes: ClassVar[tuple[str, ...]] = ()
+    #: Coefficients of a polynomial in time that is added to the delays.
+    delay_correction: tuple[Any, ...] = ()
 
     def __init__(
         self,
@@ -60,7 +59,10 @@ class RadarEchoes(Observations):
         edges: dict[str, Any],
         geometry: Vectors,
         options: RadarOptions,
-        settings: dict[str, Any],
+        gain: float | str,
+        frequency_offset: Any,
+        looks: float | None,
+        polarization: str | None,
     ) -> None:
         owner = type(self).__name__
         given = gathered(power, f"power of {owner}")
@@ -83,20 +85,16 @@ class RadarEchoes(Observations):
         size = flat["power"].shape[1]
         self._power, sigmas = rows.of("power", size), positive_rows(rows.of("sigma", size), f"sigma of {owner}")
         refuse_rounded(power, self._power.ravel(), sigmas.ravel(), f"power of {owner}")
-        self.looks = settings["looks"]
-        if self.looks is not None:
-            looks = UNITLESS.number(self.looks, "number", f"looks of {owner}", _LOOKS)
-            sigmas = sigmas + np.clip(self._power, 0.0, None) / np.sqrt(looks)
-        self._sigma, self._bins, self._is_area = sigmas, bins, area
-        self.polarization = settings["polarization"]
-        if self.polarization is not None:
-            instance(self.polarization, f"polarization of {owner}", str, "a label such as 'OC' or 'SC', or None")
-        self.options, self.exposure = options, settings["exposure"]
-        self.frequency_offset, self.delay_correction = settings["frequency_offset"], settings["delay_correction"]
-        gain = settings["gain"]
+        if looks is not None:
+            number = UNITLESS.number(looks, "number", f"looks of {owner}", _LOOKS)
+            sigmas = sigmas + np.clip(self._power, 0.0, None) / np.sqrt(number)
+        if polarization is not None:
+            instance(polarization, f"polarization of {owner}", str, "a label such as 'OC' or 'SC', or None")
         if not (isinstance(gain, str) and gain == "free"):
             UNITLESS.number(gain, "number", f"gain of {owner}", Limits(text="'free' or a finite number"))
-        self.gain = gain
+        self._sigma, self._bins, self._is_area = sigmas, bins, area
+        self.options, self.exposure, self.frequency_offset = options, options.exposure, frequency_offset
+        self.gain, self.looks, self.polarization = gain, looks, polarization
 
     def _numbers(self, value: Any, what: str) -> Floats:
         """Return numbers in the unit of the powers, with NaN for missing values."""
@@ -184,20 +182,15 @@ class RadarEchoes(Observations):
     def _cross_sections(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return the cross sections (K, B) of all bodies in the bins, averaged over the exposure."""
         model = EchoModel(system, self.geometry, self.options)
-        edges = self._edges_in(system)
-        power: Floats | float = 0.0
-        for since, weight in zip(*exposure_rule(self.exposure, system), strict=True):
-            retarded = self._retarded(system, states, masses, since)
-            echo = self._corrected(model, model.echo(retarded, states), retarded.times)
-            power = power + weight * model.power(echo, *edges).sum(axis=1)
-        return np.asarray(power).reshape(len(self), -1)
 
-    def _edges_in(self, system: SystemLike) -> list[Floats]:
-        dimensions = {"frequencies": "rate", "delays": "time"}
-        owner = type(self).__name__
-        return [
-            edges_of(self._edges[name], dimensions[name], f"{name} of {owner}", system) for name in reversed(self._axes)
-        ]
+        def echo(since: float) -> Echo:
+            retarded = self._retarded(system, states, masses, since)
+            return self._corrected(model, model.echo(retarded, states), retarded.times)
+
+        return model.mean_power(echo, self._edges_in(system)).sum(axis=1).reshape(len(self), -1)
+
+    def _edges_in(self, system: SystemLike) -> dict[str, Floats]:
+        return bin_edges(system, self._edges, type(self).__name__)
 
     def _corrected(self, model: EchoModel, echo: Echo, times: Floats) -> Echo:
         """Return echoes shifted by the offset of the frequency and by the polynomial of the delay."""
@@ -216,19 +209,17 @@ class RadarEchoes(Observations):
                 shift[:, 0] -= model.transmit_frequency * number * power * since ** (power - 1)
         return Echo(echo.epochs, echo.at_centre + shift[:, None], echo.gradients)
 
-    def _by_masses(self, system: SystemLike, states: dict[str, Floats], body: int) -> Floats:
-        """Return the derivatives (K, B) of the cross sections with respect to a mass, which moves the barycentre."""
-        size, masses = system.context.masses.sum() * _SHARE, system.context.masses
-        unit = np.eye(len(masses))[body]
-        middle = self._cross_sections(system, states)
-        return difference(lambda by: self._cross_sections(system, states, masses + by * unit) - middle, size)
-
     def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
         kind, _, body = parameter.partition(" of ")
-        if kind == "mass" and body in system.context.names:
-            factor = 0.0 if self.gain == "free" else float(self.gain)
-            return factor * self._by_masses(system, states, system.context.names.index(body))
-        return super()._partial(system, states, parameter)
+        if kind != "mass" or body not in system.context.names:
+            return super()._partial(system, states, parameter)
+        if self.gain == "free":
+            return np.zeros_like(self._power)
+        # A mass moves the barycentre.
+        masses = system.context.masses
+        unit = np.eye(len(masses))[system.context.names.index(body)]
+        middle = self._model(system, states)
+        return difference(lambda by: self._model(system, states, masses + by * unit) - middle, masses.sum() * _SHARE)
 
     def _partials(
         self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
@@ -247,22 +238,17 @@ class RadarEchoes(Observations):
     ) -> list[DesignArgument]:
         if self.gain != "free":
             return []
-        held = self._with_gain(1.0)
+        held = copy.copy(self)
+        held.gain = 1.0
         direct = {name: held._partial(system, states, name) for name in parameters}
         return [DesignArgument(np.ones((*self._power.shape, 1)), self._by_states(system, states), direct)]
-
-    def _with_gain(self, gain: float) -> RadarEchoes:
-        """Return the same data with a fixed gain."""
-        held = copy.copy(self)
-        held.gain = gain
-        return held
 
     def _by_states(self, system: SystemLike, states: dict[str, Floats]) -> Floats:
         """Return the derivatives (K, B, 12 N) of the cross sections with respect to the states."""
         count = len(system.context)
         model = EchoModel(system, self.geometry, self.options)
         echo = model.echo(self._retarded(system, states), states)
-        widths = model.half_widths(echo)[..., 0].max(axis=0) + np.diff(self._edges_in(system)[0]).max()
+        widths = model.half_widths(echo)[..., 0].max(axis=0) + np.diff(self._edges_in(system)["frequencies"]).max()
         # A velocity changes the frequency by 2 F / c, and a spin by this times the radius.
         speeds = widths * model.light_speed / (2.0 * model.transmit_frequency)
         middle = self._cross_sections(system, states)

@@ -78,7 +78,6 @@ class RadarSpectrum(RadarEchoes):
     7.0
     """
 
-    _axes = ("frequencies",)
     _names = ("power",)
 
     def __init__(
@@ -100,10 +99,9 @@ class RadarSpectrum(RadarEchoes):
         looks: float | None = None,
         polarization: str | None = None,
     ) -> None:
-        options = RadarOptions(transmit_frequency, law, mutual, transmitter, frequency_response)
-        settings = {"exposure": exposure, "gain": gain, "looks": looks, "polarization": polarization}
-        settings |= {"frequency_offset": frequency_offset, "delay_correction": ()}
-        super().__init__(times, power, sigma, {"frequencies": frequencies}, geometry, options, settings)
+        options = RadarOptions(transmit_frequency, law, mutual, transmitter, exposure, frequency_response)
+        edges = {"frequencies": frequencies}
+        super().__init__(times, power, sigma, edges, geometry, options, gain, frequency_offset, looks, polarization)
 
     def plot(
         self, run: Record, axes: Any = None, *, row: int = 0, linear: Mapping[str, Any] | None = None, **kwargs: Any
@@ -116,7 +114,7 @@ class RadarSpectrum(RadarEchoes):
             A run as for :meth:`predict`.
         axes : array of matplotlib Axes, (2, 1), optional
         row : int
-            The index of the spectrum.
+            The index of the spectrum or image.
         linear : dict, optional
             The gain, as for :meth:`predict`.
         **kwargs
@@ -177,8 +175,6 @@ class DelayDoppler(RadarEchoes):
     (1, 50, 40)
     """
 
-    _axes = ("delays", "frequencies")
-
     def __init__(
         self,
         times: Any,
@@ -201,11 +197,11 @@ class DelayDoppler(RadarEchoes):
         looks: float | None = None,
         polarization: str | None = None,
     ) -> None:
-        options = RadarOptions(transmit_frequency, law, mutual, transmitter, frequency_response, delay_response)
-        settings = {"exposure": exposure, "gain": gain, "looks": looks, "polarization": polarization}
-        settings |= {"frequency_offset": frequency_offset, "delay_correction": tuple(delay_correction)}
+        responses = frequency_response, delay_response
+        options = RadarOptions(transmit_frequency, law, mutual, transmitter, exposure, *responses)
         edges = {"delays": delays, "frequencies": frequencies}
-        super().__init__(times, power, sigma, edges, geometry, options, settings)
+        self.delay_correction = tuple(delay_correction)
+        super().__init__(times, power, sigma, edges, geometry, options, gain, frequency_offset, looks, polarization)
 
     def plot(
         self, run: Record, axes: Any = None, *, row: int = 0, linear: Mapping[str, Any] | None = None, **kwargs: Any
@@ -216,13 +212,9 @@ class DelayDoppler(RadarEchoes):
 
         Parameters
         ----------
-        run : Run
-            A run as for :meth:`predict`.
+        run, row, linear
+            As for :meth:`RadarSpectrum.plot`.
         axes : array of matplotlib Axes, (1, 3), optional
-        row : int
-            The index of the image.
-        linear : dict, optional
-            The gain, as for :meth:`predict`.
         **kwargs
             Passed to ``Axes.pcolormesh`` for all three.
 
@@ -238,13 +230,12 @@ class DelayDoppler(RadarEchoes):
         model, left, errors = (plain(values) for values in (predicted, residuals, self.sigma[row]))
         top = max(model.max(), (model + left).max())
         unit = f" [{unit_of(residuals)}]" if hasattr(residuals, "unit") else ""
-        parts = [("observed", model + left, -top, top), ("predicted", model, -top, top)]
-        parts.append(("residual / error", left / errors, -4.0, 4.0))
-        for ax, (name, values, low, high) in zip(flat, parts, strict=True):
-            limits = {"cmap": "RdBu_r", "vmin": low, "vmax": high}
-            drawn = ax.pcolormesh(x, y, values, **{**limits, **kwargs})
+        parts = {f"observed power{unit}": (model + left, top), f"predicted power{unit}": (model, top)}
+        parts["residual / error"] = left / errors, 4.0
+        for ax, (label, (values, limit)) in zip(flat, parts.items(), strict=True):
+            style = {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit} | kwargs
+            drawn = ax.pcolormesh(x, y, values, **style)
             ax.set(xlabel=across, ylabel=down, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
-            label = name if name.startswith("residual") else f"{name} power{unit}"
             ax.figure.colorbar(drawn, ax=ax, label=label)
         return result
 

@@ -12,9 +12,7 @@ from ..base.units import need
 from ..base.values import ArrayFields
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
-from ..typing import Floats
-from .echoes import EchoModel, RadarOptions, edges_of
-from .exposure import exposure_rule
+from .echoes import DIMENSIONS, Echo, EchoModel, RadarOptions, bin_edges
 from .radar_laws import Cosine
 from .states import retarded
 from .times import in_system
@@ -59,20 +57,18 @@ class RadarEcho(ArrayFields):
         with need("data", "an echo as a data array"):
             import xarray as xr
 
-        names = {"time": self.times, "frequency": self.frequencies} | (
-            {} if self.delays is None else {"delay": self.delays}
-        )
-        coordinates: dict[str, Any] = {"body": ("body", list(self.bodies))} if self.bodies else {}
+        axes = {"time": self.times, "body": self.bodies or None, "delay": self.delays, "frequency": self.frequencies}
+        axes = {name: values for name, values in axes.items() if values is not None}
+        coordinates: dict[str, Any] = {}
         attributes: dict[str, Any] = {"long_name": "radar cross section", **_unit_of(self.power)}
-        for name, given in names.items():
-            plain = np.asarray(getattr(given, "value", given))
-            if name != "time":
-                attributes[f"{name}_edges"] = plain
-                plain = 0.5 * (plain[1:] + plain[:-1])
-            coordinates[name] = (name, plain, {"long_name": name, **_unit_of(given)})
-        dims = ["time", *(["body"] if self.bodies else []), *([] if self.delays is None else ["delay"]), "frequency"]
+        for name, values in axes.items():
+            numbers = np.asarray(getattr(values, "value", values))
+            if name in ("delay", "frequency"):
+                attributes[f"{name}_edges"] = numbers
+                numbers = 0.5 * (numbers[1:] + numbers[:-1])
+            coordinates[name] = (name, numbers, {"long_name": name, **_unit_of(values)})
         power = np.asarray(getattr(self.power, "value", self.power))
-        return xr.DataArray(power, coordinates, dims, name="power", attrs=attributes)
+        return xr.DataArray(power, coordinates, list(axes), name="power", attrs=attributes)
 
 
 def _unit_of(values: Any) -> dict[str, str]:
@@ -161,8 +157,8 @@ def radar_spectrum(
     >>> echo.power.shape, echo.power.sum(axis=1).to("km2").round(2)
     ((2, 80), <Quantity [0.18, 0.18] km2>)
     """
-    options = RadarOptions(transmit_frequency, law, mutual, transmitter, frequency_response)
-    return _echo(run, times, geometry, options, exposure, per_body, frequencies)
+    options = RadarOptions(transmit_frequency, law, mutual, transmitter, exposure, frequency_response)
+    return _echo(run, times, geometry, options, per_body, {"frequencies": frequencies})
 
 
 @interruptible("delay-Doppler images")
@@ -222,39 +218,33 @@ def delay_doppler(
     >>> echo.bodies, echo.power.shape
     (('Alpha', 'Beta'), (1, 2, 100, 80))
     """
-    options = RadarOptions(transmit_frequency, law, mutual, transmitter, frequency_response, delay_response)
-    return _echo(run, times, geometry, options, exposure, per_body, frequencies, delays)
+    options = RadarOptions(transmit_frequency, law, mutual, transmitter, exposure, frequency_response, delay_response)
+    return _echo(run, times, geometry, options, per_body, {"frequencies": frequencies, "delays": delays})
 
 
 def _echo(
-    run: Record,
-    times: Any,
-    geometry: Vectors,
-    options: RadarOptions,
-    exposure: Any,
-    per_body: bool,
-    frequencies: Any,
-    delays: Any = None,
+    run: Record, times: Any, geometry: Vectors, options: RadarOptions, per_body: bool, bins: dict[str, Any]
 ) -> RadarEcho:
     """Return spectra, or images if there are delays, averaged over the exposure."""
-    system, context = run.system, run.context
+    system, units = run.system, run.context.units
     flag(per_body, "per_body")
     model, local = EchoModel(system, geometry, options), local_geometry(geometry, system)
     arrival = np.atleast_1d(in_system(times, system, "times"))
     if arrival.ndim != 1:
         raise InvalidInput(f"times has shape {arrival.shape}; expected (K,)")
-    edges = edges_of(frequencies, "rate", "frequencies", system)
-    of_delay = None if delays is None else edges_of(delays, "time", "delays", system)
-    power: Floats | float = 0.0
-    for since, weight in zip(*exposure_rule(exposure, system), strict=True):
+    edges = bin_edges(system, bins)
+
+    def echo(since: float) -> Echo:
         states, retarded_states = retarded(run, local, arrival + since, "time of a radar echo")
-        found = model.power(model.echo(retarded_states, states), edges, of_delay)
-        power = power + weight * (found if per_body else found.sum(axis=1, keepdims=True))
-    shape = (slice(None), slice(None) if per_body else 0, slice(None) if of_delay is not None else 0)
+        return model.echo(retarded_states, states)
+
+    power = model.mean_power(echo, edges)
+    power = power if per_body else power.sum(axis=1)
+    attached: dict[str, Any] = {name: units.attach(values, DIMENSIONS[name]) for name, values in edges.items()}
     return RadarEcho(
-        context.units.attach(arrival, "time"),
-        context.units.attach(edges, "rate"),
-        None if of_delay is None else context.units.attach(of_delay, "time"),
-        context.units.attach(np.asarray(power)[shape], "area"),
-        tuple(context.names) if per_body else (),
+        units.attach(arrival, "time"),
+        attached["frequencies"],
+        attached.get("delays"),
+        units.attach(power if "delays" in edges else power[..., 0, :], "area"),
+        tuple(run.context.names) if per_body else (),
     )

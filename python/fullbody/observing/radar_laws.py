@@ -60,7 +60,15 @@ class Cosine(RadarLaw):
 
 
 @dataclass(frozen=True)
-class Gaussian(RadarLaw):
+class PeakedLaw(RadarLaw):
+    """Base class of the laws with a peak at normal incidence, whose width is C."""
+
+    C: float = field(metadata=of_kind(Number(limits=_PEAK)))
+    R: float = field(default=1.0, metadata=of_kind(Number(limits=_EXPONENT)))
+    cutoff: Any = field(default=np.pi / 2, metadata=of_kind(Number("angle", limits=_CUTOFF)))
+
+
+class Gaussian(PeakedLaw):
     """The Gaussian law, R C exp(-C tan^2(theta)) / cos^4(theta), for echoes of gently sloping facets.
 
     Parameters
@@ -73,27 +81,16 @@ class Gaussian(RadarLaw):
         The angle of incidence from which on there is no echo, radians.
     """
 
-    C: float = field(metadata=of_kind(Number(limits=_PEAK)))
-    R: float = field(default=1.0, metadata=of_kind(Number(limits=_EXPONENT)))
-    cutoff: Any = field(default=np.pi / 2, metadata=of_kind(Number("angle", limits=_CUTOFF)))
     _name = "gaussian"
 
 
-@dataclass(frozen=True)
-class Hagfors(RadarLaw):
+class Hagfors(PeakedLaw):
     """Hagfors' law, (R C / 2) (cos^4(theta) + C sin^2(theta))^(-3/2), for quasi-specular echoes (Hagfors 1964).
 
     Parameters
     ----------
-    C : float
-        Width of the peak, above zero: the root mean square of the slopes is about C^(-1/2).
-    R : float
-        The reflectivity, zero or above.
-    cutoff : float or Quantity
-        The angle of incidence from which on there is no echo, radians.
+    C, R, cutoff
+        As for :class:`Gaussian`.
     """
 
-    C: float = field(metadata=of_kind(Number(limits=_PEAK)))
-    R: float = field(default=1.0, metadata=of_kind(Number(limits=_EXPONENT)))
-    cutoff: Any = field(default=np.pi / 2, metadata=of_kind(Number("angle", limits=_CUTOFF)))
     _name = "hagfors"

@@ -65,6 +65,19 @@ def test_a_body_that_does_not_rotate_has_its_echo_in_one_bin():
             assert worst(image(run, DELAYS, EDGES)[:, 12].sum(), found[12]) < 1e-11
 
 
+def test_a_body_that_rotates_about_an_oblique_line_of_sight_has_its_echo_in_one_bin():
+    for toward in np.random.default_rng(2).normal(size=(5, 3)):
+        run = run_of(Ellipsoid(0.7, 0.6, 0.5), spin=[1e-4 * toward])
+        found = spectrum(run, EDGES, at_rest(toward))
+        assert np.flatnonzero(found).tolist() == [12], "the bin that begins at zero"
+
+
+def test_an_exposure_beyond_the_run_is_refused_by_name():
+    run = run_of(Sphere(0.5), until=10.0)
+    refused("time of a radar echo", spectrum, run, EDGES, exposure=100.0)
+    refused("exposure is nan|exposure is", spectrum, run, EDGES, exposure=np.nan)
+
+
 def test_bands_and_bodies_without_an_echo_have_zeros():
     run = scene()
     assert (spectrum(run, [50.0, 60.0, 70.0]) == 0.0).all()

@@ -172,19 +172,19 @@ FIELDS = {
         **of(" of Hapke", observing.Hapke, "roughness", u.rad, FINITE),
     },
     "observing.Cosine": of(" of Cosine", observing.Cosine, "C R", None, EXPONENT),
-    "observing.Gaussian": {
+    "observing.PeakedLaw": {
         **of(" of Gaussian", observing.Gaussian, "C", None, PEAK),
         **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "R", None, EXPONENT),
         **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "cutoff", u.rad, CUTOFF),
     },
+}
+#: Classes that check their numbers one by one, or have those of a base class.
+OTHERS = {
     "observing.Hagfors": {
         **of(" of Hagfors", observing.Hagfors, "C", None, PEAK),
         **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "R", None, EXPONENT),
         **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "cutoff", u.rad, CUTOFF),
     },
-}
-#: Classes that check their numbers one by one.
-OTHERS = {
     "model.Body": {
         **of(" of Alpha", lambda **x: Body(Sphere(1.0), name="Alpha", **x), "mass", u.kg, POSITIVE),
         **of(" of Alpha", lambda **x: Body(Sphere(1.0), name="Alpha", **x), "density", u.kg / u.m**3, POSITIVE),
