@@ -29,6 +29,8 @@ const HEIGHTS: [f64; 5] = [-0.9, -0.5, 0.0, 0.5, 0.9];
 const SHORTER: [f64; 2] = [0.0, 0.1];
 /// The least distance of an arc from the limb, in its own length, from which on the limb has no effect.
 const APART: f64 = 0.125;
+/// The largest shift of the longitude of a peak with the height, which is linear near the peak alone.
+const LARGEST_SHIFT: f64 = 0.2;
 /// The largest half of a ring's arc from limb to limb; a longer one has both limbs near each other.
 const LONGEST: f64 = 0.75 * PI;
 
@@ -116,7 +118,9 @@ impl<'a> Surface<'a> {
             let rho = peak.x.hypot(peak.y);
             let along = Vec3::new(-peak.y, peak.x, 0.0);
             let up = Vec3::new(-peak.x * peak.z, -peak.y * peak.z, rho * rho) / (rho * rho);
-            surface.slope = -up.dot(&(form * along)) / along.dot(&(form * along));
+            let slope = -up.dot(&(form * along)) / along.dot(&(form * along));
+            // A peak at the pole has no longitude.
+            surface.slope = if slope.is_finite() { slope } else { 0.0 };
         }
         let mut arcs = Vec::new();
         let (low, high) = (heights.first().map_or(0.0, |z| *z), heights.last().map_or(0.0, |z| *z));
@@ -151,7 +155,7 @@ impl<'a> Surface<'a> {
 
     /// Returns the longitude on a ring near which the law has its peak, or the middle of the lit arc.
     fn azimuth(&self, z: f64) -> f64 {
-        self.azimuth + (self.slope * (z - self.peak.z)).clamp(-0.2, 0.2)
+        self.azimuth + (self.slope * (z - self.peak.z)).clamp(-LARGEST_SHIFT, LARGEST_SHIFT)
     }
 
     /// Returns the integral of the law over an arc of a ring.

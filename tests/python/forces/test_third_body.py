@@ -7,7 +7,7 @@ from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
 from fullbody.errors import InvalidInput
 from fullbody.forces import ThirdBody
 from support import reference, refused, worst
-from support.scenes import at_rest, differential, kepler_place, pair, relative, sun
+from support.scenes import at_rest, differential, kepler_position, pair, relative, sun
 
 DATA = reference("third_body")
 TIGHT = fullbody.Verner98(rtol=1e-14, atol=1e-14)
@@ -60,11 +60,11 @@ def test_third_bodies_are_where_keplers_equation_has_them(e):
         third = ThirdBody(mu=7.0, orbit=fullbody.KeplerElements(*elements), of=of, time=4.0, name="Sun")
         times = np.array([-300.0, 4.0, 17.0, 1000.0])
         position, velocity = system.with_forces([third]).third_body("Sun", times)
-        expected = [sign * kepler_place(elements, 8.5, t - 4.0) for t in times]
+        expected = [sign * kepler_position(elements, 8.5, t - 4.0) for t in times]
         assert worst(position, expected) < 3e-14
         h = 1e-3
         ahead, behind = (
-            np.array([kepler_place(elements, 8.5, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
+            np.array([kepler_position(elements, 8.5, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
         )
         assert worst(velocity, (ahead - behind) / (2 * h)) < 1e-7
         item, _ = system.with_forces([third]).third_body("Sun", 17.0)
@@ -175,7 +175,7 @@ def test_a_path_in_another_frame_is_turned_into_that_of_the_system(system_frame,
     for _ in range(5):
         elements = (50.0, rng.uniform(0, 0.8), rng.uniform(0, 3.1), *rng.uniform(0, 6.2, 3))
         orbit = fullbody.KeplerElements(*elements, frame=arguments)
-        points = [kepler_place(elements, 8.5, t).astype(float) for t in times]
+        points = [kepler_position(elements, 8.5, t).astype(float) for t in times]
         there = SkyCoord(
             *np.transpose(points), representation_type="cartesian", frame=names.get(str(arguments), arguments)
         )

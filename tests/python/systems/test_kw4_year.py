@@ -64,7 +64,7 @@ def test_energy_momenta_and_the_length_of_quaternions_stay(year):
 def test_angular_momentum_of_samples_drifts_by_evaluation_alone(year):
     # The barycentre travels 437 km: r x m v about the origin loses digits that the motion keeps.
     run, _ = year
-    momentum = kw4.momentum_of_places(run)
+    momentum = kw4.momentum_of_samples(run)
     points = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
     scale = np.linalg.norm(run.position[:, 0], axis=1).max() / np.linalg.norm(run.position[0, 1])
     assert 5 * run.angular_momentum_drift.max() < points.max() < 10 * np.finfo(float).eps * scale

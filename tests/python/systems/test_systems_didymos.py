@@ -10,7 +10,7 @@ from fullbody import systems
 from support import ready, refused
 from support.ready_systems import orbit, orbit_pole
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 
 def test_didymos_has_the_published_pole_and_epoch():

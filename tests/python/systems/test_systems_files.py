@@ -17,7 +17,7 @@ from fullbody.systems import _files
 from support import DATA
 from support.ready_systems import PUBLISHED, TABULATED
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 
 def test_completion_offers_what_is_documented():

@@ -8,7 +8,7 @@ from fullbody import systems
 from support import ready
 from support.ready_systems import moving, orbit, orbit_pole
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 
 def test_kw4_has_the_published_period_densities_and_poles():

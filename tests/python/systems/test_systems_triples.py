@@ -8,7 +8,7 @@ from fullbody import systems
 from fullbody.errors import InvalidInput
 from support import ready, refused
 
-pytestmark = pytest.mark.usefixtures("each_search_once")
+pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 
 def test_periods_of_the_triples_beyond_neptune_are_published():

@@ -3,9 +3,8 @@
 use super::scenes::Random;
 use super::spheres::{overlap, spheres};
 use super::{Pair, cases, hapke, polyhedron};
-use crate::support::number;
 use fullbody::interrupt::InterruptCheck;
-use fullbody::math::{Vec3, rotation};
+use fullbody::math::Vec3;
 use fullbody::photometry::{Law, Photometer, Surface, View};
 use fullbody::shape::{Body, Shape};
 use std::f64::consts::PI;
