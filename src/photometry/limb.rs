@@ -1,8 +1,8 @@
 //! The limb of a polyhedron: how far rays pass from it, and where they cross it.
 //!
 //! A ray is given by a point w on it and its unit direction u, toward the light. It passes through the
-//! polyhedron where the silhouette along u winds about it. Its distance from the silhouette is that from the
-//! nearest edge. With the ends a and a + t of this edge, which runs counterclockwise, r = w - a and the outward
+//! polyhedron where the silhouette along u winds about it. Its distance from the outline is that from the
+//! nearest edge that does not have the polyhedron on both sides. With the ends a and a + t of this edge, which runs counterclockwise, r = w - a and the outward
 //! normal n = (t x u)/|t x u|, the distance is n.r, and its derivatives with respect to w and u are
 //!
 //!   n   and   (r - (n.r) n) x t/|t x u|.
@@ -15,9 +15,6 @@ use super::region::Line;
 use super::silhouette::Silhouette;
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Part, Polyhedron, Shape};
-
-/// The distance of a ray from an edge, in units of the edge's length, that is none but for rounding.
-const ROUNDING: f64 = 1e-10;
 
 /// The limb of a polyhedron, in its own frame.
 #[derive(Debug, Clone)]
@@ -115,13 +112,9 @@ fn along_edge(
     let size = normal.norm();
     let normal = normal / size;
     let height = normal.dot(&from_end);
-    // An edge within the silhouette has the body on both sides, and the distance is largest there, zero. On an
-    // edge itself, where rounding does not tell the sides, the derivatives are those of an outer edge.
-    let is_between = (height < 0.0) != inside && height.abs() > ROUNDING * side.norm();
-    let sign = if is_between { -1.0 } else { 1.0 };
     LimbDistance {
-        distance: if inside { -height.abs() } else { height.abs() },
-        by_point: normal * sign,
-        by_direction: (from_end - normal * height).cross(&side) * (sign / size),
+        distance: height,
+        by_point: normal,
+        by_direction: (from_end - normal * height).cross(&side) / size,
     }
 }

@@ -55,6 +55,9 @@ struct Edge {
     first: usize,
 }
 
+/// The distance beyond an edge at which a point is on its other side, in heights of the silhouette.
+const BEYOND: f64 = 1e-9;
+
 /// A triangle across the direction: its first corner, and its first two sides.
 type Across = ([f64; 2], [[f64; 2]; 2]);
 
@@ -139,22 +142,28 @@ impl Silhouette {
         self.axes.map(|axis| axis.dot(point))
     }
 
-    /// Returns the edge that is nearest to the ray through a point.
+    /// Returns the edge of the outline that is nearest to the ray through a point. Edges with the part on both
+    /// sides are none of the outline.
     pub fn nearest(&self, point: &Vec3) -> NearestEdge {
         let at = self.place(point);
-        let mut nearest = (f64::INFINITY, NearestEdge { inside: self.covers(at), line: 0, share: 0.0 });
-        for edge in &self.edges {
+        let inside = self.covers(at);
+        let measured = self.edges.iter().map(|edge| {
             let (side, from) = (minus(edge.to, edge.from), minus(at, edge.from));
             let square = dot(side, side);
             // An edge along the direction is a point.
             let share = if square > 0.0 { (dot(from, side) / square).clamp(0.0, 1.0) } else { 0.0 };
-            let apart = minus(from, side.map(|x| share * x));
-            let distance = dot(apart, apart);
-            if distance < nearest.0 {
-                nearest = (distance, NearestEdge { line: edge.line, share, ..nearest.1 });
-            }
-        }
-        nearest.1
+            let apart = minus(side.map(|x| share * x), from);
+            (dot(apart, apart), apart, NearestEdge { inside, line: edge.line, share })
+        });
+        let mut measured: Vec<_> = measured.collect();
+        measured.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        // The way from a point inside to the nearest point of the outline leaves the part there.
+        let beyond = BEYOND * (self.starts.len() - 1) as f64 / self.per_length;
+        let leaves = |(square, apart, _): &&(f64, [f64; 2], NearestEdge)| {
+            let factor = 1.0 + beyond / square.sqrt();
+            !inside || *square == 0.0 || !self.covers([0, 1].map(|k| at[k] + factor * apart[k]))
+        };
+        measured.iter().find(leaves).unwrap_or(&measured[0]).2
     }
 
     /// Returns the shares, from 0 to 1, of a displacement of the ray through a point at which it crosses edges.

@@ -1,7 +1,8 @@
 //! Limbs of polyhedra against the rectangle that is the outline of a box, and against differences.
 
 use crate::polyhedron::cuboid;
-use fullbody::math::Vec3;
+use fullbody::interrupt::InterruptCheck;
+use fullbody::math::{Vec3, rotation};
 use fullbody::photometry::Limb;
 use fullbody::shape::Polyhedron;
 
@@ -58,6 +59,52 @@ fn derivatives_of_the_distance_are_differences() {
             let by_direction = (turned(1.0) - turned(-1.0)) / (2.0 * step);
             assert!((ray.by_direction.dot(&across) / step - by_direction).abs() < 1e-7);
         }
+    }
+}
+
+/// A staircase of two steps is seen from above, so that its riser is turned away: its edge and its foot are within the
+/// outline.
+#[test]
+fn edges_within_the_outline_do_not_count() {
+    let profile = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let wide = 50.0;
+    let at = |x: f64| profile.map(|[y, z]| Vec3::new(x, y, z));
+    let vertices: Vec<Vec3> = at(-wide).into_iter().chain(at(wide)).collect();
+    let sides = (0..6).flat_map(|k: u32| {
+        let next = (k + 1) % 6;
+        [[k, k + 6, next], [next, k + 6, next + 6]]
+    });
+    let end = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+    let ends = end.into_iter().chain(end.map(|face: [u32; 3]| face.map(|v| v + 6)));
+    let orient = |[a, b, c]: [u32; 3]| {
+        let [p, q, r] = [a, b, c].map(|v| vertices[v as usize]);
+        // A point next to a face on its inner side is within the profile.
+        let normal = (q - p).cross(&(r - p)).normalize();
+        let inner = (p + q + r) / 3.0 - normal * 1e-3;
+        let within = inner.x.abs() < wide
+            && inner.y > 0.0
+            && inner.z > 0.0
+            && ((inner.y < 2.0 && inner.z < 1.0) || (inner.y < 1.0 && inner.z < 2.0));
+        if within { [a, b, c] } else { [a, c, b] }
+    };
+    let faces: Vec<[u32; 3]> = sides.chain(ends).map(orient).collect();
+    let solid = Polyhedron::new(&vertices, &faces, &mut InterruptCheck::never()).unwrap();
+    // The polyhedron's own frame is that of its principal axes.
+    let frame = solid.working_frame();
+    let [w, x, y, z] = frame.attitude;
+    let rotation = rotation::matrix([w, x, y, z]);
+    let own = |v: Vec3| rotation * v + frame.position;
+    let slope = -0.3_f64;
+    let u = rotation * Vec3::new(0.0, slope, 1.0).normalize();
+    // The height across u of (y, z) is (y + 0.3 z) / 1.09^(1/2): the outline goes from 0 to 2.3, the riser from 1.3
+    // to 1.6.
+    let scale = (1.0 + slope * slope).sqrt();
+    let limb = Limb::new(solid);
+    for height in [0.4, 1.2, 1.4, 1.5, 1.7, 2.2, 2.6] {
+        let point = own(Vec3::new(0.0, height, 0.0));
+        let expected = f64::max(-height, height - 2.3) / scale;
+        let ray = limb.distances(&[point], &[u])[0];
+        assert!((ray.distance - expected).abs() < 1e-9, "{height}: {} {expected}", ray.distance);
     }
 }
 
