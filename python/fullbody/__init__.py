@@ -1,4 +1,4 @@
-"""Rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact gravity.
+"""Rigid bodies (ellipsoids, polyhedra, composites) moving and rotating in each other's exact gravity.
 
 Examples
 --------

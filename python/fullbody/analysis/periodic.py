@@ -24,16 +24,16 @@ from ._shooting import Ends, Shooting, begun, solved
 from .equilibrium import RelativeEquilibrium, upright
 
 #: The largest closure of members of a family.
-_CLOSED = 1e-12
+_FAMILY_CLOSURE = 1e-12
 _HELD = ("period", "energy", "angular_momentum")
 #: The largest number of segments, unless the caller gives a number.
-_MOST = 32
+_MAX_SEGMENTS = 32
 #: The largest distance from the unit circle of a multiplier of a stable orbit.
-_ROUND = 1e-6
+_UNIT_CIRCLE_TOLERANCE = 1e-6
 
 
 class PeriodicOrbit(Tabled):
-    """A motion that repeats after its period, up to a turn about the angular momentum; see :func:`periodic_orbit`.
+    """A motion that repeats after its period, up to a rotation about the angular momentum; see :func:`periodic_orbit`.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class PeriodicOrbit(Tabled):
     state : State
         A state of the orbit, with the barycentre at rest in the origin and the angular momentum along z.
     closure : float
-        How far the motion is from its start after one period, in units of the separation, its rate, and radians.
+        Distance of the end of a period from its start, in units of the separation, its rate, and radians.
     """
 
     def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
@@ -76,9 +76,9 @@ class PeriodicOrbit(Tabled):
 
     @cached_property
     def monodromy(self) -> Floats:
-        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period by the one at the start.
+        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period with respect to that at the start.
 
-        The turn of the orbit is taken back. A tangent vector contains the changes of the separation and its rate, and
+        The rotation of the pair is removed. A tangent vector contains the changes of the separation and its rate, and
         for each body a rotation vector in its frame and the change of its spin, in the system's units.
         """
         order = np.arange(18).reshape(2, 3, 3).swapaxes(0, 1).ravel()
@@ -93,8 +93,8 @@ class PeriodicOrbit(Tabled):
     def multipliers(self) -> npt.NDArray[np.complex128]:
         """Floquet multipliers, in descending order of size.
 
-        Multipliers that are 1 by symmetry are left out: for the motion itself, the turn about z and turns of bodies
-        about their axes, and for the energy, the angular momentum and the angular momenta of bodies about their axes.
+        Multipliers that are 1 by symmetry are left out: for the motion itself, the rotation about z and rotations of
+        bodies about their axes, and for the energy, the angular momentum and the angular momenta of bodies about their axes.
         Two bodies without axes of symmetry have 12 multipliers left.
         """
         point, units, axes = self._shooting.points[0], self._shooting.units(), self._shooting.axes
@@ -106,7 +106,7 @@ class PeriodicOrbit(Tabled):
     @property
     def linearly_stable(self) -> bool:
         """Whether the orbit is linearly stable: all multipliers lie within 1e-6 of the unit circle."""
-        return bool(np.all(np.abs(np.abs(self.multipliers) - 1.0) < _ROUND))
+        return bool(np.all(np.abs(np.abs(self.multipliers) - 1.0) < _UNIT_CIRCLE_TOLERANCE))
 
     def _tables(self) -> tuple[Table, ...]:
         rows = facts(self, "period", "turn", "energy", "angular_momentum")
@@ -162,8 +162,8 @@ def periodic_orbit(
     addition bodies may be turned by any angle about their axes of symmetry, and ellipsoids by a half turn about a
     principal axis; the turns nearest to the motion of the start are taken. Attitudes of spheres and points are ignored.
     Newton's linear equations, with the derivatives of the motion from :attr:`fullbody.Run.transition`, are solved by
-    least squares; where they leave a choice (the phase, the turn of the whole, a place within a family), the solution
-    of least change is taken.
+    least squares; where they are degenerate (phase, rotation of the pair, position along the family), the solution of
+    least change is taken.
 
     Examples
     --------
@@ -181,7 +181,7 @@ def periodic_orbit(
     """
     pair = Pair(system)
     time = system.context.units.number(period, "time", "period", POSITIVE)
-    within = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
+    accepted_closure = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
     expected = f"some of {', '.join(_HELD)}"
     held = (hold,) if isinstance(hold, str) else sequence(hold, str, "hold", expected, expected)
     for name in held:
@@ -189,8 +189,8 @@ def periodic_orbit(
             raise InvalidInput(f"hold has {name!r}; expected {expected}")
     start = upright(pair, state, "state")
     values = {"period": time, "energy": start.energy, "angular_momentum": float(start.angular_momentum[2])}
-    kept = {name: values[name] for name in held}
-    return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), kept, within))
+    targets = {name: values[name] for name in held}
+    return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), targets, accepted_closure))
 
 
 def periodic_family(
@@ -237,13 +237,13 @@ def periodic_family(
     time = float(plain(modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
-    kept = {"angular_momentum": float(centre.angular_momentum[2])}
+    targets = {"angular_momentum": float(centre.angular_momentum[2])}
     orbits: list[PeriodicOrbit] = []
     for previous, size in zip((sizes[0], *sizes), sizes, strict=False):
         start = centre.moved(deviation * (size / previous))
         count = _segments(start, time, segments)
         try:
-            orbit = PeriodicOrbit(*solved(*begun(start, time, count), kept, _CLOSED, deviation))
+            orbit = PeriodicOrbit(*solved(*begun(start, time, count), targets, _FAMILY_CLOSURE, deviation))
         except FullbodyError as error:
             error.orbits = tuple(orbits)  # type: ignore[attr-defined]
             raise
@@ -257,5 +257,5 @@ def _segments(start: PairPoint, time: float, segments: Any) -> int:
     """Return the number of segments: the given one, or one for each revolution of a circular orbit."""
     if segments is None:
         revolutions = time * start.pair.orbital_rate(start.pose.distance) / (2 * np.pi)
-        return int(np.clip(np.ceil(revolutions - 0.5), 1, _MOST))
+        return int(np.clip(np.ceil(revolutions - 0.5), 1, _MAX_SEGMENTS))
     return whole(segments, "segments")

@@ -35,11 +35,13 @@ class Projection:
             # A design with fewer rows than unknowns has fewer singular values than unknowns.
             if len(design) < len(names) or not sizes[-1] > _SINGULAR * sizes[0]:
                 shares = np.abs(vectors[-1])
-                which = [name for name, share in zip(names, shares, strict=True) if share > _NAMED * shares.max()]
+                undetermined = [
+                    name for name, share in zip(names, shares, strict=True) if share > _NAMED * shares.max()
+                ]
                 raise InvalidInput(
-                    f"the {len(design)} data leave {', '.join(which)} undetermined"
-                    f"{' beside each other' if len(which) > 1 else ''}; expected times at which "
-                    f"{'they differ' if len(which) > 1 else 'it has an effect'}, or fewer linear unknowns"
+                    f"the {len(design)} data leave {', '.join(undetermined)} undetermined"
+                    f"{' beside each other' if len(undetermined) > 1 else ''}; expected times at which "
+                    f"{'they differ' if len(undetermined) > 1 else 'it has an effect'}, or fewer linear unknowns"
                 )
         self._factor = factor * norms
         self.log_determinant = 2.0 * float(np.log(np.abs(np.diag(self._factor))).sum())

@@ -21,12 +21,13 @@ from ..typing import Floats
 from .curves import Curves
 from .poles import tilted
 
-#: The least light relative to that of a sphere; the relative change of the minimised sum and the damping at which
-#: iterations end, and their largest number.
-_FAINTEST, _CONVERGED, _HARDEST, _ITERATIONS = 0.02, 1e-3, 1e3, 15
+#: The least light relative to that of a sphere.
+_MIN_LIGHT = 0.02
+#: The relative change of the minimised sum and the damping at which iterations end, and their largest number.
+_TOLERANCE, _MAX_DAMPING, _MAX_ITERATIONS = 1e-3, 1e3, 15
 #: The tilt, in radians, over which integrals are differenced.
 _TILT = 0.1
-#: Magnitudes for a change by one of the natural logarithm of the light.
+#: Magnitudes per unit of the natural logarithm of the light.
 _MAGNITUDES = 2.5 / np.log(10.0)
 
 
@@ -56,29 +57,31 @@ class ConvexSeries:
         self._scale, self._reach = _MAGNITUDES / curves.sigma, reach
         self._orders, self._has_sine = harmonics.orders, harmonics.orders > 0
 
-        def untwisted(tilt: Floats) -> Any:
+        def reduced_integrals(tilt: Floats) -> Any:
             """Return the integrals (K, C) of the scattering law times each harmonic about a tilted pole."""
             values = curves.light(curves.lights @ tilted(axes, tilt).T, weights)
             psi = self._longitudes(tilt[None])[0][0]
             return values / values[:, :1].real * np.exp(-1j * np.outer(psi, self._orders))
 
         steps = _TILT * np.eye(2)
-        self._middle = untwisted(np.zeros(2))
-        self._slopes = [(untwisted(step) - untwisted(-step)) / (2.0 * _TILT) for step in steps]
+        self._integrals = reduced_integrals(np.zeros(2))
+        self._tilt_derivatives = [
+            (reduced_integrals(step) - reduced_integrals(-step)) / (2.0 * _TILT) for step in steps
+        ]
         unknown = np.concatenate([harmonics.degrees[1:], harmonics.degrees[self._has_sine]])
         #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
         self._weight = np.append((unknown / smoothness) ** 2, np.array([reach[0], reach[0], reach[1]]) ** -2.0)
         #: The times from the middle, in units of the span.
         self._span = float(np.ptp(curves.times))
-        self._since = (curves.times - 0.5 * (curves.times.min() + curves.times.max())) / self._span
+        self._relative_times = (curves.times - 0.5 * (curves.times.min() + curves.times.max())) / self._span
 
-    def least(self, frequency: Floats) -> ConvexMinimum:
+    def minimum(self, frequency: Floats) -> ConvexMinimum:
         """Return the minima near frequencies (B,), in radians per unit of time, by Levenberg and Marquardt's method."""
         batch, size = len(frequency), len(self._weight)
         x, least, chi2 = np.zeros((batch, size)), np.full(batch, np.inf), np.full(batch, np.inf)
         matrix, gradient = np.empty((batch, size, size)), np.empty((batch, size))
         damping, trial, active = np.full(batch, 5e-3), x.copy(), np.arange(batch)
-        for _ in range(_ITERATIONS):
+        for _ in range(_MAX_ITERATIONS):
             evaluated = self._evaluated(frequency[active], trial[active])
             better = evaluated.total < least[active]
             gain = least[active] - evaluated.total
@@ -86,7 +89,7 @@ class ConvexSeries:
             x[kept], least[kept], chi2[kept] = trial[kept], evaluated.total[better], evaluated.chi2[better]
             matrix[kept], gradient[kept] = evaluated.matrix[better], evaluated.gradient[better]
             damping[active] *= np.where(better, 0.2, 8.0)
-            done = better & (gain <= _CONVERGED * evaluated.total) | (damping[active] > _HARDEST)
+            done = better & (gain <= _TOLERANCE * evaluated.total) | (damping[active] > _MAX_DAMPING)
             active = active[~done]
             if not len(active):
                 break
@@ -103,23 +106,23 @@ class ConvexSeries:
         """Return the minimised sum with its derivatives at coefficients, tilts and angles (B, n)."""
         tilt = x[:, -3:-1]
         psi, by_tilt = self._longitudes(tilt)
-        angle = psi - np.outer(frequency, self._times) - np.outer(x[:, -1], self._since)
+        angle = psi - np.outer(frequency, self._times) - np.outer(x[:, -1], self._relative_times)
         phasor = np.exp(1j * angle[..., None] * np.arange(self._orders.max() + 1))
         phasor = phasor[..., self._orders]
-        slopes = [slope * phasor for slope in self._slopes]
-        terms = self._middle * phasor + tilt[:, 0, None, None] * slopes[0] + tilt[:, 1, None, None] * slopes[1]
+        slopes = [slope * phasor for slope in self._tilt_derivatives]
+        terms = self._integrals * phasor + tilt[:, 0, None, None] * slopes[0] + tilt[:, 1, None, None] * slopes[1]
         design, light = self._design(terms), 1.0 + self._light(terms, x)
         by_angle = self._light(1j * self._orders * terms, x)
         columns = [self._light(slope, x) + by_angle * by_tilt[..., k] for k, slope in enumerate(slopes)]
-        columns.append(-by_angle * self._since)
-        usable = (light > _FAINTEST).all(axis=1)
-        light = np.maximum(light, _FAINTEST)
+        columns.append(-by_angle * self._relative_times)
+        usable = (light > _MIN_LIGHT).all(axis=1)
+        light = np.maximum(light, _MIN_LIGHT)
         rows = np.concatenate([design, np.stack(columns, axis=-1)], axis=-1) * (self._scale / light)[..., None]
         pulls = self._pulls + self._scale * np.log(light)
-        across, along = self._basis.T @ rows, pulls @ self._basis
-        chi2 = np.where(usable, np.sum(pulls**2, axis=1) - np.sum(along**2, axis=1), np.inf)
-        matrix = rows.swapaxes(1, 2) @ rows - across.swapaxes(1, 2) @ across + np.diag(self._weight)
-        gradient = (pulls[:, None] @ rows)[:, 0] - (along[:, None] @ across)[:, 0] + self._weight * x
+        projected_rows, projected_pulls = self._basis.T @ rows, pulls @ self._basis
+        chi2 = np.where(usable, np.sum(pulls**2, axis=1) - np.sum(projected_pulls**2, axis=1), np.inf)
+        matrix = rows.swapaxes(1, 2) @ rows - projected_rows.swapaxes(1, 2) @ projected_rows + np.diag(self._weight)
+        gradient = (pulls[:, None] @ rows)[:, 0] - (projected_pulls[:, None] @ projected_rows)[:, 0] + self._weight * x
         return _Evaluated(chi2, chi2 + np.sum(self._weight * x**2, axis=1), gradient, matrix)
 
     def _design(self, terms: Any) -> Floats:

@@ -259,7 +259,7 @@ def period_scan(
             column = np.empty((len(hours), 4))
             for first in range(0, len(hours), batch):
                 part = slice(first, first + batch)
-                least = series.least(2.0 * np.pi / hours[part])
+                least = series.minimum(2.0 * np.pi / hours[part])
                 angles = pole_angles(tilted(axes, least.tilt)[:, 2])
                 column[part] = np.column_stack([least.chi2, 2.0 * np.pi / least.frequency, *angles])
                 if report is not None:

@@ -74,23 +74,26 @@ def gravity_at(
     body: int | None = None,
     states: npt.NDArray[np.int64] | None = None,
 ) -> Gravity:
-    """Return the gravity at points (..., 3), each in the state (...) of the (K, N, 3) whose index is given, or the
-    first.
+    """Return the gravity at points (..., 3) of bodies at K epochs, with positions and attitudes (K, N, ...).
+
+    ``states`` (...) has for each point the index of its epoch; by default that is the first.
     """
     shape = points.shape[:-1]
     flat = np.ascontiguousarray(points.reshape(-1, 3))
-    of = None if states is None else np.ascontiguousarray(states.reshape(-1))
+    state_of_point = None if states is None else np.ascontiguousarray(states.reshape(-1))
 
-    def ask(*shapes: tuple[int, ...]) -> list[Floats]:
+    def evaluate(*shapes: tuple[int, ...]) -> list[Floats]:
         arrays = [np.empty((len(flat), *numbers)) for numbers in shapes]
-        attraction.gravity(positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, arrays)
+        attraction.gravity(
+            positions.reshape(-1, 3), attitudes.reshape(-1, 4), state_of_point, flat, list(shape), body, arrays
+        )
         return [array.reshape(shape + array.shape[1:]) for array in arrays]
 
-    potential, field = ask((), (3,))
+    potential, field = evaluate((), (3,))
     return Gravity(
         units.attach(potential, "potential"),
         units.attach(field, "acceleration"),
-        lambda: units.attach(ask((3, 3))[0], "gravity gradient"),
+        lambda: units.attach(evaluate((3, 3))[0], "gravity gradient"),
     )
 
 

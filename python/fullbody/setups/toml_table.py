@@ -92,7 +92,7 @@ class TomlTable:
         return {key: self.number(key, kind.dimension) for key, kind in kinds.items() if key in self}
 
     def vector(self, key: str, dimension: str, count: int | None = None) -> Floats:
-        """Return a list of such numbers, of any length unless a count is given."""
+        """Return a list of numbers in the table's units, of any length unless a count is given."""
         what = f"{count or 'a list of'} numbers"
         items = self.take(key, _expected(what, dimension))
         if not isinstance(items, list) or (count and len(items) != count):

@@ -120,7 +120,7 @@ def published(name: str) -> Published:
     171 +- 1 km
     """
     if not isinstance(name, str) or name not in _files.names():
-        raise InvalidInput(f"nothing is tabulated of {name!r}; expected one of {', '.join(_files.names())}")
+        raise InvalidInput(f"name is {name!r}; expected one of {', '.join(_files.names())}")
     return of_contents(_files.contents(name))
 
 
