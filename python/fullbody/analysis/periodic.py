@@ -76,7 +76,7 @@ class PeriodicOrbit(Tabled):
 
     @cached_property
     def monodromy(self) -> Floats:
-        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period with respect to that at the start.
+        """The monodromy matrix (18, 18): the derivative of a tangent vector after a period by the first one.
 
         The rotation of the pair is removed. A tangent vector contains the changes of the separation and its rate, and
         for each body a rotation vector in its frame and the change of its spin, in the system's units.
@@ -94,8 +94,8 @@ class PeriodicOrbit(Tabled):
         """Floquet multipliers, in descending order of size.
 
         Multipliers that are 1 by symmetry are left out: for the motion itself, the rotation about z and rotations of
-        bodies about their axes, and for the energy, the angular momentum and the angular momenta of bodies about their axes.
-        Two bodies without axes of symmetry have 12 multipliers left.
+        bodies about their axes, and for the energy, the angular momentum and the angular momenta of bodies about their
+        axes. Two bodies without axes of symmetry have 12 multipliers left.
         """
         point, units, axes = self._shooting.points[0], self._shooting.units(), self._shooting.axes
         rows = np.vstack([point.energy_row(), point.momentum_rows(axes)])

@@ -158,7 +158,7 @@ def test_ratios_of_axes_change_no_mass():
         (lambda: systems.didymos(frame=np.ones(3)), "frame is array.*; expected 'ecliptic'"),
         (lambda: systems.kw4(frame=np.ones(3)), "frame is array.*; expected 'ecliptic'"),
         (lambda: systems.kw4(shape=np.ones(3)), "shape is array.*; expected 'ellipsoid'"),
-        (lambda: systems.published(["kw4"]), r"tabulated of \['kw4'\]; expected one of"),
+        (lambda: systems.published(["kw4"]), r"name is \['kw4'\]; expected one of"),
     ],
 )
 def test_what_is_no_text_is_refused_where_text_is_asked(call, what):
