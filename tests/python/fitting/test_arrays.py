@@ -37,12 +37,12 @@ def result():
 
 
 def test_each_number_of_an_array_is_a_parameter_with_its_own_prior(result):
-    assert result.names[:4] == ("place[0, 0]", "place[0, 1]", "place[0, 2]", "place[1, 0]")
+    assert result.names[:4] == ("position[0, 0]", "position[0, 1]", "position[0, 2]", "position[1, 0]")
     # Each number has a normal measurement and a normal prior: the posterior has the sum of their weights.
     weights = SIGMA**-2 + PRIOR**-2.0
     expected = (TRUE * SIGMA**-2 + MEAN * PRIOR**-2.0) / weights
-    np.testing.assert_allclose(result.values["place"], expected, atol=1e-9)
-    np.testing.assert_allclose(result.sigma["place"], weights**-0.5, rtol=1e-8)
+    np.testing.assert_allclose(result.values["position"], expected, atol=1e-9)
+    np.testing.assert_allclose(result.sigma["position"], weights**-0.5, rtol=1e-8)
     np.testing.assert_allclose(result.covariance, np.diag(1 / weights.ravel()), atol=1e-9)
     assert result.dof == 6 + 4 - 6
     assert not result.differenced
@@ -71,9 +71,9 @@ def test_arrays_and_numbers_may_stand_side_by_side_with_units():
 
 def test_draws_are_arrays_that_sweeps_take(result):
     draws = result.draw(2000, 1)
-    assert draws.columns["place"].shape == (2000, 2, 3)
-    spread = draws.columns["place"].std(axis=0)
-    np.testing.assert_allclose(spread, result.sigma["place"], rtol=0.1)
+    assert draws.columns["position"].shape == (2000, 2, 3)
+    spread = draws.columns["position"].std(axis=0)
+    np.testing.assert_allclose(spread, result.sigma["position"], rtol=0.1)
     few = result.draw(3, 1)
     table = fullbody.sweep(setup, few, 1.0, measure=lambda run: {"x": run.position[0, 1, 0]})
     np.testing.assert_allclose(table.x.values, few.columns["position"][:, 1, 0])
@@ -82,8 +82,8 @@ def test_draws_are_arrays_that_sweeps_take(result):
 
 def test_a_store_of_a_sweep_knows_rows_of_arrays_again(result, tmp_path):
     few, options = result.draw(3, 1), {"measure": lambda run: {"x": run.position[0, 1, 0]}, "store": tmp_path / "s"}
-    first = fullbody.sweep(setup, few, 1.0, key="places", **options)
-    second = fullbody.sweep(setup, few, 1.0, key="places", **options)
+    first = fullbody.sweep(setup, few, 1.0, key="positions", **options)
+    second = fullbody.sweep(setup, few, 1.0, key="positions", **options)
     assert first.identical(second)
 
 
@@ -91,27 +91,27 @@ def test_files_keep_arrays(result, tmp_path):
     result.save(tmp_path / "fit.nc")
     again = fullbody.load(tmp_path / "fit.nc")
     assert again == result
-    np.testing.assert_array_equal(again.values["place"], result.values["place"])
-    np.testing.assert_array_equal(again.minima[0].values["place"], result.minima[0].values["place"])
+    np.testing.assert_array_equal(again.values["position"], result.values["position"])
+    np.testing.assert_array_equal(again.minima[0].values["position"], result.minima[0].values["position"])
     np.testing.assert_array_equal(again.parameters.sigma, result.parameters.sigma)
     np.testing.assert_array_equal(again.parameters.upper, result.parameters.upper)
 
 
 def test_the_posterior_takes_arrays_and_its_gradient_is_flat(result):
-    value, gradient = result.log_posterior({"place": result.values["place"] + 0.01}, gradient=True)
+    value, gradient = result.log_posterior({"position": result.values["position"] + 0.01}, gradient=True)
     pulls = 0.01 * (SIGMA**-2 + PRIOR**-2.0).ravel()
     np.testing.assert_allclose(gradient, -pulls, atol=1e-6)
-    assert value == result.log_posterior((result.values["place"] + 0.01).ravel())
-    refused(r"value of place has shape \(6,\); expected \(2, 3\)", result.log_posterior, {"place": np.zeros(6)})
-    refused(r"values has 'place\[0, 0\]'", result.log_posterior, {"place[0, 0]": 1.0})
+    assert value == result.log_posterior((result.values["position"] + 0.01).ravel())
+    refused(r"value of position has shape \(6,\); expected \(2, 3\)", result.log_posterior, {"position": np.zeros(6)})
+    refused(r"values has 'position\[0, 0\]'", result.log_posterior, {"position[0, 0]": 1.0})
 
 
 def test_samples_have_the_dimensions_of_the_array(result):
     samples = result.sample(steps=15, walkers=12, rng=3)
-    assert samples.place.dims == ("chain", "draw", "place_dim_0", "place_dim_1")
-    np.testing.assert_allclose(samples.place.std(("chain", "draw")), result.sigma["place"], rtol=0.6)
+    assert samples.position.dims == ("chain", "draw", "position_dim_0", "position_dim_1")
+    np.testing.assert_allclose(samples.position.std(("chain", "draw")), result.sigma["position"], rtol=0.6)
     mean = result.derived(lambda run: run.position[0].mean(), [0.0], samples=samples, n=20, rng=1)
-    assert abs(mean.sigma / np.sqrt(np.sum(result.sigma["place"] ** 2)) * 6 - 1) < 0.6
+    assert abs(mean.sigma / np.sqrt(np.sum(result.sigma["position"] ** 2)) * 6 - 1) < 0.6
     figure = result.plot.corner(samples)
     assert len(figure.axes) == 36
     plt.close(figure)
