@@ -31,7 +31,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 .PHONY: help kw4 study quick test test-rust test-python test-reproduction coverage explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
 
 help:  ## this list
-	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
 
 $(MATURIN):
 	$(PYTHON) -m venv $(VENV)
@@ -67,20 +67,6 @@ test-reproduction: $(VENV)/.dev  ## the tests of the studies in reproduction/
 
 coverage: $(VENV)/.dev  ## the lines of the package that the tests execute, as a table and as pages in out/coverage/
 	$(PYTEST) --cov=fullbody --cov-report=term:skip-covered --cov-report=html:out/coverage tests/python python/fullbody
-
-# The program has to have the version of the library.
-$(VENV)/.explorer: $(VENV)/.built Cargo.lock
-	rustup target add wasm32-unknown-unknown
-	cargo install wasm-bindgen-cli --root $(VENV) --version "$$(sed -n '/^name = "wasm-bindgen"$$/{n;s/.*"\(.*\)"/\1/p}' Cargo.lock)"
-	@touch $@
-
-explorer: $(VENV)/.explorer  ## the page on which binary asteroids are explored in a browser, into out/explorer/
-	$(BIN)/python explorer/build.py out/explorer
-
-# It needs Chromium: CHROMIUM= is its path where it is not among the programs.
-test-explorer: $(VENV)/.dev explorer  ## the tests of that page in a headless Chromium, with pictures beside it
-	$(INSTALL) 'playwright>=1.50,<2'
-	$(BIN)/python -m pytest -n 0 tests/explorer
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check
@@ -134,4 +120,4 @@ clean:  ## removes everything that was built
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so
 
-include packaging/packaging.mk fuzz/fuzz.mk
+include packaging/packaging.mk explorer/explorer.mk fuzz/fuzz.mk
