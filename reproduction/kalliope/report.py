@@ -192,7 +192,7 @@ the largest loss of the light of both bodies.
 ## A free form
 
 Kalliope is a series of harmonics of degree {results.form.degree} of the logarithm of its radius, with a prior on its \
-coefficients that makes it smooth, and Linus a sphere; both are polyhedra that move in their exact gravity. There is \
+coefficients that makes it smooth, and Linus a sphere; both move in their exact gravity. There is \
 no series in the rotation angle. The published diameter is the prior of the size. The pole, the period of the orbit \
 and the size are free too, and the separation is \
 the published one. The posterior is the normal distribution of the fit: no samples are drawn from the exact one.
