@@ -17,6 +17,7 @@ __all__ = [
     "Body",
     "Condition",
     "Dense",
+    "Limb",
     "Photometer",
     "Polyhedron",
     "Radar",

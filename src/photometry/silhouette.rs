@@ -155,15 +155,20 @@ impl Silhouette {
             let apart = minus(side.map(|x| share * x), from);
             (dot(apart, apart), apart, NearestEdge { inside, line: edge.line, share })
         });
-        let mut measured: Vec<_> = measured.collect();
-        measured.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         // The way from a point inside to the nearest point of the outline leaves the part there.
         let beyond = BEYOND * (self.starts.len() - 1) as f64 / self.per_length;
         let leaves = |(square, apart, _): &&(f64, [f64; 2], NearestEdge)| {
             let factor = 1.0 + beyond / square.sqrt();
             !inside || *square == 0.0 || !self.covers([0, 1].map(|k| at[k] + factor * apart[k]))
         };
-        measured.iter().find(leaves).unwrap_or(&measured[0]).2
+        let order = |a: &(f64, [f64; 2], NearestEdge), b: &(f64, [f64; 2], NearestEdge)| a.0.total_cmp(&b.0);
+        let first = measured.clone().min_by(order).expect("a closed surface has a silhouette");
+        if leaves(&&first) {
+            return first.2;
+        }
+        let mut measured: Vec<_> = measured.collect();
+        measured.sort_unstable_by(order);
+        measured.iter().find(leaves).unwrap_or(&first).2
     }
 
     /// Returns the shares, from 0 to 1, of a displacement of the ray through a point at which it crosses edges.

@@ -262,6 +262,11 @@ class PredictedChords(ObservedChords):
         limbs = {body: limbs_of(system, body, semi_axes)}
         return np.asarray(self._model(system, states, None, limbs).imag / _STEP)
 
+    def _of_changed(self, system: SystemLike, changed: SystemLike, states: dict[str, Any]) -> Any:
+        # The contacts and the offset stay those that were found, which follow the limbs to first order.
+        limbs = {body: limbs_of(changed, body) for body in range(len(changed.context))}
+        return self._model(system, states, None, limbs)
+
     def linear_derivatives(self, run: Record, held: Held) -> FunctionDerivatives:
         """Compute the derivatives of what :meth:`LinearModel.contracted` returns, as :meth:`derivatives` does.
 

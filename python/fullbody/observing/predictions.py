@@ -180,9 +180,13 @@ class Predictions:
         def change(by: float) -> Floats:
             changed = system.changed(parameter, by)
             alike = changed.context.core.bodies == system.context.core.bodies
-            return np.asarray(0.0 * prediction if alike else self._model(changed, states) - prediction)
+            return np.asarray(0.0 * prediction if alike else self._of_changed(system, changed, states) - prediction)
 
         return difference(change, step)
+
+    def _of_changed(self, system: SystemLike, changed: SystemLike, states: dict[str, Floats]) -> Any:
+        """Return the predictions (K, C) of a system whose bodies are slightly changed, for derivatives."""
+        return self._model(changed, states)
 
     def _states(self, run: Record) -> dict[str, Any]:
         """Return the states of a run from which predictions follow."""

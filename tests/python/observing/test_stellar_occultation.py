@@ -9,6 +9,7 @@ import pytest
 from astropy.coordinates import EarthLocation, SkyCoord
 from astropy.time import Time
 from fullbody import observing
+from scipy.optimize import minimize_scalar
 from support import reference, refused
 from support.meshes import box, icosphere
 from test_chords import FAR, SPEED, STAR, passing, reference_geometry, reference_run
@@ -192,6 +193,32 @@ def test_a_fit_finds_radius_and_offset():
     assert fit.values["radius"] == pytest.approx(50.0, abs=1e-5)
     assert fit.chi2 < 1e-8
     assert {"offset east", "offset north"} <= set(fit.values)
+
+
+def test_a_fit_finds_the_size_of_a_polyhedron_beside_the_offset():
+    rng = np.random.default_rng(3)
+    sides = [70.0, 60.0, 90.0]
+    exact, _ = simulated(box(*sides), attitude=[[0.8, 0.1, 0.3, 0.4]], displaced=(7.0, -4.0))
+    star, stations, geometry, _, _ = tilted(HEIGHTS)
+    ends = [exact.times[exact.sign == s][np.argsort(exact.station[exact.sign == s])] for s in (-1, 1)]
+    begin, end = (side + rng.normal(0.0, 0.2, 4) * u.s for side in ends)
+    options = {"star": star, "stations": stations, "sigma": 0.05 * u.s, "geometry": geometry}
+    data = observing.StellarOccultation(disappearance=begin, reappearance=end, **options)
+
+    def setup(size):
+        shape = box(*(size * side for side in sides))
+        return resting(shape, attitude=[[0.8, 0.1, 0.3, 0.4]], frame="equatorial")
+
+    def chi2(size):
+        system, state = setup(size)
+        emission = data.emission(system)
+        return data.chi2(system.integrate(state, emission[-1], output=emission))
+
+    fit = fullbody.fit(setup, {"size": 0.93}, [data])
+    least = minimize_scalar(chi2, bracket=(0.97, 1.0, 1.03), options={"xtol": 1e-9})
+    assert fit.values["size"] == pytest.approx(least.x, abs=1e-3 * fit.sigma["size"])
+    assert fit.chi2 == pytest.approx(least.fun, rel=1e-9)
+    assert abs(fit.values["size"] - 1.0) < 4.0 * (fit.chi2 / fit.dof) ** 0.5 * fit.sigma["size"]
 
 
 def test_a_body_that_misses_a_station_has_predictions_that_lead_back():
