@@ -9,6 +9,8 @@ import pytest
 from astropy.coordinates import EarthLocation, SkyCoord
 from astropy.time import Time
 from fullbody import observing
+from fullbody.fitting.free import Parameters
+from fullbody.fitting.problem import Problem
 from scipy.optimize import minimize_scalar
 from support import reference, refused
 from support.meshes import box, icosphere
@@ -219,6 +221,34 @@ def test_a_fit_finds_the_size_of_a_polyhedron_beside_the_offset():
     assert fit.values["size"] == pytest.approx(least.x, abs=1e-3 * fit.sigma["size"])
     assert fit.chi2 == pytest.approx(least.fun, rel=1e-9)
     assert abs(fit.values["size"] - 1.0) < 4.0 * (fit.chi2 / fit.dof) ** 0.5 * fit.sigma["size"]
+
+
+def test_a_grazing_chord_leaves_the_derivative_by_the_size_of_a_polyhedron_near_its_difference():
+    # Where a chord grazes corners, the offset of the least chi2 jumps by more than small changes of the size move it.
+    ball = icosphere(4)
+    vertices = np.asarray(ball.vertices) * [60.0, 45.0, 40.0]
+    heights = np.array([-30.0, -10.0, 5.0, 25.0, 49.48])
+    exact, _ = simulated(fullbody.Polyhedron(vertices, ball.faces), heights, attitude=[[0.8, 0.1, 0.3, 0.4]])
+    star, stations, geometry, _, _ = tilted(heights)
+    rng = np.random.default_rng(1)
+    ends = [exact.times[exact.sign == s][np.argsort(exact.station[exact.sign == s])] for s in (-1, 1)]
+    begin, end = (side + rng.normal(0.0, 0.5, 5) * u.s for side in ends)
+    options = {"star": star, "stations": stations, "sigma": 0.05 * u.s, "geometry": geometry}
+    data = observing.StellarOccultation(disappearance=begin, reappearance=end, **options)
+
+    def setup(size):
+        shape = fullbody.Polyhedron(size * vertices, ball.faces)
+        return resting(shape, attitude=[[0.8, 0.1, 0.3, 0.4]], frame="equatorial")
+
+    def pulls(size):
+        system, state = setup(size)
+        emission = data.emission(system)
+        return data.pulls(system.integrate(state, emission[-1], output=emission))[:, 0]
+
+    expected = (pulls(1.001) - pulls(0.999)) / 0.002
+    problem = Problem(setup, Parameters({"size": 1.0}), [data], None)
+    computed = problem.jacobian(problem.point(np.array([1.0]), differentiated=True)).rows[:, 0]
+    assert abs(computed - expected).max() < abs(expected).max()
 
 
 def test_a_body_that_misses_a_station_has_predictions_that_lead_back():
