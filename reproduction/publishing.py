@@ -14,7 +14,18 @@ import numpy as np
 from fullbody.base.atomic import replacing
 from fullbody.errors import FullbodyError
 
-__all__ = ["Study", "as_json", "command", "listed", "percent", "publish", "reported", "table", "write_numbers"]
+__all__ = [
+    "Study",
+    "as_json",
+    "command",
+    "listed",
+    "percent",
+    "publish",
+    "reported",
+    "table",
+    "with_error",
+    "write_numbers",
+]
 
 #: A function that writes a study into a folder (its draft or all of it, with or without a progress bar) and returns
 #: the path of the report.
@@ -67,6 +78,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def with_error(value: str, error: float, message: str) -> str:
+    """Return a value with its error, in parentheses if a message says that the fit stopped before a minimum."""
+    return f"{value} ({error:.2g})" if message else f"{value} +- {error:.2g}"
 
 
 def listed(items: Mapping[str, Any]) -> str:

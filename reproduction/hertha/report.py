@@ -11,7 +11,7 @@ import fullbody
 from fullbody.fitting import Fit, PeriodScan
 
 from ..binaries.judging import Verdict, counts
-from ..publishing import publish, table
+from ..publishing import publish, table, with_error
 from . import figures
 from .chords import MODEL_ERROR, PUBLISHED, Size
 from .model import ERRORS
@@ -21,6 +21,8 @@ __all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_t
 __all__ += ["write"]
 
 
+#: The parameters in the table of fits, with their digits after the point.
+DIGITS = {"longitude": 2, "latitude": 2, "period": 8}
 #: What the table of sizes shows.
 SIZE_TEXT = (
     "The 18 chords of the stellar occultation of 11 December 2008 scale the shape from light, with its pole and its "
@@ -120,14 +122,16 @@ def fits_table(fits: dict[str, Any]) -> str:
     for name, fit in fits.items():
         for k, minimum in enumerate(fit["minima"]):
             factor = fit["scale"]
-            error = {key: f" +- {factor * value:.2g}" if k == 0 else "" for key, value in fit["sigma"].items()}
+            texts = {name: f"{minimum[name]:.{digits}f}" for name, digits in DIGITS.items()}
+            if k == 0:
+                texts = {
+                    key: with_error(text, factor * fit["sigma"][key], fit["message"]) for key, text in texts.items()
+                }
             rows.append(
                 [
                     name if k == 0 else "its mirror pole",
                     f"{minimum['chi2']:.1f} of {fit['dof']}",
-                    f"{minimum['longitude']:.2f}{error['longitude']}",
-                    f"{minimum['latitude']:.2f}{error['latitude']}",
-                    f"{minimum['period']:.8f}{error['period']}",
+                    *texts.values(),
                     f"{fit['rms']:.4f}" if k == 0 else "",
                     fit["message"] if k == 0 else "",
                 ]

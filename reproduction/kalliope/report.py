@@ -11,7 +11,7 @@ import numpy as np
 from astropy.table import QTable
 
 from ..binaries.judging import LIMIT, Verdict, counts, stated
-from ..publishing import publish, table
+from ..publishing import publish, table, with_error
 from . import figures
 from .interior import QUANTITIES
 from .model import Light
@@ -95,7 +95,7 @@ def fits_table(fits: dict[str, Any]) -> str:
     rows = []
     for name, fit in fits.items():
         cells = [
-            f"{fit['values'][column]:.5g} +- {fit['scale'] * fit['sigma'][column]:.2g}"
+            with_error(f"{fit['values'][column]:.5g}", fit["scale"] * fit["sigma"][column], fit["message"])
             if column in fit["values"]
             else "-"
             for column in COLUMNS
@@ -171,7 +171,8 @@ def _text(numbers: dict[str, Any], rows: list[Verdict], results: Results) -> str
 27 to 29 November 2021, fitted by a Fourier series of order 10 in the rotation angle of Kalliope, a zero \
 point for each curve, and the events of two ellipsoids that move in their exact gravity. Linus has a radius of \
 {shown(best, "radius")} km and {shown(best, "albedo")} of the albedo of Kalliope. Errors are those of the fit times \
-the root of chi2 over the degrees of freedom, here {scale(best):.2f}. Nothing is tuned. Radii are in km, angles in \
+the root of chi2 over the degrees of freedom, here {scale(best):.2f}, in parentheses where a fit stopped before a \
+minimum. Nothing is tuned. Radii are in km, angles in \
 degrees, poles in the ecliptic.
 
 ## Fits
