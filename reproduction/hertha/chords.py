@@ -86,13 +86,14 @@ def size(
     setup: Callable[..., tuple[fullbody.System, fullbody.State]],
     start: dict[str, Any],
     data: observing.StellarOccultation | None = None,
+    proposals: int | None = None,
 ) -> Size:
     """Return the size of a given shape from the chords.
 
     The ``setup`` takes ``diameter`` in km and what else is free, by the names of ``start``, and returns the body with a
-    shape of that diameter. The offset of ephemeris and star is found too.
+    shape of that diameter. The offset of ephemeris and star is found too. ``proposals`` is the limit of the fit.
     """
-    fit = fullbody.fit(setup, start, [occultation() if data is None else data])
+    fit = fullbody.fit(setup, start, [occultation() if data is None else data], proposals=proposals)
     widened = max(1.0, fit.chi2 / fit.dof) ** 0.5
     return Size(float(fit.values["diameter"]), float(fit.sigma["diameter"] * widened), fit)
 
@@ -102,7 +103,7 @@ def rotation_angle(period: Any) -> float:
     return float(2.0 * np.pi * ((EPOCH - model.EPOCH).to_value("h") / period.to_value("h") % 1.0))
 
 
-def of_light(values: Mapping[str, Any], free_angle: bool = False) -> Size:
+def of_light(values: Mapping[str, Any], free_angle: bool = False, proposals: int | None = None) -> Size:
     """Return the size of the shape that an inversion of light found, at its pole and its rotation angle.
 
     Parameters
@@ -112,6 +113,8 @@ def of_light(values: Mapping[str, Any], free_angle: bool = False) -> Size:
         :func:`reproduction.hertha.model.setup` takes them.
     free_angle : bool
         Whether a correction of the rotation angle, in radians, is free beside the diameter.
+    proposals : int, optional
+        The limit of the fit.
     """
     solid = model.shape(values["coefficients"]).polyhedron()
     diameter = np.cbrt(6.0 * solid.volume.to_value("km3") / np.pi)
@@ -122,7 +125,8 @@ def of_light(values: Mapping[str, Any], free_angle: bool = False) -> Size:
         shape = fullbody.Polyhedron(diameter * vertices * u.km, faces)
         return rotating(shape, angle + angle_correction, pole, values["period"])
 
-    return size(setup, {"diameter": START} | ({"angle_correction": 0.0} if free_angle else {}))
+    start = {"diameter": START} | ({"angle_correction": 0.0} if free_angle else {})
+    return size(setup, start, proposals=proposals)
 
 
 def of_published_ratios() -> Size:

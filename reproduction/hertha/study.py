@@ -132,7 +132,7 @@ def study(draft: bool = False, progress: Any = False) -> Results:
         made = functools.partial(fullbody.fit, setup, start, curves.observations, proposals=limit)
         fits[name] = timed(f"fit, {name}", made)
     best = lowest(fits)
-    sizes = timed("sizes from chords", lambda: sizes_of(best))
+    sizes = timed("sizes from chords", lambda: sizes_of(best, draft))
     return Results(curves, coarse, scan, fits, figure_of(best), sizes, seconds)
 
 
@@ -141,12 +141,16 @@ def lowest(fits: dict[str, Fit]) -> Fit:
     return min((fits[name] for name in (BEST, SECOND) if name in fits), key=lambda fit: fit.chi2)
 
 
-def sizes_of(fit: Fit) -> dict[str, Size]:
-    """Return the sizes from the chords: of the shape of each minimum of a fit, and of ellipsoids."""
+def sizes_of(fit: Fit, draft: bool = False) -> dict[str, Size]:
+    """Return the sizes from the chords: of the shape of each minimum of a fit, and of ellipsoids.
+
+    A draft has few steps, and no free rotation angles.
+    """
     sizes = {}
     for name, minimum in zip(POLES, fit.minima, strict=False):
-        sizes[f"shape from light, {name}"] = chords.of_light(minimum.values)
-        sizes[f"shape from light, {name}, rotation angle free"] = chords.of_light(minimum.values, free_angle=True)
+        sizes[f"shape from light, {name}"] = chords.of_light(minimum.values, proposals=2 if draft else None)
+        if not draft:
+            sizes[f"shape from light, {name}, rotation angle free"] = chords.of_light(minimum.values, free_angle=True)
     return sizes | chords.of_ellipsoids()
 
 
