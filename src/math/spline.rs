@@ -15,7 +15,7 @@ impl<const W: usize> Spline<W> {
     /// Interpolates values at four or more increasing abscissae; `what` names the abscissae in errors.
     ///
     /// # Errors
-    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for abscissae that are fewer, not finite or
+    /// [`Error::InvalidInput`] for abscissae that are fewer, not finite or
     /// not increasing.
     pub fn new(what: &str, abscissae: &[f64], values: &[[f64; W]]) -> Result<Self> {
         let n = abscissae.len();

@@ -57,7 +57,7 @@ _COORDINATES = {
 }
 #: Labels of the dimension ``indicator``, in runs with ``chaos=True``.
 _INDICATORS = ["megno", "lyapunov", "fast_lyapunov"]
-#: Conserved quantities at the start: indices in the eight numbers (see :mod:`fullbody.record.conserved`), dimensions,
+#: Conserved quantities at the start: indices in the eight numbers (see ``fullbody.record.conserved``), dimensions,
 #: dimension of the unit.
 _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_time": (0, (), "time"),

@@ -72,7 +72,7 @@ class Record(Tabled, Generic[S]):
         parameters: tuple[str, ...] = (),
     ) -> None:
         self.system, self.integrator, self.arrays = system, integrator, arrays
-        #: The conserved quantities at the start, eight numbers; see :mod:`fullbody.record.conserved`.
+        #: The conserved quantities at the start, eight numbers; see ``fullbody.record.conserved``.
         self.invariants = start
         self.statistics, self.stop_reason, self.dense = statistics, stop_reason, dense
         self.events, self.switched_off, self.parameters = list(events), switched_off or {}, parameters
