@@ -264,7 +264,7 @@ class PredictedChords(ObservedChords):
 
     def _of_changed(self, system: SystemLike, changed: SystemLike, states: dict[str, Any]) -> Any:
         # The contacts and the offset stay those that were found, which follow the limbs to first order.
-        limbs = {body: limbs_of(changed, body) for body in range(len(changed.context))}
+        limbs = {body: limbs_of(changed, body) for body in self._solution(system, states, None).contacts}
         return self._model(system, states, None, limbs)
 
     def linear_derivatives(self, run: Record, held: Held) -> FunctionDerivatives:

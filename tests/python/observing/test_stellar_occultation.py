@@ -251,6 +251,27 @@ def test_a_grazing_chord_leaves_the_derivative_by_the_size_of_a_polyhedron_near_
     assert abs(computed - expected).max() < abs(expected).max()
 
 
+def test_a_companion_without_a_surface_leaves_derivatives_exact():
+    exact, _ = simulated(box(70.0, 60.0, 90.0), attitude=[[0.8, 0.1, 0.3, 0.4]])
+    star, stations, geometry, _, _ = tilted(HEIGHTS)
+    begin, end = (exact.times[exact.sign == s][np.argsort(exact.station[exact.sign == s])] for s in (-1, 1))
+    options = {"star": star, "stations": stations, "sigma": 0.05 * u.s, "geometry": geometry}
+    data = observing.StellarOccultation(disappearance=begin, reappearance=end, body="A", **options)
+    C, S = np.diag([1.0, 0.0, 0.0]), np.zeros((3, 3))
+    field = fullbody.StokesCoefficients(C, S, reference_radius=1.0, inertia=[0.4] * 3, radius=1.0)
+
+    def setup(size):
+        bodies = [fullbody.Body(box(*(size * np.array([70.0, 60.0, 90.0]))), mass=1e3, name="A")]
+        bodies.append(fullbody.Body(field, mass=1e-9, name="B"))
+        system = fullbody.System(bodies, units=("km", "s", "kg"), frame="equatorial")
+        attitude = [[0.8, 0.1, 0.3, 0.4], [1.0, 0.0, 0.0, 0.0]]
+        return system, fullbody.State([[0.0] * 3, [0.0, 9e3, 0.0]], np.zeros((2, 3)), attitude=attitude)
+
+    problem = Problem(setup, Parameters({"size": 1.0}), [data], None)
+    jacobian = problem.jacobian(problem.point(np.array([1.0]), differentiated=True))
+    assert jacobian.differenced_observations == {}
+
+
 def test_a_body_that_misses_a_station_has_predictions_that_lead_back():
     # A chord was seen at a height of 45, where the predicted sphere is too small by up to 10.
     half = 5.0
