@@ -1,6 +1,7 @@
 //! Limbs of polyhedra.
 
 use super::arrays::{array, from_vectors, vectors};
+use super::listening::listening;
 use super::polyhedra::PyPolyhedron;
 use crate::errors::Result;
 use fullbody::error::Error;
@@ -18,9 +19,9 @@ pub struct PyLimb {
 }
 
 /// Returns arrays (M, 3) of equal length as vectors.
-fn rays<const N: usize>(given: [(&str, &PyReadonlyArrayDyn<'_, f64>); N]) -> Result<[Vec<Vec3>; N], Error> {
+fn rays<const N: usize>(arrays: [(&str, &PyReadonlyArrayDyn<'_, f64>); N]) -> Result<[Vec<Vec3>; N], Error> {
     let mut all = [const { Vec::new() }; N];
-    for (rows, (what, array)) in all.iter_mut().zip(given) {
+    for (rows, (what, array)) in all.iter_mut().zip(arrays) {
         *rows = vectors(what, array)?;
     }
     match all.iter().find(|rows| rows.len() != all[0].len()) {
@@ -45,7 +46,7 @@ impl PyLimb {
         directions: PyReadonlyArrayDyn<'py, f64>,
     ) -> Result<(Array<'py>, Array<'py>, Array<'py>)> {
         let [points, directions] = rays([("points", &points), ("directions", &directions)])?;
-        let all = py.detach(|| self.inner.distances(&points, &directions));
+        let all = listening(py, |interrupt| self.inner.distances(&points, &directions, interrupt))?;
         let by_point: Vec<_> = all.iter().map(|ray| ray.by_point).collect();
         let by_direction: Vec<_> = all.iter().map(|ray| ray.by_direction).collect();
         let distance = array(py, all.iter().map(|ray| ray.distance).collect(), &[all.len()])?;
@@ -62,7 +63,8 @@ impl PyLimb {
     ) -> Result<(Bound<'py, PyArray1<i64>>, Array<'py>)> {
         let [points, directions, ways] =
             rays([("points", &points), ("directions", &directions), ("displacements", &ways)])?;
-        let (rays, shares) = py.detach(|| self.inner.crossings(&points, &directions, &ways));
+        let (rays, shares) =
+            listening(py, |interrupt| self.inner.crossings(&points, &directions, &ways, interrupt))?;
         let rays = rays.into_iter().map(|ray| ray as i64).collect();
         let count = shares.len();
         Ok((PyArray1::from_vec(py, rays), array(py, shares, &[count])?))

@@ -13,8 +13,13 @@
 use super::mesh::{Mesh, SIDES};
 use super::region::Line;
 use super::silhouette::Silhouette;
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Part, Polyhedron, Shape};
+
+/// Units of work of a ray for each face.
+const WORK: u64 = 1;
 
 /// The limb of a polyhedron, in its own frame.
 #[derive(Debug, Clone)]
@@ -49,32 +54,56 @@ impl Limb {
         [face[k], face[(k + 1) % 3]].map(|vertex| self.mesh.vertices[vertex as usize])
     }
 
+    /// Counts the work of a ray.
+    fn charge(&self, interrupt: &mut InterruptCheck) -> Result<()> {
+        interrupt.charge(WORK * self.mesh.facets.len() as u64, 0.0)
+    }
+
     /// Returns the distances of rays, given by points and unit directions, from the limb.
-    pub fn distances(&self, points: &[Vec3], directions: &[Vec3]) -> Vec<LimbDistance> {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
+    pub fn distances(
+        &self,
+        points: &[Vec3],
+        directions: &[Vec3],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<LimbDistance>> {
         let mut last: Option<(Vec3, Silhouette)> = None;
         let rays = points.iter().zip(directions);
         rays.map(|(point, direction)| {
+            self.charge(interrupt)?;
             let (_, silhouette) = match last.take() {
                 Some(previous) if previous.0 == *direction => last.insert(previous),
                 _ => last.insert((*direction, self.silhouette(direction))),
             };
             let nearest = silhouette.nearest(point);
-            along_edge(self.ends(nearest.line), nearest.share, nearest.inside, point, direction)
+            Ok(along_edge(self.ends(nearest.line), nearest.share, nearest.inside, point, direction))
         })
         .collect()
     }
 
     /// Returns the shares, from 0 to 1, of displacements of rays at which they cross the edges of the limb that
     /// is seen along their directions, with the index of each ray; those of a ray are in their order.
-    pub fn crossings(&self, points: &[Vec3], directions: &[Vec3], ways: &[Vec3]) -> (Vec<usize>, Vec<f64>) {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
+    pub fn crossings(
+        &self,
+        points: &[Vec3],
+        directions: &[Vec3],
+        ways: &[Vec3],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<(Vec<usize>, Vec<f64>)> {
         let (mut rays, mut shares) = (Vec::new(), Vec::new());
         for (ray, ((point, direction), way)) in points.iter().zip(directions).zip(ways).enumerate() {
+            self.charge(interrupt)?;
             let mut crossed = self.silhouette(direction).crossings(point, way);
             crossed.sort_unstable_by(f64::total_cmp);
             rays.extend(crossed.iter().map(|_| ray));
             shares.extend(crossed);
         }
-        (rays, shares)
+        Ok((rays, shares))
     }
 
     /// Returns the ends of the edges of the limb that is seen along a direction, counterclockwise about the faces

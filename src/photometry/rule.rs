@@ -97,8 +97,8 @@ impl NestedRules {
         self.integrate_with_values([from, to], tolerances, f, &mut |piece, _| accepted(piece))
     }
 
-    /// Adds to `sums` the integrals of a function from the beginning of an interval to each of some places in rising
-    /// order. An integral to a place outside of the interval ends at the interval's nearest end.
+    /// Adds to `sums` the integrals of a function from the beginning of an interval to each of some ends in rising
+    /// order. An integral to an end outside of the interval ends at the interval's nearest end.
     ///
     /// # Errors
     /// [`Error::NotConverged`], and those of the function.
@@ -107,7 +107,7 @@ impl NestedRules {
         interval: [f64; 2],
         tolerance: f64,
         f: &mut impl FnMut(f64) -> Result<f64>,
-        places: &[f64],
+        ends: &[f64],
         sums: &mut [f64],
     ) -> Result<f64> {
         let (arch, mut series) = (Arch::new(), [0.0; NODES + 1]);
@@ -116,10 +116,9 @@ impl NestedRules {
             arch.dispatch(Antiderivative { factors, values, half, series: &mut series });
             let series = &series[..values.len()];
             let (low, high) = (middle - half, middle + half);
-            let (first, last) =
-                (places.partition_point(|y| *y <= low), places.partition_point(|y| *y < high));
-            let mut integrals = places[first..last].to_vec();
-            arch.dispatch(Integrals { series, middle, half, places: &mut integrals });
+            let (first, last) = (ends.partition_point(|y| *y <= low), ends.partition_point(|y| *y < high));
+            let mut integrals = ends[first..last].to_vec();
+            arch.dispatch(Integrals { series, middle, half, integrals: &mut integrals });
             sums[first..last].iter_mut().zip(&integrals).for_each(|(sum, integral)| *sum += integral);
             let all = 2.0 * series.iter().step_by(2).sum::<f64>();
             sums[last..].iter_mut().for_each(|sum| *sum += all);
@@ -231,12 +230,12 @@ impl WithSimd for Antiderivative<'_> {
     }
 }
 
-/// Replaces places within an interval by the values of an antiderivative, minus that at the beginning of the interval.
+/// Replaces ends within an interval by the values of an antiderivative, minus that at the beginning of the interval.
 struct Integrals<'a> {
     series: &'a [f64],
     middle: f64,
     half: f64,
-    places: &'a mut [f64],
+    integrals: &'a mut [f64],
 }
 
 impl WithSimd for Integrals<'_> {
@@ -244,14 +243,14 @@ impl WithSimd for Integrals<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { series, middle, half, places } = self;
+        let Self { series, middle, half, integrals } = self;
         let start: f64 = series.iter().enumerate().map(|(k, c)| if k % 2 == 0 { -c } else { *c }).sum();
         replace(
             simd,
-            places,
+            integrals,
             #[inline(always)]
-            |place| {
-                let y = (place + (-middle)) * half.recip();
+            |end| {
+                let y = (end + (-middle)) * half.recip();
                 let (twice, mut next, mut present) = (y + y, y.constant(0.0), y.constant(0.0));
                 // Clenshaw's recurrence.
                 for c in series.iter().rev() {

@@ -58,6 +58,9 @@ struct Edge {
 /// The distance beyond an edge at which a point is on its other side, in heights of the silhouette.
 const BEYOND: f64 = 1e-9;
 
+/// An edge by its squared distance from a point, the way to its nearest point, and where that is.
+type Measured = (f64, [f64; 2], NearestEdge);
+
 /// A triangle across the direction: its first corner, and its first two sides.
 type Across = ([f64; 2], [[f64; 2]; 2]);
 
@@ -138,14 +141,14 @@ impl Silhouette {
     }
 
     /// Returns the coordinates of a point across the direction.
-    fn place(&self, point: &Vec3) -> [f64; 2] {
+    fn coordinates(&self, point: &Vec3) -> [f64; 2] {
         self.axes.map(|axis| axis.dot(point))
     }
 
     /// Returns the edge of the outline that is nearest to the ray through a point. Edges with the part on both
     /// sides are none of the outline.
     pub fn nearest(&self, point: &Vec3) -> NearestEdge {
-        let at = self.place(point);
+        let at = self.coordinates(point);
         let inside = self.covers(at);
         let measured = self.edges.iter().map(|edge| {
             let (side, from) = (minus(edge.to, edge.from), minus(at, edge.from));
@@ -157,11 +160,11 @@ impl Silhouette {
         });
         // The way from a point inside to the nearest point of the outline leaves the part there.
         let beyond = BEYOND * (self.starts.len() - 1) as f64 / self.per_length;
-        let leaves = |(square, apart, _): &&(f64, [f64; 2], NearestEdge)| {
+        let leaves = |(square, apart, _): &&Measured| {
             let factor = 1.0 + beyond / square.sqrt();
             !inside || *square == 0.0 || !self.covers([0, 1].map(|k| at[k] + factor * apart[k]))
         };
-        let order = |a: &(f64, [f64; 2], NearestEdge), b: &(f64, [f64; 2], NearestEdge)| a.0.total_cmp(&b.0);
+        let order = |a: &Measured, b: &Measured| a.0.total_cmp(&b.0);
         let first = measured.clone().min_by(order).expect("a closed surface has a silhouette");
         if leaves(&&first) {
             return first.2;
@@ -173,7 +176,7 @@ impl Silhouette {
 
     /// Returns the shares, from 0 to 1, of a displacement of the ray through a point at which it crosses edges.
     pub fn crossings(&self, point: &Vec3, way: &Vec3) -> Vec<f64> {
-        let (at, way) = (self.place(point), self.place(way));
+        let (at, way) = (self.coordinates(point), self.coordinates(way));
         let crossing = |edge: &Edge| {
             let (side, from) = (minus(edge.to, edge.from), minus(edge.from, at));
             let inverse = cross(way, side).recip();
@@ -184,7 +187,7 @@ impl Silhouette {
     }
 
     fn across(&self, triangle: &Facet) -> Across {
-        let [a, b, c] = triangle.corners.map(|v| [self.axes[0].dot(&v), self.axes[1].dot(&v)]);
+        let [a, b, c] = triangle.corners.map(|v| self.coordinates(&v));
         (a, [minus(b, a), minus(c, a)])
     }
 

@@ -1,14 +1,19 @@
 //! Limbs of polyhedra against the rectangle that is the outline of a box, and against differences.
 
+use crate::facet_light::step_block;
 use crate::polyhedron::cuboid;
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::{Vec3, rotation};
-use fullbody::photometry::Limb;
+use fullbody::photometry::{Limb, LimbDistance};
 use fullbody::shape::Polyhedron;
 
 /// A box about the origin with these halves of its sides.
 fn centred(halves: [f64; 3]) -> Polyhedron {
     cuboid(halves.map(|half| -half), halves.map(|half| 2.0 * half))
+}
+
+fn distances(limb: &Limb, points: &[Vec3], directions: &[Vec3]) -> Vec<LimbDistance> {
+    limb.distances(points, directions, &mut InterruptCheck::never()).unwrap()
 }
 
 /// The halves of the sides of a box along the axes of its own frame.
@@ -29,7 +34,7 @@ fn distances_from_the_outline_of_a_box_are_those_from_a_rectangle() {
     for (x, y) in
         [(0.1, 0.3), (-0.9, 0.2), (2.0 * half.x, 0.4), (0.3, -3.0 * half.y), (half.x + 0.3, half.y + 0.4)]
     {
-        let ray = limb.distances(&[Vec3::new(x, y, -7.0)], &[u])[0];
+        let ray = distances(&limb, &[Vec3::new(x, y, -7.0)], &[u])[0];
         let expected = rectangle(x + 7.0 * 1e-9, y + 7.0 * 2e-9);
         assert!((ray.distance - expected).abs() < 2e-8, "{x} {y}: {} {expected}", ray.distance);
     }
@@ -47,10 +52,10 @@ fn derivatives_of_the_distance_are_differences() {
         (Vec3::new(0.1, -0.2, 0.9), Vec3::new(4.0, 5.0, 1.0)),
     ] {
         let u = u.normalize();
-        let ray = limb.distances(&[point], &[u])[0];
+        let ray = distances(&limb, &[point], &[u])[0];
         for k in 0..3 {
             let shift = Vec3::from_fn(|i, _| if i == k { step } else { 0.0 });
-            let along = |point: Vec3, u: Vec3| limb.distances(&[point], &[u])[0].distance;
+            let along = |point: Vec3, u: Vec3| distances(&limb, &[point], &[u])[0].distance;
             let by_point = (along(point + shift, u) - along(point - shift, u)) / (2.0 * step);
             assert!((ray.by_point[k] - by_point).abs() < 1e-8);
             // The direction stays a unit vector to first order across it.
@@ -62,48 +67,24 @@ fn derivatives_of_the_distance_are_differences() {
     }
 }
 
-/// A staircase of two steps is seen from above, so that its riser is turned away: its edge and its foot are within the
-/// outline.
+/// A step is seen from above, so that its riser is turned away: its edge and its foot are within the outline.
 #[test]
 fn edges_within_the_outline_do_not_count() {
-    let profile = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-    let wide = 50.0;
-    let at = |x: f64| profile.map(|[y, z]| Vec3::new(x, y, z));
-    let vertices: Vec<Vec3> = at(-wide).into_iter().chain(at(wide)).collect();
-    let sides = (0..6).flat_map(|k: u32| {
-        let next = (k + 1) % 6;
-        [[k, k + 6, next], [next, k + 6, next + 6]]
-    });
-    let end = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
-    let ends = end.into_iter().chain(end.map(|face: [u32; 3]| face.map(|v| v + 6)));
-    let orient = |[a, b, c]: [u32; 3]| {
-        let [p, q, r] = [a, b, c].map(|v| vertices[v as usize]);
-        // A point next to a face on its inner side is within the profile.
-        let normal = (q - p).cross(&(r - p)).normalize();
-        let inner = (p + q + r) / 3.0 - normal * 1e-3;
-        let within = inner.x.abs() < wide
-            && inner.y > 0.0
-            && inner.z > 0.0
-            && ((inner.y < 2.0 && inner.z < 1.0) || (inner.y < 1.0 && inner.z < 2.0));
-        if within { [a, b, c] } else { [a, c, b] }
-    };
-    let faces: Vec<[u32; 3]> = sides.chain(ends).map(orient).collect();
-    let solid = Polyhedron::new(&vertices, &faces, &mut InterruptCheck::never()).unwrap();
+    let depth = 100.0;
+    let solid = step_block(depth, 1.0, 2.0);
     // The polyhedron's own frame is that of its principal axes.
     let frame = solid.working_frame();
-    let [w, x, y, z] = frame.attitude;
-    let rotation = rotation::matrix([w, x, y, z]);
-    let own = |v: Vec3| rotation * v + frame.position;
+    let rotation = rotation::matrix(frame.attitude);
     let slope = -0.3_f64;
-    let u = rotation * Vec3::new(0.0, slope, 1.0).normalize();
-    // The height across u of (y, z) is (y + 0.3 z) / 1.09^(1/2): the outline goes from 0 to 2.3, the riser from 1.3
+    let u = rotation * Vec3::new(slope, 0.0, 1.0).normalize();
+    // The height across u of (x, z) is (x + 0.3 z) / 1.09^(1/2): the outline goes from 0 to 2.3, the riser from 1.3
     // to 1.6.
     let scale = (1.0 + slope * slope).sqrt();
     let limb = Limb::new(solid);
     for height in [0.4, 1.2, 1.4, 1.5, 1.7, 2.2, 2.6] {
-        let point = own(Vec3::new(0.0, height, 0.0));
+        let point = rotation * Vec3::new(height, 0.5 * depth, 0.0) + frame.position;
         let expected = f64::max(-height, height - 2.3) / scale;
-        let ray = limb.distances(&[point], &[u])[0];
+        let ray = distances(&limb, &[point], &[u])[0];
         assert!((ray.distance - expected).abs() < 1e-9, "{height}: {} {expected}", ray.distance);
     }
 }
@@ -115,7 +96,7 @@ fn a_path_across_a_box_crosses_two_of_its_edges() {
     let u = Vec3::new(1e-12, 2e-12, 1.0).normalize();
     let start = [Vec3::new(-4.0, 0.3, 0.0), Vec3::new(-4.0, 9.0, 0.0)];
     let way = [Vec3::new(8.0, 0.0, 0.0); 2];
-    let (rays, shares) = limb.crossings(&start, &[u, u], &way);
+    let (rays, shares) = limb.crossings(&start, &[u, u], &way, &mut InterruptCheck::never()).unwrap();
     assert_eq!(rays, [0, 0]);
     for (share, x) in shares.iter().zip([-half.x, half.x]) {
         assert!((share - (x + 4.0) / 8.0).abs() < 1e-10);
@@ -132,8 +113,8 @@ fn rays_with_one_direction_and_with_many_have_the_same_distances() {
     let [u, v] = [Vec3::new(0.3, 0.5, 0.8).normalize(), Vec3::new(-0.6, 0.2, 0.7).normalize()];
     let points: Vec<Vec3> = (0..6).map(|k| Vec3::new(0.7 * f64::from(k), 0.2, -0.4)).collect();
     let directions = [u, u, v, v, u, v];
-    let together = limb.distances(&points, &directions);
+    let together = distances(&limb, &points, &directions);
     for (k, distance) in together.iter().enumerate() {
-        assert_eq!(*distance, limb.distances(&points[k..=k], &directions[k..=k])[0]);
+        assert_eq!(*distance, distances(&limb, &points[k..=k], &directions[k..=k])[0]);
     }
 }
