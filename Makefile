@@ -26,6 +26,7 @@ export MATURIN_PEP517_ARGS := --locked
 INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 # Bytecode is written, since tests start many interpreters that reuse it.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
+COVERAGE := $(BIN)/python -m coverage
 
 .DEFAULT_GOAL := help
 .PHONY: help kw4 study quick test test-rust test-python test-reproduction coverage explorer test-explorer lint check fmt address docs notebooks film bench mutants clean
@@ -65,8 +66,10 @@ test-python: $(VENV)/.dev
 test-reproduction: $(VENV)/.dev  ## the tests of the studies in reproduction/
 	$(PYTEST) reproduction/tests
 
-coverage: $(VENV)/.dev  ## the lines of the package that the tests execute, as a table and as pages in out/coverage/
-	$(PYTEST) --cov=fullbody --cov-report=term:skip-covered --cov-report=html:out/coverage tests/python python/fullbody
+coverage: $(VENV)/.dev  ## the lines of the package that no test executes, as a table and as pages in out/coverage/
+	mkdir -p out/coverage && $(COVERAGE) erase
+	$(COVERAGE) run -m pytest -n auto tests/python python/fullbody
+	$(COVERAGE) combine --quiet && $(COVERAGE) html --quiet && $(COVERAGE) report
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check
