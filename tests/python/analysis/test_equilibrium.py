@@ -148,7 +148,9 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     for value, way in zip(values, ways.T, strict=True):
         h = 5e-4
         pose = locked.rotation.pose
-        result = (amended(pose.moved(h * way)) - 2 * amended(pose) + amended(pose.moved(-h * way))) / h**2 / unit
+        result = (
+            (amended(pose.displaced(h * way)) - 2 * amended(pose) + amended(pose.displaced(-h * way))) / h**2 / unit
+        )
         assert result == pytest.approx(value, rel=1e-4, abs=1e-6)
     assert locked.energetically_stable
 

@@ -20,7 +20,7 @@ def orbit(ellipsoids, locked):
 def misses(orbit, run):
     """The distance by which a run over a period misses its start, rotated."""
     start, end = run[0], run[-1]
-    R = support.rot_z(orbit.turn)
+    R = support.rot_z(orbit.rotation_angle)
     results = [end.position - start.position @ R.T, end.velocity - start.velocity @ R.T, end.spin - start.spin]
     for k in range(len(start)):
         results.append(end.rotation_matrix[k] - R @ start.rotation_matrix[k])
@@ -51,7 +51,7 @@ def test_multipliers_come_in_reciprocal_pairs(orbit):
     eigenvalues = np.linalg.eigvals(orbit.monodromy)
     assert np.sum(np.abs(eigenvalues - 1) < 1e-4) == 4
     for sign in (1, -1):
-        assert np.abs(eigenvalues - np.exp(1j * sign * orbit.turn)).min() < 1e-9
+        assert np.abs(eigenvalues - np.exp(1j * sign * orbit.rotation_angle)).min() < 1e-9
 
 
 @pytest.mark.parametrize("mode", [3, 5])
@@ -120,9 +120,11 @@ def test_a_rotating_primary_comes_back_by_half_turns():
     period = np.pi / (1.1 - equilibrium.rate)
     result = analysis.periodic_orbit(system, equilibrium.state, period)
     assert result.half_turns == {"A": "z"}
-    assert result.turn == pytest.approx(np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi, rel=1e-2)
+    assert result.rotation_angle == pytest.approx(
+        np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi, rel=1e-2
+    )
     run = system.integrate(result.state, result.period)
-    R = support.rot_z(result.turn)
+    R = support.rot_z(result.rotation_angle)
     assert np.abs(run.position[-1] - run.position[0] @ R.T).max() < 1e-12
     rotated = R @ run[0].rotation_matrix[0] @ np.diag([-1.0, -1.0, 1.0])
     assert np.abs(run[-1].rotation_matrix[0] - rotated).max() < 1e-12
