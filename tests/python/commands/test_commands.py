@@ -217,7 +217,9 @@ def test_a_description_is_read_from_standard_input(tmp_path, monkeypatch, capsys
     assert capsys.readouterr().err.startswith("fullbody: standard input: not valid TOML")
 
 
-def test_a_table_of_a_run_names_its_columns_with_units(description, tmp_path):
+def test_a_table_of_a_run_has_columns_with_units_in_the_order_of_a_state(description, tmp_path):
+    # Names of bodies in the order of the system, which is not that of the alphabet.
+    description.write_text(description.read_text().replace('"Alpha"', '"Primary"'))
     assert main(["run", str(description), "-o", str(tmp_path / "a.csv"), "--quiet"]) == 0
     main(["run", str(description), "--quiet"])
     run = fullbody.load(description.with_suffix(".nc"))
@@ -225,7 +227,14 @@ def test_a_table_of_a_run_names_its_columns_with_units(description, tmp_path):
         rows = list(csv.DictReader(file))
     assert [float(row["time [h]"]) for row in rows] == run.time.value.tolist()
     assert [float(row["position Beta x [km]"]) for row in rows] == run.position[:, 1, 0].value.tolist()
-    assert [float(row["attitude Alpha w"]) for row in rows] == run.attitude[:, 0, 0].tolist()
+    assert [float(row["attitude Primary w"]) for row in rows] == run.attitude[:, 0, 0].tolist()
+    assert list(rows[0])[:8] == [
+        "time [h]",
+        *(f"position {n} {x} [km]" for n in ("Primary", "Beta") for x in "xyz"),
+        "velocity Primary x [km / h]",
+    ]
+    quantities = dict.fromkeys(column.split()[0] for column in rows[0])
+    assert list(quantities) == ["time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum"]
 
 
 def accepted(parser, arguments):
