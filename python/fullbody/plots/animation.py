@@ -19,8 +19,8 @@ from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ..typing import Floats
-from ._style import RunPlots, check_samples, label, split_far
-from .between import at, warn_if_aliased
+from ._style import RunPlots, check_samples, label, near_and_far
+from .between import poses, warn_if_aliased
 from .scene import draw_body, new_axes, scene, title
 from .sunlight import Sunlight, directions
 
@@ -142,9 +142,9 @@ def _scene(run: Record, figure: Any, times: Floats, geometry: Vectors | None) ->
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
     for artist in moving:
         artist.remove()
-    centres, attitudes = at(run, times)
+    centres, attitudes = poses(run, times)
     suns = None if geometry is None else directions(run, geometry, times)
-    near = split_far(run)[0]
+    near = near_and_far(run)[0]
     # All pictures show as many decimals as are needed to tell their times apart.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3

@@ -12,7 +12,7 @@ from ..errors import InvalidInput, caution
 from ..particles.rules import FATES
 from ..record.record import Record
 from ..typing import Floats
-from ._style import split_far
+from ._style import near_and_far
 
 if TYPE_CHECKING:
     from ..particles.flight import Flight
@@ -22,13 +22,13 @@ _SMOOTH = 1000
 #: The largest number of times for each sample of a flight.
 _PARTS = 12
 #: The part of a turn between points of a curve of an angle, and the largest number of points.
-_PART, _MOST = 1.0 / 48.0, 400_000
+_TURN_FRACTION, _MAX_POINTS = 1.0 / 48.0, 400_000
 #: The difference in radians of a turn between samples from that of the mean spin, and the turn itself, up to which
 #: the spins tell how the body turns between the samples.
 _AGREED, _FOLLOWED = 0.5, 2.8
 
 
-def moment(run: Record, time: Any) -> float:
+def time_in_run(run: Record, time: Any) -> float:
     """Return a time of the run in the system's units; the run's end for ``None``."""
     samples = run.arrays["time"]
     if time is None:
@@ -40,7 +40,7 @@ def moment(run: Record, time: Any) -> float:
     return number
 
 
-def track(run: Record, end: float, count: int = _SMOOTH) -> Floats:
+def dense_times(run: Record, end: float, count: int = _SMOOTH) -> Floats:
     """Return the samples' times up to ``end`` and ``end`` itself; if they are few, ``count`` times in all."""
     samples = run.arrays["time"]
     passed = samples <= end if samples[-1] >= samples[0] else samples >= end
@@ -50,7 +50,7 @@ def track(run: Record, end: float, count: int = _SMOOTH) -> Floats:
     return np.asarray(np.interp(positions, np.arange(len(stops)), stops))
 
 
-def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
+def poses(run: Record, times: Floats) -> tuple[Floats, Floats]:
     """Return centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
 
     They are taken from the continuous solution if the run has one (``dense=True``). Otherwise centres between samples
@@ -58,7 +58,7 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     the shorter turn where a spin is for more than half a turn between samples.
     """
     record = run.arrays
-    if run.dense is not None and _inside(times, run.dense.core.range):
+    if run.dense is not None and _contains(times, run.dense.core.range):
         states = run.dense.core.states(times)
         return _from_barycentre(run, states["position"]), np.asarray(states["attitude"])
     samples, order = np.unique(record["time"], return_index=True)
@@ -67,8 +67,8 @@ def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     if np.array_equal(samples[index], times):
         return centres[index], attitude[index]
     with need("plot", "a picture between two samples"):
-        curve = _curve(samples, centres, _from_barycentre(run, record["velocity"][order]), times)
-    return curve, _rotated(samples, attitude, record["spin"][order], times)
+        curve = _interpolated(samples, centres, _from_barycentre(run, record["velocity"][order]), times)
+    return curve, _rotated_between(samples, attitude, record["spin"][order], times)
 
 
 class Trails(NamedTuple):
@@ -116,11 +116,13 @@ def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Tra
     within = (np.minimum(stops[1:], stops[:-1]) <= landed[:, None]) & (
         landed[:, None] <= np.maximum(stops[1:], stops[:-1])
     )
-    curved = _curve(stops[order], x[order], v[order], times[order], within[:, order].T)
+    curved = _interpolated(stops[order], x[order], v[order], times[order], within[:, order].T)
     return Trails(times, np.ascontiguousarray(np.moveaxis(curved, 0, 1)[:, order]), landed, parts)
 
 
-def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False) -> Floats:
+def _interpolated(
+    samples: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False
+) -> Floats:
     """Interpolate by cubics, or by lines where samples are half a turn apart or more, or as marked (K - 1, N)."""
     from scipy.interpolate import CubicHermiteSpline, interp1d
 
@@ -136,7 +138,7 @@ def _curve(samples: Floats, centres: Floats, velocities: Floats, times: Floats, 
     return np.where(bent, cubic, straight)
 
 
-def _rotated(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> Floats:
+def _rotated_between(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> Floats:
     """Interpolate attitudes (K, N, 4) by rotation vectors from each sample that are cubics in time.
 
     The rate of a rotation vector v is w + v x w / 2 + c v x (v x w), with the spin w in the body frame.
@@ -167,25 +169,25 @@ def _from_barycentre(run: Record, vectors: Floats) -> Floats:
 def _mean(run: Record, vectors: Floats) -> Floats:
     """Return the mean position or velocity (T, 3) of that barycentre."""
     weights = np.zeros(len(run.context))
-    near = split_far(run)[0]
+    near = near_and_far(run)[0]
     weights[near] = run.context.masses[near]
     return np.asarray(np.einsum("n,tnx->tx", weights / weights.sum(), vectors))
 
 
 def _barycentre(run: Record, times: Floats, what: str = "position") -> Floats:
     """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
-    if run.dense is not None and _inside(times, run.dense.core.range):
+    if run.dense is not None and _contains(times, run.dense.core.range):
         return _mean(run, run.dense.core.states(times)[what])
     samples, order = np.unique(run.arrays["time"], return_index=True)
     means = _mean(run, run.arrays[what][order])
     return np.stack([np.interp(times, samples, means[:, c]) for c in range(3)], axis=1)
 
 
-def _inside(times: Floats, span: tuple[float, float]) -> bool:
+def _contains(times: Floats, span: tuple[float, float]) -> bool:
     return bool(np.all((times >= min(span)) & (times <= max(span))))
 
 
-def followed(run: Record) -> tuple[Floats, Floats]:
+def dense_attitudes(run: Record) -> tuple[Floats, Floats]:
     """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
 
     Points at nearly equal phases of each turn would look like slow curves. The samples are returned if they are dense
@@ -195,11 +197,11 @@ def followed(run: Record) -> tuple[Floats, Floats]:
     warn_if_aliased(run, samples, "samples")
     revolutions = _revolutions(run, samples, samples)
     most = revolutions.max(initial=0.0)
-    if most <= _PART or (run.dense is None and most > 0.5):
+    if most <= _TURN_FRACTION or (run.dense is None and most > 0.5):
         return samples, np.asarray(run.arrays["attitude"])
-    count = 1 + (len(samples) - 1) * int(np.ceil(most / _PART))
-    times = track(run, float(samples[-1]), min(_MOST, count))
-    return times, at(run, times)[1]
+    count = 1 + (len(samples) - 1) * int(np.ceil(most / _TURN_FRACTION))
+    times = dense_times(run, float(samples[-1]), min(_MAX_POINTS, count))
+    return times, poses(run, times)[1]
 
 
 def relative_path(run: Record, body: int, about: int) -> tuple[Floats, bool]:
@@ -214,8 +216,8 @@ def relative_path(run: Record, body: int, about: int) -> tuple[Floats, bool]:
     turns = float((rate * np.abs(np.diff(run.arrays["time"]))).max(initial=0.0)) / (2.0 * np.pi)
     if run.dense is None and turns > 0.5:
         return r, False
-    count = 1 + (len(r) - 1) * int(np.ceil(turns / _PART))
-    centres = at(run, track(run, float(run.arrays["time"][-1]), min(_MOST, max(_SMOOTH, count))))[0]
+    count = 1 + (len(r) - 1) * int(np.ceil(turns / _TURN_FRACTION))
+    centres = poses(run, dense_times(run, float(run.arrays["time"][-1]), min(_MAX_POINTS, max(_SMOOTH, count))))[0]
     return centres[:, body] - centres[:, about], True
 
 

@@ -7,7 +7,7 @@ import pytest
 from astropy import units as u
 from fullbody import observables
 from fullbody.plots._style import rounded
-from fullbody.plots.between import at
+from fullbody.plots.between import poses
 from fullbody.plots.lines import degrees
 from matplotlib.text import Text
 from support import body_list, points, refused, rot_z
@@ -136,7 +136,7 @@ def test_plots_show_the_bodies_asked_for(triple_run):
     assert ax.get_title(loc="left") == "body 1, body frame"
     assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
     assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 3)
-    refused("one of bodies is 3; expected a body's index, 0 to 2", lambda: triple_run.plot.spins(bodies=[3]))
+    refused("one of bodies is 3; expected 0 to 2", lambda: triple_run.plot.spins(bodies=[3]))
     refused("bodies is empty", lambda: triple_run.plot.angles(bodies=[]))
 
 
@@ -256,7 +256,7 @@ def test_between_samples_bodies_go_their_way(until):
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]], spin=[[0, 0, 0.5], [0, 0, 1.0]])
     run = fullbody.System(bodies, G=1.0).integrate(state, until, output=0.9)
     times = np.linspace(0.0, until, 41)
-    centres, attitude = at(run, times)
+    centres, attitude = poses(run, times)
     circle = np.stack([np.cos(times), np.sin(times), 0 * times], axis=1)
     assert np.allclose(centres[:, 1], circle, atol=0.9**4 / 384 * 1.1)
     for body, rate in enumerate((0.5, 1.0)):
@@ -266,7 +266,7 @@ def test_between_samples_bodies_go_their_way(until):
 
 def test_samples_far_apart_are_joined_by_straight_lines():
     system, state = fullbody.systems.kw4()
-    centres, _ = at(system.integrate(state, 52.0, output=26.0), np.linspace(0.0, 52.0, 101))
+    centres, _ = poses(system.integrate(state, 52.0, output=26.0), np.linspace(0.0, 52.0, 101))
     assert np.linalg.norm(centres[:, 1], axis=1).max() < 2.6
 
 
@@ -417,7 +417,7 @@ def test_motion_along_a_line_is_drawn_without_elements():
 
 def test_bad_requests_are_named(kw4_run):
     refused("plane is 'ab'; expected ", lambda: kw4_run.plot.orbit(plane="ab"))
-    refused("about is 2; expected a body's index, 0 to 1", lambda: kw4_run.plot.orbit(about=2))
+    refused("about is 2; expected 0 to 1", lambda: kw4_run.plot.orbit(about=2))
     refused("axes has 3 axes; expected 2", lambda: kw4_run.plot.spins(axes=plt.subplots(3)[1]))
     refused("frame is 'sky'", lambda: kw4_run.plot.spins(frame="sky"))
     refused("time has the unit km", lambda: kw4_run.plot.scene(kw4_run.position[0, 0, 0]))
