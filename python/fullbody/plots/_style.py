@@ -144,6 +144,13 @@ def set_up_map(ax: Any) -> None:
     ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
 
 
+def polygons_3d(corners: Any, **style: Any) -> Any:
+    """Make polygons in 3D of their corners (F, k, 3)."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    return Poly3DCollection(corners, **style)
+
+
 def body_indices(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
     """Return the indices of the bodies to draw."""
     if bodies is None:

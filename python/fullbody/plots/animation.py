@@ -181,13 +181,13 @@ def _sky(run: Record, figure: Any, times: Floats, geometry: Vectors | None) -> C
     right.invert_yaxis()
     right.set(xlabel=label(run, "time", "time"), ylabel="magnitude")
     grid(right)
-    now = light_curve(run, arrival, geometry)
+    magnitude = light_curve(run, arrival, geometry)
 
     def draw(index: int) -> list[Any]:
-        dots = (
-            right.plot(arrival[[index]], now[[index]], marker="o", color="#D55E00") if np.isfinite(now[index]) else []
-        )
-        return [*pictures.draw(left, index, True, {}), *dots]
+        artists = pictures.draw(left, index, True, {})
+        if np.isfinite(magnitude[index]):
+            artists += right.plot(arrival[index], magnitude[index], marker="o", color="#D55E00")
+        return artists
 
     return draw
 

@@ -104,25 +104,20 @@ def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Tra
     parts = int(np.clip((room - 1) // (len(stops) - 1), 1, _PARTS)) if len(moments) == len(inside) else 1
     times = np.interp(np.arange(parts * (len(stops) - 1) + 1) / parts, np.arange(len(stops)), stops)
     x, v = (np.array(flight.arrays[name][inside[moments]][:, chosen]) for name in ("position", "velocity"))
-    ended = flight.arrays["fate_time"][chosen]
-    landed = np.where(
-        np.isin(flight.arrays["fate"][chosen], [FATES.index("impact"), FATES.index("rest")]), ended, np.nan
-    )
+    has_landed = np.isin(flight.arrays["fate"][chosen], [FATES.index("impact"), FATES.index("rest")])
+    landed = np.where(has_landed, flight.arrays["fate_time"][chosen], np.nan)
     x -= _barycentre(run, stops)[:, None]
     v -= _barycentre(run, stops, "velocity")[:, None]
-    backwards = stops[-1] < stops[0]
-    order = slice(None, None, -1) if backwards else slice(None)
     # The velocity jumps when a particle lands, so that a straight line is taken there.
-    within = (np.minimum(stops[1:], stops[:-1]) <= landed[:, None]) & (
+    linear = (np.minimum(stops[1:], stops[:-1]) <= landed[:, None]) & (
         landed[:, None] <= np.maximum(stops[1:], stops[:-1])
     )
-    curved = _interpolated(stops[order], x[order], v[order], times[order], within[:, order].T)
-    return Trails(times, np.ascontiguousarray(np.moveaxis(curved, 0, 1)[:, order]), landed, parts)
+    order = slice(None, None, -1 if stops[-1] < stops[0] else 1)
+    paths = _interpolated(stops[order], x[order], v[order], times[order], linear[:, order].T)
+    return Trails(times, np.ascontiguousarray(np.moveaxis(paths, 0, 1)[:, order]), landed, parts)
 
 
-def _interpolated(
-    samples: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False
-) -> Floats:
+def _interpolated(samples: Floats, centres: Floats, velocities: Floats, times: Floats, linear: Any = False) -> Floats:
     """Interpolate by cubics, or by lines where samples are half a turn apart or more, or as marked (K - 1, N)."""
     from scipy.interpolate import CubicHermiteSpline, interp1d
 
@@ -130,12 +125,12 @@ def _interpolated(
     speed = np.linalg.norm(velocities, axis=2)
     arc = 0.5 * (speed[1:] + speed[:-1]) * np.diff(samples)[:, None]
     interval = np.clip(np.searchsorted(samples, times, side="right") - 1, 0, len(samples) - 2)
-    bent = ((arc <= 0.5 * np.pi * chord) & ~np.asarray(straight_too))[interval][..., None]
-    straight = np.asarray(interp1d(samples, centres, axis=0)(times))
+    curved = ((arc <= 0.5 * np.pi * chord) & ~np.asarray(linear))[interval][..., None]
+    line = np.asarray(interp1d(samples, centres, axis=0)(times))
     # Particles that are gone have NaN positions, which scipy's cubic does not accept.
     gone = ~(np.isfinite(centres) & np.isfinite(velocities))
     cubic = CubicHermiteSpline(samples, np.where(gone, 0.0, centres), np.where(gone, 0.0, velocities))(times)
-    return np.where(bent, cubic, straight)
+    return np.where(curved, cubic, line)
 
 
 def _rotated_between(samples: Floats, attitude: Floats, spin: Floats, times: Floats) -> Floats:
@@ -148,10 +143,10 @@ def _rotated_between(samples: Floats, attitude: Floats, spin: Floats, times: Flo
     begin, end = spin[:-1] * step, spin[1:] * step
     angle = np.linalg.norm(vector, axis=2, keepdims=True)
     half = np.maximum(0.5 * angle, 1e-4)
-    across = np.cross(vector, end)
+    product = np.cross(vector, end)
     c = (1.0 - half / np.tan(half)) / (2.0 * half) ** 2
-    rate = end + 0.5 * across + c * np.cross(vector, across)
-    # Without this, a body that makes most of a turn between samples would swing back and forth.
+    rate = end + 0.5 * product + c * np.cross(vector, product)
+    # Without this, a body that makes most of a turn between samples would oscillate.
     followed = (np.linalg.norm(0.5 * (begin + rate) - vector, axis=2, keepdims=True) < _AGREED) & (angle < _FOLLOWED)
     begin, rate = np.where(followed, begin, vector), np.where(followed, rate, vector)
     interval = np.clip(np.searchsorted(samples, times, side="right") - 1, 0, len(samples) - 2)
@@ -174,12 +169,12 @@ def _mean(run: Record, vectors: Floats) -> Floats:
     return np.asarray(np.einsum("n,tnx->tx", weights / weights.sum(), vectors))
 
 
-def _barycentre(run: Record, times: Floats, what: str = "position") -> Floats:
+def _barycentre(run: Record, times: Floats, quantity: str = "position") -> Floats:
     """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
     if run.dense is not None and _contains(times, run.dense.core.range):
-        return _mean(run, run.dense.core.states(times)[what])
+        return _mean(run, run.dense.core.states(times)[quantity])
     samples, order = np.unique(run.arrays["time"], return_index=True)
-    means = _mean(run, run.arrays[what][order])
+    means = _mean(run, run.arrays[quantity][order])
     return np.stack([np.interp(times, samples, means[:, c]) for c in range(3)], axis=1)
 
 
@@ -196,16 +191,16 @@ def dense_attitudes(run: Record) -> tuple[Floats, Floats]:
     samples = run.arrays["time"]
     warn_if_aliased(run, samples, "samples")
     revolutions = _revolutions(run, samples, samples)
-    most = revolutions.max(initial=0.0)
-    if most <= _TURN_FRACTION or (run.dense is None and most > 0.5):
+    largest = revolutions.max(initial=0.0)
+    if largest <= _TURN_FRACTION or (run.dense is None and largest > 0.5):
         return samples, np.asarray(run.arrays["attitude"])
-    count = 1 + (len(samples) - 1) * int(np.ceil(most / _TURN_FRACTION))
+    count = 1 + (len(samples) - 1) * int(np.ceil(largest / _TURN_FRACTION))
     times = dense_times(run, float(samples[-1]), min(_MAX_POINTS, count))
     return times, poses(run, times)[1]
 
 
 def relative_path(run: Record, body: int, about: int) -> tuple[Floats, bool]:
-    """Return positions (T, 3) of a body relative to another, and whether a line may join them.
+    """Return positions (T, 3) of a body relative to another, and whether a line shows its path.
 
     They are dense enough for a smooth line. Without a continuous solution, the samples are returned if a body goes more
     than half way round the other between two of them, as they do not tell its path.
@@ -229,23 +224,23 @@ def _revolutions(run: Record, times: Floats, samples: Floats) -> Floats:
     return np.asarray(np.array(fastest) * np.abs(np.diff(times)) / (2.0 * np.pi))
 
 
-def warn_if_aliased(run: Record, times: Floats, shown: str = "pictures") -> None:
+def warn_if_aliased(run: Record, times: Floats, kind: str = "pictures") -> None:
     """Warn if a body makes more than half a turn between two pictures, or between samples without a dense solution."""
     samples = run.arrays["time"]
-    advice = {"pictures": "show more of them, or a shorter time"} if shown == "pictures" else {}
+    advice = {"pictures": "show more of them, or a shorter time"} if kind == "pictures" else {}
     if run.dense is None:
         advice["samples"] = "record more of them (output=), or with dense=True"
     # If two samples coincide, either of them is suitable.
     order = np.unique(samples, return_index=True)[1]
-    for what, moments in (("pictures", np.sort(times)), ("samples", samples[order])):
-        if what not in advice or len(moments) < 2:
+    for kind, moments in (("pictures", np.sort(times)), ("samples", samples[order])):
+        if kind not in advice or len(moments) < 2:
             continue
         revolutions = _revolutions(run, moments, samples).max(axis=1)
         body = int(np.argmax(revolutions))
         if revolutions[body] > 0.5:
             caution(
-                f"{run.context.names[body]} makes up to {revolutions[body]:.2g} turns between two {what} and will seem "
-                f"to turn otherwise; {advice[what]}",
+                f"{run.context.names[body]} makes up to {revolutions[body]:.2g} turns between two {kind} and will seem "
+                f"to rotate otherwise; {advice[kind]}",
                 UserWarning,
             )
             return

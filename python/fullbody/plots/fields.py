@@ -13,7 +13,7 @@ from ..base.units import plain
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import colour_bar, escaped, in_si, set_up_map
+from ._style import colour_bar, escaped, in_si, polygons_3d, set_up_map
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
@@ -157,7 +157,7 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     cells = plain(field.cells)
     # Smoothed edges would show the seams between the faces.
     style = {"array": values, "linewidths": 0.0, "antialiaseds": False}
-    artist = ax.add_collection3d(_polygons(cells, **{**style, **kwargs}))
+    artist = ax.add_collection3d(polygons_3d(cells, **{**style, **kwargs}))
     ax.figure.colorbar(artist, ax=ax, label=f"{phrase} [{unit}]", shrink=0.6, pad=0.1)
     _set_equal_scales(ax, cells, field.point)
     ax.set_title(escaped(field.name))
@@ -311,7 +311,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})
         cells = _cells(pair, k, body)
         if len(cells):
-            ax.add_collection3d(_polygons(cells, facecolors=colour, shade=True))
+            ax.add_collection3d(polygons_3d(cells, facecolors=colour, shade=True))
         else:
             ax.plot(*pair.frame.centres[k][:, None], marker="o", color=colour)
     _set_equal_scales(ax, np.concatenate(all_points), pair.position)
@@ -340,13 +340,6 @@ def _axes_3d(ax: Any) -> Any:
     if ax is not None:
         return check_axes(ax, "ax", "3d")
     return matplotlib().figure(figsize=(7.0, 5.4), layout="constrained").add_subplot(projection="3d")
-
-
-def _polygons(cells: Floats, **style: Any) -> Any:
-    """Make polygons in 3D."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    return Poly3DCollection(cells, **style)
 
 
 def _set_equal_scales(ax: Any, points: Floats, like: Any) -> None:

@@ -245,10 +245,8 @@ def _facets(corners: Any, style: dict[str, Any]) -> Any:
     colour = style.pop("color", None)
     style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
     style.setdefault("facecolors", style.pop("facecolor", colour))
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
     # Faces lit by the Sun have their shades already.
-    return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
+    return _style.polygons_3d(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
 def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
