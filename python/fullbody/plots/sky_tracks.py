@@ -22,7 +22,8 @@ _POINTS = 200
 def sky_track(run: Record, data: Astrometry, ax: Any = None, **kwargs: Any) -> Any:
     """Draw the track of a run on the sky, the observed offsets with their errors, and lines to where the run has them.
 
-    Of many revolutions between the first and the last observation, the track is one in the middle of them. North is up and east to the left.
+    Of many revolutions between the first and the last observation, the track is one in the middle of them. North is up
+    and east to the left.
 
     Parameters
     ----------
@@ -89,9 +90,8 @@ def _times_of_track(run: Record, data: Astrometry, body: int, about: int) -> tup
     span = last - first
     emitted = plain(data.emission(run.system))
     a = float(np.median(plain(run.elements(body=body, about=about).a)))
-    revolutions = (
-        float(np.ptp(emitted) * np.sqrt(run.context.mu(body, about) / a**3) / (2.0 * np.pi)) if a > 0.0 else 0.0
-    )
+    mean_motion = np.sqrt(run.context.mu(body, about) / a**3) if a > 0.0 else 0.0
+    revolutions = float(np.ptp(emitted) * mean_motion / (2.0 * np.pi))
     if revolutions <= _REVOLUTIONS:
         return first + span * np.linspace(0.0, 1.0, 1 + int(_POINTS * max(1.0, revolutions))), revolutions
     middle = int(np.argmin(np.abs(emitted - np.mean(emitted[[0, -1]]))))
