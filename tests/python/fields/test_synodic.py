@@ -88,7 +88,7 @@ def test_stability_ends_at_rouths_mass():
 
 def test_the_rotating_frame_has_units():
     system, state = fullbody.systems.kw4(units=True)
-    with pytest.warns(InconsistentInput, match="Alpha turns in the rotating frame"):
+    with pytest.warns(InconsistentInput, match="Alpha rotates in the frame"):
         with_units = fields.Synodic(system, state)
     assert with_units.rate.unit == u.rad / u.hour
     results = {point.name: point for point in with_units.equilibria()}
@@ -154,7 +154,7 @@ def test_systems_without_a_circling_pair_are_refused():
     with pytest.raises(InvalidInput, match="system has 1 bodies; expected 2"):
         fields.Synodic(fullbody.System([Body(Sphere(1.0), mass=1.0)], G=1.0), state)
     refused("move along a line", lambda: fields.Synodic(system, state.replace(velocity=np.zeros((2, 3)))))
-    with pytest.warns(InconsistentInput, match="not on a circular orbit .* Alpha turns in the rotating frame"):
+    with pytest.warns(InconsistentInput, match="not on a circular orbit .* Alpha rotates in the frame"):
         fields.Synodic(system, state.replace(velocity=1.2 * state.velocity))
 
 
@@ -181,7 +181,7 @@ def test_the_warning_tells_what_is_off_and_no_rounding():
     e = 0.25
     axes = [np.array([np.cos(0.7), np.sin(0.7), 0.0]), np.array([-np.sin(0.7), np.cos(0.7), 0.0])]
     pull = told(axes[0], np.sqrt(1.0 + e) * axes[1])
-    assert pull == f"their pull is off by {1.0 - 1.0 / (1.0 + e):.2g} of what keeps them at rest in the rotating frame"
+    assert pull == f"their gravity differs by {1.0 - 1.0 / (1.0 + e):.2g} from the force that keeps them at rest in it"
     both = told(axes[0], np.sqrt(1.0 + e) * (axes[1] + axes[0]))
     assert both == f"{pull}, and they approach or recede at {np.sqrt(0.5):.2g} of their speed"
     assert told(axes[0], axes[1] + axes[0]) == both.partition(", and ")[2]
