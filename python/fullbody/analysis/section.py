@@ -18,7 +18,7 @@ from ..errors import FullbodyError, InvalidInput
 from ..events import Event
 from ..model.state import State
 from ..motion.system import System
-from ..observables._signal import lines
+from ..observables._signal import periodic_terms
 from ..record.record import Record
 from ..typing import Array
 from . import pictures
@@ -166,7 +166,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     numbers = UNITLESS.numbers(getattr(values, "value", values), "number", "quantity", time.shape)
     if len(time) < 8:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
-    columns, amplitude = lines(time, numbers, whole(n, "n"))
+    columns, amplitude = periodic_terms(time, numbers, whole(n, "n"))
     order = np.argsort(-amplitude)
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
     return Frequencies(run.context.units.attach(columns[order], "spin"), sizes)

@@ -101,8 +101,9 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     check_run(run, "a fate")
     context = run.context
     first, second = context.pair(body, about)
-    far = _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (first, second)))
-    limit = far if beyond is None else context.units.number(beyond, "length", "beyond", POSITIVE)
+    limit = _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (first, second)))
+    if beyond is not None:
+        limit = context.units.number(beyond, "length", "beyond", POSITIVE)
     contact = _contact(run, first)
     if contact is not None:
         return Fate("contact", contact)
@@ -113,7 +114,7 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
         raise InvalidInput(
             "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
         )
-    # The samples at which the body is far away and unbound.
+    # Whether the body is far away and unbound at each sample.
     r, v = (run.arrays[name][:, first] - run.arrays[name][:, second] for name in ("position", "velocity"))
     distance = np.linalg.norm(r, axis=1)
     gone = (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * context.mu(first, second))
