@@ -30,7 +30,7 @@ def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
     assert len(result.modes) == 4
 
 
-def test_roll_and_yaw_in_the_limit_of_small_figures():
+def test_roll_and_yaw_frequencies_of_a_small_satellite_are_those_of_the_gravity_gradient():
     # Kane's and Hughes' quartic of a satellite under the gravity gradient, x along the line and z along the normal.
     a, b, c = 1.0, 0.9, 0.8
     A, B, C = b * b + c * c, a * a + c * c, a * a + b * b
@@ -73,7 +73,7 @@ def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
     assert np.abs(modes.frequency - (nutation - result.rate)).min() < 1e-8
 
 
-def test_frequencies_are_those_of_runs(ellipsoids, locked):
+def test_frequencies_of_modes_are_those_of_integrated_motions(ellipsoids, locked):
     modes = locked.modes
     for mode, coordinate in ((3, 1), (5, None)):
         assert modes.in_plane[mode] == (coordinate is not None), modes.frequency
@@ -85,7 +85,7 @@ def test_frequencies_are_those_of_runs(ellipsoids, locked):
         assert result.frequency[0] == pytest.approx(modes.frequency[mode], rel=1e-6)
 
 
-def test_equilibria_stay_still_in_runs():
+def test_the_pose_of_an_equilibrium_is_constant_in_a_run():
     # Bodies without planes of symmetry, whose equilibrium no alignment of axes is.
     parts = [
         fullbody.Part(fullbody.Ellipsoid(0.6, 0.5, 0.4), mass=0.6, position=(0.0, 0.0, 0.0)),
@@ -109,7 +109,7 @@ def test_equilibria_stay_still_in_runs():
     assert support.angle_between(relative, relative[0]).max() < 1e-10
 
 
-def test_only_the_pose_counts(ellipsoids, locked):
+def test_a_rotated_and_moving_start_gives_the_same_equilibrium(ellipsoids, locked):
     # A state that is rotated and moves on has the same equilibrium.
     q = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
     R = support.matrix(q)
@@ -126,7 +126,7 @@ def test_only_the_pose_counts(ellipsoids, locked):
         np.testing.assert_allclose(result.modes.frequency, locked.modes.frequency, rtol=1e-9)
 
 
-def test_curvature_is_that_of_the_energy(ellipsoids, locked):
+def test_curvatures_are_second_derivatives_of_the_amended_potential(ellipsoids, locked):
     # With the pose changed along the eigenvector and the momenta chosen best, the energy grows by half the curvature.
     values, ways = locked.rotation.amended_hessian()
     assert len(values) == 8
@@ -155,7 +155,7 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     assert locked.energetically_stable
 
 
-def test_energy_of_deviations_is_conserved(locked):
+def test_the_energy_form_is_conserved_by_the_linear_equations(locked):
     # A^T Q + Q A = 0 for the rates A and the energy Q of deviations; with bodies that spin as well.
     spinning = fullbody.System(
         body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3)), G=1.0

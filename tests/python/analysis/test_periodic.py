@@ -27,7 +27,7 @@ def misses(orbit, run):
     return max(np.abs(part).max() for part in results)
 
 
-def test_the_orbit_closes(ellipsoids, orbit):
+def test_a_periodic_orbit_closes_with_another_integrator(ellipsoids, orbit):
     assert orbit.closure < 1e-12
     # The check takes other steps than the search.
     other = fullbody.Verner87(rtol=1e-14, atol=1e-14)
@@ -70,7 +70,7 @@ def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
-def test_the_family_of_a_mode(ellipsoids, locked):
+def test_the_family_of_a_libration_has_the_period_of_a_pendulum(ellipsoids, locked):
     family = analysis.periodic_family(locked, 3, np.geomspace(0.05, 0.6, 8))
     swings = []
     for orbit in family:
@@ -97,7 +97,7 @@ def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
     assert abs(result.multipliers[0] * result.multipliers[-1]) == pytest.approx(1.0, rel=1e-9)
 
 
-def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
+def test_orbits_do_not_depend_on_the_number_of_segments(ellipsoids, locked, orbit):
     modes = locked.modes
     both = {"hold": ["energy", "angular_momentum"]}
     single, result = (
@@ -111,7 +111,7 @@ def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
     assert held.closure < 1e-12
 
 
-def test_a_rotating_primary_comes_back_by_half_turns():
+def test_an_orbit_closes_after_a_half_turn_of_the_primary():
     # Kepler's orbit about a body that turns freely: with half a turn of the primary in a third of a revolution.
     bodies = body_list(A=(fullbody.Ellipsoid(0.8, 0.7, 0.6), 1.0), B=(fullbody.Ellipsoid(0.3, 0.27, 0.2), 0.02))
     system = fullbody.System(bodies, G=1.0)
@@ -150,7 +150,7 @@ def test_sections_are_the_events_of_runs(ellipsoids, locked):
     assert len(falling.crossings[0]) == 1
 
 
-def test_frequencies_of_a_made_up_signal(ellipsoids, locked):
+def test_frequencies_of_two_sinusoids_are_recovered(ellipsoids, locked):
     run = ellipsoids.integrate(locked.state, 200.0, output=0.5)
     time = run.time
     result = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), n=2)

@@ -35,7 +35,7 @@ def test_run_writes_the_run(description, capsys):
     assert err == ""
 
 
-def test_run_elsewhere_to_another_time_with_a_page(description, tmp_path, capsys):
+def test_run_takes_another_file_another_end_and_a_page(description, tmp_path, capsys):
     out, page = tmp_path / "other.nc", tmp_path / "page.png"
     command = ["run", str(description), "-o", str(out), "--until", "90 min", "--page", str(page), "--quiet"]
     assert main(command) == 0
@@ -47,7 +47,7 @@ def test_run_elsewhere_to_another_time_with_a_page(description, tmp_path, capsys
     assert capsys.readouterr() == ("", "")
 
 
-def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
+def test_errors_are_one_line_and_an_exit_code(description, tmp_path, capsys):
     description.write_text(KW4.replace("mass = 0.135e12", "mass = 0"))
     assert main(["run", str(description)]) == 1
     err = capsys.readouterr().err
@@ -173,7 +173,7 @@ def test_years_are_given_in_hours(until, tmp_path, capsys):
     assert not list(tmp_path.iterdir())
 
 
-def test_info_tells_what_maps_and_flights_hold(tmp_path, capsys):
+def test_info_describes_maps_and_flights(tmp_path, capsys):
     system, state = fullbody.systems.kw4()
     particles = fullbody.Particles([[4.0, 0.0, 0.0]], [[0.0, 0.0, 0.7]])
     system.fly(state, particles, 10.0, output=5.0).save(tmp_path / "flight.nc")

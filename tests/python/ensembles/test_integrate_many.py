@@ -59,7 +59,7 @@ def mixed():
 
 @pytest.mark.parametrize("threads", THREADS)
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(1e-10, 1e-10), fullbody.SymplecticSplitting(step=0.02)])
-def test_each_equals_a_single_run_bit_for_bit(threads, integrator):
+def test_each_run_of_an_ensemble_equals_a_single_run_bit_for_bit(threads, integrator):
     options = {"output": 1.5, "integrator": integrator, "events": [events.Contact(), events.Separation(value=7.5)]}
     # With units and without, lengths are plain numbers in each system's own.
     expected = [single(member, 20.0, dense=True, **options) for member in mixed()]
@@ -75,7 +75,7 @@ def test_each_equals_a_single_run_bit_for_bit(threads, integrator):
 
 
 @pytest.mark.parametrize("output", [None, "ends", [], [1.0, 2.5], np.array([3.0])])
-def test_what_is_kept_is_what_was_asked_for(output):
+def test_ensembles_record_the_requested_samples(output):
     runs = integrate_many([(SYSTEM, STATE)] * 3, 3.0, output=output)
     alone = SYSTEM.integrate(STATE, 3.0, output=output)
     assert runs == [alone] * 3
@@ -83,7 +83,7 @@ def test_what_is_kept_is_what_was_asked_for(output):
     assert len(runs[0]) == len(runs[0].time) == len(runs[0].position) == len(runs[0].energy) == count
 
 
-def test_one_end_and_one_integrator_for_each():
+def test_each_member_may_have_its_own_end_and_integrator():
     u = pytest.importorskip("astropy.units")
     system, state = fullbody.systems.kw4(units=True)
     integrators = [None, fullbody.Verner65(1e-6), fullbody.LieGroupVariational(step=3 * u.min)]
@@ -116,14 +116,14 @@ def test_one_end_and_one_integrator_for_each():
         ),
     ],
 )
-def test_what_is_wrong_for_all_is_refused_at_once(arguments, message):
+def test_options_that_are_invalid_for_all_members_are_refused(arguments, message):
     refused(message, lambda: integrate_many(**{"members": [(SYSTEM, STATE)], "until": 1.0} | arguments))
 
 
 # Members that fail.
 
 
-def test_each_failure_is_the_answer_of_its_own_member():
+def test_errors_of_members_equal_those_of_single_runs():
     disc = fullbody.Ellipsoid(1.0, 1.0, 0.02)
     rims = fullbody.System([fullbody.Body(disc, mass=1.0, name=name) for name in ("A", "B")], G=1.0)
     still = np.zeros((2, 3))
@@ -240,7 +240,7 @@ def test_force_functions_in_threads_have_the_values_and_errors_of_single_runs(th
 # The caller's own side.
 
 
-def test_a_generator_is_asked_as_members_are_needed():
+def test_a_generator_of_members_is_consumed_as_needed():
     taken, seen = [], []
 
     def endless():
@@ -264,7 +264,7 @@ def test_a_generator_is_asked_as_members_are_needed():
     assert set(seen) == {None}
 
 
-def test_a_generator_that_raises_loses_nothing():
+def test_an_error_of_the_generator_keeps_the_runs_so_far():
     def members():
         yield SYSTEM, STATE
         yield SYSTEM, STATE
@@ -322,7 +322,7 @@ def test_warnings_about_starts_are_given_once():
 # Ctrl-C.
 
 
-def test_ctrl_c_in_a_thread_returns_the_members_that_are_done():
+def test_ctrl_c_in_a_run_returns_the_finished_members():
     begun = threading.Semaphore(0)
 
     def f(state):
@@ -354,7 +354,7 @@ def test_ctrl_c_in_a_thread_returns_the_members_that_are_done():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_an_interrupt_that_a_function_raises_stops_all():
+def test_an_interrupt_in_an_event_function_stops_all_members():
     def f(state):
         if state.time > 3.0:
             raise KeyboardInterrupt
@@ -366,7 +366,7 @@ def test_an_interrupt_that_a_function_raises_stops_all():
     assert len(caught.value.runs) == 20
 
 
-def test_ctrl_c_in_a_generator_of_members_returns_those_done():
+def test_ctrl_c_in_a_generator_returns_the_finished_members():
     def members():
         yield SYSTEM, STATE
         raise KeyboardInterrupt

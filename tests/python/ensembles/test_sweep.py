@@ -39,7 +39,7 @@ def test_a_single_value_is_a_parameter_without_a_dimension():
     assert float(alone.angle) == float(result.angle[0])
 
 
-def test_columns_go_together():
+def test_paired_columns_and_tables_have_one_dimension():
     rows = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 1.5, 2.0]}
     result = fullbody.sweep(circle, paired(**rows), 0.5, measure=angle)
     assert result.angle.dims == ("row",)
@@ -53,7 +53,7 @@ def test_columns_go_together():
     assert float(result.angle.sel(sample="y")) == float(table.angle[1])
 
 
-def test_a_list_is_a_product():
+def test_a_list_of_parameters_is_their_product():
     result = fullbody.sweep(
         lambda mass, distance, kind: circle(mass, distance * (2.0 if kind == "wide" else 1.0)),
         [{"kind": ["near", "wide"]}, paired(mass=[0.1, 0.5, 0.9], distance=[1.0, 1.5, 2.0])],
@@ -65,7 +65,7 @@ def test_a_list_is_a_product():
     np.testing.assert_allclose(result.angle.sel(kind="wide"), wide, rtol=1e-12)
 
 
-def test_what_is_given_reaches_the_set_up_as_it_is():
+def test_values_of_parameters_keep_their_types_in_the_setup():
     seen = []
 
     def setup(**options):
@@ -95,7 +95,7 @@ def test_maps_keep_units_of_parameters_and_results():
     np.testing.assert_allclose(result.gap, [2.0, 3.0], rtol=1e-15)
 
 
-def test_draws_belong_to_the_row():
+def test_draws_depend_on_the_seed_and_the_row_alone():
     parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9)), {"distance": [1.0, 2.0]}]
     result = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=7)
     assert result.mass.dims == result.angle.dims == ("draw", "distance")
@@ -131,7 +131,7 @@ def test_draws_may_be_distributions_of_scipy_and_quantities():
     np.testing.assert_allclose(result.angle, expected(result.mass, result.distance, 0.5), rtol=1e-12)
 
 
-def test_the_end_may_be_a_parameter():
+def test_the_end_of_a_run_may_be_a_parameter_or_a_function():
     grid = {"mass": [0.1, 0.5], "distance": [1.0, 2.0]}
     period = fullbody.sweep(
         circle, grid, lambda mass, distance: 2 * np.pi / expected(mass, distance, 1.0) / 4, measure=angle
@@ -141,7 +141,7 @@ def test_the_end_may_be_a_parameter():
     np.testing.assert_allclose(named.angle, expected(0.5, 1.0, named.end), rtol=1e-12)
 
 
-def test_a_measure_may_give_text_and_leave_values_out():
+def test_a_measure_may_return_text_and_omit_values():
     def measure(run):
         far = run.position[0, 1, 0] > 1.5
         return {"fate": "far", "radius": None} if far else {"fate": "near", "radius": 1.0, "also": True}
@@ -182,7 +182,7 @@ def troubled(run):
     return {"first": first, "reason": run.stop_reason, "list": [1.0] * (2 if first == 4.0 else 3)}
 
 
-def test_what_goes_wrong_stays_in_its_row():
+def test_an_error_of_a_row_affects_no_other_row():
     kinds = ["good", "setup", "input", "pair", "overlap", "collision", "singular", "measure", "kind", "ragged", "well"]
     result = fullbody.sweep(troubles, {"kind": kinds}, 2.0, measure=troubled)
     told = {kind: tuple(str(result[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
@@ -225,7 +225,7 @@ def fussy(run, points=1):
     return {"fuss": [1.0] * points}
 
 
-def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
+def test_a_failing_measure_does_not_affect_the_others():
     first, last = GRID["distance"]
     measures = [gap, partial(fussy, points=2), angle]
     result = fullbody.sweep(circle, GRID, 0.8, measure=measures)
@@ -236,7 +236,7 @@ def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
     assert told == [("", "", "")] * 2 + [("ArithmeticError", "fussy: too heavy", "measure")]
 
 
-def test_all_that_goes_wrong_with_a_row_is_told():
+def test_the_text_of_a_row_names_all_its_errors():
     def second(run):
         if run.stop_reason != "end":
             raise KeyError("nothing")
@@ -278,7 +278,7 @@ def test_names_of_observables_are_measures():
     assert result.error.values.tolist() == ["", ""]
 
 
-def test_values_stay_beside_one_that_does_not_go():
+def test_values_of_a_row_are_kept_beside_an_invalid_one():
     def measure(run):
         heavy = run.system.masses[1] > 0.5
         return {"wrong": object() if heavy else 0.0, "list": [0.0] * (1 + heavy), "end": run.time[-1]}
@@ -299,7 +299,7 @@ def test_measures_that_give_one_name_twice_are_refused():
     assert str(result.error_text[0].values).startswith("number 1: measure gives gap, which a measure before it gives")
 
 
-def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
+def test_a_sweep_whose_rows_all_fail_causes_a_warning(tmp_path):
     def setup(mass):
         if mass > 0.25:
             raise ValueError(f"{mass} is too heavy")
@@ -329,7 +329,7 @@ def test_a_measure_takes_no_name_of_a_parameter_or_dimension():
     assert (result.error_text == "; also InvalidInput in measure: ".join(told)).all()
 
 
-def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
+def test_text_that_a_file_cannot_hold_is_an_error_of_its_row(tmp_path):
     def measure(run):
         match round(10 * run.system.masses[1]):
             case 1:
@@ -411,7 +411,7 @@ def test_bad_draws_are_refused():
 
 
 @pytest.mark.parametrize("order", [[3.0, 1.0, 1.01], [1.0, 3.0, 1.01], [3.0, 2.9]])
-def test_a_unit_comes_from_any_row_that_has_one(order):
+def test_the_unit_of_a_variable_comes_from_any_row_that_has_one(order):
     """A body that tumbles has no libration: its row has nan, and takes nothing from the others."""
 
     def setup(factor):
@@ -434,7 +434,7 @@ def test_a_unit_comes_from_any_row_that_has_one(order):
 @pytest.mark.parametrize(
     "values", [[2**63 + 1, 1], [2**53 + 1, 2], [2**63 - 1, -1], [np.int64(2**62 + 1), 3], [np.uint64(2**63 + 1), 1]]
 )
-def test_integers_stay_integers(values):
+def test_integers_are_kept_exactly(values):
     got = []
 
     def setup(n):
@@ -452,7 +452,7 @@ def test_integers_that_one_column_cannot_hold_are_refused(values):
         fullbody.sweep(lambda n: circle(), {"n": values}, 0.1, measure=angle)
 
 
-def test_a_set_up_may_have_random_numbers_or_none():
+def test_a_setup_may_use_random_numbers_or_none():
     def setup(mass, rng=None):
         return circle(mass if rng is None else rng.uniform())
 

@@ -40,7 +40,7 @@ def begun(tmp_path):
     return folder
 
 
-def test_the_map_is_a_file(tmp_path):
+def test_a_finished_sweep_is_one_file_that_is_not_written_again(tmp_path):
     result = swept(tmp_path / "map.nc")
     assert_same(result, swept(None))
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
@@ -60,7 +60,7 @@ def test_a_folder_of_chunks_gives_the_map_of_a_file(tmp_path):
     assert_same(result, swept(tmp_path / "map"))
 
 
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
+def test_a_killed_sweep_computes_only_unfinished_chunks_again(tmp_path):
     total, broken = tmp_path / "whole", tmp_path / "broken"
     total.mkdir()
     broken.mkdir()
@@ -77,7 +77,7 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
         assert np.isfinite(result.place.where(result.error == "", 0.0)).all()
 
 
-def test_other_chunks_go_on_too(begun):
+def test_a_sweep_resumes_with_another_chunk_size(begun):
     assert_same(swept(begun, chunk=5), swept(None))
 
 
@@ -142,12 +142,12 @@ def same(request, tmp_path_factory):
         ),
     ],
 )
-def test_another_sweep_is_refused_by_what_differs(same, change, told):
+def test_a_store_of_another_sweep_is_refused_with_the_differences(same, change, told):
     text = re.escape(f"{same.name} has a sweep that differs in: {told}")
     refused(f"{text}.*; expected the same", lambda: swept(same, **{**SAME, **change}))
 
 
-def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch):
+def test_a_changed_helper_function_is_refused_with_its_name_and_line(tmp_path, monkeypatch):
     swept(tmp_path / "map.nc", **SAME)
 
     def changed(run):
@@ -158,7 +158,7 @@ def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch)
     refused(text, lambda: swept(tmp_path / "map.nc", **SAME))
 
 
-def test_another_version_is_refused(tmp_path, monkeypatch):
+def test_a_store_of_another_version_is_refused(tmp_path, monkeypatch):
     swept(tmp_path / "map.nc")
     monkeypatch.setattr(sys.modules["fullbody.ensembles.sweep"], "version", lambda: "99")
     refused(r"differs in: version of fullbody \(.*, here 99\);", lambda: swept(tmp_path / "map.nc"))
@@ -202,7 +202,7 @@ def extended(store, ran, parameters, **options):
 
 
 @pytest.mark.parametrize("store", ["map.nc", "map"])
-def test_an_extended_map_computes_only_what_is_new(tmp_path, store):
+def test_an_extended_sweep_computes_only_new_rows(tmp_path, store):
     ran = []
     steps = [
         ({"mass": [0.1, 0.5], "distance": 2.0}, 2),
@@ -225,7 +225,7 @@ def test_an_extended_map_computes_only_what_is_new(tmp_path, store):
             assert len(ran) == previous + more
 
 
-def test_an_extension_that_was_cut_short_goes_on(tmp_path):
+def test_an_interrupted_extension_resumes(tmp_path):
     ran = []
     extended(tmp_path / "map.nc", ran, {"mass": [0.1, 0.5]})
     for masses in ([0.9, 0.1, 0.8, 0.5, 2.0], [0.7, 0.9, 0.1, 0.8, 0.5, 2.0]):
@@ -239,7 +239,7 @@ def test_an_extension_that_was_cut_short_goes_on(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
 
 
-def test_more_draws_keep_the_first_ones(tmp_path):
+def test_a_sweep_with_more_draws_keeps_the_first_ones(tmp_path):
     ran = []
     mass = functools.partial(np.random.Generator.uniform, low=0.1, high=0.9)
     draws = functools.partial(fullbody.ensembles.draws, mass=mass)
@@ -294,7 +294,7 @@ def test_a_foreign_chunk_is_named(begun, tmp_path):
     refused(r"00000002.npz has row 0 once more", lambda: swept(begun))
 
 
-def test_what_is_not_a_store_stays_as_it_is(tmp_path):
+def test_files_that_are_no_store_are_refused_and_unchanged(tmp_path):
     run = fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0)
     run.save(tmp_path / "run.nc")
     (tmp_path / "text.nc").write_text("mine")
@@ -322,7 +322,7 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path):
     refused("damaged has a damaged description", lambda: swept(tmp_path / "damaged"))
 
 
-def test_a_store_is_open_to_one_process_at_a_time(begun):
+def test_a_store_that_another_process_uses_is_refused(begun):
     code = "import fcntl, sys; f = open(sys.argv[1], 'a'); fcntl.lockf(f, fcntl.LOCK_EX); print(1, flush=True); input()"
     command = [sys.executable, "-c", code, begun / "lock"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
@@ -333,7 +333,7 @@ def test_a_store_is_open_to_one_process_at_a_time(begun):
     assert_same(swept(begun), swept(None))
 
 
-def test_what_a_killed_process_left_is_taken_away(begun):
+def test_temporary_files_of_a_killed_process_are_removed(begun):
     left = begun / f".00000004.{'0' * 32}.part.npz"
     left.write_bytes(b"half")
     swept(begun)
@@ -357,7 +357,7 @@ class _Once:
 
 
 @pytest.mark.parametrize("store", [None, "map.nc"])
-def test_ctrl_c_keeps_what_is_done(tmp_path, store):
+def test_ctrl_c_keeps_finished_rows(tmp_path, store):
     path = store and tmp_path / store
     measure = _Once(KeyboardInterrupt())
     rows = {"mass": [0.1, 0.3, 0.9, 0.5, 0.7]}
@@ -396,7 +396,7 @@ def test_ctrl_c_in_a_run_keeps_the_runs_before_it(tmp_path):
     assert_same(swept(tmp_path / "map", parameters=rows, events=watch), swept(None, parameters=rows))
 
 
-def test_a_full_disk_loses_nothing_that_is_done(tmp_path, monkeypatch):
+def test_a_full_disk_loses_no_finished_chunk(tmp_path, monkeypatch):
     add, calls = stores.Store.add, []
 
     def full(self, outcomes):

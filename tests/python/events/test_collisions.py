@@ -108,7 +108,7 @@ def test_falling_points_end_at_the_time_of_the_closed_form():
 
 
 @pytest.mark.filterwarnings("ignore:A and B start at 1 km / h relative to each other")
-def test_overlaps_say_how_far_or_when():
+def test_errors_of_overlap_have_the_distance_or_the_time():
     system = fullbody.System(SPHERES, G=1.0)
     near = fullbody.State([[0, 0, 0], [1.5, 0, 0]], np.zeros((2, 3)))
     for call, what in (

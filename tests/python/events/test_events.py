@@ -249,7 +249,7 @@ def test_a_function_event_needs_its_function():
         events.Function()
 
 
-def test_numpy_integers_are_places():
+def test_numpy_integers_are_indices_of_bodies():
     system, state = ellipse()
     event = events.Periapsis(np.int64(0), np.int32(1), direction=np.int8(1))
     assert len(system.integrate(state, 7.0, events=[event]).events) == 1
@@ -269,7 +269,7 @@ def test_a_thinned_run_keeps_its_events():
 
 @pytest.mark.parametrize("chart", ["quaternion", "tait_bryan"])
 @pytest.mark.parametrize("until", [40.0, -40.0])
-def test_the_continuous_solution_equals_a_tight_run(chart, until):
+def test_the_continuous_solution_equals_a_run_of_tight_tolerance(chart, until):
     system, state = fullbody.systems.case1(attitude_chart=chart)
     run = system.integrate(state, until, output=[], integrator=fullbody.Verner98(1e-11, 1e-11), dense=True)
     t = np.linspace(0.0, until, 101)

@@ -99,7 +99,7 @@ def test_the_rotating_frame_has_units():
     assert with_units.roche_lobe("Beta", rows=12).volume.unit == u.km**3
 
 
-def test_jacobis_constant_is_kept():
+def test_jacobis_constant_is_conserved():
     pair = circling(0.2, rotation=TURN)
     position, speed = pair.to_inertial([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
     dust = Body(PointMass(), mass=1e-25, name="dust")
@@ -129,7 +129,7 @@ def test_roche_lobes_have_eggletons_volume(q, name):
     assert levels == pytest.approx(np.full(levels.shape, lobe.jacobi), rel=1e-9)
 
 
-def test_meshes_of_roche_lobes_miss_of_the_volume_what_they_say():
+def test_the_volume_of_a_roche_lobe_has_the_documented_error():
     """The error goes with 1/rows^2: two meshes give the volume itself."""
     pair = circling(0.2, separation=1.0, shape=PointMass())
     volumes = [pair.roche_lobe("B", rows=rows).volume for rows in (30, 60)]
@@ -168,7 +168,7 @@ def test_bad_arguments_of_the_rotating_frame_are_refused():
     refused("points is .*; expected finite numbers", pair.to_inertial, [np.inf, 0.0, 0.0])
 
 
-def test_the_warning_tells_what_is_off_and_no_rounding():
+def test_the_warning_names_the_deviations_above_rounding():
     """At the end of an ellipse v^2 = G M (1 + e)/r, so that the pull is 1/(1 + e) of v^2/r."""
     bodies = [Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
     system, shares = fullbody.System(bodies, G=1.0), np.array([[-0.01], [0.99]])

@@ -241,7 +241,7 @@ def test_bad_arguments_are_refused_by_name(arguments, pieces):
     refused_with(pieces, lambda: heat(**arguments))
 
 
-def test_what_does_not_fit_the_system_is_refused_by_name():
+def test_forces_that_do_not_suit_the_system_are_refused_by_name():
     system, _, _ = pair(3.0)
     refused_with(
         "thermal_inertia of H ... no units ... or a lag",

@@ -100,7 +100,7 @@ def test_a_force_function_gets_time_and_state_as_copies_with_names():
     np.testing.assert_allclose(run.position, system.integrate(moved, 4.0, output=[4.0]).position, rtol=0, atol=1e-12)
 
 
-def test_force_functions_take_and_give_quantities():
+def test_force_functions_receive_and_return_quantities():
     from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True)
@@ -176,7 +176,7 @@ def test_compiled_force_functions_run_in_many_threads_at_once(library):
             assert run == expected or (run.position == expected.position).all()
 
 
-def test_the_function_is_kept_alive(library):
+def test_a_system_keeps_its_force_function_alive(library):
     import gc
 
     system, state = pair()
@@ -230,7 +230,7 @@ def trouble(_):
     ],
 )
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
-def test_a_failing_force_function_tells_force_time_and_cause_and_keeps_the_run(how, text, cause):
+def test_the_error_of_a_force_function_has_force_time_cause_and_run(how, text, cause):
     system, state = pair()
     with pytest.raises(ForceFailed, match=f"(?s)wind.*{text}") as caught:
         system.with_forces([Function(failing(how), name="wind")]).integrate(state, 10.0)
@@ -269,7 +269,7 @@ def test_force_functions_that_fail_at_the_start_or_in_steps_are_named():
         assert isinstance(caught.value.__cause__, Trouble)
 
 
-def test_a_simulation_goes_on_after_a_failure():
+def test_a_simulation_continues_after_a_failing_force_function():
     system, state = pair()
     broken = [True]
 
@@ -289,7 +289,7 @@ def test_a_simulation_goes_on_after_a_failure():
     )
 
 
-def test_a_simulation_may_not_be_touched_from_within():
+def test_a_force_function_cannot_step_its_simulation():
     system, state = pair()
 
     def wind(time, state):

@@ -162,5 +162,5 @@ LIGHT = {"pressure": 1e-5}
         (lambda: Yorp("Alpha", along="1 N m", normalization="acceleration"), "unit such as"),
     ],
 )
-def test_what_does_not_go_together_is_refused(make, says):
+def test_inconsistent_arguments_of_radiation_are_refused(make, says):
     refused(says, make)

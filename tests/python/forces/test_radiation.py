@@ -102,7 +102,7 @@ def test_a_circulating_secondary_is_not_pushed(rate):
 
 
 @pytest.mark.parametrize(("share", "times"), [(0.93, 0), (1.07, 1)])
-def test_the_border_of_the_lock_is_the_separatrix(share, times):
+def test_the_lock_ends_at_the_separatrix(share, times):
     """A pendulum with psi'^2 = w^2 at psi = 0 just turns over; w^2 is 3 (B - A)/C n^2."""
     a, b = 0.1, 0.09
     w = np.sqrt(3 * (a * a - b * b) / (a * a + b * b))

@@ -67,7 +67,7 @@ def test_the_force_beyond_that_on_a_point_is_the_exact_one(distance):
 
 
 @pytest.mark.parametrize("distance", [1.6, 2.5, 6.0])
-def test_a_pair_with_a_massive_point_feels_the_same(distance):
+def test_a_massive_point_exerts_the_same_loads(distance):
     """By the third law, torque and force are those of a system of this body and a point."""
     force, torque, x, rotation = loads(distance)
     bodies = [fullbody.Body(fullbody.Ellipsoid(*AXES), mass=2.0), fullbody.Body(fullbody.PointMass(), mass=3.0)]

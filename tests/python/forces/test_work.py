@@ -51,7 +51,7 @@ def test_work_closes_the_energy_to_round_off(names):
     np.testing.assert_allclose(sum(run.impulse.values()), momentum - momentum[0], rtol=0, atol=1e-15)
 
 
-def test_work_closes_the_energy_of_a_system_that_travels():
+def test_work_closes_the_energy_of_a_moving_barycentre():
     """Work counts with the velocity of the whole, moments about the origin: the drag there is 1e-4 of all of it."""
     system, state = world(*KINDS)
     moved = fullbody.State(
@@ -81,7 +81,7 @@ def test_every_runge_kutta_pair_closes_the_energy(integrator):
     [fullbody.SymplecticSplitting(step=0.02), fullbody.LieGroupVariational(step=0.02)],
     ids=["splitting", "variational"],
 )
-def test_kicks_close_the_energy(integrator):
+def test_work_of_fixed_steps_closes_the_energy(integrator):
     # The energy that kicks add is counted as work; the remaining drift is that of the run without.
 
     def steady(time, state):
@@ -99,7 +99,7 @@ def test_kicks_close_the_energy(integrator):
 
 @pytest.mark.parametrize("kind", ["tide", "YORP", "BYORP", "own"])
 @pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.1), fullbody.LieGroupVariational(step=0.1)])
-def test_forces_that_do_not_fit_are_refused_by_name(kind, integrator):
+def test_forces_that_fixed_steps_do_not_support_are_refused_by_name(kind, integrator):
     system, state = world("Sun", kind)
     refused(rf"(?s){kind}.*velocit", lambda: system.integrate(state, 1.0, integrator=integrator))
 
@@ -107,7 +107,7 @@ def test_forces_that_do_not_fit_are_refused_by_name(kind, integrator):
 # Runs and their parts.
 
 
-def test_a_slice_keeps_what_it_was_told():
+def test_a_slice_keeps_work_and_impulse():
     system, state = world("Sun", "tide")
     run = system.integrate(state, 10.0, output=0.5)
     part = run[4::3]
@@ -118,7 +118,7 @@ def test_a_slice_keeps_what_it_was_told():
 
 
 @pytest.mark.parametrize("output", [None, 1.0])
-def test_continued_runs_add_up(output):
+def test_work_of_continued_runs_adds_up(output):
     system, state = world("Sun", "tide", "own")
     complete = system.integrate(state, 10.0)
     sim = fullbody.Simulation(system, state)
@@ -145,7 +145,7 @@ def test_a_state_that_is_set_starts_new_sums_of_work():
     assert abs(sim.energy_drift) < 1e-13
 
 
-def test_steps_keep_the_work():
+def test_single_steps_add_to_the_work():
     system, state = world("Sun", "tide")
     sim = fullbody.Simulation(system, state)
     for _ in range(10):
@@ -159,7 +159,7 @@ def test_steps_keep_the_work():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
+def test_a_simulation_from_a_file_continues_bit_for_bit(kind, tmp_path):
     system, state = world(kind)
     sim = fullbody.Simulation(system, state)
     sim.integrate(4.0, output=[4.0])
@@ -204,7 +204,7 @@ def test_copies_keep_work_and_impulse(duplicate):
         assert equal(other.integrate(3.0), sim.integrate(3.0))
 
 
-def test_other_forces_make_other_systems():
+def test_systems_are_equal_only_with_equal_forces():
     system, _ = pair()
     assert system.with_forces([sun()]) == system.with_forces([sun()])
     assert system.with_forces([sun()]) != system

@@ -37,7 +37,7 @@ def test_a_spin_that_is_driven_to_its_pole_is_an_error_that_names_it(obliquity, 
     assert from_pole == pytest.approx(0.02 * (1.0 - run.time[-1] / expected), abs=1e-12)
 
 
-def test_a_tumbling_body_that_is_driven_to_its_pole_ends_too():
+def test_a_tumbling_body_that_is_driven_to_its_pole_ends_the_run():
     bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.9, 0.8), 1.0), B=(fullbody.Sphere(0.2), 1e-3))
     system = fullbody.System(bodies, G=1.0, forces=[Yorp(on="A", along=0.0, across=-1e-3)])
     state = fullbody.State(

@@ -87,7 +87,7 @@ def counts(*statistics):
 @pytest.mark.parametrize("until", [UNTIL, -UNTIL], ids=["forwards", "backwards"])
 @pytest.mark.parametrize("interrupted", [by_ctrl_c, by_steps])
 @methods
-def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path):
+def test_a_resumed_run_equals_an_unbroken_one(integrator, chart, interrupted, until, tmp_path):
     system, state = KW4
     system = system.with_options(attitude_chart=chart)
     times = np.random.default_rng(8).uniform(0.0, UNTIL, 300)
@@ -133,7 +133,7 @@ def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path
 
 
 @methods
-def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart):
+def test_outputs_change_neither_events_nor_the_continuous_solution(integrator, chart):
     system, state = KW4
     system = system.with_options(attitude_chart=chart)
     times = np.random.default_rng(9).uniform(0.0, UNTIL, 100)
@@ -165,7 +165,7 @@ def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart
 
 
 @pytest.mark.parametrize("integrator", [FIXED[0], FIXED[2], ADAPTIVE[-1]], ids=lambda method: type(method).__name__)
-def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_path):
+def test_an_autosave_of_a_run_continues_bit_for_bit(integrator, tmp_path):
     system, state = KW4
     path, taken = tmp_path / "a.sim", tmp_path / "taken.sim"
     pauses = [0.3 * UNTIL, 0.5 * UNTIL]
@@ -220,7 +220,7 @@ def test_a_function_that_fails_loses_no_event():
 # One description
 
 
-def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
+def test_a_file_contains_each_number_of_the_system_once(tmp_path):
     bodies = body_list(
         (fullbody.Sphere(0.2345), 1.7),
         Alpha=(fullbody.Ellipsoid(0.7661, 0.74752, 0.67353), 2.3531),
@@ -249,7 +249,7 @@ def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
     assert loaded == sim
 
 
-def test_notes_that_do_not_fit_are_refused(tmp_path):
+def test_inconsistent_notes_of_a_file_are_refused(tmp_path):
     system, state = KW4
     sim = fullbody.Simulation(system, state)
 
@@ -274,7 +274,7 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
         refused(message, lambda notes=notes: noted(notes))
 
 
-def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
+def test_a_file_of_another_format_is_refused_with_its_number(tmp_path):
     other = bytearray((DATA / "simulation.bin").read_bytes())
     other[8] = 4
     (tmp_path / "other.sim").write_bytes(other)

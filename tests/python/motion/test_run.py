@@ -25,7 +25,7 @@ def test_output_number_is_the_spacing_and_includes_the_end():
         assert SYSTEM.integrate(STATE, 10.0, output=40.0).time.tolist() == [0.0, 10.0]
 
 
-def test_output_spacing_does_not_add_up_round_off():
+def test_samples_at_a_spacing_do_not_accumulate_round_off():
     time = SYSTEM.integrate(STATE.replace(time=5.0), 15.0, output=0.1).time
     assert len(time) == 101
     assert np.abs(time - (5.0 + 0.1 * np.arange(101))).max() < 4e-15
@@ -53,7 +53,7 @@ def test_output_array_is_exactly_those_times():
     assert SYSTEM.integrate(STATE, 10.0, output=[0.0, 10.0]).time.tolist() == [0.0, 10.0]
 
 
-def test_a_run_without_samples_has_empty_answers():
+def test_a_run_without_samples_has_empty_arrays():
     run = SYSTEM.integrate(STATE, 10.0, output=[])
     for values in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
         assert values.shape == (0,)
@@ -182,7 +182,7 @@ def test_progress_function_gets_the_elapsed_and_the_total_time(until):
     assert [seen[0][2], seen[-1][2]] == ["t = 3", f"t = {until:.6g}"]
 
 
-def test_progress_callback_is_told_where_a_run_ends():
+def test_the_progress_function_receives_the_end_of_an_event():
     system, state = fullbody.systems.kw4()
     seen = []
     event = fullbody.events.Separation(0, 1, 2.557, terminal=True)

@@ -60,7 +60,7 @@ def go_on(sim):
 
 
 @methods
-def test_copies_and_files_go_on_bit_for_bit(integrator, chart, tmp_path):
+def test_copies_and_files_continue_bit_for_bit(integrator, chart, tmp_path):
     sim = begun(integrator, chart)
     sim.save(tmp_path / "a.sim")
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
@@ -96,7 +96,7 @@ def test_files_keep_units_epoch_and_names(tmp_path):
     assert (loaded.integrate(10 * u.h).position == sim.integrate(10 * u.h).position).all()
 
 
-def test_steps_go_on_from_each_other():
+def test_single_steps_advance_the_simulation():
     system, state = CASE1
     sim = fullbody.Simulation(system, state)
     for count in range(1, 6):
@@ -117,7 +117,7 @@ def test_steps_go_on_from_each_other():
         refused(r"until (is|has) .*expected", lambda until=until: sim.step(until))
 
 
-def test_pieces_of_a_run_join():
+def test_each_run_of_a_simulation_begins_at_the_end_of_the_last():
     system, state = CASE1
     sim = fullbody.Simulation(system, state)
     for until in (5.0, 12.0, 3.0, -8.0, -8.0, 0.0):
@@ -131,7 +131,7 @@ def test_pieces_of_a_run_join():
 
 
 @pytest.mark.parametrize("integrator", ADAPTIVE + FIXED, ids=lambda method: str(method).replace(" ", ""))
-def test_setting_the_state_starts_anew(integrator):
+def test_setting_the_state_equals_a_new_simulation(integrator):
     system, state = CASE1
     sim = fullbody.Simulation(system, state, integrator=integrator)
     sim.integrate(9.0)
@@ -168,7 +168,7 @@ def test_statistics_count_from_the_start():
     assert sim.integrate(10.0, output=[10.0]).statistics.evaluations == 7 * 40
 
 
-def test_quadrature_is_that_in_force():
+def test_the_quadrature_depends_on_the_distance():
     system, state = KW4
     sim = fullbody.Simulation(system.with_options(order=(6, 9)), state)
     (rule,) = sim.quadrature
@@ -221,7 +221,7 @@ def test_altered_files_are_refused(archive):
         refused_file(archive)
 
 
-def test_other_files_are_refused(archive, tmp_path):
+def test_files_that_are_no_simulation_are_refused(archive, tmp_path):
     path = tmp_path / "other.sim"
     for data in (b"", b"CDF\x01", b"FULLBODY", np.random.default_rng(1).bytes(4000)):
         path.write_bytes(data)
@@ -289,7 +289,7 @@ def test_an_interrupted_run_is_autosaved(tmp_path):
     assert caught.value.run.stop_reason == "interrupted"
 
 
-def test_autosave_that_cannot_be_written_is_told_before_the_run(tmp_path):
+def test_an_autosave_that_cannot_be_written_is_an_error_before_the_run(tmp_path):
     sim = fullbody.Simulation(*KW4)
     (tmp_path / "a.sim").mkdir()
     with pytest.raises(IsADirectoryError, match=r"a\.sim"):
@@ -298,7 +298,7 @@ def test_autosave_that_cannot_be_written_is_told_before_the_run(tmp_path):
 
 
 @pytest.mark.parametrize(("until", "seconds"), [(1.0, 1e8), (1e9, 0.0)], ids=["at the end", "on the way"])
-def test_an_autosave_that_fails_is_told_and_leaves_the_run(until, seconds, tmp_path, monkeypatch):
+def test_an_autosave_that_fails_is_an_error_with_the_run_so_far(until, seconds, tmp_path, monkeypatch):
     write, written = Path.write_bytes, []
 
     def once(path, data):
@@ -359,7 +359,7 @@ def test_a_dense_run_of_no_length_is_its_start():
     refused(r"expected one from 0\.0 to 0\.0", lambda: run(1e-300))
 
 
-def test_a_simulation_in_a_run_is_not_touched():
+def test_a_simulation_cannot_be_used_within_its_run():
     system, state = fullbody.systems.case1()
     sim = fullbody.Simulation(system, state)
     for touch in (lambda: sim.time, lambda: sim.state, sim.step, lambda: sim.integrate(1.0), lambda: repr(sim)):

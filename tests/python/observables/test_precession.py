@@ -61,7 +61,7 @@ def compare(run, inclination):
 # Prograde, the zero of the apsidal rate (3 cos^2 i = 1), the critical inclination, polar, and retrograde.
 @pytest.mark.parametrize("inclination", [3, 30, 54.7356, 63.4349, 90, 116.5651, 150])
 @pytest.mark.parametrize(("e", "apart"), [(0.1, 24), (0.4, 48)])
-def test_rates_are_the_textbooks(inclination, e, apart):
+def test_precession_rates_are_those_of_the_textbook(inclination, e, apart):
     run = satellite(inclination, e, 50, apart)
     for revolutions in (20, 50):
         compare(run[: revolutions * apart + 1], inclination)

@@ -15,7 +15,7 @@ def lone(radius=1.0, mass=1.0, spin=(0.0, 0.0, 0.0), shape=None):
     return system, fullbody.State(position=zero, velocity=zero, attitude=[[1.0, 0.0, 0.0, 0.0]], spin=[spin])
 
 
-def test_a_fall_from_rest_strikes_when_and_as_fast_as_kepler_says():
+def test_a_fall_from_rest_has_keplers_time_and_speed_of_impact():
     system, state = lone()
     flight = system.fly(state, fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]]), 20.0)
     # A radial ellipse of a = 3/2: r = a (1 + cos E) and t = sqrt(a^3) (E + sin E) from its apoapsis.
@@ -36,7 +36,7 @@ def test_impacts_on_a_rotating_body_have_the_position_speed_and_incidence_of_geo
 
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9])
-def test_a_grazing_particle_is_not_missed(depth):
+def test_a_grazing_impact_is_detected(depth):
     system, state = lone(radius=1.0, mass=1.0)
     # Hyperbolas whose periapsis is a little below or above the surface.
     fates = []
@@ -52,7 +52,7 @@ def test_a_grazing_particle_is_not_missed(depth):
     assert fates == ["impact", "flying"]
 
 
-def test_a_fast_grain_through_a_rim_between_steps_is_not_missed():
+def test_a_fast_impact_on_a_rim_between_steps_is_detected():
     # Faster than the body's gravity by far: a step is much longer than the body.
     system, state = lone(radius=1e-3, mass=1e-12)
     hit = fullbody.Particles([[-5.0, 0.999e-3, 0.0], [-5.0, 1.001e-3, 0.0]], [[100.0, 0.0, 0.0]] * 2)
@@ -90,7 +90,7 @@ def test_a_particle_comes_to_rest_and_rotates_with_its_body():
     assert flight.velocity[1, 0] == pytest.approx([-0.3 * last[1], 0.3 * last[0], 0.0], abs=1e-11)
 
 
-def test_bounces_on_a_body_that_would_throw_off_what_rests_end():
+def test_bounces_on_a_body_that_spins_too_fast_for_rest_end():
     system, state = lone(spin=(0.0, 0.0, 1.2))
     start = fullbody.Particles([[1.001, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
     flight = system.fly(state, start, 2.0, output="ends", contact=fullbody.particles.Bounce(normal=0.5, rest=1e-3))
@@ -102,7 +102,7 @@ def test_bounces_on_a_body_that_would_throw_off_what_rests_end():
     assert velocity @ velocity / 2.0 - 1.0 / np.linalg.norm(position) == pytest.approx(1.2**2 / 2.0 - 1.0, rel=1e-9)
 
 
-def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
+def test_a_resting_particle_lifts_off_under_a_passing_mass():
     bodies = body_list(A=(fullbody.Sphere(1.0), 0.02), B=(fullbody.PointMass(), 1.0))
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State(
@@ -140,7 +140,7 @@ def test_particles_escape_by_distance_or_energy():
     assert unbound.last_time[1] == near.last_time[1] == near.fate_time[1]
 
 
-def test_stopped_particles_stay_and_removed_ones_are_gone():
+def test_stopped_particles_keep_their_position_and_removed_ones_have_none():
     system, state = lone(spin=(0.0, 0.0, 0.5))
     particles = fullbody.Particles([[1.5, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
     stays = system.fly(state, particles, 10.0, output=5.0)
@@ -193,7 +193,7 @@ def test_ejecta_leave_on_a_cone():
 
 
 @pytest.mark.parametrize("speed", [1e2, 1e4, 1e7])
-def test_the_fastest_particles_strike_too(speed):
+def test_the_fastest_particles_have_impacts(speed):
     bodies = body_list((fullbody.Ellipsoid(1, 0.6, 0.3), 1e-12), (fullbody.Sphere(1e-3), 1e-12))
     state = fullbody.State(position=[[0, 0, 0], [1e4, 0, 0]], velocity=np.zeros((2, 3)))
     positions = np.random.default_rng(0).normal(size=(50, 3))

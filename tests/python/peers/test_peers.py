@@ -101,7 +101,7 @@ def test_sians_densities_and_points_are_read(tmp_path):
         ("0 0.7 0.1", "0 0.7 0.1\n0 0 0", "expected 2"),
     ],
 )
-def test_sians_names_the_line(tmp_path, old, new, what):
+def test_errors_of_sians_files_name_the_line(tmp_path, old, new, what):
     path = changed(tmp_path, "sians_pair.txt", old, new)
     line = line_of(path, new.splitlines()[-1])
     if "\n" in new:
@@ -253,7 +253,7 @@ def test_gubas_comments_that_contradict_are_refused(tmp_path):
         ("A into N (1,1): 1.0", "A into N (1,1): -1.0", "A into N is not a rotation"),
     ],
 )
-def test_gubas_config_names_the_line(tmp_path, old, new, what):
+def test_errors_of_gubas_files_name_the_line(tmp_path, old, new, what):
     line = line_of(DATA / "gubas_pair.cfg", old)
     path = changed(tmp_path, "gubas_pair.cfg", old, new)
     refused(f"line {line}: .*{what}", lambda: fullbody.read_gubas(path))
@@ -307,7 +307,7 @@ def test_numbers_that_gubas_writes_for_itself_are_refused(tmp_path):
 # REBOUND
 
 
-def test_systems_go_to_rebound_and_back():
+def test_conversion_to_rebound_and_back_is_exact():
     sim = rebound.Simulation()
     sim.G = 39.5
     sim.add(m=1.0, r=0.005)
@@ -332,7 +332,7 @@ def test_to_rebound_strips_units():
     np.testing.assert_allclose(sim.particles[1].m, 0.135e12)
 
 
-def test_rebound_refuses_what_we_lack():
+def test_rebound_particles_without_mass_are_refused():
     sim = rebound.Simulation()
     refused("no particles", lambda: fullbody.from_rebound(sim))
     sim.add(m=1.0)
@@ -417,7 +417,7 @@ def test_rebound_units_without_a_name_are_refused():
     assert fullbody.from_rebound(sim)[0].G == sim.G
 
 
-def test_rebound_names_go_there_and_back():
+def test_names_are_kept_in_rebound_and_back():
     names = ["Größe 1999 KW₄", None, "probe"]
     system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in names], G=1.0)
     state = fullbody.State([[0, 0, 0], [1, 0, 0], [5, 0, 0]], np.zeros((3, 3)))

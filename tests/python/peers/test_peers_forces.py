@@ -101,7 +101,7 @@ def test_gubas_tides_dissipate(tmp_path):
 
 
 @pytest.mark.filterwarnings("default")
-def test_gubas_warns_of_what_it_does_otherwise(tmp_path):
+def test_reading_gubas_warns_of_forces_that_it_computes_differently(tmp_path):
     orbit = dict(zip(FLYBY_NAMES, FLYBY, strict=True))
     with pytest.warns(UserWarning, match="asks for a flyby: GUBAS leaves out its torques"):
         fullbody.read_gubas(config(tmp_path, {"Flyby": 1}, orbit))
@@ -110,7 +110,7 @@ def test_gubas_warns_of_what_it_does_otherwise(tmp_path):
         fullbody.read_gubas(config(tmp_path, {"Solar Gravity": 1}, solar))
 
 
-def test_gubas_refuses_what_is_missing_or_wrong(tmp_path):
+def test_missing_or_invalid_forces_of_gubas_are_refused(tmp_path):
     orbit = dict(zip(FLYBY_NAMES, FLYBY, strict=True))
     for name in FLYBY_NAMES:
         with pytest.raises(InvalidInput, match=f"no '{name}' in the section"):
@@ -214,7 +214,7 @@ def test_sians_warns_of_the_torque(tmp_path):
     refused(r"sun\.txt, line 10: orbit about the Sun", lambda: fullbody.read_sians(path, units="kmhr"))
 
 
-def test_rebound_is_told_what_it_loses():
+def test_converting_to_rebound_warns_of_lost_forces():
     system, state = fullbody.systems.kw4()
     with_tide = system.with_forces([forces.Tide("Alpha", "Beta", 1e-5, 0.01)])
     with pytest.warns(UserWarning, match=r"none of the external forces \(tide on Alpha\)"):

@@ -44,14 +44,14 @@ def test_an_envelope_is_the_range_and_the_mean_of_a_fast_oscillation():
     ],
     ids=["slow", "small", "wide axes", "constant", "rounding"],
 )
-def test_what_a_line_can_show_is_a_line(values, width):
+def test_slow_or_small_oscillations_are_drawn_as_lines(values, width):
     ax = axes(width)
     line = lines.draw(ax, TIME, values, {})
     assert drawn_as(ax) == (1, 0, [])
     np.testing.assert_array_equal(line.get_ydata(), values)
 
 
-def test_the_band_of_a_second_curve_is_not_named_again():
+def test_the_legend_names_the_band_once():
     ax = axes()
     for name, size in (("x", 1.0), ("y", 2.0)):
         lines.draw(ax, TIME, size * np.sin(2 * np.pi * 10.0 * TIME), {"label": name})

@@ -53,14 +53,14 @@ def test_orbit_outline_is_the_shadow_of_the_body():
     assert np.allclose((edge[:, 0] / 3.0) ** 2 + (edge[:, 1] / 2.0) ** 2, 1.0, atol=1e-9)
 
 
-def test_orbit_of_three_is_about_the_body_asked_for(triple_run):
+def test_an_orbit_of_three_bodies_is_about_the_requested_one(triple_run):
     ax = triple_run.plot.orbit(about=2, shapes=False)
     assert [line.get_label() for line in ax.lines] == ["big", "body 1"]
     assert passes_through(ax.lines[1], (triple_run.position[:, 1] - triple_run.position[:, 2])[:, :2])
     assert ax.get_xlabel() == "x from a name as l… [system units]"
 
 
-def test_elements_are_the_runs(kw4_run):
+def test_plotted_elements_are_those_of_the_run(kw4_run):
     axes = kw4_run.plot.elements()
     values = kw4_run.elements()
     assert axes.shape == (3, 2)
@@ -93,7 +93,7 @@ def test_ticks_of_angles_are_parts_of_a_turn():
         assert np.all(np.mod(ticks, step) == 0)
 
 
-def test_curves_that_are_level_are_shown_as_level(case1_run):
+def test_curves_within_rounding_are_shown_as_constant(case1_run):
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, np.sqrt(1.001), 0]])
     run = points(1.0, 1e-3).integrate(state, 50.0, output=0.5)
     ax = run.plot.elements()[0, 1]
@@ -104,7 +104,7 @@ def test_curves_that_are_level_are_shown_as_level(case1_run):
     assert np.ptp(case1_run.plot.elements()[1, 0].get_ylim()) > 1.0
 
 
-def test_angles_do_not_stroke_across_a_turn_or_the_pole(kw4_run, triple_run):
+def test_lines_of_angles_have_gaps_at_jumps(kw4_run, triple_run):
     line = kw4_run.plot.elements()[2, 0].lines[0]
     steps = np.abs(np.diff(line.get_ydata()))
     assert np.nanmax(steps) < 180.0
@@ -116,7 +116,7 @@ def test_angles_do_not_stroke_across_a_turn_or_the_pole(kw4_run, triple_run):
     assert np.nanmax(theta.get_ydata()) > 80.0
 
 
-def test_spins_are_the_runs_in_both_frames(kw4_run):
+def test_plotted_spins_are_those_of_the_run_in_both_frames(kw4_run):
     axes = kw4_run.plot.spins()
     assert len(axes) == 2
     for body, ax in enumerate(axes):
@@ -130,7 +130,7 @@ def test_spins_are_the_runs_in_both_frames(kw4_run):
     assert np.allclose([line.get_ydata()[7] for line in turned], expected, rtol=0, atol=1e-15)
 
 
-def test_plots_show_the_bodies_asked_for(triple_run):
+def test_plots_show_the_requested_bodies(triple_run):
     _, ax = plt.subplots()
     triple_run.plot.spins(axes=ax, bodies=[1])
     assert ax.get_title(loc="left") == "body 1, body frame"
@@ -150,7 +150,7 @@ def test_angles_are_the_states_tait_bryan_angles(case1_run):
             assert np.allclose(at_samples(line, case1_run.time), expected[:, body, column], rtol=0, atol=1e-12)
 
 
-def test_librations_drawn_are_the_observables(kw4_run):
+def test_plotted_librations_are_the_observables(kw4_run):
     ax = kw4_run.plot.libration()
     expected = np.rad2deg(observables.roll_pitch_yaw(kw4_run).to_value("rad")).T
     assert [line.get_label() for line in ax.lines] == ["roll", "pitch", "yaw"]
@@ -168,7 +168,7 @@ def test_librations_drawn_are_the_observables(kw4_run):
 @pytest.mark.parametrize(
     ("until", "label", "end"), [(900 * u.hour, "h", 900), (100 * u.day, "days", 100), (4 * u.yr, "years", 4)]
 )
-def test_long_times_are_days_and_years(until, label, end):
+def test_the_axis_of_long_times_is_in_days_or_years(until, label, end):
     system = points(2.4e12 * u.kg, 1e11 * u.kg, G=None, units=("km", "hour", "kg"))
     r, v = fullbody.KeplerElements(2.5, 0.1, 0, 0, 0, 0).to_cartesian(system.mu().value)
     run = system.integrate(fullbody.State([0 * r, r], [0 * v, v]), until, output=until / 10)
@@ -177,7 +177,7 @@ def test_long_times_are_days_and_years(until, label, end):
     assert ax.lines[0].get_xdata()[-1] == pytest.approx(end, rel=1e-12)
 
 
-def test_a_body_far_away_does_not_hide_the_pair():
+def test_a_distant_body_does_not_set_the_scale():
     shapes = {"A": (fullbody.Sphere(0.7), 2.4), "B": (fullbody.Sphere(0.2), 0.1), "star": (fullbody.PointMass(), 1e-9)}
     state = fullbody.State([[0, 0, 0], [2.5, 0, 0], [1e8, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0.04, 0]])
     run = fullbody.System(body_list(**shapes), G=1.0).integrate(state, 5.0, output=0.1)
@@ -221,7 +221,7 @@ def test_energy_shows_both_drifts(kw4_run):
 
 
 @pytest.mark.parametrize(("dense", "close"), [(True, 1e-9), (False, 2e-5)])
-def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
+def test_a_scene_has_the_surface_of_an_ellipsoid_at_its_pose(kw4_run, dense, close):
     start = kw4_run[0]
     run = kw4_run.system.integrate(start, 50.0, output=0.5, dense=dense)
     state = kw4_run.system.integrate(start, 20.1, output=[20.1])[0]
@@ -242,7 +242,7 @@ def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
     assert np.allclose(np.array(ax.lines[4].get_data_3d())[:, -1], centre[1], atol=close)
 
 
-def test_scenes_are_of_times_within_the_run(kw4_run):
+def test_scenes_outside_of_the_run_are_refused(kw4_run):
     for time in (-0.1, 50.1):
         refused(rf"time is {time}; expected one within the run, from 0 to 50", kw4_run.plot.scene, time)
     # The continuous solution reaches further than the samples of this run.
@@ -251,7 +251,7 @@ def test_scenes_are_of_times_within_the_run(kw4_run):
 
 
 @pytest.mark.parametrize("until", [9.0, -9.0])
-def test_between_samples_bodies_go_their_way(until):
+def test_poses_between_samples_follow_the_motion(until):
     bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (1.0, 1e-9)]
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]], spin=[[0, 0, 0.5], [0, 0, 1.0]])
     run = fullbody.System(bodies, G=1.0).integrate(state, until, output=0.9)
@@ -284,7 +284,7 @@ def test_scene_has_equal_scales(kw4_run):
 
 
 @pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
-def test_summary_is_whole_and_legible(which, request, tmp_path):
+def test_the_summary_has_all_plots_and_is_legible(which, request, tmp_path):
     run = request.getfixturevalue(which)
     page = run.plot()
     figure = page.figure
@@ -298,7 +298,7 @@ def test_summary_is_whole_and_legible(which, request, tmp_path):
     assert (tmp_path / "page.png").stat().st_size > 20_000
 
 
-def test_the_checks_of_legibility_see_faults_and_lines_differ_in_grey(kw4_run):
+def test_the_checks_of_legibility_find_faults_and_lines_differ_in_grey(kw4_run):
     ax = kw4_run.plot.energy()
     ax.text(0.0, 1.0, "covers the legend and leaves the page " * 4, transform=ax.transAxes, in_layout=False)
     assert all(faults(ax.figure))
@@ -361,7 +361,7 @@ def test_options_have_matplotlibs_short_names_too(kw4_run, name):
     assert kw4_run.plot.scene(lw=2.5, ec="red").collections[0].get_linewidth()[0] == 2.5
 
 
-def test_what_is_no_axes_or_figure_is_refused(kw4_run):
+def test_objects_other_than_axes_or_figures_are_refused(kw4_run):
     flat, deep = plt.figure().add_subplot(), plt.figure().add_subplot(projection="3d")
     plot = kw4_run.plot
     for call, given in ((plot.orbit, 3), (plot.orbit, deep), (plot.energy, "axes"), (plot.spins, [flat, 3])):
@@ -382,7 +382,7 @@ def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():
     assert faults(ax.figure) == ([], [])
 
 
-def test_names_are_shown_as_they_are():
+def test_names_are_drawn_without_formulas():
     names = [r"$\frac{", "a_b^$x"]
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in names]
     state = fullbody.State([[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 0.4, 0]])
@@ -415,7 +415,7 @@ def test_motion_along_a_line_is_drawn_without_elements():
     refused("both body 0; expected two bodies", lambda: run.plot(body=0, about=0))
 
 
-def test_bad_requests_are_named(kw4_run):
+def test_bad_arguments_of_plots_are_refused(kw4_run):
     refused("plane is 'ab'; expected ", lambda: kw4_run.plot.orbit(plane="ab"))
     refused("about is 2; expected 0 to 1", lambda: kw4_run.plot.orbit(about=2))
     refused("axes has 3 axes; expected 2", lambda: kw4_run.plot.spins(axes=plt.subplots(3)[1]))

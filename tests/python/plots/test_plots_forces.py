@@ -30,7 +30,7 @@ def texts(ax):
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-def test_work_shows_the_runs_numbers(run):
+def test_the_plot_of_work_has_the_numbers_of_the_run(run):
     ax = run.plot.work()
     assert texts(ax) == ["Sun", "tide on Didymos", "BYORP on Dimorphos"]
     for line, name in zip(ax.lines, run.work, strict=True):
@@ -44,7 +44,7 @@ def test_work_shows_the_runs_numbers(run):
     assert least <= ax.yaxis.get_transform().linthresh < 10 * least
 
 
-def test_work_of_alike_forces_is_linear_and_none_is_said():
+def test_the_plot_of_work_is_linear_for_similar_forces_and_names_those_without_work():
     system, state = made(units=False, byorp=0.0)
     run = system.with_forces(system.forces[1:]).integrate(state, 20.0, output=1.0)
     ax = run.plot.work(color="red")
@@ -64,7 +64,7 @@ def test_without_forces_there_is_no_work_to_draw():
     refused("no samples", lambda: run[:0].plot.work())
 
 
-def test_the_page_tells_the_forces(run):
+def test_the_page_names_the_forces(run):
     page = run.plot()
     assert [*page.axes][-2:] == ["energy", "work"]
     assert "with Sun, tide on Didymos, BYORP on Dimorphos" in page.figure._suptitle.get_text()

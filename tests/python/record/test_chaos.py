@@ -56,7 +56,7 @@ def test_megno_of_chaotic_motion_grows(tumbling_moon):
     assert 0.2 < run.lyapunov[-1] * period < 3.0
 
 
-def test_polyhedra_part_as_fast_as_ellipsoids_of_their_moments():
+def test_polyhedra_have_the_lyapunov_exponent_of_ellipsoids_of_their_moments():
     # Their fields differ by the hexadecapoles: 1e-4 of the torque at this distance, periodically.
     options = {"output": "ends", "integrator": FAST, "chaos": True}
     results = []
@@ -69,7 +69,7 @@ def test_polyhedra_part_as_fast_as_ellipsoids_of_their_moments():
     assert abs(faceted.megno[-1] / exact.megno[-1] - 1.0) < 5e-4
 
 
-def test_neighbouring_runs_part_as_fast(tumbling_moon):
+def test_the_lyapunov_exponent_is_that_of_neighbouring_runs(tumbling_moon):
     # Two runs 1e-8 apart, in natural sizes; the second is brought back to that distance after every orbit.
     system, state, period, run = tumbling_moon
     size, total, now = scales(system, state), 0.0, state

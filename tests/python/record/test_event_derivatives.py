@@ -113,7 +113,7 @@ def test_functions_with_units_and_at_the_end_of_a_range():
         assert worst(result.by_parameter[name], (ends[0] - ends[1]) / (2 * step)) < 1e-5
 
 
-def test_functions_are_refused_what_a_displaced_run_does_not_have():
+def test_functions_of_a_run_cannot_use_attributes_of_a_displaced_run():
     system, state = fullbody.systems.kw4()
     tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01, name="tide")
     run = system.with_forces([tide]).integrate(state, 5.0, output=1.0, derivatives=["lag of tide"])

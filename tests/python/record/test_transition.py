@@ -105,7 +105,7 @@ def test_the_transition_matrix_backwards_is_the_inverse(tumble):
     assert worst(both, np.eye(24)) < 1e-12 * growth
 
 
-def test_unknown_parameters_answer_with_those_that_exist():
+def test_an_unknown_parameter_is_refused_with_the_known_ones():
     system, state = tumbling()
     refused(r'"mass of C".*"G".*"mass of A".*"mass of B"', system.integrate, state, 1.0, derivatives=["mass of C"])
     refused("which is text", lambda: system.integrate(state, 1.0, derivatives="G"))

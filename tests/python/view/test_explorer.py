@@ -57,7 +57,7 @@ def test_a_slider_moves_the_run_and_its_curves():
 
 
 @pytest.mark.parametrize("values", [{"e": 2.0, "distance": 1.0}, {"e": -5.0}])
-def test_what_cannot_run_is_an_error_and_the_last_run_stays(values):
+def test_an_error_of_the_setup_is_shown_and_the_last_run_stays(values):
     explorer = fullbody.explore(pair, {"e": (0.0, 0.5), "distance": (5.0, 20.0)}, duration=10.0)
     page, previous = Page(explorer), explorer.run
     answer = page.ask("run", **{"e": 0.1, "distance": 10.0} | values)
@@ -74,7 +74,7 @@ def test_a_run_that_ends_in_a_collision_is_shown_with_its_reason():
     assert 0.0 < numbers(result["time"])[-1] < 400.0
 
 
-def test_ranges_have_units_and_the_code_makes_the_run_again():
+def test_ranges_have_units_and_the_code_reproduces_the_run():
     def didymos_after_dart(tilt):
         return fullbody.systems.didymos_after_dart(units=True, tilt=tilt)
 
@@ -110,7 +110,7 @@ def test_ranges_have_units_and_the_code_makes_the_run_again():
         ({"until": None}, "neither until nor duration are given"),
     ],
 )
-def test_what_no_explorer_can_show_is_refused(options, expected):
+def test_bad_arguments_of_the_explorer_are_refused(options, expected):
     refused(expected, fullbody.explore, **{"setup": pair, "parameters": {"e": (0.0, 0.5)}, "until": 10.0} | options)
 
 
