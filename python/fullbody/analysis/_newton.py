@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import cache
 from itertools import permutations, product
 from typing import NamedTuple, TypeAlias
 
@@ -46,7 +46,7 @@ def corrected(rotation: Rotation, tangent: Floats, length: float) -> Rotation:
     if length == 0.0:
         return rotation
     step = length * tangent * rotation.scales()[1]
-    guess = rotation.at(rotation.pose.displaced(step[:9]), rotation.rate + step[9])
+    guess = rotation.stepped(step)
     return _solution(guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
 
 
@@ -76,19 +76,12 @@ def _solution(
             )
         step = -right.T @ ((left.T @ residual) / values)
         step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
-        rotation = without_overlap(partial(_stepped, rotation), step * columns)
+        rotation = without_overlap(rotation.stepped, step * columns)
     raise NotConverged(
         f"a relative equilibrium of {target}: not found in {max_steps} steps of Newton's method, forces are out of "
         f"balance by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists "
         "those of an angular momentum), or the start is too far from it"
     )
-
-
-def _stepped(rotation: Rotation, step: Floats) -> Rotation:
-    """Return the rotation after a step, or raise the error of bodies that overlap."""
-    pose = rotation.pose.displaced(step[:9])
-    rotation.pair.loads(pose)
-    return rotation.at(pose, rotation.rate + step[9])
 
 
 @cache
@@ -172,7 +165,7 @@ def scan(rotation: Rotation, axes: Axes, touching: float, until: float) -> Scan:
         evaluate(distance)
         distance *= _RATIO if samples else 1.01
     for (a, j), (b, k), (c, m) in zip(samples, samples[1:], samples[2:], strict=False):
-        # Near its minimum a parabola tells whether the angular momentum falls below the value between two separations.
+        # Near its minimum a parabola shows whether the angular momentum falls below the value between two separations.
         if k < min(j, m):
             slopes = (k - j) / (b - a), (m - k) / (c - b)
             evaluate((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))

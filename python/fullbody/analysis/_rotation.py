@@ -45,6 +45,12 @@ class Rotation:
         """Return the rotation with the same spins in another pose at another rate."""
         return replace(self, pose=pose, rate=rate)
 
+    def stepped(self, step: Floats) -> Rotation:
+        """Return the rotation after a change (10,) of the pose and the rate, or raise the error of an overlap."""
+        rotation = self.at(self.pose.displaced(step[:9]), self.rate + step[9])
+        self.pair.loads(rotation.pose)
+        return rotation
+
     def balanced(self, pose: Pose) -> Rotation | None:
         """Return the rotation whose rate balances the force along the line, or ``None`` where that force repels."""
         loads, _ = self.pair.loads(pose)

@@ -37,7 +37,7 @@ _TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Fold:
-    """The ``equilibrium`` of a branch at which a ``quantity``, separation or angular momentum, turns back."""
+    """The ``equilibrium`` of a branch at which a ``quantity``, separation or angular momentum, is extreme."""
 
     quantity: str
     equilibrium: RelativeEquilibrium
@@ -226,7 +226,7 @@ class Touching(UniformRotation):
 
     @property
     def rests(self) -> bool:
-        """Whether the bodies stay in contact: gravity exceeds what is needed to keep them on their circular paths."""
+        """Whether the bodies stay in contact: gravity exceeds the centripetal force on their circular paths."""
         return bool(self.rotation.residual()[0] < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
@@ -266,7 +266,7 @@ class Equilibria(Tabled):
 
     @property
     def least(self) -> RelativeEquilibrium | Touching:
-        """The state of least energy, in which a pair ends that loses energy and keeps its angular momentum."""
+        """The state of least energy, which a pair reaches that loses energy but no angular momentum."""
         if not self._all:
             raise NotConverged("no equilibrium was found, neither apart nor touching; see .failures")
         return self._all[0]

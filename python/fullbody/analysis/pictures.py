@@ -16,7 +16,7 @@ from ..model.state import State
 from ..plots._style import escaped, in_si
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
-#: Components of a mode smaller than this could not be told from zero and are not drawn.
+#: Components of a mode below this would look like zero and are not drawn.
 _VISIBLE = 0.02
 
 

@@ -92,7 +92,7 @@ def years(arguments: argparse.Namespace) -> Iterator[tuple[Shape, str, Run, floa
 def run_year(
     shape: Shape, method: str, until: float = _YEAR, *, integrator: Integrator | None = None, progress: Any = False
 ) -> tuple[Run, float]:
-    """Integrate the paper's start with every step kept; return the run and its CPU time in seconds."""
+    """Integrate the paper's start and record every step; return the run and its CPU time in seconds."""
     system, state = kw4_ho2021(shape, gravity=method, units=True)
     started = time.process_time()
     year = system.integrate(state, until, integrator=integrator or Verner98(1e-13, 1e-13), progress=progress)
@@ -146,5 +146,5 @@ def write(out: Path, figures: dict[str, Any], numbers: Any) -> None:
 
 
 def written(out: Path) -> str:
-    """Return what was written into the folder, as a sentence."""
+    """Return a sentence that lists the files of the folder."""
     return f"Figures, runs (every {_STRIDE}th step) and numbers.json are in {out}/"

@@ -212,7 +212,7 @@ def stream(seed: int, row: int, kind: int) -> np.random.Generator:
 
 
 def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
-    """Return the rows of what :func:`fullbody.sweep` takes as parameters."""
+    """Return the rows of the parameters of :func:`fullbody.sweep`."""
     parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
     if not parts:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""Descriptions of options and functions as texts, by which a store tells one sweep from another."""
+"""Descriptions of options and functions as texts, by which a store distinguishes sweeps."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _parts(value: Any) -> Iterator[Any]:
 
 
 def _definition(thing: Any) -> Any:
-    """Return the function or class that determines what a thing does."""
+    """Return the function or class that determines the behaviour of an object."""
     while isinstance(thing, functools.partial):
         thing = thing.func
     thing = inspect.unwrap(thing) if callable(thing) else thing

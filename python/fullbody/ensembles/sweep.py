@@ -279,7 +279,7 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
     try:
         return inspect.signature(function).parameters
     except (TypeError, ValueError):
-        # Compiled functions may not tell their arguments.
+        # Compiled functions may have no signature.
         return {}
 
 

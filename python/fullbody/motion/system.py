@@ -252,10 +252,11 @@ class System(Tabled):
         if mass is None and density is None and GM is None:
             mass = old.mass
         if isinstance(shape, Composite):
-            for what, value in (("density", density), ("GM", GM)):
+            for name, value in (("density", density), ("GM", GM)):
                 if value is not None:
-                    called = f"{what} of {self.names[index]}"
-                    raise InvalidInput(f"{called} is {value!r}; expected a mass beside a composite")
+                    raise InvalidInput(
+                        f"{name} of {self.names[index]} is {value!r}; expected a mass beside a composite"
+                    )
             new = Body(shape._with(self.context.units, self.context.G).with_mass(mass), name=old.name)
         else:
             new = Body(shape, mass=mass, density=density, name=old.name, GM=GM)
@@ -306,10 +307,12 @@ class System(Tabled):
             for name, value in self._options.items()
             if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
         ]
-        both = zip(self._forces, context.core.forces, strict=True)
-        forces = [(force.name, type(force).__name__, force._summary(described, units)) for force, described in both]
-        acting = (Table("Forces", ("force", "kind", "what"), list(forces)),) if forces else ()
-        return (Table("System", (), rows), _table_of_bodies(context, self._bodies), *acting)
+        forces = [
+            (force.name, type(force).__name__, force._summary(described, units))
+            for force, described in zip(self._forces, context.core.forces, strict=True)
+        ]
+        table = (Table("Forces", ("force", "kind", "what"), list(forces)),) if forces else ()
+        return (Table("System", (), rows), _table_of_bodies(context, self._bodies), *table)
 
     def __repr__(self) -> str:
         units = "" if self.units is None else f", units={self.units}"
@@ -318,8 +321,8 @@ class System(Tabled):
         return f"System({list(self.names)}, G={float(f'{self.context.G:.9g}')!r}, {gravity}{units}{forces})"
 
     def __reduce__(self) -> Any:
-        made = partial(System, G=self.context.G, units=self.units, forces=self._forces, **self._options)
-        return made, (self._bodies,)
+        make = partial(System, G=self.context.G, units=self.units, forces=self._forces, **self._options)
+        return make, (self._bodies,)
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -232,7 +232,7 @@ class RelativeMotion:
         return abs(signal.slope(path.time, swept(path)[0], self.power))
 
     def precession(self, poles: Floats, axis: Any) -> tuple[float | None, Floats]:
-        """Return the mean rate at which directions turn about an axis, and their angles from it.
+        """Return the mean rate at which directions precess about an axis, and their angles from it.
 
         The default axis is the angular momentum at the start. The rate is ``None`` if the directions are mostly nearer
         to the axis than :data:`NEAREST`, or go about it another number of times by every second sample.
@@ -240,7 +240,7 @@ class RelativeMotion:
         axis = self._start if axis is None else directions(axis, "axis", single=True)
         about, every = azimuth(poles, axis), azimuth(poles[::2], axis)
         angle: Floats = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
-        # A direction nearly opposite to the axis, about which it turns the other way, is as near to it.
+        # A direction nearly opposite to the axis, about which it precesses in the other sense, is as near to it.
         is_near = np.median(np.minimum(angle, np.pi - angle)) < NEAREST
         revolutions = [(result[-1] - result[0]) / (2 * np.pi) for result in (about[: 2 * len(every) - 1], every)]
         return None if is_near or abs(revolutions[0] - revolutions[1]) > 0.5 else signal.slope(self.time, about), angle
@@ -252,7 +252,7 @@ class RelativeMotion:
         normal = np.cross(r, v)
         node = np.cross(axis, normal)
         forward = np.cross(normal, node) / np.linalg.norm(normal, axis=1)[:, None]
-        angle = signal.unwrapped(np.arctan2(np.sum(r * forward, axis=1), np.sum(r * node, axis=1)))
+        angle = np.unwrap(np.arctan2(np.sum(r * forward, axis=1), np.sum(r * node, axis=1)))
         return abs(signal.slope(self.path.time, angle, self.power))
 
 
@@ -270,7 +270,7 @@ def azimuth(poles: Floats, axis: Floats) -> Floats:
     if size == 0.0:
         raise InvalidInput("the angular momentum is zero; expected an axis=")
     x, y = normal_axes(axis / size)
-    return signal.unwrapped(np.arctan2(poles @ y, poles @ x))
+    return np.unwrap(np.arctan2(poles @ y, poles @ x))
 
 
 def direction_rate(path: follow.Path) -> Floats:

@@ -26,11 +26,6 @@ def slope(time: Floats, values: Floats, power: int = 1) -> float:
     return float((weight * centred) @ values / ((weight * centred) @ centred))
 
 
-def unwrapped(angle: Floats, period: float = 2 * np.pi) -> Floats:
-    """Return an angle without jumps; samples must be less than half a period of it apart."""
-    return np.unwrap(angle, period=period)
-
-
 def averaged(time: Floats, values: Floats, length: float) -> Floats:
     """Return the averages of values over a length of time about each sample, which is shorter at the ends."""
     t = time if time[-1] > time[0] else -time

@@ -109,7 +109,7 @@ class MutualPeriod(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Precession(ArrayFields):
-    """Slow turns of an orbit: its periapsis and its node.
+    """Precession of an orbit: of its periapsis and its node.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     varpi = angles[0] + angles[1]
     columns: dict[str, Floats] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
     for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, varpi + angles[2]), strict=True):
-        columns[name] = signal.unwrapped(angle)
+        columns[name] = np.unwrap(angle)
     undefined = _undefined(motion, e, i, *angles[:2])
     rates, means = Rates(undefined), Rates(undefined)
     for name in (name for name in columns if name not in undefined):
@@ -210,7 +210,7 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
             continue
         revolution = abs(np.ptp(motion.time)) / motion.revolutions
         scatter = float(np.std(length - signal.averaged(motion.time, length, revolution)))
-        angles = (signal.unwrapped(np.angle(vector[::step])) for step in (1, 2))
+        angles = (np.unwrap(np.angle(vector[::step])) for step in (1, 2))
         revolutions = [float(angle[-1] - angle[0]) / (2 * np.pi) for angle in angles]
         if length.min() <= scatter or abs(revolutions[0] - revolutions[1]) > 0.5:
             reason = (

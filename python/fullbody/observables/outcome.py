@@ -1,4 +1,4 @@
-"""The outcome of a run: the fate of a body, and the drifts of what is conserved."""
+"""The outcome of a run: the fate of a body, and the drifts of conserved quantities."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DRIFTS = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fate(ArrayFields):
-    """What became of a body in a run, and when.
+    """The fate of a body in a run, and its time.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Fate(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Drift(ArrayFields):
-    """The largest drifts of a run, which tell how exact its integration was.
+    """The largest drifts of a run, which measure the accuracy of its integration.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ def _contact(run: Record, body: int) -> Any:
 
 
 def drift(run: Record) -> Drift:
-    """Determine the largest drifts of a run, which tell how exact its integration was.
+    """Determine the largest drifts of a run, which measure the accuracy of its integration.
 
     Parameters
     ----------

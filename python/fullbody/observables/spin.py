@@ -57,7 +57,7 @@ class Libration(ArrayFields):
 
 
 def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about: int | str | None = None) -> Scalar:
-    """Compute the mean rate at which a body's pole of rotation turns about an axis.
+    """Compute the mean rate at which a body's pole of rotation precesses about an axis.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
         )
     # Both ends of the axis are equivalent.
     motion.check_rotation(np.linalg.norm(np.cross(motion.relative_spin, axis), axis=1), np.pi / 2)
-    angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
+    angle = np.unwrap(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
     fine = _between(motion, angle)
     swing = float(np.ptp(fine) / 2)
@@ -260,7 +260,7 @@ def angles(relative: Floats) -> Floats:
     roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
     pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
     yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
-    return np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1)
+    return np.stack([np.unwrap(roll), pitch, np.unwrap(yaw)], axis=1)
 
 
 def orbit_frame(motion: RelativeMotion) -> Floats:
@@ -271,7 +271,7 @@ def orbit_frame(motion: RelativeMotion) -> Floats:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tumbling(ArrayFields):
-    """The time at which a body first turned further than a limit from its equilibrium attitude.
+    """The time at which a body first rotated further than a limit from its equilibrium attitude.
 
     Attributes
     ----------

@@ -103,12 +103,11 @@ class Flight(Tabled, Generic[S]):
         """The detected events, ordered by particle, and along the flight of each."""
         names, attach = ("particle", "time", "position", "velocity", "rising"), self.context.units.attach
         columns = zip(self.arrays["event"], *(self.arrays[f"event_{name}"] for name in names), strict=True)
-        return [
-            ParticleOccurrence(
-                self.watched[k], int(p), attach(t, "time"), attach(x, "length"), attach(v, "velocity"), bool(rising)
-            )
-            for k, p, t, x, v, rising in columns
-        ]
+        events = []
+        for k, particle, t, x, v, rising in columns:
+            motion = attach(t, "time"), attach(x, "length"), attach(v, "velocity")
+            events.append(ParticleOccurrence(self.watched[k], int(particle), *motion, bool(rising)))
+        return events
 
     @property
     def counts(self) -> dict[str, int]:

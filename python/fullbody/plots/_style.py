@@ -82,12 +82,6 @@ def unit_of_rate(run: Record) -> str:
     return {"days": "day", "years": "year", "system units": ""}.get(name, name)
 
 
-def energy_unit(run: Record) -> tuple[float, str]:
-    """Return joules in the system's unit of energy, and their symbol; one for a system without units."""
-    units = run.context.units
-    return (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
-
-
 def rounded(time: float) -> str:
     """Return a time as the text of a title, with four digits or as a whole number."""
     if time == 0.0:

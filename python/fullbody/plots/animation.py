@@ -145,7 +145,7 @@ def _scene(run: Record, figure: Any, times: Floats, geometry: Vectors | None) ->
     centres, attitudes = poses(run, times)
     suns = None if geometry is None else directions(run, geometry, times)
     near = near_and_far(run)[0]
-    # All pictures show as many decimals as are needed to tell their times apart.
+    # All pictures show as many decimals as make their times distinct.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
 
@@ -194,7 +194,7 @@ def _sky(run: Record, figure: Any, times: Floats, geometry: Vectors | None) -> C
 
 @contextmanager
 def _failing_by_name(path: Path) -> Iterator[None]:
-    """Context manager that turns a failure of ffmpeg into an error that names the caller's file."""
+    """Context manager that converts a failure of ffmpeg to an error that names the caller's file."""
     try:
         yield
     except CalledProcessError as error:

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 _SMOOTH = 1000
 #: The largest number of times for each sample of a flight.
 _PARTS = 12
-#: The part of a turn between points of a curve of an angle, and the largest number of points.
+#: The fraction of a revolution between points of a curve of an angle, and the largest number of points.
 _TURN_FRACTION, _MAX_POINTS = 1.0 / 48.0, 400_000
-#: The difference in radians of a turn between samples from that of the mean spin, and the turn itself, up to which
-#: the spins tell how the body turns between the samples.
+#: The largest difference in radians of a rotation between samples from that of the mean spin, and the largest angle of
+#: the rotation, with which attitudes are interpolated by the spins.
 _AGREED, _FOLLOWED = 0.5, 2.8
 
 
@@ -58,7 +58,7 @@ def poses(run: Record, times: Floats) -> tuple[Floats, Floats]:
     the shorter turn where a spin is for more than half a turn between samples.
     """
     record = run.arrays
-    if run.dense is not None and _contains(times, run.dense.core.range):
+    if run.dense is not None and run.dense.covers(times).all():
         states = run.dense.core.states(times)
         return _from_barycentre(run, states["position"]), np.asarray(states["attitude"])
     samples, order = np.unique(record["time"], return_index=True)
@@ -85,7 +85,7 @@ class Trails(NamedTuple):
 
 
 def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Trails:
-    """Return the particles of a flight at its samples within a run, and at times between them if there is room.
+    """Return the particles of a flight at its samples within a run, and, unless these are many, at times between them.
 
     If there are many particles and samples, an even selection is taken, with at most ``particles`` particles and
     ``most_points`` positions in all. Positions between samples lie on cubics that fit positions and velocities, except
@@ -127,7 +127,7 @@ def _interpolated(samples: Floats, centres: Floats, velocities: Floats, times: F
     interval = np.clip(np.searchsorted(samples, times, side="right") - 1, 0, len(samples) - 2)
     curved = ((arc <= 0.5 * np.pi * chord) & ~np.asarray(linear))[interval][..., None]
     line = np.asarray(interp1d(samples, centres, axis=0)(times))
-    # Particles that are gone have NaN positions, which scipy's cubic does not accept.
+    # Removed particles have NaN positions, which scipy's cubic does not accept.
     gone = ~(np.isfinite(centres) & np.isfinite(velocities))
     cubic = CubicHermiteSpline(samples, np.where(gone, 0.0, centres), np.where(gone, 0.0, velocities))(times)
     return np.where(curved, cubic, line)
@@ -171,22 +171,18 @@ def _mean(run: Record, vectors: Floats) -> Floats:
 
 def _barycentre(run: Record, times: Floats, quantity: str = "position") -> Floats:
     """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
-    if run.dense is not None and _contains(times, run.dense.core.range):
+    if run.dense is not None and run.dense.covers(times).all():
         return _mean(run, run.dense.core.states(times)[quantity])
     samples, order = np.unique(run.arrays["time"], return_index=True)
     means = _mean(run, run.arrays[quantity][order])
     return np.stack([np.interp(times, samples, means[:, c]) for c in range(3)], axis=1)
 
 
-def _contains(times: Floats, span: tuple[float, float]) -> bool:
-    return bool(np.all((times >= min(span)) & (times <= max(span))))
-
-
 def dense_attitudes(run: Record) -> tuple[Floats, Floats]:
     """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
 
     Points at nearly equal phases of each turn would look like slow curves. The samples are returned if they are dense
-    enough, or more than half a turn apart, which a warning tells.
+    enough, or more than half a turn apart, which causes a warning.
     """
     samples = run.arrays["time"]
     warn_if_aliased(run, samples, "samples")
@@ -217,7 +213,7 @@ def relative_path(run: Record, body: int, about: int) -> tuple[Floats, bool]:
 
 
 def _revolutions(run: Record, times: Floats, samples: Floats) -> Floats:
-    """Return the turns (N, T - 1) of each body between times that increase or decrease."""
+    """Return the revolutions (N, T - 1) of each body between times that increase or decrease."""
     order = np.unique(samples, return_index=True)[1]
     rate = np.linalg.norm(run.arrays["spin"][order], axis=2)
     fastest = [np.interp(times[:-1], samples[order], rate[:, body]) for body in range(len(run.context))]

@@ -233,7 +233,8 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
     if not forces:
         raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
     ax, kwargs = single(ax, (7.0, 3.2)), full_option_names(kwargs)
-    factor, unit = _style.energy_unit(run)
+    units = run.context.units
+    factor, unit = (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
     energies = factor * run.arrays["work"]
     sizes = np.abs(energies).max(axis=0)
     for index, force in enumerate(forces):

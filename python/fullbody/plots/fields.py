@@ -242,7 +242,9 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     low, high = (min(constants.values(), default=values.min()), max(constants.values(), default=values.max()))
     span = max(high - low, 0.05 * abs(high))
     ticks = matplotlib("ticker").MaxNLocator(12).tick_values(scale * low, scale * (high + span))
-    filled = ax.contourf(x, y, scale * values, levels=ticks, colors=_greys(len(ticks)), extend="both")
+    # One grey for each band between levels, and for the values below and above these.
+    greys = [f"{shade:.3f}" for shade in np.linspace(1.0, 0.45, len(ticks) + 1)]
+    filled = ax.contourf(x, y, scale * values, levels=ticks, colors=greys, extend="both")
     # Edges in the colours of the bands cover the seams between these.
     filled.set_edgecolor("face")
     colour_bar(ax, filled, "Jacobi constant", unit_of(jacobi_si))
@@ -281,11 +283,6 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     style = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.11), "ncols": 4, "frameon": False, "fontsize": "small"}
     ax.legend(handles=handles, **style)
     return ax
-
-
-def _greys(count: int) -> list[str]:
-    """Return greys from white on for bands between ``count`` levels, and for the values below and above these."""
-    return [f"{shade:.3f}" for shade in np.linspace(1.0, 0.45, count + 1)]
 
 
 def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any) -> Any:

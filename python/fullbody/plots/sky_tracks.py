@@ -15,12 +15,12 @@ from . import _style
 
 #: The number of revolutions up to which all are drawn; of more, one is drawn.
 _REVOLUTIONS = 3.0
-#: The number of points of the track for each turn.
+#: The number of points of the track for each revolution.
 _POINTS = 200
 
 
 def sky_track(run: Record, data: Astrometry, ax: Any = None, **kwargs: Any) -> Any:
-    """Draw the track of a run on the sky, the observed offsets with their errors, and lines to where the run has them.
+    """Draw the track of a run on the sky, the observed offsets with their errors, and lines to the predicted ones.
 
     Of many revolutions between the first and the last observation, the track is one in the middle of them. North is up
     and east to the left.

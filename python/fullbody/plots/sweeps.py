@@ -14,7 +14,7 @@ from . import _style
 if TYPE_CHECKING:
     import xarray
 
-#: What each row of a sweep has beside its measures.
+#: The variables of a sweep beside its measures.
 _FAILURE = ("error", "error_text", "error_stage")
 #: Marks of members that failed, by the kind of error.
 _MARKS = "xP*vs^"

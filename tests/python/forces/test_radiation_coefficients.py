@@ -210,7 +210,7 @@ def test_forces_of_coefficients_are_means_of_the_instantaneous_ones():
         ({"position": [5.0, 0, 0]}, "other and position ... both or neither"),
         ({"other": alone(Sphere(1.0))}, "other and position ... both or neither"),
         ({"other": alone(Sphere(1.0)), "position": [5.0, 0]}, "position ... (2,) ... (3,)"),
-        ({"towards": [0.0, 1.0, 0.0]}, "towards ... across ... long axis"),
+        ({"towards": [0.0, 1.0, 0.0]}, "towards ... normal to ... long axis"),
         ({"order": 0}, "order is 0 ... above zero"),
         ({"latitudes": 90}, "latitudes is 90 ... odd"),
         ({"longitudes": 91}, "longitudes is 91 ... even"),

@@ -107,7 +107,7 @@ def test_a_particle_inside_a_body_is_refused(run, output):
         ({"events": ["shadow"]}, "events"),
         ({"threads": 0}, "threads"),
         ({"integrator": fullbody.SymplecticSplitting(step=0.1)}, "integrator"),
-        ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest=1.0)}, "backwards"),
+        ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest_speed=1.0)}, "backwards"),
     ],
 )
 def test_bad_options_of_flights_are_refused(run, options, says):

@@ -190,9 +190,9 @@ def test_a_flight_starts_at_the_time_of_its_particles(run):
 
 def test_a_flight_of_particles_of_another_time_is_refused(run):
     for particles in thrown(run, run("7.3 hour")):
-        with pytest.raises(InvalidInput, match=r"particles are those of time 7.3 h, but the flight starts at 0 h"):
+        with pytest.raises(InvalidInput, match=r"particles have the time 7.3 h, but the flight starts at 0 h"):
             run.system.fly(run[0], particles, "30 hour")
-        refused(r"particles are those of time 7.3 h, but the flight starts at 8 h", run.fly, particles, start="8 hour")
+        refused(r"particles have the time 7.3 h, but the flight starts at 8 h", run.fly, particles, start="8 hour")
         anywhen = Particles(particles.position, particles.velocity)
         assert anywhen.time is None
         assert anywhen != particles

@@ -64,7 +64,7 @@ def test_a_fast_impact_on_a_rim_between_steps_is_detected():
 
 def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
     system, state = lone()
-    bounce = fullbody.particles.Bounce(normal=0.6, rest=1e-3)
+    bounce = fullbody.particles.Bounce(normal=0.6, rest_speed=1e-3)
     start = fullbody.Particles([[1.02, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
     top = [fullbody.particles.ParticleFunction(lambda t, x, v: v[0], direction=-1)]
     flight = system.fly(state, start, 3.0, contact=bounce, events=top)
@@ -78,7 +78,7 @@ def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
 
 def test_a_particle_comes_to_rest_and_rotates_with_its_body():
     system, state = lone(spin=(0.0, 0.0, 0.3))
-    bounce = fullbody.particles.Bounce(normal=0.5, tangential=0.5, rest=1e-3)
+    bounce = fullbody.particles.Bounce(normal=0.5, tangential=0.5, rest_speed=1e-3)
     particles = fullbody.Particles([[1.01, 0.0, 0.2]], [[0.0, 0.3, 0.0]])
     flight = system.fly(state, particles, 20.0, output=[15.0, 20.0], contact=bounce)
     assert flight.fate.tolist() == ["rest"]
@@ -93,7 +93,9 @@ def test_a_particle_comes_to_rest_and_rotates_with_its_body():
 def test_bounces_on_a_body_that_spins_too_fast_for_rest_end():
     system, state = lone(spin=(0.0, 0.0, 1.2))
     start = fullbody.Particles([[1.001, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    flight = system.fly(state, start, 2.0, output="ends", contact=fullbody.particles.Bounce(normal=0.5, rest=1e-3))
+    flight = system.fly(
+        state, start, 2.0, output="ends", contact=fullbody.particles.Bounce(normal=0.5, rest_speed=1e-3)
+    )
     # It strikes at 0.0447, and at half of the speed before each time, until it leaves at less than 0.001.
     assert flight.strikes.tolist() == [6]
     assert flight.fate.tolist() == ["flying"]
@@ -113,7 +115,7 @@ def test_a_resting_particle_lifts_off_under_a_passing_mass():
     )
     run = system.integrate(state, 27.0, dense=True)
     lying = fullbody.Particles.from_surface(system, state, "A", longitude=0.0, latitude=0.0, speed=1e-3)
-    flight = run.fly(lying, output=run.time[-1:], contact=fullbody.particles.Bounce(normal=0.5, rest=1e-2))
+    flight = run.fly(lying, output=run.time[-1:], contact=fullbody.particles.Bounce(normal=0.5, rest_speed=1e-2))
 
     # It lifts off where 1/(d - 1)^2 - 1/d^2 = m/1^2, and is ahead of the surface from then on.
     def force(time):
@@ -122,7 +124,7 @@ def test_a_resting_particle_lifts_off_under_a_passing_mass():
         return 1.0 / (d - 1.0) ** 2 - 1.0 / d**2 - 0.02
 
     lift = brentq(force, 0.5, 26.9)
-    earlier = run.fly(lying, lift - 1e-3, contact=fullbody.particles.Bounce(normal=0.5, rest=1e-2))
+    earlier = run.fly(lying, lift - 1e-3, contact=fullbody.particles.Bounce(normal=0.5, rest_speed=1e-2))
     assert earlier.fate.tolist() == ["rest"]
     assert flight.fate.tolist() == ["flying"]
     height = np.linalg.norm(flight.position[0, 0] - run[-1].position[0]) - 1.0
@@ -211,7 +213,7 @@ def test_the_fastest_particles_have_impacts(speed):
 def test_a_particle_on_an_equator_at_orbital_speed_comes_to_rest(excess):
     # Rounding alone presses it down or lifts it: it must neither bounce at one instant nor follow the surface.
     system, state = lone(spin=(0.0, 0.0, 1.0 + excess))
-    bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest=5.8e-3)
+    bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest_speed=5.8e-3)
     start = fullbody.Particles([[1.0, 0.0, 0.0]], [[0.0, 1.0 + excess, 0.0]])
     flight = system.fly(state, start, 2.0, output="ends", contact=bounce)
     assert flight.fate.tolist() == ["rest"]

@@ -230,7 +230,7 @@ def test_gubas_euler_angles_are_as_the_comments_say(tmp_path, comment, second, w
 
 def test_gubas_comments_that_contradict_are_refused(tmp_path):
     path = rotated(tmp_path, "# All rotations are in degrees\n# All rotations are in radians")
-    refused(r"gubas_pair\.cfg: comments of .* degrees and of radians", lambda: fullbody.read_gubas(path))
+    refused(r"gubas_pair\.cfg: comments of .* degrees and radians", lambda: fullbody.read_gubas(path))
     fullbody.read_gubas(path, euler="radian")
     # Angles of zero are the same in both.
     path.write_text(path.read_text().replace(": 10.", ": 0.").replace(": 20.", ": 0.").replace(": 30.", ": 0."))

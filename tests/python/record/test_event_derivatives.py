@@ -117,7 +117,7 @@ def test_functions_of_a_run_cannot_use_attributes_of_a_displaced_run():
     system, state = fullbody.systems.kw4()
     tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01, name="tide")
     run = system.with_forces([tide]).integrate(state, 5.0, output=1.0, derivatives=["lag of tide"])
-    refused("asks for its work", lambda: run.derivative_of(lambda run: run.work["tide"][-1]))
+    refused("uses its work", lambda: run.derivative_of(lambda run: run.work["tide"][-1]))
     refused("no continuous solution", lambda: run.derivative_of(lambda run: run(2.0).position[0]))
     refused("expected a function", lambda: run.derivative_of(3.0))
     refused("derivatives=True", lambda: system.integrate(state, 1.0).derivative_of(len))
