@@ -128,7 +128,7 @@ def test_a_rotated_and_moving_start_gives_the_same_equilibrium(ellipsoids, locke
 
 def test_curvatures_are_second_derivatives_of_the_amended_potential(ellipsoids, locked):
     # With the pose changed along the eigenvector and the momenta chosen best, the energy grows by half the curvature.
-    values, ways = locked.rotation.amended_hessian()
+    values, vectors = locked.rotation.amended_hessian()
     assert len(values) == 8
     J = np.array([0.0, 0.0, locked.angular_momentum])
     masses, inertia = ellipsoids.masses, [body.inertia for body in ellipsoids]
@@ -140,16 +140,18 @@ def test_curvatures_are_second_derivatives_of_the_amended_potential(ellipsoids, 
         total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))
         for R, moments in zip(np.asarray(state.rotation_matrix), inertia, strict=True):
             total += R @ np.diag(moments) @ R.T
-        moved = fullbody.State(state.position, state.velocity, state.attitude, state.spin)
-        energy = ellipsoids.interactions(moved).potential_energy
+        displaced_state = fullbody.State(state.position, state.velocity, state.attitude, state.spin)
+        energy = ellipsoids.interactions(displaced_state).potential_energy
         return energy + J @ np.linalg.solve(total, J) / 2
 
     unit = masses.prod() / locked.separation
-    for value, way in zip(values, ways.T, strict=True):
+    for value, vector in zip(values, vectors.T, strict=True):
         h = 5e-4
         pose = locked.rotation.pose
         result = (
-            (amended(pose.displaced(h * way)) - 2 * amended(pose) + amended(pose.displaced(-h * way))) / h**2 / unit
+            (amended(pose.displaced(h * vector)) - 2 * amended(pose) + amended(pose.displaced(-h * vector)))
+            / h**2
+            / unit
         )
         assert result == pytest.approx(value, rel=1e-4, abs=1e-6)
     assert locked.energetically_stable
@@ -189,12 +191,12 @@ def test_equilibrium_about_a_rotating_primary_is_that_of_its_mean_field():
 
 def test_equilibria_have_the_units_of_the_system():
     unitless, _ = fullbody.systems.kw4()
-    united, _ = fullbody.systems.kw4(units=True)
+    with_units, _ = fullbody.systems.kw4(units=True)
     reference = analysis.relative_equilibrium(unitless, separation=4.0)
-    other = analysis.relative_equilibrium(united, separation="4000 m")
+    other = analysis.relative_equilibrium(with_units, separation="4000 m")
     assert other.rate.to_value("rad / h") == pytest.approx(reference.rate, rel=1e-9)
     assert str(other.modes.frequency.unit) == "rad / h"
     assert "4 km" in repr(other)
     assert "Modes" in other._repr_html_()
-    run = united.integrate(other.state, other.period / 10)
+    run = with_units.integrate(other.state, other.period / 10)
     assert len(run) > 1

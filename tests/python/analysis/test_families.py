@@ -82,8 +82,8 @@ def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
     same = analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75)
     assert same.energy == pytest.approx(stable[0].energy, rel=1e-13)
     # Stationary points of the amended potential: J dOmega has no part in the energy, dE = Omega dJ along a family.
-    less, more = (analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
-    assert (more.energy - less.energy) / (more.angular_momentum - less.angular_momentum) == pytest.approx(
+    lower, upper = (analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
+    assert (upper.energy - lower.energy) / (upper.angular_momentum - lower.angular_momentum) == pytest.approx(
         same.rate, rel=1e-7
     )
 

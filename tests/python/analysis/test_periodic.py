@@ -17,7 +17,7 @@ def orbit(ellipsoids, locked):
     return analysis.periodic_orbit(ellipsoids, locked.modes.excited(-1, 0.05), locked.modes.period[-1])
 
 
-def misses(orbit, run):
+def closure_error(orbit, run):
     """The distance by which a run over a period misses its start, rotated."""
     start, end = run[0], run[-1]
     R = support.rot_z(orbit.rotation_angle)
@@ -31,12 +31,12 @@ def test_a_periodic_orbit_closes_with_another_integrator(ellipsoids, orbit):
     assert orbit.closure < 1e-12
     # The check takes other steps than the search.
     other = fullbody.Verner87(rtol=1e-14, atol=1e-14)
-    assert misses(orbit, ellipsoids.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
+    assert closure_error(orbit, ellipsoids.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
     # It is not the equilibrium.
     run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 8)
     tilt = np.asarray(fullbody.observables.roll_pitch_yaw(run, body="B", about="A"))[:, :2]
     assert np.abs(tilt).max() > 0.02
-    assert misses(orbit, run[: len(run) // 2]) > 1e-3
+    assert closure_error(orbit, run[: len(run) // 2]) > 1e-3
 
 
 def test_multipliers_come_in_reciprocal_pairs(orbit):
@@ -72,16 +72,16 @@ def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode
 
 def test_the_family_of_a_libration_has_the_period_of_a_pendulum(ellipsoids, locked):
     family = analysis.periodic_family(locked, 3, np.geomspace(0.05, 0.6, 8))
-    swings = []
+    amplitudes = []
     for orbit in family:
         assert orbit.closure < 1e-12
         assert orbit.angular_momentum == pytest.approx(locked.angular_momentum, rel=1e-13)
         run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 64)
-        swings.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
-    assert swings[-1] > 0.5
+        amplitudes.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
+    assert amplitudes[-1] > 0.5
     # A pendulum of twice the angle: T = 4 K(sin A) / (2 pi) times that of small swings, for a light secondary.
     periods = np.array([orbit.period for orbit in family]) / locked.modes.period[3]
-    pendulum = ellipk(np.sin(swings) ** 2) * 2 / np.pi
+    pendulum = ellipk(np.sin(amplitudes) ** 2) * 2 / np.pi
     np.testing.assert_allclose(periods - 1, pendulum - 1, rtol=0.15)
 
 
@@ -99,16 +99,16 @@ def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
 
 def test_orbits_do_not_depend_on_the_number_of_segments(ellipsoids, locked, orbit):
     modes = locked.modes
-    both = {"hold": ["energy", "angular_momentum"]}
+    options = {"hold": ["energy", "angular_momentum"]}
     single, result = (
-        analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **both)
+        analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **options)
         for count in (1, 3)
     )
     assert result.period == pytest.approx(single.period, rel=1e-11)
     assert result.energy == pytest.approx(single.energy, rel=1e-13)
-    held = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
-    assert held.period == pytest.approx(orbit.period, rel=1e-12)
-    assert held.closure < 1e-12
+    at_period = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
+    assert at_period.period == pytest.approx(orbit.period, rel=1e-12)
+    assert at_period.closure < 1e-12
 
 
 def test_an_orbit_closes_after_a_half_turn_of_the_primary():

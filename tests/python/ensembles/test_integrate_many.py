@@ -33,10 +33,10 @@ def single(member, *args, **kwargs):
         return error
 
 
-def alike(item, other):
+def equal(item, other):
     if isinstance(item, BaseException):
         same = type(item) is type(other) and str(item) == str(other)
-        return same and (item.run is other.run is None or alike(item.run, other.run))
+        return same and (item.run is other.run is None or equal(item.run, other.run))
     same = item == other and item.integrator == other.integrator
     return same and all(np.array_equal(getattr(item, name), getattr(other, name)) for name in ("energy", "spin"))
 
@@ -64,7 +64,7 @@ def test_each_run_of_an_ensemble_equals_a_single_run_bit_for_bit(threads, integr
     # With units and without, lengths are plain numbers in each system's own.
     expected = [single(member, 20.0, dense=True, **options) for member in mixed()]
     answers = integrate_many(mixed(), 20.0, dense=True, threads=threads, **options)
-    assert all(map(alike, answers, expected))
+    assert all(map(equal, answers, expected))
     kinds = [type(answer).__name__ for answer in answers]
     # Fixed steps refuse the tide and the angles.
     varied = ["Run"] if isinstance(integrator, fullbody.Verner98) else ["InvalidInput"]
@@ -213,7 +213,7 @@ def test_exceptions_of_event_functions_reach_the_member_that_raised_them(threads
             assert 0.0 < answer.run.time[-1] < 5.5
         else:
             assert answer.stop_reason == ("end" if number in (0, *range(6, 12)) else "event")
-            assert alike(answer, single(member_of(number), 5.5, events=[event]))
+            assert equal(answer, single(member_of(number), 5.5, events=[event]))
 
 
 @pytest.mark.parametrize("threads", THREADS)
@@ -228,7 +228,7 @@ def test_force_functions_in_threads_have_the_values_and_errors_of_single_runs(th
     members = [(windy, member_of(k)[1]) for k in range(8)]
     answers = integrate_many(members, 2.0, threads=threads)
     for number, (member, answer) in enumerate(zip(members, answers, strict=True)):
-        assert alike(answer, single(member, 2.0))
+        assert equal(answer, single(member, 2.0))
         if number % 2:
             assert type(answer) is ForceFailed
             assert answer.__cause__.args == (number,)
@@ -241,7 +241,7 @@ def test_force_functions_in_threads_have_the_values_and_errors_of_single_runs(th
 
 
 def test_a_generator_of_members_is_consumed_as_needed():
-    taken, seen = [], []
+    taken, reports = [], []
 
     def endless():
         while True:
@@ -249,7 +249,7 @@ def test_a_generator_of_members_is_consumed_as_needed():
             yield SYSTEM, STATE
 
     def report(done, total, description):
-        seen.append(total)
+        reports.append(total)
         if done >= 20:
             raise Trouble
 
@@ -261,7 +261,7 @@ def test_a_generator_of_members_is_consumed_as_needed():
     complete = [run for run in runs if isinstance(run, fullbody.Run) and run.stop_reason == "end"]
     assert len(complete) >= 20
     assert len(runs) - len(complete) <= 16
-    assert set(seen) == {None}
+    assert set(reports) == {None}
 
 
 def test_an_error_of_the_generator_keeps_the_runs_so_far():
@@ -277,16 +277,16 @@ def test_an_error_of_the_generator_keeps_the_runs_so_far():
 
 
 def test_progress_counts_members():
-    seen = []
+    reports = []
     members = [(SYSTEM, STATE)] * 7
     members[3] = "no member"
-    integrate_many(members, 300.0, output="ends", progress=lambda *a: seen.append(a), threads=2)
-    done, total, description = zip(*seen, strict=True)
+    integrate_many(members, 300.0, output="ends", progress=lambda *a: reports.append(a), threads=2)
+    done, total, description = zip(*reports, strict=True)
     finished = [int(text.removesuffix(" of 7 runs")) for text in description]
     assert finished == sorted(finished)
     assert set(total) == {7}
     assert all(0.0 <= part - complete <= 2.0 for part, complete in zip(done, finished, strict=True))
-    assert seen[-1] == (7, 7, "7 of 7 runs")
+    assert reports[-1] == (7, 7, "7 of 7 runs")
 
 
 @pytest.mark.parametrize("reference", [True, False])
@@ -331,11 +331,11 @@ def test_ctrl_c_in_a_run_returns_the_finished_members():
         return 1.0
 
     def report(done, total, description):
-        if 2 < done < 3 and not seen:
-            seen.append(done)
+        if 2 < done < 3 and not reports:
+            reports.append(done)
             begun.release()
 
-    seen = []
+    reports = []
     until = [1.0, 2.0, *[1e9] * 30]
     with pytest.raises(KeyboardInterrupt) as caught:
         integrate_many(

@@ -66,17 +66,17 @@ def test_a_list_of_parameters_is_their_product():
 
 
 def test_values_of_parameters_keep_their_types_in_the_setup():
-    seen = []
+    received = []
 
     def setup(**options):
-        seen.append(options)
+        received.append(options)
         return circle()
 
     column = {"a": [1, 2], "b": np.array([1.5]), "c": ["x"], "d": [True], "e": [1, 2] * u.km, "f": 3 * u.deg}
     fullbody.sweep(setup, column, 0.1, measure=lambda run: {})
-    assert len(seen) == 4
-    assert seen[1] == {"a": 1, "b": 1.5, "c": "x", "d": True, "e": 2 * u.km, "f": 3 * u.deg}
-    assert [type(seen[0][name]) for name in "abcd"] == [int, float, str, bool]
+    assert len(received) == 4
+    assert received[1] == {"a": 1, "b": 1.5, "c": "x", "d": True, "e": 2 * u.km, "f": 3 * u.deg}
+    assert [type(received[0][name]) for name in "abcd"] == [int, float, str, bool]
 
 
 def test_maps_keep_units_of_parameters_and_results():
@@ -155,7 +155,7 @@ def test_a_measure_may_return_text_and_omit_values():
 BALLS = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name=name) for name in "AB"]
 
 
-def troubles(kind):
+def failing_setup(kind):
     """A row of its own for each thing that goes wrong."""
     if kind == "setup":
         raise ValueError("no such setup")
@@ -173,7 +173,7 @@ def troubles(kind):
     return circle(distance={"measure": 3.0, "ragged": 4.0, "kind": 5.0}.get(kind, 1.0))
 
 
-def troubled(run):
+def failing_measure(run):
     first = float(np.linalg.norm(run.position[0, 1] - run.position[0, 0])) if len(run) else np.nan
     if first == 3.0:
         raise KeyError("nothing there")
@@ -184,22 +184,22 @@ def troubled(run):
 
 def test_an_error_of_a_row_affects_no_other_row():
     kinds = ["good", "setup", "input", "pair", "overlap", "collision", "singular", "measure", "kind", "ragged", "well"]
-    result = fullbody.sweep(troubles, {"kind": kinds}, 2.0, measure=troubled)
-    told = {kind: tuple(str(result[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
-    assert told["good"] == told["well"] == ("", "", "")
-    assert told["setup"] == ("ValueError", "no such setup", "setup")
-    assert told["input"][::2] == ("InvalidInput", "setup")
-    assert "-1.0" in told["input"][1]
-    assert told["pair"][::2] == ("InvalidInput", "setup")
-    assert "expected (system, state)" in told["pair"][1]
-    assert told["overlap"][::2] == ("BodiesOverlap", "run")
-    assert told["collision"][::2] == ("BodiesOverlap", "run")
-    assert "A and B" in told["collision"][1]
-    assert told["singular"][0] in ("StepSizeTooSmall", "BodiesOverlap")
-    assert told["measure"] == ("KeyError", "'nothing there'", "measure")
+    result = fullbody.sweep(failing_setup, {"kind": kinds}, 2.0, measure=failing_measure)
+    failures = {kind: tuple(str(result[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
+    assert failures["good"] == failures["well"] == ("", "", "")
+    assert failures["setup"] == ("ValueError", "no such setup", "setup")
+    assert failures["input"][::2] == ("InvalidInput", "setup")
+    assert "-1.0" in failures["input"][1]
+    assert failures["pair"][::2] == ("InvalidInput", "setup")
+    assert "expected (system, state)" in failures["pair"][1]
+    assert failures["overlap"][::2] == ("BodiesOverlap", "run")
+    assert failures["collision"][::2] == ("BodiesOverlap", "run")
+    assert "A and B" in failures["collision"][1]
+    assert failures["singular"][0] in ("StepSizeTooSmall", "BodiesOverlap")
+    assert failures["measure"] == ("KeyError", "'nothing there'", "measure")
     text = "measure gives [5.0]; expected a dict of names to numbers, arrays or texts"
-    assert told["kind"] == ("InvalidInput", text, "measure")
-    assert "list of shape (2,), but of shape (3,) in row 0; expected one shape throughout" in told["ragged"][1]
+    assert failures["kind"] == ("InvalidInput", text, "measure")
+    assert "list of shape (2,), but of shape (3,) in row 0; expected one shape throughout" in failures["ragged"][1]
     # What there is of a run is measured; the collision of two spheres at rest is a result.
     assert result.reason.sel(kind="collision") == "unfinished"
     assert result["first"].sel(kind="collision") == 1.0
@@ -232,8 +232,8 @@ def test_a_failing_measure_does_not_affect_the_others():
     np.testing.assert_allclose(result.angle, expected(result.mass, result.distance, 0.8), rtol=1e-12)
     assert result.gap.values.tolist() == [[first, last]] * 3
     np.testing.assert_array_equal(result.fuss[..., 1], [[1.0] * 2, [1.0] * 2, [np.nan] * 2])
-    told = [tuple(str(result[name][row, 1].values) for name in FAILURE) for row in range(3)]
-    assert told == [("", "", "")] * 2 + [("ArithmeticError", "fussy: too heavy", "measure")]
+    failures = [tuple(str(result[name][row, 1].values) for name in FAILURE) for row in range(3)]
+    assert failures == [("", "", "")] * 2 + [("ArithmeticError", "fussy: too heavy", "measure")]
 
 
 def test_the_text_of_a_row_names_all_its_errors():
@@ -243,16 +243,19 @@ def test_the_text_of_a_row_names_all_its_errors():
         return {}
 
     divided = [gap, lambda run: {"one": 1 / (run.stop_reason == "end")}]
-    for measure, told in (
+    for measure, failures in (
         (fussy, "LookupError in measure: no end"),
-        ([gap, fussy, second], "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing'"),
+        (
+            [gap, fussy, second],
+            "LookupError in measure: fussy: no end; also KeyError in measure: second: 'nothing'",
+        ),
         (divided, "ZeroDivisionError in measure: number 1: division by zero"),
     ):
-        result = fullbody.sweep(troubles, {"kind": ["collision", "good"]}, 2.0, measure=measure)
+        result = fullbody.sweep(failing_setup, {"kind": ["collision", "good"]}, 2.0, measure=measure)
         error, text, stage = (str(result[name][0].values) for name in FAILURE)
         assert (error, stage) == ("BodiesOverlap", "run")
         assert text.startswith("A and B")
-        assert text.partition("; also ")[2] == told
+        assert text.partition("; also ")[2] == failures
 
 
 def test_names_of_observables_are_measures():
@@ -325,8 +328,8 @@ def test_a_measure_takes_no_name_of_a_parameter_or_dimension():
     assert result["a"].dims == ("mass", "a_0")
     assert (result.error_text == "measure gives a_0, but a_0 is the name of a dimension of a").all()
     result = fullbody.sweep(lambda a_0: circle(a_0), {"a_0": [0.1, 0.2, 0.3]}, 0.1, measure=measure)
-    told = [f"measure gives {name}, but a_0 is the name of a parameter or kept for errors" for name in ("a", "a_0")]
-    assert (result.error_text == "; also InvalidInput in measure: ".join(told)).all()
+    failures = [f"measure gives {name}, but a_0 is the name of a parameter or kept for errors" for name in ("a", "a_0")]
+    assert (result.error_text == "; also InvalidInput in measure: ".join(failures)).all()
 
 
 def test_text_that_a_file_cannot_hold_is_an_error_of_its_row(tmp_path):
@@ -344,11 +347,11 @@ def test_text_that_a_file_cannot_hold_is_an_error_of_its_row(tmp_path):
 
     masses = [0.1, 0.2, 0.3, 0.4, 0.5]
     result = fullbody.sweep(circle, {"mass": masses}, 0.1, measure=measure, store=tmp_path / "map.nc", key="files")
-    told = result.error_text.values.tolist()
-    assert told[0] == r"zero \0 and half a letter \udc80"
-    assert "expected text that UTF-8 has" in told[1]
-    assert "expected text that UTF-8 has" in told[2]
-    assert "the name '.'" in told[3]
+    failures = result.error_text.values.tolist()
+    assert failures[0] == r"zero \0 and half a letter \udc80"
+    assert "expected text that UTF-8 has" in failures[1]
+    assert "expected text that UTF-8 has" in failures[2]
+    assert "the name '.'" in failures[3]
     assert result["text"].values.tolist() == ["", "", "", "", "whole"]
 
 

@@ -173,18 +173,18 @@ def test_the_warning_names_the_deviations_above_rounding():
     bodies = [Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
     system, shares = fullbody.System(bodies, G=1.0), np.array([[-0.01], [0.99]])
 
-    def told(position, velocity):
+    def deviations(position, velocity):
         with pytest.warns(InconsistentInput, match="^the bodies are not on a circular orbit") as caught:
             fields.Synodic(system, fullbody.State(shares * position, shares * velocity))
         return str(caught[0].message).partition("(")[2].partition(")")[0]
 
     e = 0.25
     axes = [np.array([np.cos(0.7), np.sin(0.7), 0.0]), np.array([-np.sin(0.7), np.cos(0.7), 0.0])]
-    pull = told(axes[0], np.sqrt(1.0 + e) * axes[1])
+    pull = deviations(axes[0], np.sqrt(1.0 + e) * axes[1])
     assert pull == f"their gravity differs by {1.0 - 1.0 / (1.0 + e):.2g} from the force that keeps them at rest in it"
-    both = told(axes[0], np.sqrt(1.0 + e) * (axes[1] + axes[0]))
+    both = deviations(axes[0], np.sqrt(1.0 + e) * (axes[1] + axes[0]))
     assert both == f"{pull}, and they approach or recede at {np.sqrt(0.5):.2g} of their speed"
-    assert told(axes[0], axes[1] + axes[0]) == both.partition(", and ")[2]
+    assert deviations(axes[0], axes[1] + axes[0]) == both.partition(", and ")[2]
 
 
 def test_pictures_of_the_rotating_frame_have_labels_and_units():

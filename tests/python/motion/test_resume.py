@@ -96,39 +96,39 @@ def test_a_resumed_run_equals_an_unbroken_one(integrator, chart, interrupted, un
     for output in (None, 1.3, grid):
         sim = fullbody.Simulation(system, state, integrator=integrator)
         unbroken = sim.integrate(until, output=output, events=watched(), dense=True)
-        begun, resumed = interrupted(
+        first_part, resumed = interrupted(
             fullbody.Simulation(system, state, integrator=integrator), until, output, tmp_path / "a.sim"
         )
         now = resumed.time
         assert 0.3 * UNTIL < abs(now) < abs(until)
         assert same_samples(unbroken, sim.system.integrate(state, until, output=output, integrator=integrator))
         statistics = resumed.statistics
-        later = None if output is None else unbroken.time[abs(unbroken.time) > abs(now)]
-        run = resumed.integrate(until, output=later, events=watched(), dense=True)
+        remaining_times = None if output is None else unbroken.time[abs(unbroken.time) > abs(now)]
+        run = resumed.integrate(until, output=remaining_times, events=watched(), dense=True)
         assert resumed.state == sim.state
         assert resumed.time == sim.time
 
         first = np.abs(unbroken.time) >= abs(now) if output is None else np.abs(unbroken.time) > abs(now)
         assert same_samples(run, unbroken[int(first.argmax()) :])
-        late = times[abs(times) > abs(now)]
-        late = np.append(late, [now, until])
-        ours, theirs = run(late), unbroken(late)
+        late_times = times[abs(times) > abs(now)]
+        late_times = np.append(late_times, [now, until])
+        ours, theirs = run(late_times), unbroken(late_times)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
         result = occurrences(run)
         assert len(result) > 12
-        if begun is None:
+        if first_part is None:
             assert result == occurrences(unbroken, abs(now))
             continue
-        assert occurrences(begun) + result == occurrences(unbroken)
+        assert occurrences(first_part) + result == occurrences(unbroken)
         # A run that is cut short ends with the state that it came to, whatever the output.
-        assert begun.time[-1] == now
-        samples = begun if output is None else begun[:-1]
+        assert first_part.time[-1] == now
+        samples = first_part if output is None else first_part[:-1]
         assert same_samples(samples, unbroken[: int(first.argmax()) + (output is None)])
-        early = np.append(times[abs(times) <= abs(now)], [0.0, now])
-        ours, theirs = begun(early), unbroken(early)
+        early_times = np.append(times[abs(times) <= abs(now)], [0.0, now])
+        ours, theirs = first_part(early_times), unbroken(early_times)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
         # Evaluations for events and output are counted, each of them once.
-        assert counts(begun.statistics, run.statistics) == counts(unbroken.statistics)
+        assert counts(first_part.statistics, run.statistics) == counts(unbroken.statistics)
         assert counts(statistics, run.statistics) == counts(resumed.statistics) == counts(sim.statistics)
 
 
@@ -169,7 +169,7 @@ def test_an_autosave_of_a_run_continues_bit_for_bit(integrator, tmp_path):
     system, state = KW4
     path, taken = tmp_path / "a.sim", tmp_path / "taken.sim"
     pauses = [0.3 * UNTIL, 0.5 * UNTIL]
-    seen = []
+    reports = []
 
     def pause(state):
         # Longer than the time between two looks for Ctrl-C, so that there is one at once, on a machine of any speed.
@@ -179,7 +179,7 @@ def test_an_autosave_of_a_run_continues_bit_for_bit(integrator, tmp_path):
         return 1.0
 
     def take(done, total, description):
-        seen.append(done)
+        reports.append(done)
         if not pauses and not taken.exists():
             shutil.copy(path, taken)
 
@@ -189,7 +189,7 @@ def test_an_autosave_of_a_run_continues_bit_for_bit(integrator, tmp_path):
     resumed = fullbody.Simulation.load(taken)
     now = resumed.time
     assert 0.3 * UNTIL < now < UNTIL
-    assert now in seen
+    assert now in reports
     run = resumed.integrate(UNTIL, output=unbroken.time[unbroken.time > now], events=watched(), dense=True)
     assert occurrences(run) == occurrences(unbroken, now)
     assert same_samples(run, unbroken[int((unbroken.time > now).argmax()) :])
@@ -209,12 +209,12 @@ def test_a_function_that_fails_loses_no_event():
 
         with pytest.raises(ZeroDivisionError) as caught:
             sim.integrate(UNTIL, events=[*watched(), events.Function(fail)])
-        begun = caught.value.run
-        assert begun.time[-1] == sim.time < 20.0
+        first_part = caught.value.run
+        assert first_part.time[-1] == sim.time < 20.0
         run = sim.integrate(UNTIL, events=watched())
         unbroken = system.integrate(state, UNTIL, integrator=integrator, events=watched())
-        assert occurrences(begun) + occurrences(run) == occurrences(unbroken)
-        assert np.array_equal(np.append(begun.time, run.time[1:]), unbroken.time)
+        assert occurrences(first_part) + occurrences(run) == occurrences(unbroken)
+        assert np.array_equal(np.append(first_part.time, run.time[1:]), unbroken.time)
 
 
 # One description

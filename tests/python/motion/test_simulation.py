@@ -27,7 +27,7 @@ EACH = [(method, "quaternion") for method in ADAPTIVE + FIXED] + [(method, "tait
 methods = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda method: str(method).replace(" ", ""))
 
 
-def begun(integrator, chart, system=KW4):
+def started(integrator, chart, system=KW4):
     """A simulation some steps on its way, past a change of its quadrature if there is one."""
     system, state = system
     sim = fullbody.Simulation(system.with_options(attitude_chart=chart), state, integrator=integrator)
@@ -42,11 +42,11 @@ def bits(state):
     )
 
 
-def same(first, other):
+def identical(first, other):
     return bits(first.state) == bits(other.state) and first.statistics == other.statistics
 
 
-def go_on(sim):
+def continued(sim):
     """The states that a simulation meets by steps, a run and a run back."""
     states = []
     for _ in range(5):
@@ -61,23 +61,23 @@ def go_on(sim):
 
 @methods
 def test_copies_and_files_continue_bit_for_bit(integrator, chart, tmp_path):
-    sim = begun(integrator, chart)
+    sim = started(integrator, chart)
     sim.save(tmp_path / "a.sim")
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
     copies = [copy.deepcopy(sim), copy.copy(sim), pickle.loads(pickle.dumps(sim)), loaded]
     copies.append(fullbody.Simulation.load(str(tmp_path / "a.sim")))
     for other in copies:
-        assert same(other, sim)
+        assert identical(other, sim)
         assert other.integrator == sim.integrator
         assert other.system == sim.system
         assert other.quadrature == sim.quadrature
         assert other.time == sim.time
-    expected = go_on(sim)
+    expected = continued(sim)
     for other in copies:
         # Nothing is shared: the copies have not moved with it.
         assert other.time != sim.time
-        assert go_on(other) == expected
-        assert same(other, sim)
+        assert continued(other) == expected
+        assert identical(other, sim)
 
 
 def test_files_keep_units_epoch_and_names(tmp_path):
@@ -181,8 +181,8 @@ def test_the_quadrature_depends_on_the_distance():
     # Near bodies take more points than far ones.
     counts = []
     for distance in (1.5, 2.5, 25.0):
-        away = state.replace(position=[[0, 0, 0], [distance, 0, 0]])
-        counts.append(fullbody.Simulation(system, away).quadrature[0]["points"])
+        distant = state.replace(position=[[0, 0, 0], [distance, 0, 0]])
+        counts.append(fullbody.Simulation(system, distant).quadrature[0]["points"])
     assert counts[0] > counts[1] > counts[2]
 
 
@@ -192,7 +192,7 @@ def test_the_quadrature_depends_on_the_distance():
 @pytest.fixture
 def archive(tmp_path):
     path = tmp_path / "run.sim"
-    begun(fullbody.Verner98(), "quaternion").save(path)
+    started(fullbody.Verner98(), "quaternion").save(path)
     return path
 
 
@@ -256,7 +256,7 @@ def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
     sim = fullbody.Simulation(system, state)
     sim.integrate(1.0, events=[fullbody.events.Function(record)], autosave=(path, seconds))
     assert times[0] == 0.0
-    assert same(fullbody.Simulation.load(path), sim)
+    assert identical(fullbody.Simulation.load(path), sim)
     assert sim.time == 1.0
 
     # An event and an error end a run too.
@@ -269,7 +269,7 @@ def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
 
     with pytest.raises(ZeroDivisionError) as caught:
         sim.integrate(60.0, events=[fullbody.events.Function(fail)], autosave=(path, seconds))
-    assert same(fullbody.Simulation.load(path), sim)
+    assert identical(fullbody.Simulation.load(path), sim)
     # The step that could not be looked through is taken back.
     assert sim.time == caught.value.run.time[-1] < 30.0
 
@@ -284,7 +284,7 @@ def test_an_interrupted_run_is_autosaved(tmp_path):
     with pytest.raises(Interrupted) as caught:
         sim.integrate(1e9, output=[1e9], progress=stop, autosave=(tmp_path / "a.sim", 1e8))
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
-    assert same(loaded, sim)
+    assert identical(loaded, sim)
     assert loaded.time > 0.0
     assert caught.value.run.stop_reason == "interrupted"
 

@@ -18,11 +18,11 @@ def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
 
 
 @pytest.mark.parametrize(
-    ("e", "apart", "way"), [*((e, 40, 1) for e in (0.0, 0.01, 0.3, 0.7, 0.9)), (0.3, 10, -1), (0.7, 10, 1)]
+    ("e", "apart", "sense"), [*((e, 40, 1) for e in (0.0, 0.01, 0.3, 0.7, 0.9)), (0.3, 10, -1), (0.7, 10, 1)]
 )
-def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
+def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, sense):
     system, state = pair_of_points(e)
-    run = system.integrate(state, way * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
+    run = system.integrate(state, sense * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
     result = observables.orbit_shape(run)
     assert len(result.time) == 20
     np.testing.assert_allclose(result.a, 1.0, rtol=1e-11)

@@ -23,8 +23,8 @@ def answer(member, until, **options):
 
 def fall(start, end, speed, mu=1.0):
     """The time of a radial way with a speed at its start, by quadrature."""
-    way = np.linspace(start, end, 20001)
-    return abs(np.trapezoid(1.0 / np.sqrt(speed**2 + 2 * mu * (1 / way - 1 / start)), way))
+    r = np.linspace(start, end, 20001)
+    return abs(np.trapezoid(1.0 / np.sqrt(speed**2 + 2 * mu * (1 / r - 1 / start)), r))
 
 
 @pytest.mark.parametrize("watched", [(), [events.Contact(terminal=True)], [events.Contact("A", "B")]])

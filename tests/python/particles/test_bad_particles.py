@@ -49,8 +49,8 @@ def test_numbers_whose_powers_overflow_are_refused_by_particle(value):
     }.items():
         with pytest.raises(InvalidInput, match=f"^{name} of particle 1 is ") as caught:
             Particles(*arguments[:2], area_to_mass=arguments[2] if name == "area_to_mass" else 0.0)
-        told, expected = str(caught.value).split("; ")
-        assert f"{abs(value):g}".replace("1e", "1.e") in told.replace("1e", "1.e")
+        messages, expected = str(caught.value).split("; ")
+        assert f"{abs(value):g}".replace("1e", "1.e") in messages.replace("1e", "1.e")
         assert expected == "expected finite numbers of at most 1e+60 in size, in units that keep them in range"
 
 

@@ -125,9 +125,9 @@ def test_plotted_spins_are_those_of_the_run_in_both_frames(kw4_run):
             assert np.array_equal(line.get_xdata(), kw4_run.time.value)
             assert np.array_equal(line.get_ydata(), kw4_run.spin.value[:, body, component])
         assert ax.get_ylabel() == "spin [rad h⁻¹]"
-    turned = kw4_run.plot.spins(frame="inertial")[0].lines
+    rotated_lines = kw4_run.plot.spins(frame="inertial")[0].lines
     expected = kw4_run[7].rotation_matrix[0] @ kw4_run.spin.value[7, 0]
-    assert np.allclose([line.get_ydata()[7] for line in turned], expected, rtol=0, atol=1e-15)
+    assert np.allclose([line.get_ydata()[7] for line in rotated_lines], expected, rtol=0, atol=1e-15)
 
 
 def test_plots_show_the_requested_bodies(triple_run):
@@ -310,13 +310,13 @@ def test_the_checks_of_legibility_find_faults_and_lines_differ_in_grey(kw4_run):
 @pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy", "scene"])
 @pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
 def test_single_plots_are_legible_and_labelled(name, which, request):
-    made = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
-    figure = made.flat[0].figure
+    axes_of_plot = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
+    figure = axes_of_plot.flat[0].figure
     assert faults(figure) == ([], [])
-    for ax in made.flat:
+    for ax in axes_of_plot.flat:
         assert ax.get_ylabel()
-    assert made.flat[-1].get_xlabel()
-    assert name != "scene" or made.flat[0].get_zlabel().startswith("z [")
+    assert axes_of_plot.flat[-1].get_xlabel()
+    assert name != "scene" or axes_of_plot.flat[0].get_zlabel().startswith("z [")
 
 
 def test_given_axes_are_used_and_returned(kw4_run, triple_run):
@@ -364,11 +364,11 @@ def test_options_have_matplotlibs_short_names_too(kw4_run, name):
 def test_objects_other_than_axes_or_figures_are_refused(kw4_run):
     flat, deep = plt.figure().add_subplot(), plt.figure().add_subplot(projection="3d")
     plot = kw4_run.plot
-    for call, given in ((plot.orbit, 3), (plot.orbit, deep), (plot.energy, "axes"), (plot.spins, [flat, 3])):
-        refused(r"(ax|one of axes) is .*; expected matplotlib axes in 2D", call, given)
-    for given in (flat, 3):
-        refused(r"ax is .*; expected matplotlib axes in 3D", plot.scene, 3.0 * u.hour, ax=given)
-        refused(r"figure is .*; expected a matplotlib Figure or SubFigure", plot, figure=given)
+    for call, argument in ((plot.orbit, 3), (plot.orbit, deep), (plot.energy, "axes"), (plot.spins, [flat, 3])):
+        refused(r"(ax|one of axes) is .*; expected matplotlib axes in 2D", call, argument)
+    for argument in (flat, 3):
+        refused(r"ax is .*; expected matplotlib axes in 3D", plot.scene, 3.0 * u.hour, ax=argument)
+        refused(r"figure is .*; expected a matplotlib Figure or SubFigure", plot, figure=argument)
 
 
 def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():

@@ -38,9 +38,9 @@ def found():
 def test_a_heat_map_has_the_values_and_marks_failed_members(found):
     ax = plots.sweep(found, "speed_at_start")
     (mesh,) = ax.collections
-    shown = np.asarray(mesh.get_array()).reshape(2, 3)
+    values = np.asarray(mesh.get_array()).reshape(2, 3)
     expected = np.outer(GRID["factor"], GRID["speed"])
-    assert shown[:, :2] == pytest.approx(expected[:, :2], abs=1e-14)
+    assert values[:, :2] == pytest.approx(expected[:, :2], abs=1e-14)
     assert np.ma.getmaskarray(mesh.get_array()).reshape(2, 3)[1, 2]
     (mark,) = ax.lines
     assert (mark.get_xdata().tolist(), mark.get_ydata().tolist()) == ([0.2], [2.0])
@@ -50,9 +50,9 @@ def test_a_heat_map_has_the_values_and_marks_failed_members(found):
 
 
 def test_a_curve_has_the_values_and_marks_failed_members_at_its_foot(found):
-    own = plt.subplots()[1]
-    ax = plots.sweep(found.isel(factor=1), "speed_at_start", own, color="red")
-    assert ax is own
+    caller_axes = plt.subplots()[1]
+    ax = plots.sweep(found.isel(factor=1), "speed_at_start", caller_axes, color="red")
+    assert ax is caller_axes
     curve, mark = ax.lines
     assert curve.get_color() == "red"
     assert curve.get_xdata().tolist() == [0.0, 0.1]
@@ -90,10 +90,10 @@ def test_sweeps_that_cannot_be_drawn_are_refused(found):
 
 def observed(run, times, **options):
     """Astrometry with errors of 1e-4 that lies on the track."""
-    given = {"body": 1, "about": 0, "geometry": VIEW, "frame": "equatorial", **options}
+    options_of_data = {"body": 1, "about": 0, "geometry": VIEW, "frame": "equatorial", **options}
     zero = np.zeros(len(times))
-    exact = observing.Astrometry(times, zero, zero, 1e-4, **given).predict(run)
-    return observing.Astrometry(times, *exact.T, 1e-4, **given)
+    exact = observing.Astrometry(times, zero, zero, 1e-4, **options_of_data).predict(run)
+    return observing.Astrometry(times, *exact.T, 1e-4, **options_of_data)
 
 
 def framed():

@@ -51,11 +51,11 @@ def test_the_time_of_contact_changes_with_the_scale_of_a_polyhedron():
     system, state = tumbling()
     solid = octahedron(0.8, 0.6, 0.7)
 
-    def ended(by, wanted=False):
+    def ended(by, parameters=False):
         shape = fullbody.Polyhedron((1.0 + by) * np.array(solid.vertices), solid.faces)
         start = state.replace(velocity=[state.velocity[0], [-0.4, 0.05, 0.1]])
         options = {"output": "ends", "events": [fullbody.events.Contact("A", "B", terminal=True)]}
-        return system.with_body("B", shape).integrate(start, 10.0, derivatives=wanted, **options)
+        return system.with_body("B", shape).integrate(start, 10.0, derivatives=parameters, **options)
 
     run = ended(0.0, ["scale of B"])
     time = (ended(1e-4).time[-1] - ended(-1e-4).time[-1]) / 2e-4

@@ -18,7 +18,7 @@ def tumble(request):
 
 def test_the_motion_has_the_same_bits():
     system, state = tumbling()
-    reference, with_them = (system.integrate(state, 5.0, derivatives=wanted) for wanted in (False, True))
+    reference, with_them = (system.integrate(state, 5.0, derivatives=reference) for reference in (False, True))
     for name in ("time", "position", "velocity", "attitude", "spin", "energy"):
         assert np.array_equal(getattr(reference, name), getattr(with_them, name))
 
@@ -28,8 +28,8 @@ def test_transition_matrices_map_rates_to_rates(tumble):
     system, run = tumble
     size = scales(system, run[0])
     for k in (1, 2):
-        moved = run.transition[k] @ rates(system, run[0])
-        assert worst(moved / size, rates(system, run[k]) / size) < 1e-11
+        displaced = run.transition[k] @ rates(system, run[0])
+        assert worst(displaced / size, rates(system, run[k]) / size) < 1e-11
 
 
 def test_transition_matrices_keep_energy_and_momenta(tumble):
@@ -68,9 +68,9 @@ def test_transition_matrices_of_points_are_keplers():
     for k in range(6):
         ends = []
         for sign in (1, -1):
-            moved = list(start)
-            moved[k] += sign * step
-            ends.append(kepler(moved, mpf(time), mpf(float(system.mu()))))
+            displaced = list(start)
+            displaced[k] += sign * step
+            ends.append(kepler(displaced, mpf(time), mpf(float(system.mu()))))
         expected[:, k] = [float((a - b) / (2 * step)) for a, b in zip(*ends, strict=True)]
     phi = run.transition[-1]
     # A move of the second body alone moves the relative orbit by as much.

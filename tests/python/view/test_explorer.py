@@ -20,7 +20,7 @@ class Page:
     def send(self, answer):
         self.answers.append(answer)
 
-    def ask(self, what, **values):
+    def request(self, what, **values):
         self.explorer._answer(self, {"id": len(self.answers), "ask": what, "values": values}, [])
         return self.answers[-1]
 
