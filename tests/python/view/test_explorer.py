@@ -44,10 +44,10 @@ def test_a_slider_moves_the_run_and_its_curves():
         pair, {"e": (0.0, 0.5)}, 400.0, show=["separation", "eccentricity", lambda run: run.time**2]
     )
     page = Page(explorer)
-    assert page.ask("start")["controls"] == [
+    assert page.request("start")["controls"] == [
         {"name": "e", "label": "e", "min": 0.0, "max": 0.5, "value": 0.1, "unit": ""}
     ]
-    result = page.ask("run", e=0.3)["result"]
+    result = page.request("run", e=0.3)["result"]
     separation, eccentricity, square = (numbers(curve["values"]) for curve in result["curves"])
     assert np.allclose(eccentricity, 0.3, rtol=1e-9)
     assert np.isclose(separation.max() / separation.min(), 1.3 / 0.7, rtol=1e-4)
@@ -60,7 +60,7 @@ def test_a_slider_moves_the_run_and_its_curves():
 def test_an_error_of_the_setup_is_shown_and_the_last_run_stays(values):
     explorer = fullbody.explore(pair, {"e": (0.0, 0.5), "distance": (5.0, 20.0)}, duration=10.0)
     page, previous = Page(explorer), explorer.run
-    answer = page.ask("run", **{"e": 0.1, "distance": 10.0} | values)
+    answer = page.request("run", **{"e": 0.1, "distance": 10.0} | values)
     assert answer["error"]
     assert "result" not in answer
     assert explorer.run is previous
@@ -69,7 +69,7 @@ def test_an_error_of_the_setup_is_shown_and_the_last_run_stays(values):
 
 def test_a_run_that_ends_in_a_collision_is_shown_with_its_reason():
     explorer = fullbody.explore(pair, {"e": (-0.95, 0.5)}, 400.0)
-    result = Page(explorer).ask("run", e=-0.9)["result"]
+    result = Page(explorer).request("run", e=-0.9)["result"]
     assert "touch" in result["notice"] or "overlap" in result["notice"]
     assert 0.0 < numbers(result["time"])[-1] < 400.0
 
