@@ -215,9 +215,8 @@ class PairPoint:
         if body_rotations is not None:
             attitude = rotations.products(attitude, body_rotations)
             spin = np.einsum("kji,kj->ki", rotations.matrices(body_rotations), spin)
-        return PairPoint(
-            self.pair, Pose(R @ self.pose.r, rotations.products(rotation, attitude)), R @ self.velocity, spin
-        )
+        pose = Pose(R @ self.pose.r, rotations.products(rotation, attitude))
+        return PairPoint(self.pair, pose, R @ self.velocity, spin)
 
     def tangent_from(self, other: PairPoint) -> Floats:
         """Return the tangent vector (18,) from another point to this one, to first order in their difference."""

@@ -306,7 +306,6 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     shape = instance(old.shape, system.names[index], Ellipsoid | Sphere, "an Ellipsoid")
     if isinstance(shape, Sphere) or shape.a == shape.b:
         return system
-    parts = [
-        Part(shape, mass=old.mass / count, attitude=rotations.about_axis(2, np.pi * k / count)) for k in range(count)
-    ]
+    mass, step = old.mass / count, np.pi / count
+    parts = [Part(shape, mass=mass, attitude=rotations.about_axis(2, k * step)) for k in range(count)]
     return system.with_body(index, Composite(parts))

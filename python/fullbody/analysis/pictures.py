@@ -134,9 +134,8 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     if count > 1 and "color" not in kwargs:
         norm = matplotlib("colors").BoundaryNorm(np.arange(count + 1) - 0.5, count)
         ticks = matplotlib("ticker").MaxNLocator(8, integer=True)
-        ax.figure.colorbar(
-            matplotlib("cm").ScalarMappable(norm, colours), ax=ax, label="index of the start", ticks=ticks
-        )
+        colour_map = matplotlib("cm").ScalarMappable(norm, colours)
+        ax.figure.colorbar(colour_map, ax=ax, label="index of the start", ticks=ticks)
     grid(ax)
     return ax
 

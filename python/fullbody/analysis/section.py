@@ -100,9 +100,8 @@ def section(
     >>> len(found.crossings[0])
     3
     """
-    starts = (
-        [states] if isinstance(states, State) else sequence(states, State, "states", "a State or several", "States")
-    )
+    states = [states] if isinstance(states, State) else states
+    starts = sequence(states, State, "states", "a State or several", "States")
     members = [(system, state) for state in starts]
     watched: Event = instance(event, "event", Event, "one of fullbody.events")
     answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)

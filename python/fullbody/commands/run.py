@@ -34,9 +34,8 @@ def register(subparsers: Any) -> None:
     )
     parser.add_argument("file", type=Path, help="the description, a .toml; - for standard input")
     suffixes = f"{', '.join(RUN_SUFFIXES)}, or {_TABLE} for a table"
-    parser.add_argument(
-        "-o", "--out", type=Path, help=f"file to write ({suffixes}); as in the description, unless given"
-    )
+    help_out = f"file to write ({suffixes}); as in the description, unless given"
+    parser.add_argument("-o", "--out", type=Path, help=help_out)
     add_until(parser, "another end: a number in the system's units")
     parser.add_argument("--page", type=Path, help="draw the one-page summary into this file too (.png, .pdf, .svg)")
     add_quiet(parser)

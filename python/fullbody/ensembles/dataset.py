@@ -71,9 +71,8 @@ def table_of(dataset: xarray.Dataset) -> ParameterTable:
     for name, item in dataset.coords.items():
         dims = tuple(map(str, item.dims))
         inner = tuple(dimension for dimension in dims if dimension not in outer)
-        columns[str(name)] = ParameterColumn(
-            item.values, dims[: len(dims) - len(inner)], item.attrs.get("units"), inner
-        )
+        outer_dims = dims[: len(dims) - len(inner)]
+        columns[str(name)] = ParameterColumn(item.values, outer_dims, item.attrs.get("units"), inner)
     return ParameterTable({str(name): size for name, size in dataset.error.sizes.items()}, columns)
 
 
@@ -166,9 +165,8 @@ def in_units(dataset: xarray.Dataset, /, **units: str) -> xarray.Dataset:
     changed = {}
     for name, unit in units.items():
         if name not in dataset.variables:
-            raise InvalidInput(
-                f"the dataset has no {name!r}; expected some of {', '.join(map(str, dataset.variables))}"
-            )
+            names = ", ".join(map(str, dataset.variables))
+            raise InvalidInput(f"the dataset has no {name!r}; expected some of {names}")
         old = dataset[name].attrs.get("units")
         if old is None:
             raise InvalidInput(

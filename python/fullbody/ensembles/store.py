@@ -195,9 +195,8 @@ class Store:
             raise
         except Exception as error:
             # A damaged archive raises errors of many kinds.
-            raise InvalidInput(
-                f"{file} is truncated or damaged; where it is deleted, its rows are computed again"
-            ) from error
+            expected = "if it is deleted, its rows are computed again"
+            raise InvalidInput(f"{file} is truncated or damaged; {expected}") from error
 
     def add(self, outcomes: list[Outcome]) -> None:
         """Store a chunk."""

@@ -180,9 +180,8 @@ def sweep(
     functions = {"setup": setup, "measure": _measures(measure), **end}
     workers = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
     job = Job(setup, functions["measure"], end, options | {"threads": workers}, seed, _draws(setup, table, seed))
-    size = (
-        _WORKER_CHUNK if executor is not None else max(_LEAST_CHUNK, _THREAD_CHUNK * (workers or os.cpu_count() or 1))
-    )
+    of_process = max(_LEAST_CHUNK, _THREAD_CHUNK * (workers or os.cpu_count() or 1))
+    size = of_process if executor is None else _WORKER_CHUNK
     size = size if chunk is None else whole(chunk, "chunk")
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")

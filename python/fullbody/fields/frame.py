@@ -233,9 +233,8 @@ def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
     frame, rows, index = pair.frame, whole(rows, "rows", 4), pair.frame.context.index(body, "body")
     inner = _root(frame, _of_points(frame)[0][1])
     if inner is None:
-        raise InvalidInput(
-            f"there is no equilibrium point between {' and '.join(frame.context.names)}: they have no lobes"
-        )
+        names = " and ".join(frame.context.names)
+        raise InvalidInput(f"there is no equilibrium point between {names}: they have no lobes")
     units = frame.context.units
     centre, tip = frame.centres[index], inner * frame.distance - frame.centres[index]
     level = float(frame.jacobi(inner * frame.distance))

@@ -254,9 +254,8 @@ class System(Tabled):
         if isinstance(shape, Composite):
             for name, value in (("density", density), ("GM", GM)):
                 if value is not None:
-                    raise InvalidInput(
-                        f"{name} of {self.names[index]} is {value!r}; expected a mass beside a composite"
-                    )
+                    subject = f"{name} of {self.names[index]}"
+                    raise InvalidInput(f"{subject} is {value!r}; expected a mass beside a composite")
             new = Body(shape._with(self.context.units, self.context.G).with_mass(mass), name=old.name)
         else:
             new = Body(shape, mass=mass, density=density, name=old.name, GM=GM)

@@ -169,9 +169,8 @@ class RelativeMotion:
             k = int(np.argmin(np.abs(self.time[:-1] - self.path.time[first])))
             self._refuse_sparse(k, abs(float(predicted[first])) / (2 * np.pi))
         if self.revolutions < least:
-            raise InvalidInput(
-                f"the run covers {self.revolutions:.3g} revolutions; {self.observable} needs {least} or more"
-            )
+            covered = f"the run covers {self.revolutions:.3g} revolutions"
+            raise InvalidInput(f"{covered}; {self.observable} needs {least} or more")
 
     def _gap(self, k: int) -> str:
         return f"between its samples at {self.span(self.time[k])} and {self.span(self.time[k + 1])}"

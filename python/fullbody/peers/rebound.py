@@ -173,9 +173,7 @@ def to_rebound(system: System, state: State) -> Any:
         raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")
     if system.forces:
         names = ", ".join(force.name for force in system.forces)
-        caution(
-            f"the simulation of rebound has only its own gravity, without the external forces ({names})", UserWarning
-        )
+        caution(f"the simulation of rebound has its own gravity alone, no external forces ({names})", UserWarning)
     sim = rebound.Simulation()
     sim.G = system.context.G
     sim.t = core.time

@@ -109,9 +109,8 @@ def trails(run: Record, flight: Flight, particles: int, most_points: int) -> Tra
     x -= _barycentre(run, stops)[:, None]
     v -= _barycentre(run, stops, "velocity")[:, None]
     # The velocity jumps when a particle lands, so that a straight line is taken there.
-    linear = (np.minimum(stops[1:], stops[:-1]) <= landed[:, None]) & (
-        landed[:, None] <= np.maximum(stops[1:], stops[:-1])
-    )
+    earlier, later = np.minimum(stops[1:], stops[:-1]), np.maximum(stops[1:], stops[:-1])
+    linear = (earlier <= landed[:, None]) & (landed[:, None] <= later)
     order = slice(None, None, -1 if stops[-1] < stops[0] else 1)
     paths = _interpolated(stops[order], x[order], v[order], times[order], linear[:, order].T)
     return Trails(times, np.ascontiguousarray(np.moveaxis(paths, 0, 1)[:, order]), landed, parts)

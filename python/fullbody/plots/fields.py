@@ -274,9 +274,8 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     handles = []
     for level, colour in compress(zip(distinct_levels, colours, strict=True), visible):
         names = [name for name, constant in constants.items() if abs(constant - level) <= 1e-9 * abs(level)]
-        handles.append(
-            curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{scale * level:.4g}")
-        )
+        label = f"through {', '.join(names)}" if names else f"{scale * level:.4g}"
+        handles.append(curve([], [], color=colour, label=label))
     for stable, label in ((True, "stable point"), (False, "unstable point")):
         if any(point.stable == stable for point in points):
             handles.append(curve([], [], **dot, markerfacecolor="black" if stable else "white", label=label))

@@ -80,9 +80,8 @@ class Sunlight:
         clearance, mean = self._clearance(body, part, corners), normals.mean(axis=1)
         shades = self._brightness(mean, clearance.min(axis=1) >= 0.0)
         pieces = list(corners)
-        divided = np.flatnonzero(
-            (clearance.min(axis=1) < 0.0) & (clearance.max(axis=1) > 0.0) & (mean @ self._sun > 0.0)
-        )
+        low, high = clearance.min(axis=1), clearance.max(axis=1)
+        divided = np.flatnonzero((low < 0.0) & (high > 0.0) & (mean @ self._sun > 0.0))
         lit = []
         for cell in divided.tolist():
             pieces.append(_where_positive(corners[cell], clearance[cell]))

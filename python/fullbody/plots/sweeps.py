@@ -64,9 +64,7 @@ def sweep(
     """
     names = [str(name) for name in dataset.data_vars if name not in _FAILURE]
     if not names:
-        raise InvalidInput(
-            "the sweep has no measure: all of its members ended with an error, as its variable error says"
-        )
+        raise InvalidInput("the sweep has no measure: all members ended with an error, as its variable error says")
     choice(measure, "measure", names)
     dims = [str(dim) for dim in dataset.error.dims]
     if dataset[measure].dims != dataset.error.dims:

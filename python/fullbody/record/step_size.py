@@ -101,9 +101,8 @@ def _resonant(rotation_rates: Any, step: float) -> bool:
     which the torque is the same, so that the errors of the steps add up.
     """
     half_revolutions = np.outer(np.arange(1, _ORDERS + 1), rotation_rates * step / math.pi)
-    return bool(
-        (np.abs(half_revolutions - np.round(half_revolutions)) < _RESONANCE_WIDTH * np.round(half_revolutions)).any()
-    )
+    multiples = np.round(half_revolutions)
+    return bool((np.abs(half_revolutions - multiples) < _RESONANCE_WIDTH * multiples).any())
 
 
 def _rounded(step: float) -> float:

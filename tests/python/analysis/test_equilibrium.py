@@ -17,9 +17,8 @@ AXES = (0.5, 0.42, 0.37)
 def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
     bodies = body_list(A=(fullbody.Sphere(1.0), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3))
     pole = {"x": "z", "y": "z", "z": "x"}[line]
-    result = analysis.relative_equilibrium(
-        fullbody.System(bodies, G=1.0), separation=separation, axes={"B": line + pole}
-    )
+    system = fullbody.System(bodies, G=1.0)
+    result = analysis.relative_equilibrium(system, separation=separation, axes={"B": line + pole})
     # Outside along an axis, kappa = r^2 - a^2: g = G M r R_D(b^2 + kappa, c^2 + kappa; r^2).
     a = AXES["xyz".index(line)]
     squares = [AXES[k] ** 2 + separation**2 - a**2 for k in range(3) if "xyz"[k] != line]

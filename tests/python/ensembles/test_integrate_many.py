@@ -337,10 +337,9 @@ def test_ctrl_c_in_a_run_returns_the_finished_members():
 
     reports = []
     until = [1.0, 2.0, *[1e9] * 30]
+    options = {"events": [events.Function(f)], "progress": report, "threads": 2}
     with pytest.raises(KeyboardInterrupt) as caught:
-        integrate_many(
-            [(SYSTEM, STATE)] * 32, until, output=1e3, events=[events.Function(f)], progress=report, threads=2
-        )
+        integrate_many([(SYSTEM, STATE)] * 32, until, output=1e3, **options)
     error = caught.value
     assert type(error) is Interrupted
     assert str(error) == "interrupted with 2 of 32 members done; the runs so far are in .runs"

@@ -279,7 +279,7 @@ def test_a_damaged_chunk_is_named(unfinished):
     assert {text.split(" cannot ")[0].split(" is ")[0] for text in wrong} == {str(chunk)}
     for size in (0, 10, len(total) // 2, len(total) - 1):
         chunk.write_bytes(total[:size])
-        refused(r"00000002.npz is truncated or damaged; where it is deleted", lambda: swept(unfinished))
+        refused(r"00000002.npz is truncated or damaged; if it is deleted", lambda: swept(unfinished))
     chunk.unlink()
     assert_same(swept(unfinished), swept(None))
 

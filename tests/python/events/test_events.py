@@ -97,9 +97,7 @@ def falling(shape=None):
     return system, state, 3.0 + np.sqrt(2.0**3 / (2 * 2.0)) * (np.arccos(np.sqrt(x)) + np.sqrt(x * (1 - x)))
 
 
-@pytest.mark.parametrize(
-    "shape", [fullbody.Sphere(0.2), fullbody.Ellipsoid(0.2, 0.2, 0.2)], ids=["sphere", "ellipsoid"]
-)
+@pytest.mark.parametrize("shape", [fullbody.Sphere(0.2), fullbody.Ellipsoid(0.2, 0.2, 0.2)], ids=["ball", "ellipsoid"])
 def test_radial_fall_ends_by_contact(shape):
     system, state, expected = falling(shape)
     contact = events.Contact(0, 1, terminal=True)

@@ -125,9 +125,8 @@ def test_yorp_torques_are_those_of_quillen_and_of_steinberg_and_sari(name, facto
     """Both papers scale a torque: Quillen et al. by F R^3 / c, Steinberg & Sari by two thirds of pi times that."""
     along, _ = alpha_torque(Yorp("Alpha", along=0.01, normalization=name, pressure="4.5e-6 Pa", radius="700 m"))
     assert along[2] == pytest.approx(factor * 0.01 * 4.5e-6 * 700.0**3, rel=1e-12)
-    both, _ = alpha_torque(
-        Yorp("Alpha", along=0.01, across=0.02, normalization=name, pressure="4.5e-6 Pa", radius="700 m")
-    )
+    options = {"normalization": name, "pressure": "4.5e-6 Pa", "radius": "700 m"}
+    both, _ = alpha_torque(Yorp("Alpha", along=0.01, across=0.02, **options))
     assert np.linalg.norm(both[:2]) == pytest.approx(2.0 * along[2], rel=1e-12)
 
 

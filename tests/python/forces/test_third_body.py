@@ -168,9 +168,8 @@ FRAMES = ("ecliptic", "equatorial", "galactic", BarycentricMeanEcliptic(equinox=
 def test_a_path_in_another_frame_is_turned_into_that_of_the_system(system_frame, arguments):
     """The place in its own frame by another program's Kepler orbit, turned by astropy's coordinates."""
     rng, times = np.random.default_rng(17), [0.0, 2.0, 4.0, 7.0]
-    system = fullbody.System(
-        [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)], G=0.5, frame=system_frame
-    )
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)]
+    system = fullbody.System(bodies, G=0.5, frame=system_frame)
     names = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs"}
     for _ in range(5):
         elements = (50.0, rng.uniform(0, 0.8), rng.uniform(0, 3.1), *rng.uniform(0, 6.2, 3))

@@ -72,9 +72,8 @@ def test_rotations_of_scipy_are_attitudes():
     state = State.from_scipy(POSITION, VELOCITY, rotations, spin=[[1, 2, 3]] * 2, time=4.0)
     vector = np.array([1.0, -2.0, 0.5])
     assert np.allclose(state.rotation_matrix @ vector, rotations.apply(vector), rtol=0, atol=1e-15)
-    assert np.allclose(
-        state.attitude, rotations.as_quat(scalar_first=True) * np.sign(state.attitude[:, :1]), atol=1e-15
-    )
+    quaternions = rotations.as_quat(scalar_first=True)
+    assert np.allclose(state.attitude, quaternions * np.sign(state.attitude[:, :1]), atol=1e-15)
     assert State.from_scipy(POSITION, VELOCITY, [rotations[0], rotations[1]], [[1, 2, 3]] * 2, 4.0) == state
     for wrong in (None, "z", [1, 2], rotations.as_quat()):
         with pytest.raises(InvalidInput, match=r"(?s)^rotation is .*expected a scipy\.spatial\.transform\.Rotation"):

@@ -37,9 +37,8 @@ def started(integrator, chart, system=KW4):
 
 
 def bits(state):
-    return b"".join(
-        np.float64(getattr(state, n)).tobytes() for n in ("time", "position", "velocity", "attitude", "spin")
-    )
+    names = ("time", "position", "velocity", "attitude", "spin")
+    return b"".join(np.float64(getattr(state, name)).tobytes() for name in names)
 
 
 def identical(first, other):

@@ -93,9 +93,8 @@ def test_a_particle_comes_to_rest_and_rotates_with_its_body():
 def test_bounces_on_a_body_that_spins_too_fast_for_rest_end():
     system, state = lone(spin=(0.0, 0.0, 1.2))
     start = fullbody.Particles([[1.001, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    flight = system.fly(
-        state, start, 2.0, output="ends", contact=fullbody.particles.Bounce(normal=0.5, rest_speed=1e-3)
-    )
+    bounce = fullbody.particles.Bounce(normal=0.5, rest_speed=1e-3)
+    flight = system.fly(state, start, 2.0, output="ends", contact=bounce)
     # It strikes at 0.0447, and at half of the speed before each time, until it leaves at less than 0.001.
     assert flight.strikes.tolist() == [6]
     assert flight.fate.tolist() == ["flying"]
@@ -200,9 +199,8 @@ def test_the_fastest_particles_have_impacts(speed):
     state = fullbody.State(position=[[0, 0, 0], [1e4, 0, 0]], velocity=np.zeros((2, 3)))
     positions = np.random.default_rng(0).normal(size=(50, 3))
     positions *= 5 / np.linalg.norm(positions, axis=1)[:, None]
-    flight = fullbody.System(bodies, G=1.0).fly(
-        state, fullbody.Particles(positions, -positions / 5 * speed), 12 / speed
-    )
+    particles = fullbody.Particles(positions, -positions / 5 * speed)
+    flight = fullbody.System(bodies, G=1.0).fly(state, particles, 12 / speed)
     assert np.all(flight.fate == "impact")
     # Straight on to the surface, towards the centre.
     surface = 1 / np.linalg.norm(positions / 5 / [1, 0.6, 0.3], axis=1)

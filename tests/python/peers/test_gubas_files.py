@@ -93,9 +93,8 @@ def test_gubas_euler_angles_give_the_attitude(tmp_path):
 def test_gubas_euler_angles_are_as_the_comments_say(tmp_path, comment, second, warning):
     path = rotated(tmp_path, comment)
     # Units in comments of other sections, here the fly-by, do not count.
-    path.write_text(
-        path.read_text().replace("Flyby: 0", "# These should be in km, s, and degrees or radians\nFlyby: 0")
-    )
+    text = "# These should be in km, s, and degrees or radians\nFlyby: 0"
+    path.write_text(path.read_text().replace("Flyby: 0", text))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         _, state = fullbody.read_gubas(path)
@@ -196,9 +195,8 @@ def test_gubas_flyby_and_heliocentric_orbit(tmp_path):
     for name, (mass, *orbit), tolerance in (("flyby", FLYBY, 1e-5), ("Sun", HELIO, 1e-8)):
         for time in (0.0, 2.9e5, 4.0e5):
             at = kepler_position([*orbit[:-1], 0.0], system.G * mass, time - orbit[-1])
-            np.testing.assert_allclose(
-                system.third_body(name, time)[0], at, rtol=1e-11, atol=1e-11 * np.linalg.norm(at)
-            )
+            scale = np.linalg.norm(at)
+            np.testing.assert_allclose(system.third_body(name, time)[0], at, rtol=1e-11, atol=1e-11 * scale)
             result = relative_acceleration(system, state.replace(time=time), name)
             expected = np.subtract(*(differential(x, at, system.G * mass) for x in state.position[::-1]))
             # The remaining difference is the pull on the bodies' quadrupoles.

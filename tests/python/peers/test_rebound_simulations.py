@@ -142,7 +142,7 @@ def test_rebound_wrong_arguments_are_named():
 def test_converting_to_rebound_warns_of_lost_forces():
     system, state = fullbody.systems.kw4()
     with_tide = system.with_forces([forces.Tide("Alpha", "Beta", 1e-5, 0.01)])
-    with pytest.warns(UserWarning, match=r"without the external forces \(tide on Alpha\)"):
+    with pytest.warns(UserWarning, match=r"no external forces \(tide on Alpha\)"):
         sim = fullbody.to_rebound(with_tide, state)
     assert sim.N == 2
     sim.additional_forces = lambda pointer: None

@@ -65,9 +65,8 @@ def test_sians_units_give_quantities():
 
 def test_sians_period_is_in_days(tmp_path):
     path = changed(tmp_path, "sians_kw4.txt", "kepler: 2", "kepler: 1")
-    path.write_text(
-        path.read_text().replace("2.548 0.0004", "0.72583 0.0004").replace("105.4 319.7 0", "105.4 319.7 330")
-    )
+    text = path.read_text().replace("2.548 0.0004", "0.72583 0.0004")
+    path.write_text(text.replace("105.4 319.7 0", "105.4 319.7 330"))
     system, state = fullbody.read_sians(path, units="kmhr")
     r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
     orbit = fullbody.KeplerElements.from_cartesian(r, v, system.mu())
@@ -191,9 +190,8 @@ def test_sians_sun_kepler(tmp_path, kepler):
         sim = rebound.Simulation()
         sim.G = 1.0
         sim.add(m=mu)
-        sim.add(
-            m=0.0, a=a, e=e, inc=np.radians(i), Omega=np.radians(node), omega=np.radians(argument), M=np.radians(mean)
-        )
+        node, argument, mean = np.radians([node, argument, mean])
+        sim.add(m=0.0, a=a, e=e, inc=np.radians(i), Omega=node, omega=argument, M=mean)
         particle = sim.particles[1]
         motions.append(np.array([particle.xyz, particle.vxyz]))
     sizes = [a for a, *_ in orbits]
