@@ -98,9 +98,8 @@ def segmented(point: PairPoint, time: float, count: int) -> tuple[Shooting, Ends
     end = points.pop()
     angle = float(np.arctan2(end.pose.r[1], end.pose.r[0]) - np.arctan2(point.pose.r[1], point.pose.r[0]))
     shooting = Shooting(points, time, angle, point.pair.axes(point.pose), [0, 0], np.zeros(2))
-    for k, (axis, start, final) in enumerate(
-        zip(shooting.axes, shooting.target().pose.attitude, end.pose.attitude, strict=True)
-    ):
+    attitudes = zip(shooting.target().pose.attitude, end.pose.attitude, strict=True)
+    for k, (axis, (start, final)) in enumerate(zip(shooting.axes, attitudes, strict=True)):
         if axis is None:
             misfits = [rotations.between(rotations.product(start, turn), final) for turn in _HALF_TURNS]
             shooting.half_turns[k] = int(np.argmin(np.linalg.norm(misfits, axis=-1)))

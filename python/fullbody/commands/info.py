@@ -94,9 +94,8 @@ def of_map(dataset: xarray.Dataset) -> list[tables.Table]:
         if name not in FAILURE
     ]
     kinds, counts = np.unique(dataset.error.values, return_counts=True)
-    errors: list[Sequence[str]] = [
-        (kind or "none", str(count)) for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True)
-    ]
+    counted = zip(kinds.tolist(), counts.tolist(), strict=True)
+    errors: list[Sequence[str]] = [(kind or "none", str(count)) for kind, count in counted]
     variables = tables.Table("Variables", ("name", "dimensions", "unit"), rows)
     return [*dimensions, variables, tables.Table("Errors", ("kind", "rows"), errors)]
 

@@ -216,7 +216,7 @@ def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
     parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
     if not parts:
         raise InvalidInput(
-            "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of them"
+            "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of some"
         )
     table = ParameterTable()
     random: dict[str, Any] = {}

@@ -286,9 +286,8 @@ def radiation_coefficients(
     if (other is None) != (position is None):
         raise InvalidInput(f"other and position are {other!r} and {position!r}; expected both or neither")
     bodies = [body] if other is None else [body, instance(other, "other", Body)]
-    units = inferred_units(
-        {f"{k} {label}": number for k, item in enumerate(bodies) for label, number in item._numbers().items()}
-    )
+    numbers = ((k, *entry) for k, item in enumerate(bodies) for entry in item._numbers().items())
+    units = inferred_units({f"{k} {label}": number for k, label, number in numbers})
     core, *shading = (item._core(units, k) for k, item in enumerate(bodies))
     positions = np.zeros((0, 3)) if other is None else units.numbers(position, "length", "position", (3,))[None]
     axes = _principal_axes(core)

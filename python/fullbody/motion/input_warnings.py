@@ -8,7 +8,6 @@ import numpy as np
 
 from .. import _core
 from ..base.unit_names import unit_named
-from ..base.units import Units
 from ..model.context import Context
 from ..model.force import KINDS
 
@@ -17,33 +16,23 @@ _DENSITIES = (100.0, 30000.0)
 
 
 def body_warnings(context: Context) -> Iterator[str]:
-    """Return warnings about the bodies of a system."""
+    """Yield warnings about implausible densities of bodies, and about composites whose parts nearly cancel."""
+    tolerance = context.core.settings["gravity_tolerance"]
     for name, body in zip(context.names, context.bodies, strict=True):
-        yield from _of_density(context.units, name, body)
-        yield from _of_cancelling(name, body, context.core.settings["gravity_tolerance"])
-
-
-def _of_density(units: Units, name: str, body: _core.Body) -> Iterator[str]:
-    """Return a warning about an implausible density, as from a wrong unit of size or mass."""
-    if not units.defined or body.volume == 0.0:
-        return
-    density = float(units.attach(body.mass / body.volume, "density").to_value(unit_named("kg / m3")))
-    if not _DENSITIES[0] <= density <= _DENSITIES[1]:
-        expected = f"expected {_DENSITIES[0]:g} to {_DENSITIES[1]:g}: check the units of its size and mass"
-        yield f"{name} has a density of {density:.3g} kg/m3; {expected}"
-
-
-def _of_cancelling(name: str, body: _core.Body, tolerance: float) -> Iterator[str]:
-    """Return a warning about parts that cancel so far that the sum's rounding error is far above the tolerance."""
-    masses = np.array([mass for _, mass, *_ in body.input_parts] or [1.0])
-    least, largest = int(np.argmin(masses)), int(np.argmax(masses))
-    rounding = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
-    if masses[least] < 0.0 and rounding > 100.0 * tolerance:
-        yield (
-            f"parts {largest} and {least} of {name}, of {masses[largest]:g} and {masses[least]:g} in mass, nearly "
-            f"cancel: rounding leaves forces uncertain by {rounding:.0e} of their size; gravity_tolerance is "
-            f"{tolerance:g}"
-        )
+        if context.units.defined and body.volume != 0.0:
+            density = context.units.attach(body.mass / body.volume, "density").to_value(unit_named("kg / m3"))
+            if not _DENSITIES[0] <= density <= _DENSITIES[1]:
+                expected = f"expected {_DENSITIES[0]:g} to {_DENSITIES[1]:g}: check the units of its size and mass"
+                yield f"{name} has a density of {density:.3g} kg/m3; {expected}"
+        masses = np.array([mass for _, mass, *_ in body.input_parts] or [1.0])
+        least, largest = int(np.argmin(masses)), int(np.argmax(masses))
+        rounding = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
+        if masses[least] < 0.0 and rounding > 100.0 * tolerance:
+            yield (
+                f"parts {largest} and {least} of {name}, of {masses[largest]:g} and {masses[least]:g} in mass, nearly "
+                f"cancel: rounding leaves forces uncertain by {rounding:.0e} of their size; gravity_tolerance is "
+                f"{tolerance:g}"
+            )
 
 
 def start_warnings(context: Context, start: _core.State, tolerance: float | None) -> Iterator[str]:

@@ -139,9 +139,8 @@ def advance(core: _core.Simulation, task: Task, progress: Any, autosave: tuple[A
         caution(warning)
     previous = core.statistics
     with Progress(progress) as report:
-        arrays, error = core.integrate(
-            task.until, task.output, task.conditions, task.dense, over_time(report), saving, task.following
-        )
+        options = task.until, task.output, task.conditions, task.dense
+        arrays, error = core.integrate(*options, over_time(report), saving, task.following)
     counts = (count - before for count, before in zip(core.statistics, previous, strict=True))
     run = task.run(arrays, counts)
     if path is not None:

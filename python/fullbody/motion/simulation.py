@@ -101,9 +101,7 @@ class Simulation:
         with explaining(self._system.context, core):
             self._core.set_state(core)
 
-    statistics = Attribute[Statistics](
-        lambda sim: Statistics(*sim._core.statistics), "Counts of steps and evaluations since the start."
-    )
+    statistics = Attribute[Statistics](lambda sim: Statistics(*sim._core.statistics), "Counts since the start.")
     start = Attribute[Invariants](
         lambda sim: conserved.named(sim._core.start, sim._system.context.units),
         "Time, energy and angular momentum at the state with which the simulation began or to which it was last set.",

@@ -140,11 +140,9 @@ class System(Tabled):
         "_bodies", "The bodies; if the system has units, their plain numbers are Quantities in them."
     )
     forces = Attribute[tuple[Force, ...]]("_forces", "The external forces.")
-    names = Attribute[tuple[str, ...]](
-        "context.names", "Names of the bodies; a body without a name is called ``body i``."
-    )
+    names = Attribute[tuple[str, ...]]("context.names", "Names of the bodies; one without a name is called ``body i``.")
     units = Attribute[tuple[str, str, str] | None](
-        "context.units.names", "Units of length, time and mass, if the system has any."
+        "context.units.names", "Units of length, time and mass, or ``None``."
     )
     frame = Attribute[str | None]("context.frame", "The name of the inertial frame, if one was given.")
     options = Attribute[dict[str, Any]](lambda system: dict(system._options), "The method of gravity and its settings.")

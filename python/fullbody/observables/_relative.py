@@ -286,9 +286,8 @@ def swept_angles(start: follow.Path, end: follow.Path, start_sense: Floats, end_
     are those of the motion in both paths, 1 or -1.
     """
     u, w = (path.r / np.linalg.norm(path.r, axis=1)[:, None] for path in (start, end))
-    n, m = (
-        sense[:, None] * _unit(np.cross(path.r, path.v)) for path, sense in ((start, start_sense), (end, end_sense))
-    )
+    senses = ((start, start_sense), (end, end_sense))
+    n, m = (sense[:, None] * _unit(np.cross(path.r, path.v)) for path, sense in senses)
     product = np.cross(u, w)
     sine = np.linalg.norm(product, axis=1)
     sign = np.where(np.sum(product * (n + m), axis=1) < 0.0, -1.0, 1.0)

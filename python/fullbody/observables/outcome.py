@@ -111,9 +111,7 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     if last is not None and isinstance(last.event, Escape) and first in _bodies(context, last.event):
         return Fate("escape", last.time)
     if len(run) == 0:
-        raise InvalidInput(
-            "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
-        )
+        raise InvalidInput("the run has no samples; expected a run with its end, as of output='ends', for a fate")
     # Whether the body is far away and unbound at each sample.
     r, v = (run.arrays[name][:, first] - run.arrays[name][:, second] for name in ("position", "velocity"))
     distance = np.linalg.norm(r, axis=1)

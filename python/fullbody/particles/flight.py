@@ -85,9 +85,7 @@ class Flight(Tabled, Generic[S]):
         "Inertial positions (K, P, 3) at the samples. Particles that lie on a body move with it.", "position", "length"
     )
     velocity = Column("Inertial velocities (K, P, 3) of the particles at the samples.", "velocity", "velocity")
-    fate_time = Column(
-        "Times (P,) at which the particles reached their fate; NaN for particles that fly.", "fate_time", "time"
-    )
+    fate_time = Column("Times (P,) at which the particles reached their fate; NaN without one.", "fate_time", "time")
     longitude = Column(
         "Longitudes (P,) of impact or rest, as directions from the body's centre in its frame.", "longitude", "angle"
     )

@@ -206,9 +206,8 @@ class _File(Text):
         if len(factors) > 2:
             self.fail(line, f"{name} is {text!r}; expected at most one division")
         parts = (factors[0], factors[1] if len(factors) == 2 else "1")
-        numerator, denominator = (
-            prod(_PI.get(word) or self.number(line, word, name) for word in part.split("*")) for part in parts
-        )
+        words = (part.split("*") for part in parts)
+        numerator, denominator = (prod(_PI.get(w) or self.number(line, w, name) for w in factor) for factor in words)
         if denominator == 0.0:
             self.fail(line, f"{name} is {text!r}, a division by zero")
         return numerator / denominator

@@ -115,9 +115,8 @@ def _outline(corners: Floats, middle: float) -> Floats:
             if not at_pole[k]:
                 rows.append((longitudes[k], latitude[k]))
                 continue
-            beside = [
-                longitudes.get((k + step) % count, longitudes.get((k + 2 * step) % count, middle)) for step in (-1, 1)
-            ]
+            steps = ((longitudes.get((k + n) % count), longitudes.get((k + 2 * n) % count, middle)) for n in (-1, 1))
+            beside = [second if first is None else first for first, second in steps]
             rows += [(item, latitude[k]) for item in beside]
         outline = np.array(rows)
     shift = 360.0 * np.round((middle - 0.5 * (outline[:, 0].max() + outline[:, 0].min())) / 360.0)
@@ -183,9 +182,8 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         choice(colour, "colour", _COLOURS)
     colour_options = {"c", "color"} & kwargs.keys()
     if colour_options and colour is not None:
-        raise InvalidInput(
-            f"{colour_options.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots"
-        )
+        text = f"{colour_options.pop()} is given beside colour={colour!r}"
+        raise InvalidInput(f"{text}; expected colour=None with a colour of dots")
     landed = (flight.fate_body == index) & np.isin(flight.fate, ("impact", "rest"))
     ax = single(ax, (8.0, 4.4))
     # Many dots are smaller than few.

@@ -307,9 +307,7 @@ class Record(Tabled, Generic[S]):
             self._drifts[name] = drift
         return self._drifts[name]
 
-    is_differentiated = Attribute[bool](
-        lambda run: "transition" in run.arrays, "Whether the run was integrated with ``derivatives=``."
-    )
+    is_differentiated = Attribute[bool](lambda run: "transition" in run.arrays, "Whether the run has derivatives.")
     tangent_units = columns.tangent_units
     transition = columns.transition
     sensitivity = columns.sensitivity

@@ -191,9 +191,8 @@ class Explorer:
         end = f"{_literal(self._until)}" if self._duration is None else f"duration={_literal(self._duration)}"
         name = getattr(self._setup, "__name__", "setup")
         quantities = any(is_quantity(value) for value in (*values.values(), self._until, self._duration))
-        return ("from astropy import units as u\n\n" if quantities else "") + (
-            f"system, state = {name}(**{{{arguments}}})\nrun = system.integrate(state, {end})\n"
-        )
+        lines = f"system, state = {name}(**{{{arguments}}})\nrun = system.integrate(state, {end})\n"
+        return ("from astropy import units as u\n\n" if quantities else "") + lines
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
         bundle = self._widget._repr_mimebundle_(**options)

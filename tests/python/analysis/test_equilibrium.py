@@ -158,9 +158,8 @@ def test_curvatures_are_second_derivatives_of_the_amended_potential(ellipsoids, 
 
 def test_the_energy_form_is_conserved_by_the_linear_equations(locked):
     # A^T Q + Q A = 0 for the rates A and the energy Q of deviations; with bodies that spin as well.
-    spinning = fullbody.System(
-        body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3)), G=1.0
-    )
+    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3))
+    spinning = fullbody.System(bodies, G=1.0)
     other = analysis.relative_equilibrium(spinning, separation=2.5, spin={"A": -1.7})
     assert len(other.modes) == 6
     for result in (locked, other):

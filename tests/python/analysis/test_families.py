@@ -83,9 +83,8 @@ def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
     assert same.energy == pytest.approx(stable[0].energy, rel=1e-13)
     # Stationary points of the amended potential: J dOmega has no part in the energy, dE = Omega dJ along a family.
     lower, upper = (analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
-    assert (upper.energy - lower.energy) / (upper.angular_momentum - lower.angular_momentum) == pytest.approx(
-        same.rate, rel=1e-7
-    )
+    slope = (upper.energy - lower.energy) / (upper.angular_momentum - lower.angular_momentum)
+    assert slope == pytest.approx(same.rate, rel=1e-7)
 
 
 def test_a_branch_is_drawn_with_its_stability_and_folds(spheres):

@@ -120,9 +120,8 @@ def test_an_orbit_closes_after_a_half_turn_of_the_primary():
     period = np.pi / (1.1 - equilibrium.rate)
     result = analysis.periodic_orbit(system, equilibrium.state, period)
     assert result.half_turns == {"A": "z"}
-    assert result.rotation_angle == pytest.approx(
-        np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi, rel=1e-2
-    )
+    angle = np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi
+    assert result.rotation_angle == pytest.approx(angle, rel=1e-2)
     run = system.integrate(result.state, result.period)
     R = support.rot_z(result.rotation_angle)
     assert np.abs(run.position[-1] - run.position[0] @ R.T).max() < 1e-12

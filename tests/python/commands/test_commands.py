@@ -155,9 +155,8 @@ def test_kw4_prints_and_writes_both_shapes(tmp_path, capsys):
         saved = fullbody.load(tmp_path / f"kw4_{shape}_focal.nc")
         assert 205.0 < saved.time[-1].value <= 210.0
         assert ellipsoid["a_min"] < saved.elements().a.value.min() or shape == "spheroid"
-    assert sorted(path.name for path in tmp_path.glob("page_*")) == [
-        f"page_{shape}.{kind}" for shape in read for kind in ("pdf", "png")
-    ]
+    pages = [f"page_{shape}.{kind}" for shape in read for kind in ("pdf", "png")]
+    assert sorted(path.name for path in tmp_path.glob("page_*")) == pages
 
 
 def test_quiet_commands_print_nothing(tmp_path, capsys):

@@ -115,9 +115,8 @@ def test_a_chunk_that_fails_is_submitted_again():
 
 def test_a_chunk_that_fails_everywhere_is_an_error(tmp_path):
     executor = Inline((2, 5, 6), RuntimeError("a worker was lost"))
-    with pytest.raises(
-        FullbodyError, match=r"rows 2 to 3 failed in 3 workers, .* RuntimeError: a worker was lost"
-    ) as caught:
+    text = r"rows 2 to 3 failed in 3 workers, .* RuntimeError: a worker was lost"
+    with pytest.raises(FullbodyError, match=text) as caught:
         swept(executor=executor, store=tmp_path / "map.nc")
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 2 + [True] * 2 + [False] * 3
     assert len(list((tmp_path / "map.nc.parts").glob("*.npz"))) == 3

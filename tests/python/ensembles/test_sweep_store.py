@@ -361,9 +361,8 @@ def test_ctrl_c_keeps_finished_rows(tmp_path, store):
     path = store and tmp_path / store
     measure = _Once(KeyboardInterrupt())
     rows = {"mass": [0.1, 0.3, 0.9, 0.5, 0.7]}
-    with pytest.raises(
-        Interrupted, match=rf"2 of 5 rows are done, in {'.*map.nc and in ' if store else ''}.dataset"
-    ) as caught:
+    text = rf"2 of 5 rows are done, in {'.*map.nc and in ' if store else ''}.dataset"
+    with pytest.raises(Interrupted, match=text) as caught:
         swept(path, measure=measure, parameters=rows, chunk=4)
     assert caught.value.dataset.error.values.tolist() == ["", "", "NotComputed", "NotComputed", "NotComputed"]
     total = swept(None, parameters=rows)

@@ -123,9 +123,8 @@ def test_errors_of_overlap_have_the_distance_or_the_time():
         assert caught.value.bodies == ("A", "B")
         assert isinstance(caught.value, RuntimeError)
     # From 5 apart at a speed of one they touch at 3.
-    units = fullbody.System(
-        [fullbody.Body(body.shape, mass=1e9, name=body.name) for body in SPHERES], units=("km", "hour", "kg")
-    )
+    bodies = [fullbody.Body(body.shape, mass=1e9, name=body.name) for body in SPHERES]
+    units = fullbody.System(bodies, units=("km", "hour", "kg"))
     falling = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [-1, 0, 0]])
 
     def steps():

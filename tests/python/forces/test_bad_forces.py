@@ -6,7 +6,7 @@ import pytest
 from astropy import units as u
 from fullbody.errors import ForceFailed, Interrupted, InvalidInput
 from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
-from support import refused, refused_with
+from support import body_list, refused, refused_with
 from support.scenes import KINDS, at_rest, drag, pair, sun
 
 NAN, INF = float("nan"), float("inf")
@@ -93,9 +93,8 @@ def test_the_ends_of_love_numbers_and_no_lag_are_allowed(value):
 
 
 def test_a_secondary_without_a_longest_axis_has_no_byorp():
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(0.1, 0.1, c), mass=1.0, name=name) for c, name in ((0.1, "A"), (0.05, "B"))
-    ]
+    shapes = {name: (fullbody.Ellipsoid(0.1, 0.1, c), 1.0) for c, name in ((0.1, "A"), (0.05, "B"))}
+    bodies = body_list(**shapes)
     for on, about in (("A", "B"), ("B", "A")):
         with pytest.raises(InvalidInput, match=f"axes of {on}.*longest.*Y"):
             fullbody.System(bodies, G=1.0, forces=[Byorp(on=on, about=about, force=1.0, name="Y")])

@@ -27,9 +27,8 @@ def pair(ratio=0.05):
     G, a = system.G.value, 3.0
     n = float(np.sqrt(G * 4.0 / 3.0 * np.pi * density * RADIUS**3 * (1.0 + 1.0 / ratio) / a**3))
     shares = np.array([-ratio, 1.0])[:, None] / (1.0 + ratio)
-    state = fullbody.State(
-        shares * [a, 0, 0] * u.km, shares * [0, n * a, 0] * u.km / u.hour, spin=[[0, 0, 0], [0, 0, n]] * u.rad / u.hour
-    )
+    position, velocity = shares * [a, 0, 0] * u.km, shares * [0, n * a, 0] * u.km / u.hour
+    state = fullbody.State(position, velocity, spin=[[0, 0, 0], [0, 0, n]] * u.rad / u.hour)
     return system, state, a * 1e3, n / 3600.0, density * 1e-9
 
 

@@ -113,9 +113,8 @@ def direct_mean(shape, obliquity, eccentricity=0.5):
     for eccentric in anomaly:
         # Time passes by 1 - e cos E while E grows, and the pressure at that distance is its inverse square.
         distance = 1.0 - eccentricity * np.cos(eccentric)
-        true = 2.0 * np.arctan2(
-            np.sqrt(1 + eccentricity) * np.sin(eccentric / 2), np.sqrt(1 - eccentricity) * np.cos(eccentric / 2)
-        )
+        plus, minus = np.sqrt(1 + eccentricity), np.sqrt(1 - eccentricity)
+        true = 2.0 * np.arctan2(plus * np.sin(eccentric / 2), minus * np.cos(eccentric / 2))
         sun = np.cos(true) * node + np.sin(true) * np.cross(pole, node)
         rotations = Rotation.from_rotvec(2 * np.pi * np.arange(180)[:, None] / 180 * [0, 0, 1.0])
         s = rotations.inv().apply(sun)

@@ -75,9 +75,8 @@ def test_a_table_of_positions_gives_the_motion_of_its_orbit():
     system, state = pair()
     third = sun()
     times = np.linspace(-1.0, 21.0, 201)
-    table = ThirdBody(
-        mu=1e6, times=times, positions=system.with_forces([third]).third_body("Sun", times)[0], of="body", name="Sun"
-    )
+    positions = system.with_forces([third]).third_body("Sun", times)[0]
+    table = ThirdBody(mu=1e6, times=times, positions=positions, of="body", name="Sun")
     ends = [relative(system.with_forces([force]).integrate(state, 20.0, output=[20.0])) for force in (third, table)]
     effect = np.abs(ends[0] - relative(system.integrate(state, 20.0, output=[20.0]))).max()
     assert np.abs(ends[0] - ends[1]).max() < 1e-8 * effect

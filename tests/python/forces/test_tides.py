@@ -105,9 +105,8 @@ def test_the_eccentricity_of_a_synchronous_satellite_falls_at_huts_rate():
     15/2 k2 lag n (M/m) (R/a)^3.
     """
     m, radius, e, k2, lag = 1e-3, 0.2, 0.01, 1.0, 4e-5
-    system, state = two(
-        satellite=fullbody.Sphere(radius), mass=m, orbit=(1.0, e, 0, 0, 0, 0), spin=[[0, 0, 0], [0, 0, 1.0]]
-    )
+    orbit, spin = (1.0, e, 0, 0, 0, 0), [[0, 0, 0], [0, 0, 1.0]]
+    system, state = two(satellite=fullbody.Sphere(radius), mass=m, orbit=orbit, spin=spin)
     n = np.sqrt(system.mu())
     until = 60 * 2 * np.pi / n
     tide = Tide(on="B", by="A", k2=k2, lag=lag, name="tide")

@@ -40,9 +40,8 @@ def test_a_spin_that_is_driven_to_its_pole_is_an_error_that_names_it(obliquity, 
 def test_a_tumbling_body_that_is_driven_to_its_pole_ends_the_run():
     bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.9, 0.8), 1.0), B=(fullbody.Sphere(0.2), 1e-3))
     system = fullbody.System(bodies, G=1.0, forces=[Yorp(on="A", along=0.0, across=-1e-3)])
-    state = fullbody.State(
-        [[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.45, 0]], spin=[[0.0, np.sin(0.02), np.cos(0.02)], [0, 0, 0]]
-    )
+    spin = [[0.0, np.sin(0.02), np.cos(0.02)], [0, 0, 0]]
+    state = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.45, 0]], spin=spin)
     with pytest.raises(ForceFailed, match="to the pole by time") as caught:
         system.integrate(state, 200.0)
     assert caught.value.run.statistics.steps < 2000

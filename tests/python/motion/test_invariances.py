@@ -83,9 +83,8 @@ def test_relabelling_three_bodies_permutes_their_forces(order, attitudes, axes):
         fullbody.System([bodies[k] for k in order], G=1.0),
         fullbody.State(position[order], velocity[order], np.array(attitudes)[order]),
     )
-    permuted = fullbody.State(
-        reference.position[order], reference.velocity[order], reference.attitude[order], reference.spin[order]
-    )
+    names = ("position", "velocity", "attitude", "spin")
+    permuted = fullbody.State(*(getattr(reference, name)[order] for name in names))
     assert_same_state(part, permuted, 5e-12)
 
 

@@ -96,9 +96,8 @@ def test_a_resumed_run_equals_an_unbroken_one(integrator, chart, interrupted, un
     for output in (None, 1.3, grid):
         sim = fullbody.Simulation(system, state, integrator=integrator)
         unbroken = sim.integrate(until, output=output, events=watched(), dense=True)
-        first_part, resumed = interrupted(
-            fullbody.Simulation(system, state, integrator=integrator), until, output, tmp_path / "a.sim"
-        )
+        sim_of_part = fullbody.Simulation(system, state, integrator=integrator)
+        first_part, resumed = interrupted(sim_of_part, until, output, tmp_path / "a.sim")
         now = resumed.time
         assert 0.3 * UNTIL < abs(now) < abs(until)
         assert same_samples(unbroken, sim.system.integrate(state, until, output=output, integrator=integrator))
@@ -254,9 +253,8 @@ def test_inconsistent_notes_of_a_file_are_refused(tmp_path):
     sim = fullbody.Simulation(system, state)
 
     def noted(change):
-        core = fullbody._core.Simulation(
-            system.context.core, state.core, fullbody.Verner98()._describe(system.context.units), change
-        )
+        integrator = fullbody.Verner98()._describe(system.context.units)
+        core = fullbody._core.Simulation(system.context.core, state.core, integrator, change)
         (tmp_path / "noted.sim").write_bytes(core.to_bytes())
         return fullbody.Simulation.load(tmp_path / "noted.sim")
 

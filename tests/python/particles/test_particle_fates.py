@@ -163,9 +163,8 @@ def test_periapses_of_particles_are_keplers():
 def test_particles_are_launched_with_the_velocity_of_the_surface():
     system, state = lone(shape=fullbody.Ellipsoid(3.0, 2.0, 1.0), spin=(0.1, 0.2, 0.3))
     lon, lat = 0.7, 0.4
-    up = fullbody.Particles.from_surface(
-        system, state, "A", longitude=lon, latitude=lat, speed=0.5, azimuth=0.3, elevation=0.8
-    )
+    direction = {"longitude": lon, "latitude": lat, "azimuth": 0.3, "elevation": 0.8}
+    up = fullbody.Particles.from_surface(system, state, "A", speed=0.5, **direction)
     position = up.position[0]
     axes = np.array([3.0, 2.0, 1.0])
     assert ((position / axes) ** 2).sum() == pytest.approx(1.0, rel=1e-14)

@@ -15,9 +15,8 @@ from support import data_of, refused
 def flown():
     """Grains off Beta: some escape, some fall back."""
     system, state = fullbody.systems.kw4()
-    grains = fullbody.Particles.ejecta(
-        system, state, "Beta", longitude=1.0, latitude=0.3, speed=np.linspace(0.1, 1.5, 40), n=40, rng=3
-    )
+    options = {"longitude": 1.0, "latitude": 0.3, "speed": np.linspace(0.1, 1.5, 40), "n": 40, "rng": 3}
+    grains = fullbody.Particles.ejecta(system, state, "Beta", **options)
     flight = system.fly(state, grains, 20.0, output=0.5, escape=particles.EscapeDistance(10.0))
     assert {"impact", "escape"} <= set(flight.fate)
     return system.integrate(state, 20.0, output=1.0), flight

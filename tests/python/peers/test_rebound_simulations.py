@@ -50,9 +50,8 @@ def test_rebound_test_particles_with_a_mass_are_refused(active, first):
         sim.add(m=1e-3**k, x=k)
     assert len(fullbody.from_rebound(sim)[0]) == 3
     sim.N_active = active
-    refused(
-        f"particle {first} has the mass .* for N_active is {active}; expected all 3", lambda: fullbody.from_rebound(sim)
-    )
+    text = f"particle {first} has the mass .* for N_active is {active}; expected all 3"
+    refused(text, fullbody.from_rebound, sim)
     sim.N_active = 3
     assert len(fullbody.from_rebound(sim)[0]) == 3
 

@@ -108,9 +108,8 @@ def test_sweeps_measure_megno():
 
     period = moon(0.26, 0.0)[2]
     runs = fullbody.integrate_many([setup(0.0), setup(0.1)], 5 * period, output="ends", integrator=FAST, chaos=True)
-    result = fullbody.sweep(
-        setup, {"e": [0.0, 0.1]}, 5 * period, measure=lambda run: {"megno": run.megno[-1]}, integrator=FAST, chaos=True
-    )
+    options = {"measure": lambda run: {"megno": run.megno[-1]}, "integrator": FAST, "chaos": True}
+    result = fullbody.sweep(setup, {"e": [0.0, 0.1]}, 5 * period, **options)
     assert np.array_equal(result.megno.values, [run.megno[-1] for run in runs])
     both = fullbody.integrate_many([setup(0.1)], 5 * period, output="ends", derivatives=["G"])
     assert both[0].sensitivity["G"].shape == (2, 24)

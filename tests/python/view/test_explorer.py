@@ -31,22 +31,19 @@ def numbers(text):
 
 def pair(e=0.1, distance=10.0):
     """Two spheres on a Kepler orbit of this eccentricity, at their least distance."""
-    system = fullbody.System(
-        [fullbody.Body(fullbody.Sphere(1.0), mass=m, name=n) for m, n in ((1.0, "A"), (1.0, "B"))], G=1.0
-    )
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in "AB"]
+    system = fullbody.System(bodies, G=1.0)
     speed = np.sqrt(2.0 * (1.0 + e) / distance)
     x, v = np.array([[-0.5, 0, 0], [0.5, 0, 0]]), np.array([[0, -0.5, 0], [0, 0.5, 0]])
     return system, fullbody.State(position=distance * x, velocity=speed * v)
 
 
 def test_a_slider_moves_the_run_and_its_curves():
-    explorer = fullbody.explore(
-        pair, {"e": (0.0, 0.5)}, 400.0, show=["separation", "eccentricity", lambda run: run.time**2]
-    )
+    curves = ["separation", "eccentricity", lambda run: run.time**2]
+    explorer = fullbody.explore(pair, {"e": (0.0, 0.5)}, 400.0, show=curves)
     page = Page(explorer)
-    assert page.request("start")["controls"] == [
-        {"name": "e", "label": "e", "min": 0.0, "max": 0.5, "value": 0.1, "unit": ""}
-    ]
+    control = {"name": "e", "label": "e", "min": 0.0, "max": 0.5, "value": 0.1, "unit": ""}
+    assert page.request("start")["controls"] == [control]
     result = page.request("run", e=0.3)["result"]
     separation, eccentricity, square = (numbers(curve["values"]) for curve in result["curves"])
     assert np.allclose(eccentricity, 0.3, rtol=1e-9)
