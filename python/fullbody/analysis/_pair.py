@@ -110,7 +110,7 @@ class Pair:
         self.system, self.context = system, system.context
         masses: Floats = np.asarray(self.context.masses)
         #: The positions of both bodies from the barycentre, in units of the separation.
-        self.shares: Floats = np.array([-masses[1], masses[0]]) / masses.sum()
+        self.offsets: Floats = np.array([-masses[1], masses[0]]) / masses.sum()
         self.mass = float(masses.prod() / masses.sum())
         self.strength = float(self.context.G * masses.prod())
         self.inertia: Floats = np.array([np.asarray(core.inertia) for core in self.context.bodies])
@@ -121,9 +121,9 @@ class Pair:
 
     def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None) -> _core.State:
         """Return the core's state of a pose, with the barycentre at rest in the origin."""
-        shares, spin = self.shares[:, np.newaxis], np.zeros((2, 3)) if spin is None else spin
+        offsets, spin = self.offsets[:, np.newaxis], np.zeros((2, 3)) if spin is None else spin
         attitude = np.ascontiguousarray(pose.attitude)
-        return _core.State(0.0, shares * pose.r, shares * np.asarray(velocity), attitude, spin)
+        return _core.State(0.0, offsets * pose.r, offsets * np.asarray(velocity), attitude, spin)
 
     def loads(self, pose: Pose) -> tuple[Floats, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""

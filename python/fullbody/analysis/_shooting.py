@@ -31,7 +31,7 @@ def flow(point: PairPoint, time: float) -> tuple[PairPoint, Floats]:
     run = pair.system.integrate(point.state, span, output="ends", derivatives=True)
     # A run's tangent vectors have position, velocity, rotation and spin of the first and of the second body.
     spread, gather = np.zeros((8, 6)), np.zeros((6, 8))
-    spread[[0, 4], 0] = spread[[1, 5], 3] = pair.shares
+    spread[[0, 4], 0] = spread[[1, 5], 3] = pair.offsets
     gather[[0, 3], [0, 1]], gather[[0, 3], [4, 5]] = -1.0, 1.0
     rows, columns = [2, 6, 3, 7], [1, 2, 4, 5]
     spread[rows, columns] = gather[columns, rows] = 1.0

@@ -48,7 +48,7 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
                     variables[name] = variable
                 variables[name].put(outcome.row, measured)
             except InvalidInput as error:
-                failure = Failure.of(error, "measure").after(failure)
+                failure = Failure.of(error, "measure").combined(failure)
         failures[outcome.row] = failure or Failure("", "", "")
     dims = tuple(table.dimensions)
     fields: dict[str, Any] = {}

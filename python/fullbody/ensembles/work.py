@@ -66,7 +66,7 @@ class Failure(NamedTuple):
         text = str(error).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
         return cls(type(error).__name__, f"{part}: {text}" if part else text, stage)
 
-    def after(self, first: Failure | None) -> Failure:
+    def combined(self, first: Failure | None) -> Failure:
         """Combine both failures into one with the name and the stage of the first, and both texts."""
         if first is None:
             return self
@@ -177,7 +177,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
             if not isinstance(result, Mapping):
                 raise InvalidInput(f"measure gives {result!r}; expected a dict of names to numbers, arrays or texts")
         except _FAILURES as error:
-            failure = Failure.of(error, "measure", part).after(failure)
+            failure = Failure.of(error, "measure", part).combined(failure)
             continue
         for name, value in result.items():
             try:
@@ -188,7 +188,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
                     raise InvalidInput(f"{text}; expected each name once")
                 values[name] = _value(value, name)
             except _FAILURES as error:
-                failure = Failure.of(error, "measure", part).after(failure)
+                failure = Failure.of(error, "measure", part).combined(failure)
     return Outcome(row, values, failure)
 
 

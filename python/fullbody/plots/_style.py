@@ -119,10 +119,10 @@ def in_si(value: Any) -> Any:
     return value
 
 
-def colour_bar(ax: Any, drawn: Any, label: str, unit: str, **kwargs: Any) -> Any:
+def colour_bar(ax: Any, artist: Any, label: str, unit: str, **kwargs: Any) -> Any:
     """Draw a colour bar beside axes, as high as they are, with a power of ten in its label instead of its numbers."""
-    bar = ax.figure.colorbar(drawn, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), **kwargs)
-    largest = np.abs(drawn.get_clim()).max()
+    bar = ax.figure.colorbar(artist, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), **kwargs)
+    largest = np.abs(artist.get_clim()).max()
     power = int(np.floor(np.log10(largest))) if np.isfinite(largest) and largest > 0.0 else 0
     if 10.0**power < 1e4 and power > -3:
         power = 0

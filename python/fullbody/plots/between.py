@@ -203,10 +203,10 @@ def relative_path(run: Record, body: int, about: int) -> tuple[Floats, bool]:
     r, v = (run.arrays[name][:, body] - run.arrays[name][:, about] for name in ("position", "velocity"))
     areas, squares = np.linalg.norm(np.cross(r, v), axis=1), np.maximum(np.sum(r * r, axis=1), np.finfo(float).tiny)
     rate = np.minimum((areas / squares)[1:], (areas / squares)[:-1])
-    turns = float((rate * np.abs(np.diff(run.arrays["time"]))).max(initial=0.0)) / (2.0 * np.pi)
-    if run.dense is None and turns > 0.5:
+    revolutions = float((rate * np.abs(np.diff(run.arrays["time"]))).max(initial=0.0)) / (2.0 * np.pi)
+    if run.dense is None and revolutions > 0.5:
         return r, False
-    count = 1 + (len(r) - 1) * int(np.ceil(turns / _TURN_FRACTION))
+    count = 1 + (len(r) - 1) * int(np.ceil(revolutions / _TURN_FRACTION))
     centres = poses(run, dense_times(run, float(run.arrays["time"][-1]), min(_MAX_POINTS, max(_SMOOTH, count))))[0]
     return centres[:, body] - centres[:, about], True
 

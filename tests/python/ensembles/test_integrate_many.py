@@ -312,10 +312,8 @@ def test_warnings_about_starts_are_given_once():
         "the starts of 3 of 5 members are probably a mistake; member 1: A and B start at "
     )
     assert caught[0].filename == __file__
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(InconsistentInput) as raised:
-            integrate_many([(SYSTEM, STATE), fast], 1e-3)
+    with warnings.catch_warnings(action="error"), pytest.raises(InconsistentInput) as raised:
+        integrate_many([(SYSTEM, STATE), fast], 1e-3)
     assert [type(run) for run in raised.value.runs] == [fullbody.Run] * 2
 
 

@@ -211,8 +211,7 @@ def test_a_rotating_frame_can_be_copied_and_pickled():
         frame = fullbody.fields.Synodic(system, state)
     point = [0.5, 2.0, 0.1]
     for make in (copy.copy, copy.deepcopy, lambda frame: pickle.loads(pickle.dumps(frame))):
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             other = make(frame)
         assert repr(other) == repr(frame)
         assert (other.jacobi(point), other.rate) == (frame.jacobi(point), frame.rate)

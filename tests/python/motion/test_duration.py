@@ -54,8 +54,7 @@ def test_a_text_before_the_start_causes_a_warning_of_a_backward_run():
 def test_a_spacing_longer_than_the_run_causes_a_warning():
     with pytest.warns(InconsistentInput, match="output is 100 h, .* the run is only 4 h long"):
         assert SYSTEM.integrate(LATER, duration=4.0, output=100.0).time.to_value("h").tolist() == [30.0, 34.0]
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         assert len(SYSTEM.integrate(LATER, duration=4.0, output=4.0)) == 2
         assert len(SYSTEM.integrate(LATER, 30.0, output=100.0)) == 1
         assert np.isclose(SYSTEM.integrate(LATER, 26.0, output="2 h").time[-1].value, 26.0)

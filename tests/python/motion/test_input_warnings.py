@@ -21,8 +21,7 @@ HIDDEN = np.ma.array(POSITION, mask=[[0, 0, 0], [1, 0, 0]])
 
 
 def input_warnings(call):
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         call()
     assert all(warning.category is InconsistentInput and warning.filename == __file__ for warning in caught), caught
     return [str(warning.message) for warning in caught]
@@ -184,8 +183,7 @@ def test_the_tolerance_advised_for_a_heavy_distant_body_suffices():
     advised = float(text.partition("rtol and atol of ")[2].split()[0])
 
     def steps(system, state, tolerance):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", InconsistentInput)
+        with warnings.catch_warnings(action="ignore", category=InconsistentInput):
             integrator = fullbody.Verner98(tolerance, tolerance)
             return system.integrate(state, 50.0, output=[], integrator=integrator).statistics.steps
 

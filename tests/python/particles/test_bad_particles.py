@@ -171,6 +171,5 @@ def test_light_on_particles_without_an_area_causes_a_warning():
     light = fullbody.particles.Radiation(by="Sun")
     with pytest.warns(InconsistentInput, match="no particle has an area_to_mass"):
         system.fly(state, dark, 0.1, radiation=light)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         system.fly(state, dark, 0.1, radiation=light, events=[Shadow()])

@@ -95,8 +95,7 @@ def test_gubas_euler_angles_are_as_the_comments_say(tmp_path, comment, second, w
     # Units in comments of other sections, here the fly-by, do not count.
     text = "# These should be in km, s, and degrees or radians\nFlyby: 0"
     path.write_text(path.read_text().replace("Flyby: 0", text))
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         _, state = fullbody.read_gubas(path)
     np.testing.assert_allclose(state.rotation_matrix[1][0, 2], second, rtol=1e-14)
     assert [warning in str(w.message) for w in caught] == [True] * (warning is not None)
