@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import cache
 from itertools import permutations, product
 from typing import NamedTuple, TypeAlias
 
@@ -12,17 +12,17 @@ import numpy as np
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Floats
-from ._pair import Pair, Pose, shortened
+from ._pair import Pair, Pose, without_overlap
 from ._rotation import Kind, Rotation
 
-#: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.
+#: For each body, its axes (0, 1 or 2) along the line between the bodies and along the angular momentum.
 Axes: TypeAlias = tuple[tuple[int, int], tuple[int, int]]
 
-_STEPS = 60
-#: One step moves the centres by at most this fraction of their distance and turns bodies by at most as many radians.
+_MAX_STEPS = 60
+#: The longest step, relative to the distance of the centres and in radians of rotations.
 _LONGEST = 0.2
-#: Residuals relative to the forces: the one that counts as solved, and the one below which further steps are round-off.
-_SOLVED, _ROUNDING = 1e-10, 1e-14
+#: Residuals relative to the forces: the largest one of a solution, and the one below which further steps are round-off.
+_TOLERANCE, _ROUNDING = 1e-10, 1e-14
 #: A matrix is singular if its smallest singular value is below this fraction of its largest one.
 _SINGULAR = 1e-9
 #: The ratio of neighbouring separations of a scan, and the ratio of the largest separation to that of contact.
@@ -32,67 +32,60 @@ _RATIO, _FARTHEST = 1.12, 100.0
 def converged(guess: Rotation, kind: Kind, value: float) -> Rotation:
     """Find by Newton's method the uniform rotation near a guess at which a quantity has a given value."""
 
-    def row(rotation: Rotation, columns: Floats) -> tuple[Floats, float]:
-        slope = rotation.quantity_gradient(kind) * columns
-        unit = max(abs(value), np.abs(slope).max())
-        return slope / unit, (rotation.quantity(kind) - value) / unit
+    def equation(rotation: Rotation, columns: Floats) -> tuple[Floats, float]:
+        gradient = rotation.quantity_gradient(kind) * columns
+        unit = max(abs(value), np.abs(gradient).max())
+        return gradient / unit, (rotation.quantity(kind) - value) / unit
 
     quantity = kind.replace("_", " ")
-    return _solved(guess, row, f"{quantity} {value:.9g}", quantity)
+    return _solution(guess, equation, f"{quantity} {value:.9g}", quantity)
 
 
 def corrected(rotation: Rotation, tangent: Floats, length: float) -> Rotation:
-    """Find the uniform rotation in the plane across a step (10,), which is in units of `scales`."""
+    """Find the uniform rotation in the plane normal to a tangent (10,), at a length along it, in units of `scales`."""
     if length == 0.0:
         return rotation
     step = length * tangent * rotation.scales()[1]
-    guess = rotation.at(rotation.pose.moved(step[:9]), rotation.rate + step[9])
-    return _solved(guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
+    guess = rotation.stepped(step)
+    return _solution(guess, lambda rotation, columns: (tangent, 0.0), "the branch", "the branch", 12)
 
 
-def _solved(
+def _solution(
     rotation: Rotation,
-    row: Callable[[Rotation, Floats], tuple[Floats, float]],
-    wanted: str,
+    equation: Callable[[Rotation, Floats], tuple[Floats, float]],
+    target: str,
     quantity: str,
-    most: int = _STEPS,
+    max_steps: int = _MAX_STEPS,
 ) -> Rotation:
-    """Apply Newton's method with one additional equation, given by its row (10,) and its residual."""
+    """Apply Newton's method with one additional equation, which is given by its row (10,) and its residual."""
     size = np.inf
-    for _ in range(most):
+    for _ in range(max_steps):
         _, columns = rotation.scales()
-        last, lack = row(rotation, columns)
-        matrix, missing = rotation.equations()
-        matrix, missing = np.concatenate([matrix, [last]]), np.append(missing, lack)
-        previous, size = size, float(np.abs(missing).max())
-        if size <= _ROUNDING or (size <= _SOLVED and size >= 0.5 * previous):
+        row, row_residual = equation(rotation, columns)
+        matrix, residual = rotation.equations()
+        matrix, residual = np.concatenate([matrix, [row]]), np.append(residual, row_residual)
+        previous, size = size, float(np.abs(residual).max())
+        if size <= _ROUNDING or (size <= _TOLERANCE and size >= 0.5 * previous):
             return rotation
         left, values, right = np.linalg.svd(matrix, full_matrices=False)
         if values[-1] <= _SINGULAR * values[0]:
             raise NotConverged(
-                f"a relative equilibrium of {wanted}: the matrix of Newton's step is singular (condition "
+                f"a relative equilibrium of {target}: the matrix of Newton's step is singular (condition "
                 f"{values[0] / max(values[-1], 1e-300):.2g}), as at a fold in {quantity}; expected another quantity to "
                 "be given, or a start away from it"
             )
-        step = -right.T @ ((left.T @ missing) / values)
+        step = -right.T @ ((left.T @ residual) / values)
         step *= min(1.0, _LONGEST / max(np.abs(step[:9]).max(), 1e-300))
-        rotation = shortened(partial(_moved, rotation), step * columns)
+        rotation = without_overlap(rotation.stepped, step * columns)
     raise NotConverged(
-        f"a relative equilibrium of {wanted}: not found in {most} steps of Newton's method, forces are out of balance "
-        f"by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists those of an "
-        "angular momentum), or the start is too far from it"
+        f"a relative equilibrium of {target}: not found in {max_steps} steps of Newton's method, forces are out of "
+        f"balance by {size:.2g} of their size; there may be none of this kind (fullbody.analysis.equilibria lists "
+        "those of an angular momentum), or the start is too far from it"
     )
 
 
-def _moved(rotation: Rotation, step: Floats) -> Rotation:
-    """Return the rotation after a step, or raise the error of bodies that overlap."""
-    pose = rotation.pose.moved(step[:9])
-    rotation.pair.loads(pose)
-    return rotation.at(pose, rotation.rate + step[9])
-
-
 @cache
-def _attitude(line: int, pole: int) -> Floats:
+def _aligned_attitude(line: int, pole: int) -> Floats:
     """Return the quaternion that puts one body axis along x and another one along z."""
     matrix = np.zeros((3, 3))
     matrix[0, line] = matrix[2, pole] = 1.0
@@ -102,7 +95,7 @@ def _attitude(line: int, pole: int) -> Floats:
 
 def aligned(axes: Axes, distance: float) -> Pose:
     """Return the pose with the given body axes along x, which is the line between the bodies, and along z."""
-    return Pose(np.array([distance, 0.0, 0.0]), np.array([_attitude(*pair) for pair in axes]))
+    return Pose(np.array([distance, 0.0, 0.0]), np.array([_aligned_attitude(*pair) for pair in axes]))
 
 
 def long_axes(pair: Pair) -> Axes:
@@ -115,16 +108,16 @@ def alignments(pair: Pair) -> Iterator[Axes]:
     """Yield all alignments of principal axes that differ by more than the symmetries of ellipsoids."""
     choices = []
     for moments in pair.inertia:
-        shares = np.round(moments / max(moments.max(), 1e-300), 12)
-        # The first of equal alignments is entered last, and so it is kept.
-        kinds = {(shares[line], shares[pole]): (line, pole) for line, pole in [*permutations(range(3), 2)][::-1]}
-        choices.append(sorted(kinds.values()))
+        ratios = np.round(moments / max(moments.max(), 1e-300), 12)
+        # Of alignments with equal moments the first remains, since it is entered last.
+        pairs = {(ratios[line], ratios[pole]): (line, pole) for line, pole in [*permutations(range(3), 2)][::-1]}
+        choices.append(sorted(pairs.values()))
     yield from product(*choices)
 
 
 def contact(pair: Pair, axes: Axes) -> float:
     """Return the least separation at which bodies of an alignment do not overlap; zero for points."""
-    low, high = 0.0, sum(pair.reach)
+    low, high = 0.0, pair.contact_distance
     if high == 0.0:
         return 0.0
     # Contact does not depend on gravity, so the test bodies have none.
@@ -157,7 +150,7 @@ class Scan(NamedTuple):
 def scan(rotation: Rotation, axes: Axes, touching: float, until: float) -> Scan:
     """Scan separations from contact outwards until the angular momentum exceeds a value and grows."""
     pair = rotation.pair
-    distance = max(touching, 1e-3 * sum(pair.reach))
+    distance = max(touching, 1e-3 * pair.contact_distance)
     if distance == 0.0:
         # For points J^2 = m^2 G M d.
         distance = 1e-2 * until**2 / (pair.mass * pair.strength)
@@ -172,7 +165,7 @@ def scan(rotation: Rotation, axes: Axes, touching: float, until: float) -> Scan:
         evaluate(distance)
         distance *= _RATIO if samples else 1.01
     for (a, j), (b, k), (c, m) in zip(samples, samples[1:], samples[2:], strict=False):
-        # Near its minimum a parabola tells whether the angular momentum falls below the value between two separations.
+        # Near its minimum a parabola shows whether the angular momentum falls below the value between two separations.
         if k < min(j, m):
             slopes = (k - j) / (b - a), (m - k) / (c - b)
             evaluate((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))

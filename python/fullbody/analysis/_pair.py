@@ -28,31 +28,31 @@ from ..typing import Floats
 _T = TypeVar("_T")
 #: For each body its axis of symmetry (0, 1 or 2), 3 for a sphere or a point, and ``None`` for a body without one.
 SymmetryAxes: TypeAlias = tuple[int | None, int | None]
-#: For both bodies the components of a tangent vector that hold the rotation vector, and those that hold the spin.
-TURNS = (slice(3, 6), slice(6, 9))
+#: For each body the components of a tangent vector that hold its rotation vector, and those that hold its spin.
+ROTATIONS = (slice(3, 6), slice(6, 9))
 SPINS = (slice(12, 15), slice(15, 18))
 #: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is zero.
 _EQUAL = 1e-10
-#: Test angles in radians, not fractions of a full turn, by which a body is turned to test its symmetry about an axis.
+#: Angles in radians, no fractions of a full turn, by which a body is rotated to test its symmetry about an axis.
 _TEST_ANGLES = (0.3, 0.7, 1.1, 1.9, 2.6)
-#: The tilt of the axis in this test in radians, and the least distance in radii, at which no turn makes contact.
-_TILT, _CLEAR = 0.5, 1.05
+#: The tilt of the axis in this test in radians, and the least distance relative to that of contact.
+_TILT, _CLEARANCE = 0.5, 1.05
 
 
-def cross(v: Any) -> Floats:
-    """Return the matrix of the vector product with v on the left."""
+def skew(v: Any) -> Floats:
+    """Return the matrix (3, 3) of the vector product with v on the left."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def kernel(matrix: Floats) -> Floats:
-    """Return orthonormal columns that span the null space of a matrix."""
+    """Return orthonormal columns that span the kernel of a matrix."""
     _, values, rows = np.linalg.svd(matrix)
     return rows[int(np.sum(values > 1e-10 * values.max(initial=0.0))) :].T
 
 
-def even(rows: Floats) -> Floats:
-    """Return the rows scaled to length one."""
+def normalized(rows: Floats) -> Floats:
+    """Return the rows divided by their lengths."""
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
@@ -61,34 +61,23 @@ def without_symmetries(conserved: Floats, symmetries: Floats, units: Floats) -> 
 
     The rows of ``conserved`` are gradients of conserved quantities, the columns of ``symmetries`` tangent vectors.
     """
-    still = kernel(even(conserved * units))
-    return still @ kernel(even((still.T @ (symmetries / units[:, np.newaxis])).T))
+    conserving = kernel(normalized(conserved * units))
+    return conserving @ kernel(normalized((conserving.T @ (symmetries / units[:, np.newaxis])).T))
 
 
-def shortened(move: Callable[[Floats], _T], step: Floats, most: int = 8) -> _T:
+def without_overlap(displace: Callable[[Floats], _T], step: Floats, attempts: int = 8) -> _T:
     """Return the result of a step, which is halved a few times where the bodies would overlap."""
-    for _ in range(most):
+    for _ in range(attempts):
         try:
-            return move(step)
+            return displace(step)
         except BodiesOverlap as error:
             overlap, step = error, step / 2
     raise overlap
 
 
-def _radius(core: _core.Body) -> float:
-    """Return an upper bound of the distance of a body's points from its centre."""
-    solids = (_core.Polyhedron, _core.StokesCoefficients)
-    sizes = [
-        np.linalg.norm(position) + (shape.circumradius if isinstance(shape, solids) else max(shape))
-        for shape, _, position, _ in core.parts
-        if shape is not None
-    ]
-    return float(max(sizes, default=0.0))
-
-
 @dataclass(frozen=True)
 class Pose:
-    """The pose of two bodies in a frame that turns with them: their separation and both attitudes."""
+    """The pose of two bodies in a rotating frame: the separation (3,) from the first to the second, both attitudes."""
 
     r: Floats
     attitude: Floats
@@ -102,10 +91,10 @@ class Pose:
     def distance(self) -> float:
         return float(np.linalg.norm(self.r))
 
-    def moved(self, by: Floats) -> Pose:
+    def displaced(self, change: Floats) -> Pose:
         """Return the pose after a change (9,): of the separation, and rotation vectors in both body frames."""
-        attitude = rotations.products(self.attitude, rotations.of_vectors(np.reshape(by[3:9], (2, 3))))
-        return Pose(self.r + by[:3], attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
+        attitude = rotations.products(self.attitude, rotations.of_vectors(np.reshape(change[3:9], (2, 3))))
+        return Pose(self.r + change[:3], attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
 
 
 class Pair:
@@ -121,19 +110,20 @@ class Pair:
         self.system, self.context = system, system.context
         masses: Floats = np.asarray(self.context.masses)
         #: The positions of both bodies from the barycentre, in units of the separation.
-        self.shares: Floats = np.array([-masses[1], masses[0]]) / masses.sum()
+        self.offsets: Floats = np.array([-masses[1], masses[0]]) / masses.sum()
         self.mass = float(masses.prod() / masses.sum())
         self.strength = float(self.context.G * masses.prod())
         self.inertia: Floats = np.array([np.asarray(core.inertia) for core in self.context.bodies])
         #: The mass three times and both bodies' moments of inertia (9,), by which velocities become momenta.
         self.weights: Floats = np.concatenate([np.full(3, self.mass), self.inertia.ravel()])
-        self.reach = [_radius(core) for core in self.context.bodies]
+        #: The sum of the radii of the spheres about the bodies' centres that contain the bodies.
+        self.contact_distance = sum(core.circumradius for core in self.context.bodies)
 
     def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None) -> _core.State:
         """Return the core's state of a pose, with the barycentre at rest in the origin."""
-        shares, spin = self.shares[:, np.newaxis], np.zeros((2, 3)) if spin is None else spin
+        offsets, spin = self.offsets[:, np.newaxis], np.zeros((2, 3)) if spin is None else spin
         attitude = np.ascontiguousarray(pose.attitude)
-        return _core.State(0.0, shares * pose.r, shares * np.asarray(velocity), attitude, spin)
+        return _core.State(0.0, offsets * pose.r, offsets * np.asarray(velocity), attitude, spin)
 
     def loads(self, pose: Pose) -> tuple[Floats, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""
@@ -147,8 +137,9 @@ class Pair:
         state = self.state(pose)
         with explaining(self.context, state):
             full = self.context.core.jacobian(state, [])[0]
-        kept = [6, 7, 8, 3, 4, 5, 9, 10, 11]
-        return full[np.ix_(kept, kept)]
+        # The position of the second body and both rotation vectors; the core has these body by body.
+        order = [6, 7, 8, 3, 4, 5, 9, 10, 11]
+        return full[np.ix_(order, order)]
 
     def orbital_rate(self, distance: float) -> float:
         """Return the rate of a circular orbit of points at a distance."""
@@ -171,11 +162,12 @@ class Pair:
         if abs(moment - other) > _EQUAL * max(moment, other):
             return False
         # The axis is inclined to the line of the centres, about which a sphere causes no torque on any body.
-        apart = max(1.0, _CLEAR * sum(self.reach) / pose.distance)
+        stretch = max(1.0, _CLEARANCE * self.contact_distance / pose.distance)
         first, column = 3 + 3 * body, 3 + 3 * body + axis
         tilt = _TILT * (np.eye(9)[first + (axis + 1) % 3] + 0.7 * np.eye(9)[first + (axis + 2) % 3])
-        inclined = Pose(apart * pose.r, pose.attitude).moved(tilt)
-        torque = max(abs(self.loads(inclined.moved(angle * np.eye(9)[column]))[0][column]) for angle in _TEST_ANGLES)
+        inclined = Pose(stretch * pose.r, pose.attitude).displaced(tilt)
+        rotated = [inclined.displaced(angle * np.eye(9)[column]) for angle in _TEST_ANGLES]
+        torque = max(abs(self.loads(rotation)[0][column]) for rotation in rotated)
         return bool(torque <= _EQUAL * self.strength / inclined.distance)
 
 
@@ -211,27 +203,25 @@ class PairPoint:
         """The velocity dr/dt and both spins (9,)."""
         return np.concatenate([self.velocity, self.spin.ravel()])
 
-    def moved(self, by: Floats) -> PairPoint:
+    def displaced(self, tangent: Floats) -> PairPoint:
         """Return the point displaced by a tangent vector (18,)."""
-        return PairPoint(
-            self.pair, self.pose.moved(by[:9]), self.velocity + by[9:12], self.spin + by[12:].reshape(2, 3)
-        )
+        velocity, spin = self.velocity + tangent[9:12], self.spin + tangent[12:].reshape(2, 3)
+        return PairPoint(self.pair, self.pose.displaced(tangent[:9]), velocity, spin)
 
     def rotated(self, rotation: Floats, body_rotations: Floats | None = None) -> PairPoint:
-        """Return the point turned by a quaternion, after turning the bodies in their frames by quaternions (2, 4)."""
+        """Return the point rotated by a quaternion, after rotations of the bodies in their frames, (2, 4)."""
         R = rotations.matrices(rotation)
         attitude, spin = self.pose.attitude, self.spin
         if body_rotations is not None:
             attitude = rotations.products(attitude, body_rotations)
             spin = np.einsum("kji,kj->ki", rotations.matrices(body_rotations), spin)
-        return PairPoint(
-            self.pair, Pose(R @ self.pose.r, rotations.products(rotation, attitude)), R @ self.velocity, spin
-        )
+        pose = Pose(R @ self.pose.r, rotations.products(rotation, attitude))
+        return PairPoint(self.pair, pose, R @ self.velocity, spin)
 
-    def less(self, other: PairPoint) -> Floats:
+    def tangent_from(self, other: PairPoint) -> Floats:
         """Return the tangent vector (18,) from another point to this one, to first order in their difference."""
-        way = rotations.between(other.pose.attitude, self.pose.attitude)
-        return np.concatenate([self.pose.r - other.pose.r, way.ravel(), self.velocities - other.velocities])
+        vectors = rotations.between(other.pose.attitude, self.pose.attitude)
+        return np.concatenate([self.pose.r - other.pose.r, vectors.ravel(), self.velocities - other.velocities])
 
     @cached_property
     def energy(self) -> float:
@@ -259,26 +249,25 @@ class PairPoint:
         """Return the derivatives (3 + S, 18) of the total angular momentum and of the spins about axes of symmetry."""
         pair = self.pair
         rows = np.zeros((3, 18))
-        rows[:, :3], rows[:, 9:12] = -pair.mass * cross(self.velocity), pair.mass * cross(self.pose.r)
+        rows[:, :3], rows[:, 9:12] = -pair.mass * skew(self.velocity), pair.mass * skew(self.pose.r)
         spins = [np.zeros((len(free_rotations(axis)), 18)) for axis in axes]
         for k, R in enumerate(self.pose.rotation):
-            rows[:, TURNS[k]] = -R @ cross(pair.inertia[k] * self.spin[k])
+            rows[:, ROTATIONS[k]] = -R @ skew(pair.inertia[k] * self.spin[k])
             rows[:, SPINS[k]] = R * pair.inertia[k]
             spins[k][:, SPINS[k]] = free_rotations(axes[k])
             if axes[k] == 3:
                 # The spin of a sphere is counted in the inertial frame.
-                spins[k][:, TURNS[k]] = -cross(self.spin[k])
+                spins[k][:, ROTATIONS[k]] = -skew(self.spin[k])
         return np.concatenate([rows, *spins])
 
     def symmetries(self, axes: SymmetryAxes = (None, None)) -> Floats:
-        """Return tangent vectors (18, 1 + S) of a turn of the pair about z and of bodies about their symmetry axes."""
-        up = cross((0.0, 0.0, 1.0))
-        poles = self.pose.rotation[:, 2].ravel()
-        columns = [np.concatenate([up @ self.pose.r, poles, up @ self.velocity, np.zeros(6)])]
+        """Return tangent vectors (18, 1 + S): a rotation of the pair about z, those of bodies about symmetry axes."""
+        z, poles = np.array([0.0, 0.0, 1.0]), self.pose.rotation[:, 2].ravel()
+        columns = [np.concatenate([np.cross(z, self.pose.r), poles, np.cross(z, self.velocity), np.zeros(6)])]
         for k, axis in enumerate(axes):
-            for way in free_rotations(axis):
+            for vector in free_rotations(axis):
                 column = np.zeros(18)
-                # The spin keeps its inertial direction while the body turns beneath it.
-                column[TURNS[k]], column[SPINS[k]] = way, -np.cross(way, self.spin[k])
+                # The spin keeps its inertial direction while the body frame rotates.
+                column[ROTATIONS[k]], column[SPINS[k]] = vector, -np.cross(vector, self.spin[k])
                 columns.append(column)
         return np.array(columns).T

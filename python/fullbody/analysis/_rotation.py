@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..typing import Floats
-from ._pair import SPINS, TURNS, Pair, PairPoint, Pose, SymmetryAxes, cross, even, kernel, without_symmetries
+from ._pair import ROTATIONS, SPINS, Pair, PairPoint, Pose, SymmetryAxes, kernel, normalized, skew, without_symmetries
 
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 
@@ -24,15 +24,15 @@ def _crosses(vectors: Iterable[Floats]) -> Floats:
     """Return the matrix (9, 9) of the vector products of three vectors with those on their right."""
     matrix = np.zeros((9, 9))
     for k, vector in enumerate(vectors):
-        matrix[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = cross(vector)
+        matrix[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = skew(vector)
     return matrix
 
 
 @dataclass(frozen=True)
 class Rotation:
-    """A pose that turns uniformly about z, with steady spins of bodies about their axes of symmetry.
+    """A pose that rotates uniformly about z at a ``rate``.
 
-    The total spins about these axes of the bodies that are not locked are given by the bodies' indices.
+    ``spin`` has the total spins of the bodies that are not locked about their axes of symmetry, by their indices.
     """
 
     pair: Pair
@@ -44,6 +44,12 @@ class Rotation:
     def at(self, pose: Pose, rate: float) -> Rotation:
         """Return the rotation with the same spins in another pose at another rate."""
         return replace(self, pose=pose, rate=rate)
+
+    def stepped(self, step: Floats) -> Rotation:
+        """Return the rotation after a change (10,) of the pose and the rate, or raise the error of an overlap."""
+        rotation = self.at(self.pose.displaced(step[:9]), self.rate + step[9])
+        self.pair.loads(rotation.pose)
+        return rotation
 
     def balanced(self, pose: Pose) -> Rotation | None:
         """Return the rotation whose rate balances the force along the line, or ``None`` where that force repels."""
@@ -69,9 +75,9 @@ class Rotation:
             spins[k] += (total - spins[k] @ self.axis(k)) * self.axis(k)
         return PairPoint(self.pair, self.pose, np.cross([0.0, 0.0, self.rate], self.pose.r), spins)
 
-    def moved(self, by: Floats) -> PairPoint:
+    def displaced(self, change: Floats) -> PairPoint:
         """Return the state of the pair after a change (18,) of the pose and the momenta."""
-        return self.point.moved(np.concatenate([by[:9], by[9:] / self._weights]))
+        return self.point.displaced(np.concatenate([change[:9], change[9:] / self._weights]))
 
     @cached_property
     def _weights(self) -> Floats:
@@ -97,7 +103,7 @@ class Rotation:
         inertial = _crosses(self._momenta.reshape(3, 3)) @ frame - self._frame @ (self._weights[:, None] * velocities)
         for k, axis in enumerate(self.axes):
             if axis == 3:
-                inertial[TURNS[k]] = 0.0
+                inertial[ROTATIONS[k]] = 0.0
         inertial[:, :9] += self.pair.derivatives(self.pose)
         return inertial
 
@@ -108,8 +114,8 @@ class Rotation:
         frame[:3, :9] = 0.0
         velocities = np.column_stack([self._frame, np.concatenate([np.cross([0.0, 0.0, 1.0], self.pose.r), poles])])
         for k in self.spin:
-            axis, rows = self.axis(k), frame[TURNS[k]]
-            velocities[TURNS[k]] = rows - np.outer(axis, axis @ rows)
+            axis, rows = self.axis(k), frame[ROTATIONS[k]]
+            velocities[ROTATIONS[k]] = rows - np.outer(axis, axis @ rows)
         return frame, velocities
 
     def quantity(self, kind: Kind) -> float:
@@ -143,11 +149,11 @@ class Rotation:
         jacobian = self.jacobian() * columns
         for k, axis in enumerate(self.axes):
             if axis != 3:
-                rows[TURNS[k]] = np.abs(jacobian[TURNS[k]]).max()
+                rows[ROTATIONS[k]] = np.abs(jacobian[ROTATIONS[k]]).max()
         jacobian /= rows[:, np.newaxis]
-        still = self.point.symmetries(self.axes)[:9] / columns[:9, np.newaxis]
-        gauge = np.zeros((still.shape[1], 10))
-        gauge[:, :9] = np.linalg.qr(still)[0].T
+        symmetries = self.point.symmetries(self.axes)[:9] / columns[:9, np.newaxis]
+        gauge = np.zeros((symmetries.shape[1], 10))
+        gauge[:, :9] = np.linalg.qr(symmetries)[0].T
         residual = np.concatenate([self.residual() / rows, np.zeros(len(gauge))])
         return np.concatenate([jacobian, gauge]), residual
 
@@ -161,12 +167,8 @@ class Rotation:
     def rates(self) -> Floats:
         """Return the matrix (18, 18) of the linear equations of motion of tangent vectors."""
         inverse = np.diag(1.0 / self._weights)
-        return np.block(
-            [
-                [-self._frame, inverse],
-                [self.pair.derivatives(self.pose), self._spin_momenta() @ inverse - self._frame],
-            ]
-        )
+        momentum_rows = [self.pair.derivatives(self.pose), self._spin_momenta() @ inverse - self._frame]
+        return np.block([[-self._frame, inverse], momentum_rows])
 
     def energy_form(self) -> Floats:
         """Return the matrix (18, 18) of twice the energy of tangent vectors, less Omega and s_k times their momenta."""
@@ -210,26 +212,26 @@ class Rotation:
         units = self.units
         Q = self.energy_form() * np.outer(units, units) / (units[9] ** 2 / self.pair.mass)
         rows = [*self._momentum_rows()]
-        kept = [9, 10, 11]
-        for k, (v, p) in enumerate(zip(TURNS, SPINS, strict=True)):
+        momenta = [9, 10, 11]
+        for k, (v, p) in enumerate(zip(ROTATIONS, SPINS, strict=True)):
             if not self.pair.inertia[k].any() or (k in self.spin and self.axes[k] == 3):
                 # A point has no angular momentum, and the one of a sphere that is not locked stays constant.
                 Q[v], Q[:, v] = 0.0, 0.0
                 for row in rows:
                     row[v] = 0.0
                 continue
-            kept += range(p.start, p.stop)
+            momenta += range(p.start, p.stop)
             if k in self.spin:
                 row = np.zeros(18)
                 row[p] = self.axis(k)
                 rows.append(row)
-        conserved = even(np.array(rows) * units)
-        P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], conserved[:, kept]
+        conserved = normalized(np.array(rows) * units)
+        P, mixed, R = Q[np.ix_(momenta, momenta)], Q[np.ix_(range(9), momenta)], conserved[:, momenta]
         # The momenta of least energy at a given pose are a particular solution that keeps the conserved momenta,
         # minimised over the remaining ones.
-        free, best = kernel(R), -np.linalg.pinv(R) @ conserved[:, :9]
-        best -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ best))
-        V = Q[:9, :9] + mixed @ best + best.T @ mixed.T + best.T @ P @ best
-        ways = kernel((self.generators()[:9] / units[:9, np.newaxis]).T)
-        values, vectors = np.linalg.eigh(ways.T @ (V + V.T) @ ways / 2)
-        return values, (ways @ vectors) * units[:9, np.newaxis]
+        free, least = kernel(R), -np.linalg.pinv(R) @ conserved[:, :9]
+        least -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ least))
+        V = Q[:9, :9] + mixed @ least + least.T @ mixed.T + least.T @ P @ least
+        basis = kernel((self.generators()[:9] / units[:9, np.newaxis]).T)
+        values, vectors = np.linalg.eigh(basis.T @ (V + V.T) @ basis / 2)
+        return values, (basis @ vectors) * units[:9, np.newaxis]

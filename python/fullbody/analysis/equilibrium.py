@@ -1,4 +1,4 @@
-"""Relative equilibria of a pair: motions at rest in a frame that turns uniformly."""
+"""Relative equilibria of a pair: motions at rest in a frame that rotates uniformly."""
 
 from __future__ import annotations
 
@@ -30,8 +30,21 @@ _FLAT = 1e-10
 _DIMENSIONS: dict[Kind, str] = {"separation": "length", "angular_momentum": "angular momentum", "rate": "spin"}
 
 
-class RelativeEquilibrium(Tabled):
-    """Two bodies that turn as one about their barycentre, made by :func:`relative_equilibrium` and others.
+class UniformRotation(Tabled):
+    """A pair that rotates uniformly as one: the common part of equilibria and of bodies in contact."""
+
+    def __init__(self, rotation: Rotation) -> None:
+        self.rotation = rotation
+        self.system: System = rotation.pair.system
+        self.state: State = rotation.point.state
+
+    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
+    rate = WithUnit[Scalar]("Rate Omega of the rotation, in radians per unit of time.", "rotation.rate", "spin")
+    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.point.energy", "energy")
+
+
+class RelativeEquilibrium(UniformRotation):
+    """Two bodies that rotate as one about their barycentre, made by :func:`relative_equilibrium` and others.
 
     Bodies that are not locked have, in addition, a steady spin about their axis of symmetry.
 
@@ -48,12 +61,7 @@ class RelativeEquilibrium(Tabled):
         x, y, z = rotation.pose.r
         to_frame = rotations.about_axis(2, -np.arctan2(y, x))
         pose = Pose(np.array([np.hypot(x, y), 0.0, z]), rotations.products(to_frame, rotation.pose.attitude))
-        self.rotation = rotation.at(pose, rotation.rate)
-        self.system: System = rotation.pair.system
-        self.state: State = self.rotation.point.state
-
-    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
-    rate = WithUnit[Scalar]("Rate Omega at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
+        super().__init__(rotation.at(pose, rotation.rate))
 
     period = WithUnit[Scalar](
         "Period of the rotation, 2 pi divided by the rate.", lambda owner: 2 * np.pi / owner.rotation.rate, "time"
@@ -63,7 +71,6 @@ class RelativeEquilibrium(Tabled):
         lambda owner: owner.rotation.quantity("angular_momentum"),
         "angular momentum",
     )
-    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.point.energy", "energy")
 
     @property
     def locked(self) -> tuple[str, ...]:
@@ -145,7 +152,7 @@ def relative_equilibrium(
         Two bodies without external forces.
     separation, angular_momentum, rate : float or Quantity
         The value that the equilibrium has to have; exactly one of the three is given: the distance between the centres,
-        the total angular momentum, or the rate at which the pair turns.
+        the total angular momentum, or the rate at which the pair rotates.
     spin : dict, optional
         Spins of bodies about their axes of symmetry, by the names of the bodies that are not locked. Such a body is a
         sphere, a spheroid, or one that :func:`averaged` gave.
@@ -182,12 +189,12 @@ def relative_equilibrium(
     (True, 7)
     """
     pair = Pair(system)
-    wanted: dict[Kind, Any] = {"separation": separation, "angular_momentum": angular_momentum, "rate": rate}
-    wanted = {kind: value for kind, value in wanted.items() if value is not None}
-    if len(wanted) != 1:
-        names = ", ".join(wanted) or "none"
+    targets: dict[Kind, Any] = {"separation": separation, "angular_momentum": angular_momentum, "rate": rate}
+    targets = {kind: value for kind, value in targets.items() if value is not None}
+    if len(targets) != 1:
+        names = ", ".join(targets) or "none"
         raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
-    [(kind, quantity)] = wanted.items()
+    [(kind, quantity)] = targets.items()
     value = system.context.units.number(quantity, _DIMENSIONS[kind], kind, POSITIVE)
     if start is not None and axes is not None:
         raise InvalidInput("axes and start are both given; expected one of the two")
@@ -218,20 +225,20 @@ def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
 
 
 def _guess(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Rotation:
-    """Return a pose that does not turn, with the spins of the bodies that are not locked."""
+    """Return a pose at the rate zero, with the spins of the bodies that are not locked."""
     axes = pair.axes(pose)
     if spin is not None:
         instance(spin, "spin", Mapping, "spins by names of bodies, such as {'Alpha': 2.3}")
     spins = {}
     for name, value in (spin or {}).items():
         body = pair.context.index(name, "a body of spin")
-        called = pair.system.names[body]
+        name = pair.system.names[body]
         if axes[body] is None:
             raise InvalidInput(
-                f"spin has {called}, which has no axis of symmetry; expected bodies that look the same when they turn "
-                f"(fullbody.analysis.averaged(system, {called!r}) is the mean over its turns, of copies= enough)"
+                f"spin has {name}, which has no axis of symmetry; expected a body that has one, such as its mean over "
+                f"all rotations, fullbody.analysis.averaged(system, {name!r}), of enough copies="
             )
-        spins[body] = pair.context.units.number(value, "spin", f"spin of {called}")
+        spins[body] = pair.context.units.number(value, "spin", f"spin of {name}")
     return Rotation(pair, pose, 0.0, axes, spins)
 
 
@@ -261,17 +268,17 @@ def upright(pair: Pair, state: State, what: str) -> PairPoint:
     r, total = point.pose.r, point.angular_momentum
     size = float(np.linalg.norm(total))
     if size == 0.0:
-        raise InvalidInput(f"{what} has no angular momentum, which gives the axis that all turns about; expected some")
+        raise InvalidInput(f"{what} has no angular momentum; expected one, whose direction is the axis of rotation")
     z = total / size
     x = r - (r @ z) * z
     if np.linalg.norm(x) <= 1e-12 * np.linalg.norm(r):
-        raise InvalidInput(f"{what} has its bodies along its angular momentum; expected them beside it")
+        raise InvalidInput(f"{what} has its bodies along its angular momentum; expected them in another direction")
     x /= np.linalg.norm(x)
     return point.rotated(rotations.quaternion([x, np.cross(z, x), z]))
 
 
 def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
-    """Replace a body of a system by its mean over all turns about its z-axis.
+    """Replace a body of a system by its mean over all rotations about its z-axis.
 
     The gravity of a fast primary that is not round acts on its locked companion almost as this mean does. The mean has
     an axis of symmetry, so that relative equilibria exist. It is a composite of copies at equal angles, exact to the
@@ -299,7 +306,6 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     shape = instance(old.shape, system.names[index], Ellipsoid | Sphere, "an Ellipsoid")
     if isinstance(shape, Sphere) or shape.a == shape.b:
         return system
-    parts = [
-        Part(shape, mass=old.mass / count, attitude=rotations.about_axis(2, np.pi * k / count)) for k in range(count)
-    ]
+    mass, step = old.mass / count, np.pi / count
+    parts = [Part(shape, mass=mass, attitude=rotations.about_axis(2, k * step)) for k in range(count)]
     return system.with_body(index, Composite(parts))

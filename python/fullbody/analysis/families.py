@@ -16,29 +16,28 @@ from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, facts, head, number
 from ..base.units import need, plain
 from ..errors import BodiesOverlap, NotConverged
-from ..model.state import State
 from ..motion.system import System
-from ..typing import Array, Floats, Scalar
+from ..typing import Array, Floats
 from . import pictures
 from ._newton import Axes, aligned, alignments, contact, converged, corrected, scan
 from ._pair import Pair
 from ._rotation import Rotation
-from .equilibrium import RelativeEquilibrium
+from .equilibrium import RelativeEquilibrium, UniformRotation
 
 #: Step lengths along the branch in the units of :meth:`Rotation.scales`: the first, the longest and the
 #: shortest.
-_FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
+_FIRST_STEP, _LONGEST_STEP, _SHORTEST_STEP = 0.01, 0.05, 1e-7
 #: Quantities that may fold, which means that they have an extreme along a branch.
 _FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
 #: The energy of an equilibrium, by which they are sorted.
 _ENERGY = attrgetter("rotation.point.energy")
 #: Energies and separations whose relative difference is less than this are equal.
-_SAME = 1e-12
+_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True)
 class Fold:
-    """The ``equilibrium`` of a branch at which a ``quantity``, separation or angular momentum, turns back."""
+    """The ``equilibrium`` of a branch at which a ``quantity``, separation or angular momentum, is extreme."""
 
     quantity: str
     equilibrium: RelativeEquilibrium
@@ -74,7 +73,7 @@ class Branch(Tabled):
         self.system = equilibria[0].system
 
     separation = _column("Distances (K,) between the centres.", "separation", "length")
-    rate = _column("Rates (K,) at which the pair turns.", "rate", "spin")
+    rate = _column("Rates (K,) at which the pair rotates.", "rate", "spin")
     angular_momentum = _column("Total angular momenta (K,).", "angular_momentum", "angular momentum")
     energy = _column("Total energies (K,).", "energy", "energy")
     frequency = _column(
@@ -137,8 +136,8 @@ def branch(
     Notes
     -----
     The method is pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's
-    method in the space across it, which is regular at folds. Folds are the roots of the tangent's component, found by
-    scipy's ``brentq``.
+    method in the space normal to it, which is regular at folds. Folds are the roots of the tangent's component, found
+    by scipy's ``brentq``.
 
     Examples
     --------
@@ -154,46 +153,46 @@ def branch(
     goal = equilibrium.system.context.units.number(until, dimension, "until", POSITIVE)
     count = whole(steps, "steps")
     rotation = equilibrium.rotation
-    towards = np.sign(goal - rotation.quantity(over))
+    sign = np.sign(goal - rotation.quantity(over))
     members, folds = [equilibrium], list[Fold]()
-    if towards == 0.0:
+    if sign == 0.0:
         return Branch(members, folds, "reached")
     tangent = _tangent(rotation)
-    tangent = tangent * towards * (np.sign(_slope(rotation, tangent, over)) or 1.0)
-    length, end = _FIRST, "steps"
+    tangent = tangent * sign * (np.sign(_derivative(rotation, tangent, over)) or 1.0)
+    length, end = _FIRST_STEP, "steps"
     while len(members) <= count:
         try:
             following = corrected(rotation, tangent, length)
         except (BodiesOverlap, NotConverged) as error:
             length /= 2
-            if length >= _SHORTEST:
+            if length >= _SHORTEST_STEP:
                 continue
             end = "contact" if isinstance(error, BodiesOverlap) else "lost"
             break
         next_tangent = _tangent(following)
         next_tangent = next_tangent * np.sign(next_tangent @ tangent)
-        if next_tangent @ tangent < 0.95 and length > _FIRST / 10:
+        if next_tangent @ tangent < 0.95 and length > _FIRST_STEP / 10:
             length /= 2
             continue
         for quantity in _FOLDING:
-            if _slope(rotation, tangent, quantity) * _slope(following, next_tangent, quantity) < 0.0:
+            if _derivative(rotation, tangent, quantity) * _derivative(following, next_tangent, quantity) < 0.0:
                 fold = _fold(rotation, tangent, length, quantity)
                 folds.append(Fold(quantity, RelativeEquilibrium(fold)))
-        if (following.quantity(over) - goal) * towards >= 0.0:
+        if (following.quantity(over) - goal) * sign >= 0.0:
             members.append(RelativeEquilibrium(converged(following, over, goal)))
             end = "reached"
             break
         members.append(RelativeEquilibrium(following))
-        rotation, tangent, length = following, next_tangent, min(1.3 * length, _LONGEST)
+        rotation, tangent, length = following, next_tangent, min(1.3 * length, _LONGEST_STEP)
     return Branch(members, folds, end)
 
 
 def _tangent(rotation: Rotation) -> Floats:
-    """Return the unit vector (10,) along which the equilibria continue, in the units of its scales."""
+    """Return the unit tangent (10,) of the family at a rotation, in the units of its scales."""
     return np.linalg.svd(rotation.equations()[0])[2][-1]
 
 
-def _slope(rotation: Rotation, tangent: Floats, quantity: Any) -> float:
+def _derivative(rotation: Rotation, tangent: Floats, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
     return float(rotation.quantity_gradient(quantity) @ (tangent * rotation.scales()[1]))
 
@@ -203,16 +202,16 @@ def _fold(rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> 
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq
 
-    def slope(part: float) -> float:
-        between = corrected(rotation, tangent, part)
-        tangent_between = _tangent(between)
-        return _slope(between, tangent_between * np.sign(tangent_between @ tangent), quantity)
+    def derivative(step: float) -> float:
+        middle = corrected(rotation, tangent, step)
+        middle_tangent = _tangent(middle)
+        return _derivative(middle, middle_tangent * np.sign(middle_tangent @ tangent), quantity)
 
-    return corrected(rotation, tangent, brentq(slope, 0.0, length, xtol=1e-14, rtol=1e-14))
+    return corrected(rotation, tangent, brentq(derivative, 0.0, length, xtol=1e-14, rtol=1e-14))
 
 
-class Touching(Tabled):
-    """Two bodies at rest upon each other that turn together.
+class Touching(UniformRotation):
+    """Two bodies at rest upon each other that rotate together.
 
     Attributes
     ----------
@@ -223,17 +222,11 @@ class Touching(Tabled):
     def __init__(self, pair: Pair, axes: Axes, distance: float, angular_momentum: float) -> None:
         # The angular momentum of uniform rotation is proportional to the rate.
         unit = Rotation(pair, aligned(axes, distance), 1.0, (None, None), {})
-        self.rotation = unit.at(unit.pose, angular_momentum / unit.quantity("angular_momentum"))
-        self.system: System = pair.system
-        self.state: State = self.rotation.point.state
-
-    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
-    rate = WithUnit[Scalar]("Rate at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
-    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.point.energy", "energy")
+        super().__init__(unit.at(unit.pose, angular_momentum / unit.quantity("angular_momentum")))
 
     @property
     def rests(self) -> bool:
-        """Whether the bodies stay in contact: gravity exceeds what is needed to keep them on their circular paths."""
+        """Whether the bodies stay in contact: gravity exceeds the centripetal force on their circular paths."""
         return bool(self.rotation.residual()[0] < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
@@ -255,17 +248,17 @@ class Equilibria(Tabled):
         Equilibria without contact, in ascending order of energy.
     touching : tuple of Touching
         Bodies at rest upon each other along principal axes, in ascending order of energy.
-    missed : tuple of str
+    failures : tuple of str
         Messages about alignments from which the search reached no equilibrium; for ellipsoids they occur only at folds.
     """
 
     def __init__(
-        self, angular_momentum: Any, apart: list[RelativeEquilibrium], touching: list[Touching], missed: list[str]
+        self, angular_momentum: Any, apart: list[RelativeEquilibrium], touching: list[Touching], failures: list[str]
     ) -> None:
         self.angular_momentum = angular_momentum
         self.apart = tuple(sorted(apart, key=_ENERGY))
         self.touching = tuple(sorted(touching, key=_ENERGY))
-        self.missed = tuple(missed)
+        self.failures = tuple(failures)
 
     @cached_property
     def _all(self) -> list[RelativeEquilibrium | Touching]:
@@ -273,9 +266,9 @@ class Equilibria(Tabled):
 
     @property
     def least(self) -> RelativeEquilibrium | Touching:
-        """The state of least energy, in which a pair ends that loses energy and keeps its angular momentum."""
+        """The state of least energy, which a pair reaches that loses energy but no angular momentum."""
         if not self._all:
-            raise NotConverged("no equilibrium was found, neither apart nor touching; see .missed")
+            raise NotConverged("no equilibrium was found, neither apart nor touching; see .failures")
         return self._all[0]
 
     def _tables(self) -> tuple[Table, ...]:
@@ -328,7 +321,7 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     value = system.context.units.number(angular_momentum, "angular momentum", "angular_momentum", POSITIVE)
     apart: list[RelativeEquilibrium] = []
     touching: list[Touching] = []
-    missed: list[str] = []
+    failures: list[str] = []
     for axes in alignments(pair):
         distance = contact(pair, axes)
         pose = aligned(axes, 2.0 * distance if distance > 0.0 else 1.0)
@@ -340,18 +333,17 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
             try:
                 candidate = RelativeEquilibrium(converged(guess, "angular_momentum", value))
             except (NotConverged, BodiesOverlap) as error:
-                missed.append(str(error))
+                failures.append(str(error))
                 continue
-            if not any(_same(candidate, other) for other in apart):
+            if not any(np.allclose(_numbers(candidate), _numbers(other), _TOLERANCE, 0.0) for other in apart):
                 apart.append(candidate)
         if distance > 0.0:
-            touching_case = Touching(pair, axes, distance, value)
-            if touching_case.rests:
-                touching.append(touching_case)
-    return Equilibria(system.context.units.attach(np.float64(value), "angular momentum"), apart, touching, missed)
+            pair_in_contact = Touching(pair, axes, distance, value)
+            if pair_in_contact.rests:
+                touching.append(pair_in_contact)
+    return Equilibria(system.context.units.attach(np.float64(value), "angular momentum"), apart, touching, failures)
 
 
-def _same(candidate: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
-    """Return whether two equilibria are the same."""
-    first, second = (np.array([e.rotation.pose.distance, _ENERGY(e)]) for e in (candidate, other))
-    return bool(np.all(np.abs(first - second) <= _SAME * np.abs(first)))
+def _numbers(candidate: RelativeEquilibrium) -> tuple[float, float]:
+    """Return the separation and the energy, which are equal for equal equilibria alone."""
+    return candidate.rotation.pose.distance, _ENERGY(candidate)

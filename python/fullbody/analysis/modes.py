@@ -33,7 +33,7 @@ class Modes(Tabled):
     ----------
     system : System
     rate : float or Quantity
-        Rate at which the equilibrium turns.
+        Rate at which the equilibrium rotates.
     frequency : ndarray or Quantity, (M,)
         Angular frequencies, ascending; zero for a mode that grows without oscillating.
     growth : ndarray or Quantity, (M,)
@@ -48,7 +48,7 @@ class Modes(Tabled):
     energy_sign : ndarray of int, (M,)
         The sign of the energy that a mode adds to the equilibrium at fixed momenta; zero for one that grows or decays.
     in_plane : ndarray of bool, (M,)
-        Whether a mode stays in the plane of the orbit, with all turns about the plane's normal.
+        Whether a mode stays in the plane of the orbit, with all rotations about the plane's normal.
     """
 
     system: System
@@ -94,7 +94,7 @@ class Modes(Tabled):
         if index is None or not -len(self) <= index < len(self):
             raise InvalidInput(f"mode is {mode!r}; expected 0 to {len(self) - 1}, one of the {len(self)} modes")
         size, angle = UNITLESS.number(amplitude, "number", "amplitude"), UNITLESS.number(phase, "number", "phase")
-        return self._rotation.moved(np.real(size * np.exp(1j * angle) * self._deviations[:, index])).state
+        return self._rotation.displaced(np.real(size * np.exp(1j * angle) * self._deviations[:, index])).state
 
     plot = pictures.modes
 
@@ -114,7 +114,7 @@ class Modes(Tabled):
         """Describe the largest component of a mode in words."""
         names = self.system.names
         words = ["distance", "longitude", "latitude"]
-        words += [f"turn of {name} about {axis}" for name in names for axis in "xyz"]
+        words += [f"rotation of {name} about {axis}" for name in names for axis in "xyz"]
         return words[int(np.abs([*self.position[mode], *self.rotation[mode].ravel()]).argmax())]
 
     def __repr__(self) -> str:
@@ -132,8 +132,8 @@ def modes_of(rotation: Rotation) -> Modes:
     values = np.where(np.abs(values.real) <= steady, 1j * values.imag, values)
     values = np.where(np.abs(values.imag) <= 1e-12 * steady / STEADY, values.real + 0j, values)
     values = np.where(np.abs(values) <= steady, 0.0, values)
-    kept = _of_pairs(values)
-    deviations = (basis @ vectors)[:, kept]
+    indices = _of_pairs(values)
+    deviations = (basis @ vectors)[:, indices]
     # A rotation about the pole is subtracted, so that the line of the bodies keeps its longitude.
     about_pole = rotation.generators()[:, :1]
     deviations = deviations - about_pole * (deviations[1] / about_pole[1])
@@ -141,19 +141,19 @@ def modes_of(rotation: Rotation) -> Modes:
     scale = np.array([column[np.abs(column).argmax()] for column in parts.T])
     deviations, parts = deviations / scale, parts / scale
     signs = []
-    for index, k in enumerate(kept):
+    for index, k in enumerate(indices):
         amount = np.real(vectors[:, k].conj() @ energy @ vectors[:, k]) / abs(scale[index]) ** 2
         signs.append(0 if values[k].real != 0.0 or values[k] == 0.0 else int(np.sign(amount)))
-    turns = np.ascontiguousarray(parts[3:].T.reshape(-1, 2, 3))
-    inertial = np.einsum("kij,mkj->mki", rotation.pose.rotation, turns)
+    body_rotations = np.ascontiguousarray(parts[3:].T.reshape(-1, 2, 3))
+    inertial = np.einsum("kij,mkj->mki", rotation.pose.rotation, body_rotations)
     attach = rotation.pair.context.units.attach
     return Modes(
         rotation.pair.system,
         attach(rotation.rate, "spin"),
-        attach(np.array([values[k].imag for k in kept]), "spin"),
-        attach(np.array([values[k].real + 0.0 for k in kept]), "spin"),
+        attach(np.array([values[k].imag for k in indices]), "spin"),
+        attach(np.array([values[k].real + 0.0 for k in indices]), "spin"),
         np.ascontiguousarray(parts[:3].T),
-        turns,
+        body_rotations,
         np.array(signs, dtype=np.int64),
         np.maximum(np.abs(parts[2]), np.abs(inertial[:, :, :2]).max(axis=(1, 2))) < 1e-6,
         rotation,
@@ -163,7 +163,7 @@ def modes_of(rotation: Rotation) -> Modes:
 
 def _of_pairs(values: _Complex) -> list[int]:
     """Return indices of one eigenvalue of each pair: positive frequencies, else growing ones, and half of the zeros."""
-    still = np.flatnonzero(values == 0.0)
+    zeros = np.flatnonzero(values == 0.0)
     leading = (values.imag > 0.0) | ((values.imag == 0.0) & (values.real > 0.0))
-    kept = [*still[: len(still) // 2], *np.flatnonzero(leading)]
-    return sorted(kept, key=lambda k: (values[k].imag, -values[k].real))
+    indices = [*zeros[: len(zeros) // 2], *np.flatnonzero(leading)]
+    return sorted(indices, key=lambda k: (values[k].imag, -values[k].real))

@@ -1,4 +1,4 @@
-"""Periodic motions of a pair, up to a turn of the whole pair."""
+"""Periodic motions of a pair, up to a rotation of the pair."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..model.state import State
 from ..motion.system import System
 from ..typing import Floats, Scalar
 from ._pair import Pair, PairPoint, without_symmetries
-from ._shooting import Ends, Shooting, begun, solved
+from ._shooting import Ends, Shooting, closed_orbit, segmented
 from .equilibrium import RelativeEquilibrium, upright
 
 #: The largest closure of members of a family.
@@ -52,8 +52,8 @@ class PeriodicOrbit(Tabled):
 
     period = WithUnit[Scalar]("The time after which the motion repeats.", "_shooting.period", "time")
 
-    turn = WithUnit[Scalar](
-        "The angle, -pi to pi, by which the pair has turned about the angular momentum after a period.",
+    rotation_angle = WithUnit[Scalar](
+        "The angle, -pi to pi, by which the pair has rotated about the angular momentum after a period.",
         lambda orbit: float(np.remainder(orbit._shooting.angle + np.pi, 2 * np.pi) - np.pi),
         "angle",
     )
@@ -71,7 +71,7 @@ class PeriodicOrbit(Tabled):
     @property
     def half_turns(self) -> dict[str, str]:
         """Axes about which bodies have made a half turn after a period, which an ellipsoid does not show."""
-        halves = zip(self.system.names, self._shooting.half, strict=True)
+        halves = zip(self.system.names, self._shooting.half_turns, strict=True)
         return {name: "xyz"[axis - 1] for name, axis in halves if axis > 0}
 
     @cached_property
@@ -109,7 +109,7 @@ class PeriodicOrbit(Tabled):
         return bool(np.all(np.abs(np.abs(self.multipliers) - 1.0) < _UNIT_CIRCLE_TOLERANCE))
 
     def _tables(self) -> tuple[Table, ...]:
-        rows = facts(self, "period", "turn", "energy", "angular_momentum")
+        rows = facts(self, "period", "rotation_angle", "energy", "angular_momentum")
         rows.append(("closure", f"{self.closure:.2g}"))
         rows.append(("largest multiplier", f"{abs(self.multipliers[0]):.8g}"))
         rows.append(("linearly stable", "yes" if self.linearly_stable else "no"))
@@ -117,8 +117,8 @@ class PeriodicOrbit(Tabled):
 
     def __repr__(self) -> str:
         stable = "linearly stable" if self.linearly_stable else f"largest multiplier {abs(self.multipliers[0]):.6g}"
-        sizes = f"period={number(self.period)}, turn={number(self.turn, 6)}, closure={self.closure:.1g}"
-        return f"PeriodicOrbit({sizes}, {stable})"
+        angle = f"rotation_angle={number(self.rotation_angle, 6)}"
+        return f"PeriodicOrbit(period={number(self.period)}, {angle}, closure={self.closure:.1g}, {stable})"
 
 
 def periodic_orbit(
@@ -130,7 +130,7 @@ def periodic_orbit(
     segments: int | None = None,
     tolerance: float = 1e-12,
 ) -> PeriodicOrbit:
-    """Find by multiple shooting the periodic motion near a state, up to a turn of the whole pair.
+    """Find by multiple shooting the periodic motion near a state, up to a rotation of the pair.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def periodic_orbit(
     period : float or Quantity
         Approximate period.
     hold : str or sequence of str
-        Quantities that keep the value they have at the start: some of ``"period"``, ``"energy"`` and
+        Quantities that keep the values of the start: some of ``"period"``, ``"energy"`` and
         ``"angular_momentum"``. Orbits form families with two parameters; where fewer than two are held, the orbit
         nearest to the start is found. To hold the energy takes a better start, since the small energy of an oscillation
         is quadratic in its amplitude.
@@ -158,12 +158,12 @@ def periodic_orbit(
 
     Notes
     -----
-    After the period the pair is turned by an angle about the angular momentum, which is found with the orbit. In
-    addition bodies may be turned by any angle about their axes of symmetry, and ellipsoids by a half turn about a
-    principal axis; the turns nearest to the motion of the start are taken. Attitudes of spheres and points are ignored.
-    Newton's linear equations, with the derivatives of the motion from :attr:`fullbody.Run.transition`, are solved by
-    least squares; where they are degenerate (phase, rotation of the pair, position along the family), the solution of
-    least change is taken.
+    After the period the pair is rotated by an angle about the angular momentum, which is found with the orbit. In
+    addition bodies may be rotated by any angle about their axes of symmetry, and ellipsoids by a half turn about a
+    principal axis; the rotations nearest to the motion of the start are taken. Attitudes of spheres and points are
+    ignored. Newton's linear equations, with the derivatives of the motion from :attr:`fullbody.Run.transition`, are
+    solved by least squares; where they are degenerate (phase, rotation of the pair, position along the family), the
+    solution of least change is taken.
 
     Examples
     --------
@@ -181,7 +181,7 @@ def periodic_orbit(
     """
     pair = Pair(system)
     time = system.context.units.number(period, "time", "period", POSITIVE)
-    accepted_closure = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
+    largest_closure = UNITLESS.number(tolerance, "number", "tolerance", POSITIVE)
     expected = f"some of {', '.join(_HELD)}"
     held = (hold,) if isinstance(hold, str) else sequence(hold, str, "hold", expected, expected)
     for name in held:
@@ -190,7 +190,8 @@ def periodic_orbit(
     start = upright(pair, state, "state")
     values = {"period": time, "energy": start.energy, "angular_momentum": float(start.angular_momentum[2])}
     targets = {name: values[name] for name in held}
-    return PeriodicOrbit(*solved(*begun(start, time, _segments(start, time, segments)), targets, accepted_closure))
+    guess, ends = segmented(start, time, _segments(start, time, segments))
+    return PeriodicOrbit(*closed_orbit(guess, ends, targets, largest_closure))
 
 
 def periodic_family(
@@ -217,7 +218,7 @@ def periodic_family(
     Notes
     -----
     Each orbit is searched near the one before: its difference from the equilibrium is scaled by the ratio of the
-    amplitudes, the angular momentum of the equilibrium is held, and the start may change only across that difference.
+    amplitudes, the angular momentum of the equilibrium is held, and the start changes only normal to that difference.
 
     Examples
     --------
@@ -233,22 +234,22 @@ def periodic_family(
     if not len(sizes):
         raise InvalidInput("amplitudes is empty; expected one or more")
     centre, modes = equilibrium.rotation.point, equilibrium.modes
-    deviation = PairPoint.of(centre.pair, modes.excited(mode, sizes[0])).less(centre)
+    deviation = PairPoint.of(centre.pair, modes.excited(mode, sizes[0])).tangent_from(centre)
     time = float(plain(modes.period[mode]))
     if not np.isfinite(time):
-        raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
+        raise InvalidInput(f"mode is {mode!r}, which does not oscillate; expected one whose frequency is above zero")
     targets = {"angular_momentum": float(centre.angular_momentum[2])}
     orbits: list[PeriodicOrbit] = []
     for previous, size in zip((sizes[0], *sizes), sizes, strict=False):
-        start = centre.moved(deviation * (size / previous))
+        start = centre.displaced(deviation * (size / previous))
         count = _segments(start, time, segments)
         try:
-            orbit = PeriodicOrbit(*solved(*begun(start, time, count), targets, _FAMILY_CLOSURE, deviation))
+            orbit = PeriodicOrbit(*closed_orbit(*segmented(start, time, count), targets, _FAMILY_CLOSURE, deviation))
         except FullbodyError as error:
             error.orbits = tuple(orbits)  # type: ignore[attr-defined]
             raise
         orbits.append(orbit)
-        deviation = orbit._shooting.points[0].less(centre)
+        deviation = orbit._shooting.points[0].tangent_from(centre)
         time = orbit._shooting.period
     return tuple(orbits)
 

@@ -16,8 +16,8 @@ from ..model.state import State
 from ..plots._style import escaped, in_si
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
-#: Components of a mode smaller than this could not be told from zero and are not drawn.
-_SEEN = 0.02
+#: Components of a mode below this would look like zero and are not drawn.
+_VISIBLE = 0.02
 
 
 def branch(
@@ -43,31 +43,30 @@ def branch(
     choice(y, "y", (*_QUANTITIES, "frequency"))
     kwargs = full_option_names(kwargs)
     ax = single(ax, (6.0, 4.0))
-    across, up = (plain(in_si(getattr(branch, name))) for name in (x, y))
-    columns = up.reshape(len(branch), -1)
+    x_values, y_values = (plain(in_si(getattr(branch, name))) for name in (x, y))
+    columns = y_values.reshape(len(branch), -1)
     kinds = np.where(branch.energetically_stable, 0, np.where(branch.linearly_stable, 1, 2))
     names = ("minimum of energy", "linearly stable", "unstable")
-    seen = set()
-    # Pieces of one kind of stability; each extends to the first point of the next, so that the curve has no gaps.
-    ends = [*np.flatnonzero(np.diff(kinds)) + 1, len(kinds)]
+    labelled = set()
+    # Each piece of one kind of stability extends to the first point of the next, so that the curve has no gaps.
     begin = 0
-    for end in ends:
+    for end in [*np.flatnonzero(np.diff(kinds)) + 1, len(kinds)]:
         kind = int(kinds[begin])
         for column in columns.T:
             style = {**LINES[kind], "linewidth": 1.4, **kwargs}
-            called = names[kind] if kind not in seen and "label" not in kwargs else None
-            ax.plot(across[begin : end + 1], column[begin : end + 1], **{"label": called, **style})
-            seen.add(kind)
+            label = None if kind in labelled else names[kind]
+            ax.plot(x_values[begin : end + 1], column[begin : end + 1], **{"label": label, **style})
+            labelled.add(kind)
         begin = end
     for fold in branch.folds if y != "frequency" else ():
-        point = [float(plain(in_si(getattr(fold.equilibrium, name)))) for name in (x, y)]
+        point = [plain(in_si(getattr(fold.equilibrium, name))) for name in (x, y)]
         ax.plot(*point, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
     for set_label, name in ((ax.set_xlabel, x), (ax.set_ylabel, y)):
         set_label(f"{_phrase(name)} [{unit_of(in_si(getattr(branch, name)))}]")
     if x == "separation" and branch.end == "contact":
-        ax.axvline(across[-1], color="0.6", linewidth=0.8, linestyle=":")
+        ax.axvline(x_values[-1], color="0.6", linewidth=0.8, linestyle=":")
         ax.annotate(
-            "contact", (across[-1], 0.5), xycoords=("data", "axes fraction"), rotation=90, va="center", ha="right",
+            "contact", (x_values[-1], 0.5), xycoords=("data", "axes fraction"), rotation=90, va="center", ha="right",
             fontsize="small", color="0.4", xytext=(-2, 0), textcoords="offset points",
         )  # fmt: skip
     grid(ax)
@@ -86,8 +85,8 @@ def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
     """
     count = len(modes)
     flat, panel_axes = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
-    turns = [f"{escaped(name)} about {axis}" for name in modes.system.names for axis in "xyz"]
-    labels = ["relative distance", "longitude", "latitude", *turns]
+    rotations = [f"{escaped(name)} about {axis}" for name in modes.system.names for axis in "xyz"]
+    labels = ["relative distance", "longitude", "latitude", *rotations]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
@@ -95,7 +94,7 @@ def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
         frequency = float(plain(modes.frequency)[mode])
         periods = phase if frequency > 0.0 else np.zeros_like(phase)
         for k, part in enumerate(shape):
-            if abs(part) > _SEEN:
+            if abs(part) > _VISIBLE:
                 ax.plot(phase, np.real(part * np.exp(2j * np.pi * periods)), label=labels[k], **styles[k])
         if frequency > 0.0:
             title = f"period {number(modes.period[mode], 4)}"
@@ -127,17 +126,16 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     ax = single(ax, (6.0, 4.5))
     count = len(section)
     colours = matplotlib("colors").ListedColormap(matplotlib().get_cmap("viridis")(np.linspace(0.0, 0.9, count)))
-    for k, (across, up) in enumerate(zip(*columns, strict=True)):
+    for k, (x_values, y_values) in enumerate(zip(*columns, strict=True)):
         style = {"linestyle": "none", "marker": ".", "markersize": 4.0, "markeredgewidth": 0.0, "color": colours(k)}
-        ax.plot(plain(across), plain(up), **{**style, **kwargs})
+        ax.plot(plain(x_values), plain(y_values), **{**style, **kwargs})
     for set_label, coordinate, values in zip((ax.set_xlabel, ax.set_ylabel), (x, y), columns, strict=True):
         set_label(_title(coordinate, values))
     if count > 1 and "color" not in kwargs:
         norm = matplotlib("colors").BoundaryNorm(np.arange(count + 1) - 0.5, count)
         ticks = matplotlib("ticker").MaxNLocator(8, integer=True)
-        ax.figure.colorbar(
-            matplotlib("cm").ScalarMappable(norm, colours), ax=ax, label="index of the start", ticks=ticks
-        )
+        colour_map = matplotlib("cm").ScalarMappable(norm, colours)
+        ax.figure.colorbar(colour_map, ax=ax, label="index of the start", ticks=ticks)
     grid(ax)
     return ax
 

@@ -18,7 +18,7 @@ from ..errors import FullbodyError, InvalidInput
 from ..events import Event
 from ..model.state import State
 from ..motion.system import System
-from ..observables._signal import lines
+from ..observables._signal import periodic_terms
 from ..record.record import Record
 from ..typing import Array
 from . import pictures
@@ -100,9 +100,8 @@ def section(
     >>> len(found.crossings[0])
     3
     """
-    starts = (
-        [states] if isinstance(states, State) else sequence(states, State, "states", "a State or several", "States")
-    )
+    states = [states] if isinstance(states, State) else states
+    starts = sequence(states, State, "states", "a State or several", "States")
     members = [(system, state) for state in starts]
     watched: Event = instance(event, "event", Event, "one of fullbody.events")
     answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
@@ -166,7 +165,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     numbers = UNITLESS.numbers(getattr(values, "value", values), "number", "quantity", time.shape)
     if len(time) < 8:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
-    columns, amplitude = lines(time, numbers, whole(n, "n"))
+    columns, amplitude = periodic_terms(time, numbers, whole(n, "n"))
     order = np.argsort(-amplitude)
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
     return Frequencies(run.context.units.attach(columns[order], "spin"), sizes)

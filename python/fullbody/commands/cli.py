@@ -16,8 +16,7 @@ def build_parser() -> argparse.ArgumentParser:
     """Return the parser with all subcommands."""
     parser = argparse.ArgumentParser(
         prog="fullbody",
-        description="Rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact "
-        "gravity.",
+        description="Rigid bodies (ellipsoids, polyhedra, composites) that move and rotate in each other's gravity.",
     )
     parser.add_argument("--version", action="version", version=f"fullbody {version()}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
@@ -35,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return code
     except BrokenPipeError:
-        # The reader has had enough, as head has after ten lines. What is left must not fail when Python ends.
+        # The reader has closed the pipe, as head does after ten lines. Flushing at Python's end must not fail either.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 128 + 13
     except (FullbodyError, ImportError, OSError) as error:

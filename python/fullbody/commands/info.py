@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     contents: dict[str, list[tables.Table]] = {}
     for path in arguments.files:
         try:
-            shown = of_toml(path) if path.suffix.lower() == ".toml" else of_recorded(path)
+            described = of_toml(path) if path.suffix.lower() == ".toml" else of_recorded(path)
         except (FullbodyError, ImportError, OSError) as error:
             # Both streams may go to the same place, where the order of the lines must be kept.
             sys.stdout.flush()
@@ -54,10 +54,10 @@ def run(arguments: argparse.Namespace) -> int:
             continue
         if not arguments.json:
             print(f"\n{path}" if contents else path)
-            print(tables.to_text(*shown))
-        contents[str(path)] = shown
+            print(tables.to_text(*described))
+        contents[str(path)] = described
     if arguments.json:
-        objects = {path: {table.caption: as_json(table) for table in shown} for path, shown in contents.items()}
+        objects = {path: {table.caption: as_json(table) for table in rows} for path, rows in contents.items()}
         print(json.dumps(objects))
     return 1 if failed else 0
 
@@ -94,9 +94,8 @@ def of_map(dataset: xarray.Dataset) -> list[tables.Table]:
         if name not in FAILURE
     ]
     kinds, counts = np.unique(dataset.error.values, return_counts=True)
-    errors: list[Sequence[str]] = [
-        (kind or "none", str(count)) for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True)
-    ]
+    counted = zip(kinds.tolist(), counts.tolist(), strict=True)
+    errors: list[Sequence[str]] = [(kind or "none", str(count)) for kind, count in counted]
     variables = tables.Table("Variables", ("name", "dimensions", "unit"), rows)
     return [*dimensions, variables, tables.Table("Errors", ("kind", "rows"), errors)]
 
@@ -106,22 +105,21 @@ def of_run(path: Path) -> list[tables.Table]:
     run = load(path)
     if not isinstance(run, Run):
         return tables.tables_of(run)
-    shown = tables.tables_of(run, run[-1]) if len(run) else tables.tables_of(run)
+    described = tables.tables_of(run, *run[-1:])
     if len(run) and len(run.system) > 1:
         about, body = run.system.context.names[:2]
         (elements,) = tables.tables_of(run.elements())
         elements.caption = f"Kepler elements of {body} about {about}, {len(run)} samples"
-        shown.append(elements)
-    return shown
+        described.append(elements)
+    return described
 
 
 def of_toml(path: Path) -> list[tables.Table]:
     """Describe the content of a description in TOML."""
     configuration = read_toml(path)
-    output = "every step" if configuration.output is None else f"{configuration.output}"
     rows = [
         ("until", tables.number(configuration.until)),
-        ("output", output),
+        ("output", "every step" if configuration.output is None else str(configuration.output)),
         ("integrator", repr(configuration.integrator)),
         ("writes", str(configuration.file)),
     ]

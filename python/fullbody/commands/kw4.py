@@ -29,8 +29,8 @@ SHAPES: tuple[Shape, ...] = get_args(Shape)
 METHODS = ("surface", "focal")
 #: The length of the run and the part of it over which Beta's spin is measured, in hours.
 _YEAR, _SPIN = 365.25 * 24.0, 200.0
-#: Runs are saved with every step of this number; the numbers come from every step.
-_KEPT = 8
+#: One in this number of steps is saved; the printed numbers come from all steps.
+_STRIDE = 8
 
 
 def register(subparsers: Any) -> None:
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     figures = {}
     for shape, method, year, seconds in years(arguments):
         numbers[shape][method] = measure(year, seconds)
-        figures[f"page_{shape}"] = page(year[::_KEPT])
+        figures[f"page_{shape}"] = page(year[::_STRIDE])
     header = ("", *numbers["ellipsoid"])
     for shape, columns in numbers.items():
         rows = [(name, *(_text(column[name]) for column in columns.values())) for name in columns[header[1]]]
@@ -85,14 +85,14 @@ def years(arguments: argparse.Namespace) -> Iterator[tuple[Shape, str, Run, floa
         for method in METHODS if arguments.gravity == "both" else (arguments.gravity,):
             title = False if arguments.quiet else f"{shape}s, {method}"
             year, seconds = run_year(shape, method, arguments.until, integrator=integrator, progress=title)
-            year[::_KEPT].save(arguments.out / f"kw4_{shape}_{method}.nc")
+            year[::_STRIDE].save(arguments.out / f"kw4_{shape}_{method}.nc")
             yield shape, method, year, seconds
 
 
 def run_year(
     shape: Shape, method: str, until: float = _YEAR, *, integrator: Integrator | None = None, progress: Any = False
 ) -> tuple[Run, float]:
-    """Integrate the paper's start with every step kept; return the run and its CPU time in seconds."""
+    """Integrate the paper's start and record every step; return the run and its CPU time in seconds."""
     system, state = kw4_ho2021(shape, gravity=method, units=True)
     started = time.process_time()
     year = system.integrate(state, until, integrator=integrator or Verner98(1e-13, 1e-13), progress=progress)
@@ -107,9 +107,7 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
     def mean(values: Any) -> float:
         return float(np.trapezoid(values, hours) / np.ptp(hours))
 
-    spins = {
-        f"spin_{axis}": tuple(ends) for axis, ends in zip("xyz", spin_range(year.system, year[0]).tolist(), strict=True)
-    }
+    ranges = map(tuple, spin_range(year.system, year[0]).tolist())
     return {
         "e_max": float(np.max(orbit.e)),
         "e_mean": mean(orbit.e),
@@ -117,7 +115,7 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
         "a_max": float(a.max()),
         "a_mean": mean(a),
         "period": mean(plain(orbit.period(year.system.mu()))),
-        **spins,
+        **{f"spin_{axis}": span for axis, span in zip("xyz", ranges, strict=True)},
         "energy_drift": float(np.max(np.abs(year.energy_drift))),
         "energy_drift_orbital": float(np.max(np.abs(year.energy_drift_orbital))),
         "angular_momentum_drift": float(np.max(year.angular_momentum_drift)),
@@ -129,8 +127,7 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
 
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> Floats:
     """Return the range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
-    first = system.integrate(state, _SPIN, output=spacing, integrator=integrator)
-    spin = plain(first.spin)[:, 1] * (1e5 / 3600.0)
+    spin = plain(system.integrate(state, _SPIN, output=spacing, integrator=integrator).spin)[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
 
 
@@ -149,5 +146,5 @@ def write(out: Path, figures: dict[str, Any], numbers: Any) -> None:
 
 
 def written(out: Path) -> str:
-    """Return what was written into the folder, as a sentence."""
-    return f"Figures, runs (every {_KEPT}th step) and numbers.json are in {out}/"
+    """Return a sentence that lists the files of the folder."""
+    return f"Figures, runs (every {_STRIDE}th step) and numbers.json are in {out}/"

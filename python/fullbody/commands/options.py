@@ -20,7 +20,7 @@ def add_quiet(parser: argparse.ArgumentParser) -> None:
 
 
 def add_until(parser: argparse.ArgumentParser, text: str, **options: Any) -> None:
-    """Add ``--until``, of which the text says what a plain number means."""
+    """Add ``--until``; the text gives the meaning of a plain number."""
     parser.add_argument("--until", help=f"{text}, or text such as '3 day'", **options)
 
 

@@ -13,11 +13,11 @@ from ..plots import Plots
 from .options import add_quiet, check_output, saved_run
 
 FIGURES = (".png", ".pdf", ".svg")
-_FILMS = (".gif", ".mp4", ".html")
-#: Plots of what is observed need times and a geometry, which no option gives.
-_OBSERVED = {"delay_doppler", "light_curve", "radar_spectrum", "sky"}
+_ANIMATIONS = (".gif", ".mp4", ".html")
+#: The plots that need times and a geometry, which no option gives.
+_OBSERVATIONS = {"delay_doppler", "light_curve", "radar_spectrum", "sky"}
 #: The summary, and the names of single plots.
-_KINDS = ("page", *(name for name in vars(Plots) if not name.startswith("_") and name not in _OBSERVED))
+_KINDS = ("page", *(name for name in vars(Plots) if not name.startswith("_") and name not in _OBSERVATIONS))
 
 
 def register(subparsers: Any) -> None:
@@ -25,12 +25,12 @@ def register(subparsers: Any) -> None:
     for name, text, default, suffixes in (
         ("plot", "draw a recorded run", ".png", FIGURES),
         ("view", "write the page on which a recorded run is seen in 3D", ".html", (".html",)),
-        ("animate", "write an animation of a recorded run", ".gif", _FILMS),
+        ("animate", "write an animation of a recorded run", ".gif", _ANIMATIONS),
     ):
         parser = subparsers.add_parser(name, help=text, description=f"{text.capitalize()}.")
         parser.add_argument("file", type=Path, help="a run, as 'fullbody run' writes it")
-        where = f"file to write ({', '.join(suffixes)}); the name of the run with {default}, unless given"
-        parser.add_argument("-o", "--out", type=Path, help=where)
+        help_out = f"file to write ({', '.join(suffixes)}); by default the name of the run with {default}"
+        parser.add_argument("-o", "--out", type=Path, help=help_out)
         if name == "plot":
             parser.add_argument("--kind", choices=_KINDS, default="page", help="what is drawn (%(default)s)")
         if name == "animate":
@@ -61,8 +61,8 @@ def draw(recorded: Run, kind: str, out: Path) -> None:
     if kind == "page":
         figure = page(recorded)
     else:
-        drawn = getattr(recorded.plot, kind)()
-        figure = (drawn.flat[0] if hasattr(drawn, "flat") else drawn).figure
+        axes = getattr(recorded.plot, kind)()
+        figure = (axes.flat[0] if hasattr(axes, "flat") else axes).figure
     with replacing(out) as temporary:
         figure.savefig(temporary)
 

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ..base import tables
 from ..base.atomic import replacing
 from ..base.figures import matplotlib
 from ..errors import FullbodyError, Interrupted, InvalidInput
@@ -19,6 +20,8 @@ from .options import add_quiet, add_until, check_output, time
 from .pictures import FIGURES, page
 
 _TABLE = ".csv"
+#: The quantities of a table in the order of its columns.
+_QUANTITIES = ("position", "velocity", "attitude", "spin", "energy", "angular_momentum")
 
 
 def register(subparsers: Any) -> None:
@@ -31,9 +34,8 @@ def register(subparsers: Any) -> None:
     )
     parser.add_argument("file", type=Path, help="the description, a .toml; - for standard input")
     suffixes = f"{', '.join(RUN_SUFFIXES)}, or {_TABLE} for a table"
-    parser.add_argument(
-        "-o", "--out", type=Path, help=f"file to write ({suffixes}); as in the description, unless given"
-    )
+    help_out = f"file to write ({suffixes}); as in the description, unless given"
+    parser.add_argument("-o", "--out", type=Path, help=help_out)
     add_until(parser, "another end: a number in the system's units")
     parser.add_argument("--page", type=Path, help="draw the one-page summary into this file too (.png, .pdf, .svg)")
     add_quiet(parser)
@@ -42,8 +44,6 @@ def register(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from ..base import tables
-
     piped = str(arguments.file) == "-"
     if piped and arguments.out is None:
         raise InvalidInput("-o is not given; expected a file to write for a description from standard input")
@@ -53,11 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
     unfinished = out.with_suffix(f".partial{out.suffix}")
     for path in (out, unfinished):
         check_output(path, (*RUN_SUFFIXES, _TABLE))
-    if arguments.page is not None:
-        check_output(arguments.page, FIGURES)
     if out.suffix.lower() != npz.SUFFIX:
         netcdf()
     if arguments.page is not None:
+        check_output(arguments.page, FIGURES)
         matplotlib("figure")
     progress = sys.stderr.isatty() and not arguments.quiet
     try:
@@ -83,12 +82,15 @@ def write(run: Run, path: Path) -> None:
         run.save(path)
         return
     frame = run.to_pandas()
-    units = frame.attrs["units"]
-    frame.columns = [" ".join(filter(None, (*column, _unit(units, column[0])))) for column in frame.columns]
-    frame.index.name = " ".join(filter(None, ("time", _unit(units, "time"))))
+    units, bodies = frame.attrs["units"], ("", *run.context.names)
+    columns = sorted(frame.columns, key=lambda column: (_QUANTITIES.index(column[0]), bodies.index(column[1])))
+    frame = frame[columns]
+    frame.columns = [" ".join((*filter(None, column), *_unit(units, column[0]))) for column in columns]
+    frame.index.name = " ".join(("time", *_unit(units, "time")))
     with replacing(path) as temporary:
         frame.to_csv(temporary)
 
 
-def _unit(units: dict[str, str], quantity: str) -> str:
-    return f"[{units[quantity]}]" if quantity in units else ""
+def _unit(units: dict[str, str], quantity: str) -> list[str]:
+    """Return the unit of a quantity in brackets, or nothing for a system without units."""
+    return [f"[{units[quantity]}]"] if quantity in units else []

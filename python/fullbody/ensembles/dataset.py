@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,12 +11,12 @@ import numpy as np
 from ..base.units import need
 from ..errors import InvalidInput
 from .parameters import ParameterColumn, ParameterTable
-from .work import Failure, MeasuredValue, Outcome, ordered
+from .work import Failure, MeasuredValue, Outcome
 
 if TYPE_CHECKING:
     import xarray
 
-#: Variables that describe what went wrong in a row, with their meanings.
+#: Variables that describe the error of a row, with their meanings.
 FAILURE = {
     "error": "the kind of error that a row ended with; empty for none",
     "error_text": "what the error says",
@@ -29,10 +30,10 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
     with need("data", "a sweep"):
         import xarray as xr
 
-    results = ordered(outcomes)
+    results = sorted(outcomes, key=attrgetter("row"))
     failures = [_UNDONE] * len(table)
-    #: What has each name of a parameter, variable or dimension.
-    owners = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "a parameter or kept for errors")
+    #: The use of each name, that of a parameter, variable or dimension.
+    uses = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "a parameter or kept for errors")
     variables: dict[str, _Variable] = {}
     models = _models(results)
     for outcome in results:
@@ -41,13 +42,13 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
             try:
                 if name not in variables:
                     variable = _Variable(name, *models[name], len(table))
-                    if taken := [label for label in (name, *variable.inner) if label in owners]:
-                        raise InvalidInput(f"measure gives {name}, but {taken[0]} is the name of {owners[taken[0]]}")
-                    owners |= dict.fromkeys((name, *variable.inner), f"a dimension of {name}")
+                    if taken := [label for label in (name, *variable.inner) if label in uses]:
+                        raise InvalidInput(f"measure gives {name}, but {taken[0]} is the name of {uses[taken[0]]}")
+                    uses |= dict.fromkeys((name, *variable.inner), f"a dimension of {name}")
                     variables[name] = variable
                 variables[name].put(outcome.row, measured)
             except InvalidInput as error:
-                failure = Failure.of(error, "measure").after(failure)
+                failure = Failure.of(error, "measure").combined(failure)
         failures[outcome.row] = failure or Failure("", "", "")
     dims = tuple(table.dimensions)
     fields: dict[str, Any] = {}
@@ -57,14 +58,10 @@ def dataset(table: ParameterTable, outcomes: Iterable[Outcome], attributes: Mapp
         fields[name] = ((*dims, *variable.inner), values.reshape(shape), variable.attributes)
     for name, parts in zip(FAILURE, zip(*failures, strict=True), strict=True):
         fields[name] = (dims, np.array(parts, dtype=str).reshape(table.shape), {"long_name": FAILURE[name]})
-    coordinates = {
-        name: (
-            column.dimensions + column.inner,
-            column.values,
-            {} if column.unit is None else {"units": str(column.unit)},
-        )
-        for name, column in table.coordinates.items()
-    }
+    coordinates: dict[str, Any] = {}
+    for name, column in table.coordinates.items():
+        units = {} if column.unit is None else {"units": str(column.unit)}
+        coordinates[name] = (column.dimensions + column.inner, column.values, units)
     return xr.Dataset(fields, coordinates, dict(attributes))
 
 
@@ -72,16 +69,15 @@ def table_of(dataset: xarray.Dataset) -> ParameterTable:
     """Return the rows of the sweep that a map was made of, with all coordinates as columns."""
     columns, outer = {}, tuple(map(str, dataset.error.dims))
     for name, item in dataset.coords.items():
-        along = tuple(map(str, item.dims))
-        inner = tuple(dimension for dimension in along if dimension not in outer)
-        columns[str(name)] = ParameterColumn(
-            item.values, along[: len(along) - len(inner)], item.attrs.get("units"), inner
-        )
+        dims = tuple(map(str, item.dims))
+        inner = tuple(dimension for dimension in dims if dimension not in outer)
+        outer_dims = dims[: len(dims) - len(inner)]
+        columns[str(name)] = ParameterColumn(item.values, outer_dims, item.attrs.get("units"), inner)
     return ParameterTable({str(name): size for name, size in dataset.error.sizes.items()}, columns)
 
 
 def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[MeasuredValue, int]]:
-    """Return for each variable the value that sets its kind and unit, and its row: with a unit, or else not missing."""
+    """Return the model of each variable and its row: a value with a unit, or else one that is not missing."""
     results: dict[str, tuple[MeasuredValue, int]] = {}
     for outcome in outcomes:
         for name, measured in outcome.values.items():
@@ -94,43 +90,43 @@ def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[MeasuredValue, int]]
 class _Variable:
     """One measured quantity of all rows, with the kind, shape and unit of a model, which is the value in some row."""
 
-    def __init__(self, name: str, first: MeasuredValue, row: int, rows: int) -> None:
-        self._name, self._first, self._row = name, first, row
-        if isinstance(first.value, str):
+    def __init__(self, name: str, model: MeasuredValue, row: int, rows: int) -> None:
+        self._name, self._model, self._row = name, model, row
+        if isinstance(model.value, str):
             self.values: Any = np.full(rows, "", dtype=object)
         else:
-            self.values = np.full((rows, *first.value.shape), np.nan)
+            self.values = np.full((rows, *model.value.shape), np.nan)
         #: Names of the dimensions within each row.
         self.inner = tuple(f"{name}_{axis}" for axis in range(self.values.ndim - 1))
-        self.attributes = {} if first.unit is None else {"units": first.unit}
+        self.attributes = {} if model.unit is None else {"units": model.unit}
 
     def put(self, row: int, measured: MeasuredValue) -> None:
         """Store the values of a row, or raise an error if they do not match those of the model."""
-        value, first = measured.value, self._first.value
+        value, model = measured.value, self._model.value
         if measured.missing:
             return
-        if isinstance(value, str) or isinstance(first, str):
-            if type(value) is not type(first):
-                raise InvalidInput(self._unlike("a text" if isinstance(value, str) else "numbers", "the other"))
+        if isinstance(value, str) or isinstance(model, str):
+            if type(value) is not type(model):
+                raise InvalidInput(self._difference("a text" if isinstance(value, str) else "numbers", "the other"))
             self.values[row] = value
             return
-        if value.shape != first.shape:
-            text = self._unlike(f"of shape {value.shape}", f"of shape {first.shape}")
+        if value.shape != model.shape:
+            text = self._difference(f"of shape {value.shape}", f"of shape {model.shape}")
             raise InvalidInput(f"{text}; expected one shape throughout, filled up with nan")
-        unit, wanted = measured.unit, self._first.unit
-        if unit != wanted:
+        unit, model_unit = measured.unit, self._model.unit
+        if unit != model_unit:
             from astropy import units as u
 
-            if unit is None or wanted is None:
-                raise InvalidInput(self._unlike(f"with the unit {unit}", f"with {wanted}"))
+            if unit is None or model_unit is None:
+                raise InvalidInput(self._difference(f"with the unit {unit}", f"with {model_unit}"))
             try:
-                value = u.Quantity(value, unit).to_value(wanted)
+                value = u.Quantity(value, unit).to_value(model_unit)
             except u.UnitConversionError as error:
-                raise InvalidInput(self._unlike(f"in {unit}", f"in {wanted}")) from error
+                raise InvalidInput(self._difference(f"in {unit}", f"in {model_unit}")) from error
         self.values[row] = value
 
-    def _unlike(self, here: str, there: str) -> str:
-        return f"measure gives {self._name} {here}, but {there} in row {self._row}"
+    def _difference(self, description: str, of_model: str) -> str:
+        return f"measure gives {self._name} {description}, but {of_model} in row {self._row}"
 
 
 def in_units(dataset: xarray.Dataset, /, **units: str) -> xarray.Dataset:
@@ -169,9 +165,8 @@ def in_units(dataset: xarray.Dataset, /, **units: str) -> xarray.Dataset:
     changed = {}
     for name, unit in units.items():
         if name not in dataset.variables:
-            raise InvalidInput(
-                f"the dataset has no {name!r}; expected some of {', '.join(map(str, dataset.variables))}"
-            )
+            names = ", ".join(map(str, dataset.variables))
+            raise InvalidInput(f"the dataset has no {name!r}; expected some of {names}")
         old = dataset[name].attrs.get("units")
         if old is None:
             raise InvalidInput(

@@ -25,7 +25,7 @@ from ..record.times import end_arguments, spacing_warning
 Answer: TypeAlias = Run | Exception
 
 #: A larger number of threads than this is taken for a mistake.
-_MOST_THREADS = 1024
+_MAX_THREADS = 1024
 
 
 def integrate_many(
@@ -136,7 +136,7 @@ def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
 
 def thread_count(threads: Any) -> int:
     """Return a number of threads, or raise an error."""
-    return whole(threads, "threads", 1, _MOST_THREADS, ", or None for all cores")
+    return whole(threads, "threads", 1, _MAX_THREADS, ", or None for all cores")
 
 
 class _Members:
@@ -213,14 +213,14 @@ class _Members:
             raise error
 
     def counting(self, report: Report | None) -> Callable[[int, float], Any] | None:
-        """Return the function that the core calls with the number of members done and the progress of the others."""
+        """Return the function that the core calls with the number of members done and the sum of the others' parts."""
         if report is None:
             return None
         of = "" if self.total is None else f" of {self.total}"
 
-        def count(done: int, under_way: float) -> Any:
+        def count(done: int, parts: float) -> Any:
             done += self.refused
-            return report(done + under_way, self.total, f"{done}{of} runs")
+            return report(done + parts, self.total, f"{done}{of} runs")
 
         return count
 

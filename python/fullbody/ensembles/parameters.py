@@ -18,7 +18,7 @@ from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
 #: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
-_MOST_ROWS = 10**8
+_MAX_ROWS = 10**8
 #: The argument of a setup that receives the row's random generator; no parameter may have this name.
 RNG = "rng"
 
@@ -161,25 +161,25 @@ class ParameterTable:
         return by_name
 
     def identities(self, numbered: bool) -> list[str]:
-        """Return a text for each row: its parameters, its number if that counts, its place among equal rows."""
+        """Return a text for each row: its parameters, its number if ``numbered``, and its count among equal rows."""
         texts = [[str(number) for number in range(len(self))]] if numbered else []
         for name, column in sorted(self.coordinates.items()):
-            # Each column lies along some of the dimensions, in the table's order.
-            inner = [size if along in column.dimensions else 1 for along, size in self.dimensions.items()]
-            values = np.broadcast_to(column.texts().reshape(inner), self.shape)
+            # Each column has some of the dimensions, in the table's order.
+            shape = [size if dimension in column.dimensions else 1 for dimension, size in self.dimensions.items()]
+            values = np.broadcast_to(column.texts().reshape(shape), self.shape)
             texts.append([f"{name} = {text}" for text in values.ravel()])
-        seen = Counter[str]()
-        names = []
+        counts = Counter[str]()
+        identities = []
         for row in map("; ".join, zip(*texts, strict=True) if texts else [()] * len(self)):
-            seen[row] += 1
-            names.append(row if seen[row] == 1 else f"{row} ({seen[row]})")
-        return names
+            counts[row] += 1
+            identities.append(row if counts[row] == 1 else f"{row} ({counts[row]})")
+        return identities
 
     def add_dimension(self, name: str, size: int) -> None:
         """Add a dimension."""
         if name in self.dimensions:
             raise InvalidInput(f"parameters has two dimensions of the name {name!r}; expected one")
-        if not fits(name):
+        if not is_valid_name(name):
             raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
         self.dimensions[name] = size
 
@@ -192,7 +192,7 @@ class ParameterTable:
         self.columns[name] = column
 
 
-def storable(text: str) -> bool:
+def is_storable(text: str) -> bool:
     """Return whether files can hold a text."""
     try:
         text.encode()
@@ -201,9 +201,9 @@ def storable(text: str) -> bool:
     return "\0" not in text
 
 
-def fits(name: str) -> bool:
+def is_valid_name(name: str) -> bool:
     """Return whether files can have a variable or dimension of that name."""
-    return name not in ("", ".") and "/" not in name and storable(name)
+    return name not in ("", ".") and "/" not in name and is_storable(name)
 
 
 def stream(seed: int, row: int, kind: int) -> np.random.Generator:
@@ -212,19 +212,19 @@ def stream(seed: int, row: int, kind: int) -> np.random.Generator:
 
 
 def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
-    """Return the rows of what :func:`fullbody.sweep` takes as parameters."""
+    """Return the rows of the parameters of :func:`fullbody.sweep`."""
     parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
     if not parts:
         raise InvalidInput(
-            "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of these"
+            "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of some"
         )
     table = ParameterTable()
     random: dict[str, Any] = {}
     for part in parts:
         match _kind(part):
-            case Draws() as drawn:
-                table.add_dimension("draw", drawn.n)
-                random |= (names := argument_names(drawn.distributions))
+            case Draws(n, distributions):
+                table.add_dimension("draw", n)
+                random |= (names := argument_names(distributions))
                 for name in names:
                     table.add(name, ParameterColumn(None, ()))
             case Paired() as pairs:
@@ -239,16 +239,16 @@ def tabulated(parameters: Any, seed: int | None) -> ParameterTable:
     for name in table.dimensions.keys() & table.columns.keys():
         if table.columns[name].dimensions != (name,):
             raise InvalidInput(f"parameters has the name {name!r}, which is that of a dimension; expected another")
-    if len(table) > _MOST_ROWS:
+    if len(table) > _MAX_ROWS:
         product = " x ".join(f"{size} ({name})" for name, size in table.dimensions.items())
-        raise InvalidInput(f"parameters has {product} rows; expected at most {_MOST_ROWS} in one sweep")
-    return _drawn(table, random, seed) if random else table
+        raise InvalidInput(f"parameters has {product} rows; expected at most {_MAX_ROWS} in one sweep")
+    return _with_draws(table, random, seed) if random else table
 
 
 def _add_pairs(table: ParameterTable, pairs: Paired) -> None:
-    along = (pairs.dimension,)
+    dimensions = (pairs.dimension,)
     items = argument_names(pairs.columns).items()
-    columns = {name: _column(values, name, along, rows=True) for name, values in items}
+    columns = {name: _column(values, name, dimensions, rows=True) for name, values in items}
     sizes = {name: len(column.values) if column.dimensions else None for name, column in columns.items()}
     lengths = set(sizes.values()) - {None}
     if len(lengths) != 1:
@@ -258,7 +258,7 @@ def _add_pairs(table: ParameterTable, pairs: Paired) -> None:
     for name, column in columns.items():
         table.add(name, column)
     if pairs.labels is not None:
-        table.labels[pairs.dimension] = _column(pairs.labels, pairs.dimension, along)
+        table.labels[pairs.dimension] = _column(pairs.labels, pairs.dimension, dimensions)
 
 
 def _kind(part: Any) -> Any:
@@ -309,7 +309,7 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...], rows: bool = 
     inner = tuple(f"{name}_{axis}" for axis in range(values.ndim - 1)) if rows else ()
     if values.ndim - len(inner) > 1 or not values.size or (inner and texts):
         raise InvalidInput(f"{name} has shape {values.shape}; {expected}")
-    if values.dtype.kind not in "biufU" or (values.dtype.kind == "U" and not all(map(storable, values.ravel()))):
+    if values.dtype.kind not in "biufU" or (values.dtype.kind == "U" and not all(map(is_storable, values.ravel()))):
         raise InvalidInput(f"{name} is {argument!r}; {expected}")
     unit = argument.unit if is_quantity(argument) else None
     return ParameterColumn(values, dimensions[: values.ndim], unit, inner)
@@ -323,7 +323,7 @@ def _exact(items: list[Any], name: str) -> Any:
     for kind in kinds:
         with suppress(OverflowError):
             values = np.array(items, kind)
-            if all(value != value or kept == value for kept, value in zip(values.tolist(), items, strict=True)):
+            if all(item != item or value == item for value, item in zip(values.tolist(), items, strict=True)):
                 return values
     raise InvalidInput(
         f"{name} is {items!r}, whole numbers that one column cannot hold exactly; expected all of them from -2**63 to "
@@ -331,7 +331,7 @@ def _exact(items: list[Any], name: str) -> Any:
     )
 
 
-def _drawn(table: ParameterTable, random: Mapping[str, Any], seed: int | None) -> ParameterTable:
+def _with_draws(table: ParameterTable, random: Mapping[str, Any], seed: int | None) -> ParameterTable:
     """Return the table with the values of the drawn parameters."""
     if seed is None:
         raise InvalidInput(f"rng is None, but {next(iter(random))} is drawn; expected a whole number or a generator")

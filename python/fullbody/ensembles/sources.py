@@ -1,4 +1,4 @@
-"""Descriptions of options and functions as texts, by which a store tells one sweep from another."""
+"""Descriptions of options and functions as texts, by which a store distinguishes sweeps."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from ..base.units import is_quantity
 def described(things: Mapping[str, Any]) -> dict[str, str]:
     """Return the texts of values by their names, and the sources of the user's functions that these name."""
     texts = {name: _text(thing) for name, thing in things.items()}
-    seen: set[int] = set()
+    visited: set[int] = set()
     for name, thing in things.items():
         for part in _parts(thing):
-            _add(name, _definition(part), texts, seen)
+            _add(name, _definition(part), texts, visited)
     return texts
 
 
@@ -73,7 +73,7 @@ def _parts(value: Any) -> Iterator[Any]:
 
 
 def _definition(thing: Any) -> Any:
-    """Return the function or class that determines what a thing does."""
+    """Return the function or class that determines the behaviour of an object."""
     while isinstance(thing, functools.partial):
         thing = thing.func
     thing = inspect.unwrap(thing) if callable(thing) else thing
@@ -82,11 +82,11 @@ def _definition(thing: Any) -> Any:
     return thing if isinstance(thing, types.FunctionType | type) else type(thing)
 
 
-def _add(name: str, thing: Any, texts: dict[str, str], seen: set[int]) -> None:
+def _add(name: str, thing: Any, texts: dict[str, str], visited: set[int]) -> None:
     """Add the source of a function or class of the user, and of those that it names."""
-    if id(thing) in seen or not _is_users(thing.__module__):
+    if id(thing) in visited or not _is_users(thing.__module__):
         return
-    seen.add(id(thing))
+    visited.add(id(thing))
     try:
         source = _source(thing)
     except (OSError, TypeError):
@@ -109,7 +109,7 @@ def _add(name: str, thing: Any, texts: dict[str, str], seen: set[int]) -> None:
         if _is_users(module.__name__):
             scope |= {word: getattr(module, word) for word in words if hasattr(module, word)}
     for word in words:
-        _add(f"source of {word}", _definition(scope.get(word)), texts, seen)
+        _add(f"source of {word}", _definition(scope.get(word)), texts, visited)
 
 
 def _source(thing: Any) -> str:

@@ -35,12 +35,12 @@ Manifest = Mapping[str, str]
 ATTRIBUTE = "fullbody_sweep"
 _LOCK, _DESCRIPTION = "lock", "sweep.json"
 #: Names of files left by a process that was killed while writing; see :func:`fullbody.base.atomic.replacing`.
-_LEFT = re.compile(r"\..*\.[0-9a-f]{32}\.part\.(npz|json)")
+_ABANDONED = re.compile(r"\..*\.[0-9a-f]{32}\.part\.(npz|json)")
 
 
 @contextmanager
 def opened(path: Any, manifest: Manifest, table: ParameterTable) -> Iterator[Store]:
-    """Open the store at a path, locked against other processes; anything else that lies there is an error."""
+    """Open the store at a path, locked against other processes; any other file or folder there is an error."""
     store = Store(as_path(path, "store"), manifest, table)
     store.refresh()
     if store.map is not None:
@@ -51,7 +51,7 @@ def opened(path: Any, manifest: Manifest, table: ParameterTable) -> Iterator[Sto
     if store.folder.exists() and not store.folder.is_dir():
         raise InvalidInput(f"{store.folder} is a file; expected a folder, or a name that ends in .nc")
     with _locked(store):
-        # Another process may have finished between the look at the map and now.
+        # Another process may have finished since the map was read.
         store.refresh()
         if store.map is None:
             store.begin()
@@ -94,8 +94,8 @@ def _hold(file: IO[bytes]) -> bool:
 class Store:
     """A folder of chunks, and the map that they become if the path ends in ``.nc``.
 
-    The ``path`` is the one given and ``folder`` that of the chunks; ``map`` is the complete map, if it was there when
-    it was last looked for, and ``outcomes`` has the stored outcomes by rows.
+    The ``path`` is the caller's and ``folder`` that of the chunks; ``map`` is the complete map, if it existed at the
+    last :meth:`refresh`, and ``outcomes`` has the stored outcomes by rows.
     """
 
     map: xarray.Dataset | None = None
@@ -113,7 +113,7 @@ class Store:
         self.outcomes: dict[int, Outcome] = {}
 
     def refresh(self) -> None:
-        """Read the map if it is there; a map that this sweep extends provides its rows."""
+        """Read the map if it exists; a map that this sweep extends provides its rows."""
         self.outcomes = {}
         if not self._of_map or not self.path.exists():
             return
@@ -138,7 +138,7 @@ class Store:
     def begin(self) -> None:
         """Read the chunks, after a check that the folder belongs to this sweep or to one that it extends."""
         for file in self.folder.iterdir():
-            if _LEFT.fullmatch(file.name):
+            if _ABANDONED.fullmatch(file.name):
                 file.unlink()
         described, is_described = self.folder / _DESCRIPTION, False
         if described.exists():
@@ -195,9 +195,8 @@ class Store:
             raise
         except Exception as error:
             # A damaged archive raises errors of many kinds.
-            raise InvalidInput(
-                f"{file} is truncated or damaged; where it is deleted, its rows are computed again"
-            ) from error
+            expected = "if it is deleted, its rows are computed again"
+            raise InvalidInput(f"{file} is truncated or damaged; {expected}") from error
 
     def add(self, outcomes: list[Outcome]) -> None:
         """Store a chunk."""
@@ -249,8 +248,8 @@ def _differences(stored: Manifest, present: Manifest) -> list[str]:
     for name in sorted(stored.keys() | present.keys()):
         lines = itertools.zip_longest(*(str(texts.get(name, "")).splitlines() for texts in (stored, present)))
         if pair := next((pair for pair in lines if pair[0] != pair[1]), None):
-            there, here = ("nothing" if line is None else _short(line.strip()) for line in pair)
-            differences.append(f"{name} ({there}, here {here})")
+            lines_of_both = ("nothing" if line is None else _short(line.strip()) for line in pair)
+            differences.append(f"{name} ({', here '.join(lines_of_both)})")
     return differences
 
 
@@ -280,11 +279,11 @@ def _unpacked(index: Any, numbers: Any) -> Iterator[tuple[str, Outcome]]:
     start = 0
     for row, entry in enumerate(index):
         values: dict[str, MeasuredValue] = {}
-        for name, told in entry["values"].items():
-            if isinstance(told, str):
-                values[name] = MeasuredValue(told)
+        for name, stored in entry["values"].items():
+            if isinstance(stored, str):
+                values[name] = MeasuredValue(stored)
                 continue
-            shape, unit = told
+            shape, unit = stored
             size = int(np.prod(shape, dtype=np.int64))
             values[name] = MeasuredValue(numbers[start : start + size].reshape(shape), unit)
             start += size

@@ -6,6 +6,7 @@ import inspect
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,13 +27,13 @@ from .dataset import FAILURE, dataset
 from .members import check_for_all, thread_count
 from .parameters import RNG, ParameterTable, tabulated
 from .sources import described
-from .work import Job, Observable, Outcome, here, ordered, submitted
+from .work import Job, Observable, Outcome, compute, submit_all
 
 if TYPE_CHECKING:
     import xarray
 
-#: The chunk size for an executor's worker, the least one in this process, and the number per thread in this process.
-_OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
+#: The chunk size for an executor's worker, the least one in this process, and the one per thread of this process.
+_WORKER_CHUNK, _LEAST_CHUNK, _THREAD_CHUNK = 16, 64, 16
 
 
 def sweep(
@@ -179,8 +180,8 @@ def sweep(
     functions = {"setup": setup, "measure": _measures(measure), **end}
     workers = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
     job = Job(setup, functions["measure"], end, options | {"threads": workers}, seed, _draws(setup, table, seed))
-    of_threads = max(_LEAST, _OF_THREAD * (workers or os.cpu_count() or 1))
-    size = of_threads if executor is None else _OF_WORKER
+    of_process = max(_LEAST_CHUNK, _THREAD_CHUNK * (workers or os.cpu_count() or 1))
+    size = of_process if executor is None else _WORKER_CHUNK
     size = size if chunk is None else whole(chunk, "chunk")
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
@@ -235,7 +236,7 @@ def _computed(
 
     def keep(results: list[Outcome]) -> None:
         nonlocal failed
-        results = ordered(results)
+        results = sorted(results, key=attrgetter("row"))
         outcomes.update((outcome.row, outcome) for outcome in results)
         if open_store is not None:
             open_store.add(results)
@@ -244,12 +245,11 @@ def _computed(
 
     show()
     missing = [row not in outcomes for row in range(len(table))]
-    blocks = (
-        [row for row in range(k, min(k + size, len(missing))) if missing[row]] for k in range(0, len(missing), size)
-    )
+    ranges = (range(k, min(k + size, len(missing))) for k in range(0, len(missing), size))
+    blocks = ([row for row in rows if missing[row]] for rows in ranges)
     tasks = ([(row, table.row(row)) for row in rows] for rows in blocks if rows)
     try:
-        here(job, tasks, keep, show) if executor is None else submitted(executor, job, tasks, keep)
+        compute(job, tasks, keep, show) if executor is None else submit_all(executor, job, tasks, keep)
     except (KeyboardInterrupt, FullbodyError, OSError) as error:
         where = "in .dataset" if open_store is None else f"in {open_store.path} and in .dataset"
         done = f"{len(outcomes)} of {len(table)} rows are done, {where}"
@@ -278,7 +278,7 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
     try:
         return inspect.signature(function).parameters
     except (TypeError, ValueError):
-        # Compiled functions may not tell their arguments.
+        # Compiled functions may have no signature.
         return {}
 
 

@@ -21,15 +21,15 @@ from ..model.state import State
 from ..motion.system import System
 from ..typing import Floats
 from .members import integrate_many
-from .parameters import RNG, fits, storable, stream
+from .parameters import RNG, is_storable, is_valid_name, stream
 
 #: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
 
 #: Errors that end a single row; Ctrl-C ends the whole sweep.
 _FAILURES = (Exception, SystemExit)
-#: The number of chunks that an executor holds at a time.
-_HELD = 4096
+#: The largest number of chunks that an executor has at a time.
+_MAX_FUTURES = 4096
 #: The number of attempts at a chunk whose worker dies or fails for another reason.
 _TRIES = 3
 
@@ -48,7 +48,7 @@ class MeasuredValue:
 
     @property
     def missing(self) -> bool:
-        """Whether the value is one nan without a unit, as a measure's ``None`` becomes: it fits any variable."""
+        """Whether the value is one nan without a unit, as a measure's ``None`` becomes: it suits any variable."""
         is_scalar = self.unit is None and not isinstance(self.value, str) and not self.value.shape
         return is_scalar and bool(np.isnan(self.value))
 
@@ -66,7 +66,7 @@ class Failure(NamedTuple):
         text = str(error).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
         return cls(type(error).__name__, f"{part}: {text}" if part else text, stage)
 
-    def after(self, first: Failure | None) -> Failure:
+    def combined(self, first: Failure | None) -> Failure:
         """Combine both failures into one with the name and the stage of the first, and both texts."""
         if first is None:
             return self
@@ -112,14 +112,14 @@ class Observable:
         return self.name
 
 
-#: What keeps the outcomes of a chunk.
+#: A function that keeps the outcomes of a chunk.
 _Keep: TypeAlias = Callable[[list[Outcome]], None]
 
 
-def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
+def unpacked_outcomes(packed: bytes, rows: Rows) -> list[Outcome]:
     """Return the outcomes of rows, of a job that was packed for another process."""
     with once():
-        return _in_thread(pickle.loads(packed), rows)
+        return outcomes_of(pickle.loads(packed), rows)
 
 
 def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:
@@ -169,7 +169,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         return Outcome(row, {}, failure)
     values: dict[str, MeasuredValue] = {}
     for index, measure in enumerate(job.measures):
-        part = _called(measure, index) if len(job.measures) > 1 else ""
+        part = _measure_name(measure, index) if len(job.measures) > 1 else ""
         # A measure that fails does not affect the others.
         try:
             result = measure(run)
@@ -177,22 +177,22 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
             if not isinstance(result, Mapping):
                 raise InvalidInput(f"measure gives {result!r}; expected a dict of names to numbers, arrays or texts")
         except _FAILURES as error:
-            failure = Failure.of(error, "measure", part).after(failure)
+            failure = Failure.of(error, "measure", part).combined(failure)
             continue
         for name, value in result.items():
             try:
-                if not isinstance(name, str) or not fits(name):
+                if not isinstance(name, str) or not is_valid_name(name):
                     raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
                 if name in values:
-                    what = f"measure gives {name}, which a measure before it gives too"
-                    raise InvalidInput(f"{what}; expected each name once")
+                    text = f"measure gives {name}, which a measure before it gives too"
+                    raise InvalidInput(f"{text}; expected each name once")
                 values[name] = _value(value, name)
             except _FAILURES as error:
-                failure = Failure.of(error, "measure", part).after(failure)
+                failure = Failure.of(error, "measure", part).combined(failure)
     return Outcome(row, values, failure)
 
 
-def _called(measure: Any, index: int) -> str:
+def _measure_name(measure: Any, index: int) -> str:
     """Return the name of one of several measures, or its index if it has none."""
     while isinstance(measure, partial):
         measure = measure.func
@@ -202,7 +202,7 @@ def _called(measure: Any, index: int) -> str:
 
 def _value(value: Any, name: str) -> MeasuredValue:
     if isinstance(value, str):
-        if not storable(value):
+        if not is_storable(value):
             raise InvalidInput(f"measure gives {name} = {value!r}; expected text that UTF-8 has, without zeros")
         return MeasuredValue(value)
     refuse_masked(value, name)
@@ -214,12 +214,7 @@ def _value(value: Any, name: str) -> MeasuredValue:
     return MeasuredValue(np.array(numbers, dtype=np.float64), unit)
 
 
-def ordered(outcomes: Iterable[Outcome]) -> list[Outcome]:
-    """Sort outcomes by the number of their rows."""
-    return sorted(outcomes, key=lambda outcome: outcome.row)
-
-
-def here(job: Job, chunks: Iterable[Rows], keep: _Keep, report: Callable[[int], None]) -> None:
+def compute(job: Job, chunks: Iterable[Rows], keep: _Keep, report: Callable[[int], None]) -> None:
     """Work on chunks in this process, one after another, and report how many runs of a chunk are done."""
     for rows in chunks:
         outcomes: list[Outcome] = []
@@ -230,23 +225,28 @@ def here(job: Job, chunks: Iterable[Rows], keep: _Keep, report: Callable[[int], 
                 keep(outcomes)
 
 
-def _in_thread(job: Job, rows: Rows) -> list[Outcome]:
+def outcomes_of(job: Job, rows: Rows) -> list[Outcome]:
+    """Return the outcomes of rows."""
     outcomes: list[Outcome] = []
     work(job, rows, outcomes)
     return outcomes
 
 
-def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
+def submit_all(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
     """Submit chunks to an executor, and keep the outcomes of each once it is done."""
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise InvalidInput(
             f"executor is {executor!r}; expected one with the interface of concurrent.futures, such as "
             "ProcessPoolExecutor(), or client.get_executor() of dask.distributed"
         )
-    call = partial(_in_thread, job) if isinstance(executor, ThreadPoolExecutor) else partial(work_sent, _packed(job))
+    call = (
+        partial(outcomes_of, job)
+        if isinstance(executor, ThreadPoolExecutor)
+        else partial(unpacked_outcomes, _packed(job))
+    )
     waiting = iter(chunks)
     done: SimpleQueue[Future[list[Outcome]]] = SimpleQueue()
-    held: dict[Future[list[Outcome]], tuple[Rows, int]] = {}
+    futures: dict[Future[list[Outcome]], tuple[Rows, int]] = {}
 
     def submit(rows: Rows, tries: int) -> None:
         try:
@@ -255,20 +255,20 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
             raise FullbodyError(_BROKEN) from error
         except RuntimeError as error:
             raise FullbodyError(f"the executor takes no work: {error}; expected one that is not shut down") from error
-        held[future] = rows, tries
+        futures[future] = rows, tries
         future.add_done_callback(done.put)
 
     try:
-        for rows in islice(waiting, _HELD):
+        for rows in islice(waiting, _MAX_FUTURES):
             submit(rows, 1)
-        while held:
+        while futures:
             future = done.get()
-            rows, tries = held.pop(future)
+            rows, tries = futures.pop(future)
             error = CancelledError("it was called off") if future.cancelled() else future.exception()
             if error is None:
                 keep(future.result())
-                for more in islice(waiting, 1):
-                    submit(more, 1)
+                for next_rows in islice(waiting, 1):
+                    submit(next_rows, 1)
             elif not isinstance(error, Exception):
                 raise error
             elif tries < _TRIES:
@@ -279,12 +279,12 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
                     f"{type(error).__name__}: {error}"
                 ) from error
     finally:
-        for future in held:
+        for future in futures:
             future.cancel()
         # Chunks that were done when another error occurred are kept.
         while not done.empty():
             future = done.get()
-            if future in held and not future.cancelled() and future.exception() is None:
+            if future in futures and not future.cancelled() and future.exception() is None:
                 keep(future.result())
 
 

@@ -151,7 +151,7 @@ class Apoapsis(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class PlaneCrossing(Event):
-    """The centre of a body goes through a plane.
+    """The centre of a body crosses a plane.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ class ClosestApproach(Event):
 
 @dataclass(frozen=True, eq=False)
 class Function(Event):
-    """A function of the state goes through zero.
+    """A function of the state passes through zero.
 
     Parameters
     ----------
@@ -250,14 +250,14 @@ class Function(Event):
     f: Callable[[State], Any] = field(metadata=of_kind(partial(function, expected="a function of a State")))
 
     def _condition(self, context: Context) -> _core.Condition:
-        what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
+        name = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
 
         def call(core: Any) -> float:
             state = wrap(core, context)
-            value = gathered(self.f(state), what)
-            number = scalar(numbers(getattr(value, "value", value), what), what)
+            value = gathered(self.f(state), name)
+            number = scalar(numbers(getattr(value, "value", value), name), name)
             if not math.isfinite(number):
-                raise InvalidInput(f"{what} is {number} at time {state.time}; expected a finite number")
+                raise InvalidInput(f"{name} is {number} at time {state.time}; expected a finite number")
             return number
 
         return _core.Condition.Function(call)
@@ -341,10 +341,10 @@ class Occultation(Event):
         toward = toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
         vectors = np.atleast_2d(toward)
         if times is None:
-            vectors, when = np.repeat(vectors, 4, axis=0), np.arange(4.0)
+            vectors, knots = np.repeat(vectors, 4, axis=0), np.arange(4.0)
         else:
-            when = context.units.numbers(times, "time", "times of Occultation")
-        path = _core.Toward(when.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
+            knots = context.units.numbers(times, "time", "times of Occultation")
+        path = _core.Toward(knots.tolist(), vectors.tolist(), self.slowness, self.distant, times is not None)
         numbers = self._unitless(context.units, context.index)
         return _core.Condition.Occultation(numbers["body"], numbers["by"], self.total, path)
 

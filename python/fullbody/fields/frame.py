@@ -19,7 +19,7 @@ from ..model.gravity import Gravity, gravity_at
 from ..model.polyhedron import Polyhedron
 from ..typing import Array, Floats, Scalar
 
-#: Relative rates of change of accelerations or figures above which they do not rest in the frame.
+#: Relative rates of change of accelerations or figures above which these are not at rest in the frame.
 _STEADY = 1e-3
 #: Real parts of eigenvalues that count as zero, in units of the rate.
 _NEUTRAL = 1e-6
@@ -30,7 +30,7 @@ _STEPS, _HALVINGS = 200, 50
 
 
 class Frame:
-    """The frame that turns with a pair of bodies, in numbers of the units of its system.
+    """The frame that rotates with a pair of bodies, in numbers of the units of its system.
 
     It has an angular velocity, the ``rate``, and the ``distance`` between the bodies' centres, which are at ``centres``
     (2, 3) in it; ``origin`` and ``drift`` (3,) are position and velocity of the barycentre, inertial. The matrices
@@ -43,43 +43,43 @@ class Frame:
             raise InvalidInput(f"system has {len(context)} bodies; expected 2")
         self.context, masses = context, context.masses
         self.primary = int(masses[1] > masses[0])
-        first, second = self.primary, 1 - self.primary
-        shares = masses / masses.sum()
-        self.origin, self.drift = shares @ core.position, shares @ core.velocity
-        r, v = core.position[second] - core.position[first], core.velocity[second] - core.velocity[first]
+        heavy, light = self.primary, 1 - self.primary
+        fractions = masses / masses.sum()
+        self.origin, self.drift = fractions @ core.position, fractions @ core.velocity
+        r, v = (vectors[light] - vectors[heavy] for vectors in (core.position, core.velocity))
         h = np.cross(r, v)
         self.distance = float(np.linalg.norm(r))
         if not np.linalg.norm(h) > 1e-12 * self.distance * np.linalg.norm(v):
-            raise InvalidInput("the bodies move along a line; expected bodies that go round each other")
+            raise InvalidInput("the bodies move along a line; expected bodies that orbit each other")
         self.rate = float(np.linalg.norm(h) / self.distance**2)
         x, z = r / self.distance, h / np.linalg.norm(h)
         self.rotation = np.stack([x, np.cross(z, x), z], axis=1)
         self._poses, self.attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
         self.centres = (core.position - self.origin) @ self.rotation
-        self._check_rest(core)
+        self._warn_if_moving(core)
 
-    def _check_rest(self, core: _core.State) -> None:
-        """Warn of a pair that is not at rest in the frame."""
+    def _warn_if_moving(self, core: _core.State) -> None:
+        """Warn if the pair is not at rest in the frame."""
         with explaining(self.context, core):
             force = self.context.core.interactions(core)[0]
-        needed = -self.context.masses[:, None] * self.rate**2 * (self.centres * [1.0, 1.0, 0.0]) @ self.rotation.T
-        off = float(np.abs(force - needed).max() / np.abs(needed).max())
-        way = core.velocity[1] - core.velocity[0]
-        radial = float(abs(way @ self.rotation[:, 0]) / np.linalg.norm(way))
-        told = {
-            f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
+        centripetal = -self.context.masses[:, None] * self.rate**2 * (self.centres * [1.0, 1.0, 0.0]) @ self.rotation.T
+        imbalance = float(np.abs(force - centripetal).max() / np.abs(centripetal).max())
+        velocity = core.velocity[1] - core.velocity[0]
+        radial = float(abs(velocity @ self.rotation[:, 0]) / np.linalg.norm(velocity))
+        rates = {
+            f"their gravity differs by {imbalance:.2g} from the force that keeps them at rest in it": imbalance,
             f"they approach or recede at {radial:.2g} of their speed": radial,
         }
-        large = ", and ".join(text for text, share in told.items() if share > _STEADY)
+        large = ", and ".join(text for text, rate in rates.items() if rate > _STEADY)
         deviations = [f"the bodies are not on a circular orbit ({large})"] if large else []
         for k, (rotation, name) in enumerate(zip(core.rotation_matrix, self.context.names, strict=True)):
             spin, inertia = core.spin[k], rotation @ np.diag(self.context.bodies[k].inertia) @ rotation.T
             cross = np.cross(np.eye(3), rotation @ spin - self.rate * self.rotation[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self.rate * float(np.abs(inertia).max()):
-                deviations.append(f"{name} turns in the rotating frame, and its figure with it")
+                deviations.append(f"{name} rotates in the frame, and its figure with it")
         if deviations:
-            caution(f"{'; '.join(deviations)}: the rotating frame and the field in it are those of the moment")
+            caution(f"{'; '.join(deviations)}: the rotating frame and the field in it are those of the state's time")
 
     def jacobi(self, x: Floats) -> Floats:
         """Return Jacobi's constant at rest at points (..., 3) of the frame."""
@@ -152,15 +152,15 @@ def _of_points(frame: Frame) -> list[tuple[str, Floats]]:
 
     light = float(frame.context.masses[1 - frame.primary] / frame.context.masses.sum())
 
-    def pull(x: float) -> float:
-        heavy, near = x + light, x - 1.0 + light
-        return x - (1.0 - light) * heavy / abs(heavy) ** 3 - light * near / abs(near) ** 3
+    def acceleration(x: float) -> float:
+        from_heavy, from_light = x + light, x - 1.0 + light
+        return x - (1.0 - light) * from_heavy / abs(from_heavy) ** 3 - light * from_light / abs(from_light) ** 3
 
     gap = 1e-9
     spans = ((gap - light, 1.0 - light - gap), (1.0 - light + gap, 2.5), (-2.5, -light - gap))
-    roots = [np.array([brentq(pull, *span, xtol=1e-15), 0.0, 0.0]) for span in spans]
-    third = [np.array([0.5 - light, sign * np.sqrt(0.75), 0.0]) for sign in (1.0, -1.0)]
-    return list(zip(("L1", "L2", "L3", "L4", "L5"), [*roots, *third], strict=True))
+    collinear = [np.array([brentq(acceleration, *span, xtol=1e-15), 0.0, 0.0]) for span in spans]
+    triangular = [np.array([0.5 - light, sign * np.sqrt(0.75), 0.0]) for sign in (1.0, -1.0)]
+    return list(zip(("L1", "L2", "L3", "L4", "L5"), [*collinear, *triangular], strict=True))
 
 
 def _root(frame: Frame, seed: Floats) -> Floats | None:
@@ -170,16 +170,15 @@ def _root(frame: Frame, seed: Floats) -> Floats | None:
 
     scale = frame.rate**2
 
-    def pull(x: Floats) -> tuple[Floats, Floats]:
+    def equations(x: Floats) -> tuple[Floats, Floats]:
         acceleration, jacobian = frame.acceleration_and_gradient(x * frame.distance)
         return acceleration / (scale * frame.distance), jacobian / scale
 
-    answer = root(pull, seed, jac=True, options={"xtol": 1e-14})
-    x: Floats = answer.x
-    # The remaining acceleration is round-off of the gravity of the nearest body.
-    value, jacobian = pull(x)
+    x: Floats = root(equations, seed, jac=True, options={"xtol": 1e-14}).x
+    value, jacobian = equations(x)
     x = x - np.linalg.solve(jacobian, value)
-    if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(jacobian).max() or np.abs(x).max() > 3.0:
+    # The remaining acceleration is round-off of the gravity of the nearest body.
+    if not np.abs(equations(x)[0]).max() < 1e-11 * np.abs(jacobian).max() or np.abs(x).max() > 3.0:
         return None
     # Within a body gravity has a source.
     return None if np.trace(frame.gravity(x * frame.distance).gradient) < -0.01 * scale else x
@@ -234,22 +233,21 @@ def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
     frame, rows, index = pair.frame, whole(rows, "rows", 4), pair.frame.context.index(body, "body")
     inner = _root(frame, _of_points(frame)[0][1])
     if inner is None:
-        raise InvalidInput(
-            f"there is no equilibrium point between {' and '.join(frame.context.names)}: they have no lobes"
-        )
+        names = " and ".join(frame.context.names)
+        raise InvalidInput(f"there is no equilibrium point between {names}: they have no lobes")
     units = frame.context.units
     centre, tip = frame.centres[index], inner * frame.distance - frame.centres[index]
     level = float(frame.jacobi(inner * frame.distance))
-    along = tip / np.linalg.norm(tip)
-    across = np.array([-along[1], along[0], 0.0])
+    tip_distance = float(np.linalg.norm(tip))
+    axis = tip / tip_distance
+    normal = np.array([-axis[1], axis[0], 0.0])
     polar, angle = np.meshgrid(np.pi * np.arange(1, rows) / rows, np.pi * np.arange(2 * rows) / rows, indexing="ij")
-    ring = np.cos(angle)[..., None] * across + np.sin(angle)[..., None] * np.cross(along, across)
-    rays = np.cos(polar)[..., None] * along + np.sin(polar)[..., None] * ring
-    rays = np.concatenate([np.stack([along, -along]), rays.reshape(-1, 3)])
-    reach = float(np.linalg.norm(tip))
-    distance = _crossings(frame, centre, rays, level, reach)
+    ring = np.cos(angle)[..., None] * normal + np.sin(angle)[..., None] * np.cross(axis, normal)
+    rays = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * ring
+    rays = np.concatenate([np.stack([axis, -axis]), rays.reshape(-1, 3)])
+    distance = _crossings(frame, centre, rays, level, tip_distance)
     # The surface ends at the point in a cone, where a ray finds no crossing.
-    distance[0] = reach
+    distance[0] = tip_distance
     flat = centre + distance[:, None] * rays
     first, last = (np.broadcast_to(end, (1, 2 * rows, 3)) for end in flat[:2])
     points = np.concatenate([first, flat[2:].reshape(rows - 1, 2 * rows, 3), last])
@@ -263,15 +261,15 @@ def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
     )
 
 
-def _crossings(frame: Frame, centre: Floats, rays: Floats, level: float, reach: float) -> Floats:
-    """Return the distance on each ray where Jacobi's constant first falls below the level, or else the reach."""
-    low, high = np.zeros(len(rays)), np.full(len(rays), reach)
-    going = np.arange(len(rays))
-    for distance in reach * np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
-        below = frame.jacobi(centre + distance * rays[going]) < level
-        high[going[below]] = distance
-        going = going[~below]
-        low[going] = distance
+def _crossings(frame: Frame, centre: Floats, rays: Floats, level: float, tip_distance: float) -> Floats:
+    """Return the distance on each ray where Jacobi's constant first falls below the level, or else that of the tip."""
+    low, high = np.zeros(len(rays)), np.full(len(rays), tip_distance)
+    outward = np.arange(len(rays))
+    for distance in tip_distance * np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
+        below = frame.jacobi(centre + distance * rays[outward]) < level
+        high[outward[below]] = distance
+        outward = outward[~below]
+        low[outward] = distance
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         below = frame.jacobi(centre + middle[:, None] * rays) < level
@@ -282,11 +280,11 @@ def _crossings(frame: Frame, centre: Floats, rays: Floats, level: float, reach: 
 def _faces(rows: int) -> npt.NDArray[np.int64]:
     """Return triangles between two ends, the first vertices, and rings of points between them."""
     count = 2 * rows
-    here = np.arange(count)
-    after = (here + 1) % count
+    column = np.arange(count)
+    following = (column + 1) % count
     rings = 2 + count * np.arange(rows - 1)[:, None]
-    first = np.stack([np.zeros_like(here), rings[0] + here, rings[0] + after], axis=1)
-    last = np.stack([np.ones_like(here), rings[-1] + after, rings[-1] + here], axis=1)
-    a, b, c, d = rings[:-1] + here, rings[:-1] + after, rings[1:] + here, rings[1:] + after
+    first = np.stack([np.zeros_like(column), rings[0] + column, rings[0] + following], axis=1)
+    last = np.stack([np.ones_like(column), rings[-1] + following, rings[-1] + column], axis=1)
+    a, b, c, d = rings[:-1] + column, rings[:-1] + following, rings[1:] + column, rings[1:] + following
     between = [np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, c, b), (b, c, d))]
     return np.concatenate([first, *between, last])

@@ -114,10 +114,10 @@ def surface_along(run: Record, body: int | str = 0, *, rows: int = 36) -> Surfac
     extremes: dict[str, Any] = {}
     for k in range(len(run)):
         field = surface(run.system, run[k], body, rows=rows)
-        for what in ("slope", "surface_acceleration"):
-            value = getattr(field, what)
-            for name, pick in ((f"least_{what}", np.minimum), (f"greatest_{what}", np.maximum)):
-                extremes[name] = pick(extremes.get(name, value), value)
+        for quantity in ("slope", "surface_acceleration"):
+            value = getattr(field, quantity)
+            for name, extreme in ((f"least_{quantity}", np.minimum), (f"greatest_{quantity}", np.maximum)):
+                extremes[name] = extreme(extremes.get(name, value), value)
     return SurfaceRange(**{part.name: getattr(field, part.name) for part in fields(_Surface)}, **extremes)
 
 
@@ -157,26 +157,25 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     """
     context, count = system.context, whole(rows, "rows", 2)
     index, attach = context.index(body, "body"), context.units.attach
-    core, this_body = strip(state, context), context.bodies[index]
-    r, normals, cells = samples(this_body, count)
+    core, core_body = strip(state, context), context.bodies[index]
+    r, normals, cells = samples(core_body, count)
     if not len(r):
         raise InvalidInput(f"{context.names[index]} has no surface; expected a body other than a point mass")
     rotation, spin = core.rotation_matrix[index], core.spin[index]
-    here, pose = core.position[index], (core.position[None], core.attitude[None])
-    all_bodies = gravity_at(context.attraction, *pose, here + r @ rotation.T, Units())
-    other_potential = sum(
-        float(gravity_at(context.attraction, *pose, here, Units(), k).potential)
-        for k in range(len(context))
-        if k != index
-    )
+    centre, poses = core.position[index], (core.position[None], core.attitude[None])
+    all_bodies = gravity_at(context.attraction, *poses, centre + r @ rotation.T, Units())
+    others = [k for k in range(len(context)) if k != index]
+    other_potential = sum(float(gravity_at(context.attraction, *poses, centre, Units(), k).potential) for k in others)
     loads = interactions(system, state)
     force, torque = (context.units.strip(getattr(loads, name), name, name)[index] for name in ("force", "torque"))
-    centre = rotation.T @ force / this_body.mass
+    centre_acceleration = rotation.T @ force / core_body.mass
     rotation_velocity = np.cross(spin, r)
-    spin_up = (torque - np.cross(spin, this_body.inertia * spin)) / this_body.inertia
-    acceleration = all_bodies.field @ rotation - centre - np.cross(spin, rotation_velocity) - np.cross(spin_up, r)
-    geopotential = other_potential - all_bodies.potential + r @ centre - 0.5 * (rotation_velocity**2).sum(axis=1)
-    across = np.linalg.norm(np.cross(acceleration, normals), axis=1)
+    spin_rate = (torque - np.cross(spin, core_body.inertia * spin)) / core_body.inertia
+    acceleration = all_bodies.field @ rotation - centre_acceleration
+    acceleration -= np.cross(spin, rotation_velocity) + np.cross(spin_rate, r)
+    geopotential = other_potential - all_bodies.potential + r @ centre_acceleration
+    geopotential -= 0.5 * (rotation_velocity**2).sum(axis=1)
+    tangential = np.linalg.norm(np.cross(acceleration, normals), axis=1)
     diagonals = (cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1])
     return SurfaceField(
         name=context.names[index],
@@ -188,7 +187,7 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
         latitude=attach(np.arctan2(r[:, 2], np.hypot(r[:, 0], r[:, 1])), "angle"),
         geopotential=attach(geopotential, "potential"),
         acceleration=attach(acceleration, "acceleration"),
-        slope=attach(np.arctan2(across, -(acceleration * normals).sum(axis=1)), "angle"),
+        slope=attach(np.arctan2(tangential, -(acceleration * normals).sum(axis=1)), "angle"),
     )
 
 
@@ -214,7 +213,7 @@ def samples(body: _core.Body, rows: int) -> Samples:
     for part in matter:
         sampled = _of_part(*part, rows)
         if len(matter) > 1:
-            outside = ~np.any([_within(other, sampled.points) for other in matter if other is not part], axis=0)
+            outside = ~np.any([_is_inside(other, sampled.points) for other in matter if other is not part], axis=0)
             sampled = Samples(*(values[outside] for values in sampled))
         parts.append(sampled)
     return Samples(*map(np.concatenate, zip(*parts, strict=True)))
@@ -228,28 +227,28 @@ def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -
         points, cells = cells.mean(axis=1), cells[:, [0, 1, 2, 2]]
     else:
         axes = np.array(shape)
-        ends = _ball(np.arange(rows + 1), np.arange(2 * rows + 1), rows)
-        corners = np.stack([ends[:-1, :-1], ends[1:, :-1], ends[1:, 1:], ends[:-1, 1:]], axis=2)
-        middle = _ball(np.arange(rows) + 0.5, np.arange(2 * rows) + 0.5, rows).reshape(-1, 3)
-        points, cells, normals = axes * middle, axes * corners.reshape(-1, 4, 3), middle / axes
+        grid = _directions(np.arange(rows + 1), np.arange(2 * rows + 1), rows)
+        corners = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2)
+        centres = _directions(np.arange(rows) + 0.5, np.arange(2 * rows) + 0.5, rows).reshape(-1, 3)
+        points, cells, normals = axes * centres, axes * corners.reshape(-1, 4, 3), centres / axes
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     return Samples(points @ matrix.T + position, normals @ matrix.T, cells @ matrix.T + position)
 
 
-def _ball(row: Any, column: Any, rows: int) -> Floats:
+def _directions(row: Any, column: Any, rows: int) -> Floats:
     """Return unit vectors of a grid, with rows from the pole on and columns in longitude."""
     polar, longitude = np.meshgrid(np.pi * row / rows, np.pi * column / rows - np.pi, indexing="ij")
     ring = np.sin(polar)
     return np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.cos(polar)], axis=-1)
 
 
-def _within(part: Any, points: Floats) -> npt.NDArray[np.bool_]:
+def _is_inside(part: Any, points: Floats) -> npt.NDArray[np.bool_]:
     """Return whether each point lies inside a part, where the divergence of its gravity is not zero."""
     shape, mass, position, rotation = part
     alone = _core.Attraction([_core.Body("part", shape, mass)], 1.0, "auto")
     local = np.ascontiguousarray((points - position) @ np.array(rotation))
-    centre, unturned = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
+    position, attitude = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
     gradient = np.empty((len(local), 3, 3))
-    alone.gravity(centre, unturned, None, local, [len(local)], None, [gradient])
+    alone.gravity(position, attitude, None, local, [len(local)], None, [gradient])
     volume = shape.volume if isinstance(shape, _core.Polyhedron) else 4.0 / 3.0 * np.pi * np.prod(shape)
     return np.trace(gradient, axis1=1, axis2=2) < -2.0 * np.pi * mass / volume

@@ -19,11 +19,11 @@ from .frame import Frame, equilibria, roche_lobe
 
 
 class Synodic:
-    """The frame that turns with a pair of bodies, and the field in it.
+    """The frame that rotates with a pair of bodies, and the field in it.
 
     Its origin is the barycentre, x points from the heavier body to the lighter one, and z along the orbital angular
     momentum. The bodies have the poses of the state: the field is exact for a pair on a circular orbit whose figures do
-    not turn in the frame. Then Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 is conserved.
+    not rotate in the frame. Then Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 is conserved.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Synodic:
     Warns
     -----
     InconsistentInput
-        If the pair is not at rest in the frame: the orbit is not a circle, or a figure turns in the frame.
+        If the pair is not at rest in the frame: the orbit is not a circle, or a figure rotates in the frame.
 
     Examples
     --------
@@ -73,9 +73,9 @@ class Synodic:
         x = self._vectors(points, "length", "points")
         v = np.zeros(3) if velocity is None else self._vectors(velocity, "velocity", "velocity")
         frame = self.frame
-        moving = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
-        position, speed = frame.origin + x @ frame.rotation.T, frame.drift + moving @ frame.rotation.T
-        return self._units.attach(position, "length"), self._units.attach(speed, "velocity")
+        v = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
+        position, velocity = frame.origin + x @ frame.rotation.T, frame.drift + v @ frame.rotation.T
+        return self._units.attach(position, "length"), self._units.attach(velocity, "velocity")
 
     def jacobi(self, points: Any, velocity: Any = None) -> Array:
         """Compute Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
@@ -95,8 +95,8 @@ class Synodic:
             constant = constant - (self._vectors(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
         return self._units.attach(constant, "potential")
 
-    def _vectors(self, values: Any, dimension: str, what: str) -> Floats:
-        return self._units.numbers(values, dimension, what, ("...", 3))
+    def _vectors(self, values: Any, dimension: str, name: str) -> Floats:
+        return self._units.numbers(values, dimension, name, ("...", 3))
 
     def plane(self, extent: Any = None, *, n: int = 401) -> tuple[Array, Array, Array]:
         """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
@@ -114,8 +114,7 @@ class Synodic:
         jacobi : ndarray or Quantity, (n, n)
             Rows along y.
         """
-        golden = 0.5 * (1.0 + np.sqrt(5.0))
-        half = golden * self.frame.distance
+        half = 0.5 * (1.0 + np.sqrt(5.0)) * self.frame.distance
         if extent is not None:
             half = self._units.number(extent, "length", "extent", POSITIVE)
         ticks = np.linspace(-half, half, whole(n, "n", 2))
@@ -150,11 +149,10 @@ class Synodic:
 
     def __reduce__(self) -> Any:
         # The warnings of a pair that is not at rest were given when it was made.
-        return _remade, (type(self), self.system, self._state)
+        return _without_warnings, (type(self), self.system, self._state)
 
 
-def _remade(kind: type[Synodic], system: SystemLike, state: State) -> Synodic:
+def _without_warnings(kind: type[Synodic], system: SystemLike, state: State) -> Synodic:
     """Rebuild the frame of a copy or a pickle, without the warnings."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         return kind(system, state)

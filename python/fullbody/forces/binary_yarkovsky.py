@@ -33,9 +33,9 @@ class BinaryYarkovsky(Force):
     """The mean force of heat on a secondary that does not rotate synchronously, along its motion.
 
     The primary's shadow darkens the secondary once in each revolution, and the primary's light and heat warm the side
-    that faces it. The surface radiates what it stores of both after it has turned on, so that the recoil has a mean
-    along the motion. The shadow prevails: a secondary that rotates faster than it revolves drifts inwards, and a slower
-    or a retrograde one outwards.
+    that faces it. The surface radiates the heat of both with a delay, in which it rotates, so that the recoil has a
+    mean along the motion. The effect of the shadow is the larger one: a secondary that rotates faster than it revolves
+    drifts inwards, and a slower or a retrograde one outwards.
 
     Parameters
     ----------
@@ -104,11 +104,11 @@ class BinaryYarkovsky(Force):
 
     def _check(self) -> None:
         if (self.thermal_inertia is None) == (self.lag is None):
-            both = f"{self.thermal_inertia!r} and {self.lag!r}"
-            raise InvalidInput(f"thermal_inertia and lag of {self.name} are {both}; expected one of the two")
+            values = f"{self.thermal_inertia!r} and {self.lag!r}"
+            raise InvalidInput(f"thermal_inertia and lag of {self.name} are {values}; expected one of the two")
         if self.thermal_inertia is not None and (self.albedo == 1.0 or self.emissivity == 0.0):
-            dark = f"albedo and emissivity of {self.name} are {self.albedo} and {self.emissivity}"
-            raise InvalidInput(f"{dark}; expected a surface that sunlight warms and that radiates")
+            values = f"albedo and emissivity of {self.name} are {self.albedo} and {self.emissivity}"
+            raise InvalidInput(f"{values}; expected a surface that sunlight warms and that radiates")
 
     def _describe(self, context: Context) -> dict[str, Any]:
         arguments = super()._describe(context)
@@ -133,9 +133,9 @@ class BinaryYarkovsky(Force):
         return units.number(f"{seconds!r} s", "time", "thermal time")
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
-        what, dimension = ("lag", "angle") if described.get("lag") is not None else ("thermal_time", "time")
-        shown = number(units.attach(described[what], dimension))
-        return f"on {described['on']} about {described['about']}, {what.replace('_', ' ')} {shown}"
+        role, dimension = ("lag", "angle") if described.get("lag") is not None else ("thermal_time", "time")
+        value = number(units.attach(described[role], dimension))
+        return f"on {described['on']} about {described['about']}, {role.replace('_', ' ')} {value}"
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:

@@ -26,7 +26,7 @@ from .radiation import Byorp, Yorp
 #: Number of true anomalies in a mean over the orbit round the Sun.
 _ANOMALIES = 360
 #: Obliquities of the table of a body's coefficients, in degrees.
-_SHOWN = (0.0, 30.0, 60.0, 90.0)
+_OBLIQUITIES = (0.0, 30.0, 60.0, 90.0)
 _OBLIQUITY = Limits(least=0.0, most=pi + 1e-12, text="an obliquity from 0 to pi")
 
 
@@ -106,7 +106,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         along = _orbit_mean(cosine[:, 0, 2], angle)
         # The longitude of the Sun has the sine cos(obliquity) sin(nu) / cos(latitude).
         across = np.cos(angle) * _orbit_mean(meridian, angle, by_sine=True)
-        return self._like(along, self.torque_cosine), self._like(across, self.torque_cosine)
+        return self._with_unit(along, self.torque_cosine), self._with_unit(across, self.torque_cosine)
 
     def synchronous_force(self, obliquity: Any = 0.0) -> Any:
         """Compute the mean force (..., 3) on a synchronous body for unit pressure, an area.
@@ -162,7 +162,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         >>> yorp.along.to("N m").round(3)
         <Quantity [ 0.039,  0.04 , -0.055,  0.04 ,  0.039] N m>
         """
-        pressure, on = self._pressure(pressure), self._named(on)
+        pressure, on = self._pressure(pressure), self._body(on)
         obliquity = np.linspace(0.0, pi, whole(rows, "rows", 4))
         along, across = self.spin_torques(obliquity)
         return Yorp(on, pressure * along, pressure * across, obliquity=obliquity, pole=pole)
@@ -188,7 +188,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         >>> byorp.force.to("N").round(4)
         <Quantity [-0.0141,  0.0156,  0.0144] N>
         """
-        pressure, on = self._pressure(pressure), self._named(on)
+        pressure, on = self._pressure(pressure), self._body(on)
         angle = UNITLESS.number(obliquity, "angle", "obliquity", _OBLIQUITY)
         senses = np.array([self.outwards, self.outwards, 1.0])
         force, torque = (pressure * senses * mean(angle) for mean in (self.synchronous_force, self.synchronous_torque))
@@ -197,13 +197,13 @@ class RadiationCoefficients(ArrayFields, Tabled):
     def _synchronous(self, coefficients: Any, obliquity: Any) -> Any:
         angle = _obliquities(obliquity)
         means = [_orbit_mean(plain(coefficients)[:, 0, k], angle) for k in range(3)]
-        return self._like(np.stack(means, axis=-1), coefficients)
+        return self._with_unit(np.stack(means, axis=-1), coefficients)
 
     @staticmethod
-    def _like(value: Any, coefficients: Any) -> Any:
+    def _with_unit(value: Any, coefficients: Any) -> Any:
         return value << coefficients.unit if is_quantity(coefficients) else value
 
-    def _named(self, on: int | str | None) -> int | str:
+    def _body(self, on: int | str | None) -> int | str:
         if (body := self.on if on is None else on) is None:
             raise InvalidInput("on is not given, and the body has no name; expected the index or the name of a body")
         return body
@@ -215,11 +215,11 @@ class RadiationCoefficients(ArrayFields, Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the dimensionless coefficients at a few obliquities."""
-        angle = np.radians(_SHOWN)
+        angle = np.radians(_OBLIQUITIES)
         radius = float(plain(self.radius))
         along, across = (plain(torque) / radius**3 for torque in self.spin_torques(angle))
         byorp = self.outwards * plain(self.synchronous_force(angle))[:, 1] / radius**2
-        columns = zip(_SHOWN, along, across, byorp, strict=True)
+        columns = zip(_OBLIQUITIES, along, across, byorp, strict=True)
         head = ("obliquity [deg]", "YORP along", "YORP across", "BYORP")
         # Values that are zero by symmetry have no digits.
         rows: list[Sequence[str]] = [[number(round(float(value), 12) + 0.0, 4) for value in row] for row in columns]
@@ -284,23 +284,21 @@ def radiation_coefficients(
     """
     instance(body, "body", Body)
     if (other is None) != (position is None):
-        both = f"{other!r} and {position!r}"
-        raise InvalidInput(f"other and position are {both}; expected both or neither")
+        raise InvalidInput(f"other and position are {other!r} and {position!r}; expected both or neither")
     bodies = [body] if other is None else [body, instance(other, "other", Body)]
-    units = inferred_units(
-        {f"{k} {label}": number for k, item in enumerate(bodies) for label, number in item._numbers().items()}
-    )
+    numbers = ((k, *entry) for k, item in enumerate(bodies) for entry in item._numbers().items())
+    units = inferred_units({f"{k} {label}": number for k, label, number in numbers})
     core, *shading = (item._core(units, k) for k, item in enumerate(bodies))
     positions = np.zeros((0, 3)) if other is None else units.numbers(position, "length", "position", (3,))[None]
     axes = _principal_axes(core)
     line = -axes[:, 0] if towards is None else directions(towards, "towards", single=True)
     if towards is None and other is not None:
         line = positions[0]
-    if not (along := float(line @ axes[:, 0])):
-        raise InvalidInput(f"towards is {line}; expected a direction that is not across the body's long axis")
+    if not (projection := float(line @ axes[:, 0])):
+        raise InvalidInput(f"towards is {line}; expected a direction that is not normal to the body's long axis")
     order = whole(order, "order")
-    latitude = np.linspace(-0.5 * pi, 0.5 * pi, _counted(latitudes, "latitudes", 5, "odd"))
-    count = _counted(longitudes, "longitudes", 2 * order + 2, "even")
+    latitude = np.linspace(-0.5 * pi, 0.5 * pi, _count(latitudes, "latitudes", 5, "odd"))
+    count = _count(longitudes, "longitudes", 2 * order + 2, "even")
     to_sun = _directions(latitude, count) @ axes.T
     loads = _core.recoil(core, shading, positions, np.ascontiguousarray(to_sun.reshape(-1, 3)))
     series = [_series(load.reshape(*to_sun.shape) @ axes, order) for load in loads]
@@ -308,14 +306,14 @@ def radiation_coefficients(
     powers = length**2, length**3
     force, torque = ((cosine * power, sine * power) for (cosine, sine), power in zip(series, powers, strict=True))
     radius = units.attach(radius_of(core.volume), "length")
-    return RadiationCoefficients(body.name, radius, latitude, *force, *torque, outwards=-1 if along > 0.0 else 1)
+    return RadiationCoefficients(body.name, radius, latitude, *force, *torque, outwards=-1 if projection > 0.0 else 1)
 
 
-def _counted(value: object, what: str, least: int, parity: Literal["odd", "even"]) -> int:
+def _count(value: object, name: str, least: int, parity: Literal["odd", "even"]) -> int:
     """Return a whole number that is odd or even."""
-    number = whole(value, what, least)
+    number = whole(value, name, least)
     if number % 2 != (parity == "odd"):
-        raise InvalidInput(f"{what} is {number}; expected an {parity} number, {least} or more")
+        raise InvalidInput(f"{name} is {number}; expected an {parity} number, {least} or more")
     return number
 
 
@@ -330,8 +328,8 @@ def _directions(latitude: Floats, count: int) -> Floats:
     """Return unit vectors (K, count, 3) to the Sun at latitudes and at evenly spaced longitudes."""
     longitude = 2.0 * pi * np.arange(count) / count
     cosine = np.cos(latitude)[:, None]
-    up = np.broadcast_to(np.sin(latitude)[:, None], (len(latitude), count))
-    return np.stack([cosine * np.cos(longitude), cosine * np.sin(longitude), up], axis=-1)
+    z = np.broadcast_to(np.sin(latitude)[:, None], (len(latitude), count))
+    return np.stack([cosine * np.cos(longitude), cosine * np.sin(longitude), z], axis=-1)
 
 
 def _series(values: Floats, order: int) -> tuple[Floats, Floats]:
@@ -355,16 +353,15 @@ def _orbit_mean(values: Floats, obliquity: Floats, by_sine: bool = False) -> Flo
     by the sine of the angle nu from the node over the cosine of the latitude.
     """
     nu = 2.0 * pi * (np.arange(_ANOMALIES) + 0.5) / _ANOMALIES
-    height = np.clip(np.sin(obliquity)[..., None] * np.sin(nu), -1.0, 1.0)
-    distance = np.arccos(height)
-    values, last = values[::-1], len(values) - 1
+    polar_distance = np.arccos(np.clip(np.sin(obliquity)[..., None] * np.sin(nu), -1.0, 1.0))
+    values, order = values[::-1], len(values) - 1
     sign = -1.0 if by_sine else 1.0
-    extended = np.fft.rfft(np.concatenate([values, sign * values[-2:0:-1]])) / last
-    orders = np.arange(last + 1)
+    extended = np.fft.rfft(np.concatenate([values, sign * values[-2:0:-1]])) / order
+    orders = np.arange(order + 1)
     if by_sine:
         # The ratio sin(k x) / sin(x) is finite at the poles, which the angles nu, being between the nodes, do not meet.
-        ratios = np.sin(distance[..., None] * orders) / np.sin(distance)[..., None]
+        ratios = np.sin(polar_distance[..., None] * orders) / np.sin(polar_distance)[..., None]
         return (ratios @ -extended.imag * np.sin(nu)).mean(axis=-1)
     coefficients = extended.real
     coefficients[[0, -1]] *= 0.5
-    return (np.cos(distance[..., None] * orders) @ coefficients).mean(axis=-1)
+    return (np.cos(polar_distance[..., None] * orders) @ coefficients).mean(axis=-1)

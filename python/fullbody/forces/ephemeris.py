@@ -71,8 +71,8 @@ def path(
     length = _seconds(duration, system_units)
     if body != "sun":
         max_step = min(max_step, _MAX_PLANET_STEP)
-    ends = min(length, 0.0), max(length, 0.0)
-    times, positions = dense_table(relative, *ends, max_step, f"duration of the path of {body}")
+    span = min(length, 0.0), max(length, 0.0)
+    times, positions = dense_table(relative, *span, max_step, f"duration of the path of {body}")
     # A rotation matrix has no name to compare with the frame of a system.
     frame_name = {"frame": frame} if isinstance(frame, str) else {}
     arguments = {"mu": GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
@@ -84,13 +84,13 @@ def path(
 
 
 def dense_table(
-    relative: Callable[[Floats], Floats], first: float, last: float, max_step: float, what: str, margin: int = _MARGIN
+    relative: Callable[[Floats], Floats], first: float, last: float, max_step: float, name: str, margin: int = _MARGIN
 ) -> tuple[Floats, Floats]:
     """Return times (T,) in even steps and positions (T, 3) for a cubic spline with an error of 1e-9 of the distance.
 
     The error of a spline between even knots is a 384th of the fourth difference. Fourth differences over steps of about
     a period do not show the motion, so that ``max_step`` limits the steps. ``relative`` returns positions at times; the
-    table has ``margin`` rows before ``first`` and after ``last``; ``what`` is the subject of the error message.
+    table has ``margin`` rows before ``first`` and after ``last``; ``name`` is the subject of the error message.
     """
     step = min((last - first) / 64, max_step)
     while True:
@@ -100,7 +100,7 @@ def dense_table(
             step = (last - first) / (count - 1)
         count += 2 * margin
         if count > _MAX_ROWS:
-            raise InvalidInput(f"{what} needs more than {_MAX_ROWS} rows; expected a shorter one")
+            raise InvalidInput(f"{name} needs more than {_MAX_ROWS} rows; expected a shorter one")
         times = np.asarray(first + step * (np.arange(count) - margin), dtype=np.float64)
         positions = relative(times)
         fourth = np.linalg.norm(np.diff(positions, n=4, axis=0), axis=1)

@@ -88,8 +88,8 @@ class Function(Force):
             )
 
     def _usual_name(self) -> str:
-        called = getattr(self.function, "__name__", None) or getattr(self.function, "name", None)
-        return str(called or "function").strip("<>")
+        name = getattr(self.function, "__name__", None) or getattr(self.function, "name", None)
+        return str(name or "function").strip("<>")
 
     def _describe(self, context: Context) -> dict[str, Any]:
         return {"kind": "Function", "name": self.name, "depends_on_velocity": self.depends_on_velocity}
@@ -141,7 +141,7 @@ def _from_python(model: Function, context: Context) -> Call:
     """Return a C callback through which the core calls a Python function."""
     name, units, bodies = model.name, context.units, len(context.bodies)
 
-    def take(pointer: Any, width: int = 3) -> Any:
+    def as_array(pointer: Any, width: int = 3) -> Any:
         return np.ctypeslib.as_array(pointer, (bodies, width))
 
     def loads(value: Any, dimension: str) -> Any:
@@ -155,21 +155,21 @@ def _from_python(model: Function, context: Context) -> Call:
     ) -> int:
         try:
             if model.depends_on_velocity:
-                core = _core.State(time, take(position), take(velocity), take(attitude, 4), take(spin))
+                core = _core.State(time, as_array(position), as_array(velocity), as_array(attitude, 4), as_array(spin))
             else:
-                core = _core.State.from_poses(time, take(position), take(attitude, 4))
+                core = _core.State.from_poses(time, as_array(position), as_array(attitude, 4))
             state = wrap(core, context)
             answer = model.function(state.time, state)
             if isinstance(answer, tuple) and len(answer) != 2:
-                raise InvalidInput(f"{name} gives {len(answer)} things; expected forces, or (forces, torques)")
+                raise InvalidInput(f"{name} returns {len(answer)} values; expected forces, or (forces, torques)")
             forces, torques = answer if isinstance(answer, tuple) else (answer, None)
-            take(force)[:] = loads(forces, "force")
+            as_array(force)[:] = loads(forces, "force")
             if torques is not None:
-                take(torque)[:] = loads(torques, "torque")
+                as_array(torque)[:] = loads(torques, "torque")
         except BaseException as error:
-            return made.kept(error)
+            return callback.kept(error)
         return _SUCCESS
 
     pointer = SIGNATURE(call)
-    made = Call(_address(pointer, name), 0, pointer, _SUCCESS)
-    return made
+    callback = Call(_address(pointer, name), 0, pointer, _SUCCESS)
+    return callback

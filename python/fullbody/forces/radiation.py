@@ -141,11 +141,11 @@ class Yorp(Force):
         dimension, factor = torque_dimension(self.normalization), self._factor(context, on)
 
         def torque(role: str) -> list[float]:
-            what = self._what(role)
-            array = units.numbers(getattr(self, role), dimension, what)
+            name = self._what(role)
+            array = units.numbers(getattr(self, role), dimension, name)
             if array.shape not in ((), (rows,)):
                 expected = "expected a finite number, or one at each obliquity"
-                raise InvalidInput(f"{what} has shape {array.shape}; {expected}")
+                raise InvalidInput(f"{name} has shape {array.shape}; {expected}")
             return [float(value) for value in factor * np.broadcast_to(array, rows)]
 
         described = {"kind": "Yorp", "name": self.name, "on": context.names[on], "pole": list(self.pole)}
@@ -158,7 +158,7 @@ class Yorp(Force):
         body = context.bodies[on]
         inertia = float(np.max(body.inertia))
         if self.normalization in _RATES and inertia == 0.0:
-            raise InvalidInput(f"on of {self.name} is {context.names[on]}, a point; expected a body that can turn")
+            raise InvalidInput(f"on of {self.name} is {context.names[on]}, a point; expected a body that can rotate")
         if self.normalization == "acceleration":
             return inertia
         pressure, radius = self._unitless(context.units)["pressure"], self._radius(context, on)
@@ -174,11 +174,11 @@ class Yorp(Force):
             return
         unit = context.units.number(_SOLAR_PRESSURE, "pressure", "pressure") * 0.75 * volume / pi
         size = float(np.abs([described["along"], described["across"]]).max()) / unit
-        if 0.0 < size < _TORQUE_RANGE[0] or size > _TORQUE_RANGE[1]:
-            least, most = _TORQUE_RANGE
+        low, high = _TORQUE_RANGE
+        if 0.0 < size < low or size > high:
             yield (
                 f"the torque of {described['name']} is {size:.2g} times the pressure of sunlight at 1 au and the cube "
-                f"of the body's radius; expected {least:g} to {most:g}: check its unit; a coefficient has a "
+                f"of the body's radius; expected {low:g} to {high:g}: check its unit; a coefficient has a "
                 "normalization, and the rate of a spin normalization='acceleration'"
             )
 
@@ -214,8 +214,8 @@ class _Components(Number):
 
     def attached(self, value: Any, units: Units) -> Any:
         """Return the components with units: the middle one alone if the others are zero."""
-        outwards, along, up = value if isinstance(value, list) else (0.0, value, 0.0)
-        return units.attach(np.array(value) if outwards or up else along, self.dimension)
+        outwards, along, normal = value if isinstance(value, list) else (0.0, value, 0.0)
+        return units.attach(np.array(value) if outwards or normal else along, self.dimension)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -291,8 +291,8 @@ class Byorp(Force):
 
     def _check(self) -> None:
         if (self.force is None) == (self.coefficient is None):
-            both = f"{self.force!r} and {self.coefficient!r}"
-            raise InvalidInput(f"force and coefficient of {self.name} are {both}; expected one of the two")
+            values = f"{self.force!r} and {self.coefficient!r}"
+            raise InvalidInput(f"force and coefficient of {self.name} are {values}; expected one of the two")
         if self.coefficient is not None and self.normalization is None:
             needed = f"is not given, and coefficients differ by it; expected one of {', '.join(_BYORP)}"
             raise InvalidInput(f"normalization of {self.name} {needed}")

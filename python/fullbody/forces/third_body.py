@@ -22,12 +22,12 @@ from ..model.context import Context
 from ..model.force import Force
 from ..orbit.elements import DIMENSIONS, KeplerElements
 
-#: What errors call elements.
+#: The names of elements in errors.
 _NOUNS = {"a": "semi-major axis", "e": "eccentricity"}
 #: The relative error of a table's spline above which there is a warning; the error of the gravity is three times it.
 _COARSE = 1e-3
 #: The size of a tide relative to the gravity of the bodies below which it has no effect.
-_LOST = 1e-16
+_SMALLEST_TIDE = 1e-16
 #: Dates closer to each other than this, in s, are equal.
 _SAME_DATE = 1e-3
 
@@ -187,8 +187,8 @@ class ThirdBody(Force):
     def _describe(self, context: Context) -> dict[str, Any]:
         units, name = context.units, self.name
         if self.date is not None and context.epoch is not None:
-            apart = (epochs.to_time(self.date).tdb - epochs.to_time(context.epoch).tdb).to_value("s")
-            if abs(apart) > _SAME_DATE:
+            difference = (epochs.to_time(self.date).tdb - epochs.to_time(context.epoch).tdb).to_value("s")
+            if abs(difference) > _SAME_DATE:
                 raise InvalidInput(
                     f"the path of {name} is for the date {self.date} at time zero, and the epoch of the system is "
                     f"{context.epoch}; expected one date for both"
@@ -240,10 +240,10 @@ class ThirdBody(Force):
         """Yield warnings of a tide that is lost in rounding, and of a table whose spline does not follow the path."""
         index = context.third_body(described["name"], "a third body")
         position, _ = context.core.third_body(index, np.array([start.time]))
-        apart = np.linalg.norm(start.position - start.position[0], axis=1).max()
+        extent = np.linalg.norm(start.position - start.position[0], axis=1).max()
         # The ratio of the tidal acceleration to that of the bodies on each other.
-        ratio = described["mu"] / np.linalg.norm(position[0]) ** 3 * apart**3 / (context.G * context.masses.sum())
-        if 0.0 < ratio < _LOST:
+        ratio = described["mu"] / np.linalg.norm(position[0]) ** 3 * extent**3 / (context.G * context.masses.sum())
+        if 0.0 < ratio < _SMALLEST_TIDE:
             yield (
                 f"the tide of {described['name']} is {ratio:.1g} of the bodies' own gravity, which double precision "
                 "cannot resolve; check the units of its mass and of its path"
@@ -253,10 +253,10 @@ class ThirdBody(Force):
             return
         error, row = relative_error(np.array(table["times"]), np.array(table["positions"]))
         if error > _COARSE:
-            when = number(context.units.attach(table["times"][row], "time"), 4)
+            time = number(context.units.attach(table["times"][row], "time"), 4)
             yield (
                 f"the positions of {described['name']} are so far apart in time that the spline between them is wrong "
-                f"by about {error:.1g} of the distance near time {when}; expected rows nearer to each other, for an "
+                f"by about {error:.1g} of the distance near time {time}; expected rows nearer to each other, for an "
                 f"error below {_COARSE:g}: check the unit of the times"
             )
 
@@ -276,8 +276,8 @@ class ThirdBody(Force):
 
 def _rotation(frame: Any, context: Context, name: str) -> Any:
     """Return the matrix from the frame of a path to that of a system, or ``None`` if they are the same."""
-    early = isinstance(context.units, AnyUnits)
-    if context.frame is None and not early:
+    is_unbound = isinstance(context.units, AnyUnits)
+    if context.frame is None and not is_unbound:
         raise InvalidInput(
             f"the path of {name} is in the frame {frame!r}, and that of the system is not known; "
             "give fullbody.System(..., frame='ecliptic')"
@@ -286,7 +286,7 @@ def _rotation(frame: Any, context: Context, name: str) -> Any:
         return None
     try:
         # A new force has no system yet, so that only its frame is checked.
-        matrix = rotation(frame, "equatorial" if early else context.frame)
+        matrix = rotation(frame, "equatorial" if is_unbound else context.frame)
     except InvalidInput as error:
         raise InvalidInput(f"the path of {name}: {error}") from error
-    return None if early else matrix
+    return None if is_unbound else matrix

@@ -75,23 +75,22 @@ class Tide(Force):
 
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
-        """Yield a warning if a body turns by more than a radian within the lag, relative to the other one."""
+        """Yield a warning if a body rotates by more than a radian within the lag, relative to the other one."""
         on, by, lag = (described[key] for key in ("on", "by", "lag"))
         deformed, raiser = context.index(on), context.index(by)
         r, v = start.position[raiser] - start.position[deformed], start.velocity[raiser] - start.velocity[deformed]
         orbital = np.cross(r, v) / (r @ r)
         spin = matrices(start.attitude[deformed]) @ start.spin[deformed]
         # A spin about the line of the centres does not change the tide.
-        relative, along = (
-            lag * np.linalg.norm(np.cross(rate, r)) / np.linalg.norm(r) for rate in (spin - orbital, orbital)
-        )
-        if max(relative, along) > 1.0:
-            phrase = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
+        distance = np.linalg.norm(r)
+        rates = (spin - orbital, orbital)
+        relative, revolution = (lag * np.linalg.norm(np.cross(rate, r)) / distance for rate in rates)
+        if max(relative, revolution) > 1.0:
+            phrase = f"{on} turns relative to {by}" if relative >= revolution else f"{by} goes round {on}"
             yield (
-                f"{described['name']} has a lag of {number(context.units.attach(np.float64(lag), 'time'), 4)}, within "
-                f"which {phrase} by {np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of "
-                "first order in that angle; expected an angle much smaller than a radian (57.3 degrees): check the "
-                "unit of the lag"
+                f"{described['name']} has a lag of {context.units.text(lag, 'time', 4)}, within which {phrase} by "
+                f"{np.degrees(max(relative, revolution)):.4g} degrees; a constant time lag is a law of first order in "
+                "that angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
             )
 
 

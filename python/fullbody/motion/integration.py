@@ -110,7 +110,7 @@ def integrate(
 
 
 def integrator_of(integrator: Integrator | None) -> Integrator:
-    """Return the integrator, the default one for ``None``, or raise an error for what is not one."""
+    """Return the integrator, the default one for ``None``, or raise an error for another object."""
     integrator = Verner98() if integrator is None else integrator
     if not isinstance(integrator, Integrator):
         raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
@@ -129,27 +129,26 @@ def begin(context: Context, state: State, integrator: Integrator | None) -> tupl
 
 def advance(core: _core.Simulation, task: Task, progress: Any, autosave: tuple[Any, float] | None) -> Any:
     """Move a simulation of the core through a task, and return the run."""
-    path, keep = None, None
+    path, saving = None, None
     if autosave is not None:
         path, seconds = target = _autosaving(autosave)
-        keep = (seconds, lambda data: write(target[0], data))
+        saving = (seconds, lambda data: write(target[0], data))
         # A path that cannot be written is reported now, not when the first file is due.
         write(path, core.to_bytes())
     if (warning := spacing_warning(task.output, task.until - core.time, task.context.units)) is not None:
         caution(warning)
-    counts_before = core.statistics
+    previous = core.statistics
     with Progress(progress) as report:
-        arrays, error = core.integrate(
-            task.until, task.output, task.conditions, task.dense, over_time(report), keep, task.following
-        )
-    counts = (now - then for now, then in zip(core.statistics, counts_before, strict=True))
+        options = task.until, task.output, task.conditions, task.dense
+        arrays, error = core.integrate(*options, over_time(report), saving, task.following)
+    counts = (count - before for count, before in zip(core.statistics, previous, strict=True))
     run = task.run(arrays, counts)
     if path is not None:
         try:
             write(path, core.to_bytes())
-        except OSError as unwritten:
+        except OSError as write_error:
             # An error that ended the run earlier is raised instead.
-            error = unwritten if error is None else error
+            error = write_error if error is None else error
     if error is None:
         return run
     failed = task.failed(error, run, core.time)
@@ -185,8 +184,8 @@ class Task:
         self.derivatives = differentiated(derivatives)
         self.output = sampling(output, self.context.units)
         bodies, parameters = len(self.context), self.derivatives
-        followed = 0 if parameters is None else 12 * bodies * (12 * bodies + len(parameters))
-        refuse_flood(self.output, start, self.until, 13 * bodies + 8 + followed, self.context.units)
+        derived = 0 if parameters is None else 12 * bodies * (12 * bodies + len(parameters))
+        refuse_flood(self.output, start, self.until, 13 * bodies + 8 + derived, self.context.units)
         self.events = watched(events)
         self.conditions = [event._event_spec(self.context) for event in self.events]
         self.dense = bool(dense)
@@ -220,7 +219,7 @@ class Task:
 
 
 def watched(events: Iterable[Event]) -> list[Event]:
-    """Return the events as a list, or raise an error that shows what is not an event."""
+    """Return the events as a list, or raise an error for an object that is no event."""
     if isinstance(events, str):
         raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
     return list(sequence(events, Event, "events", "a list of fullbody.events", "fullbody.events"))

@@ -31,7 +31,7 @@ else:
     to_spk, to_ck = Deferred(".spice.kernels", "to_spk"), Deferred(".spice.kernels", "to_ck")
 
 
-#: The drifts of conserved quantities, with what they are.
+#: The drifts of conserved quantities, with their descriptions.
 _DRIFTS = {
     "energy_drift": "drift of the energy, relative to the total",
     "energy_drift_orbital": "drift of the energy, relative to the orbit's",
@@ -124,7 +124,7 @@ class Run(Record[S]):
             shape = np.broadcast_shapes(times.shape, array.shape[:-1])
         except ValueError as error:
             shapes = f"times of shape {times.shape} and points of shape {array.shape}"
-            raise InvalidInput(f"{shapes} do not go together; expected shapes that numpy broadcasts") from error
+            raise InvalidInput(f"{shapes} do not match; expected shapes that numpy broadcasts") from error
         distinct, index = np.unique(times, return_inverse=True)
         states = self.states(distinct)
         poses, index = (states["position"], states["attitude"]), np.broadcast_to(index.reshape(times.shape), shape)

@@ -101,9 +101,7 @@ class Simulation:
         with explaining(self._system.context, core):
             self._core.set_state(core)
 
-    statistics = Attribute[Statistics](
-        lambda sim: Statistics(*sim._core.statistics), "Counts of steps and evaluations since the start."
-    )
+    statistics = Attribute[Statistics](lambda sim: Statistics(*sim._core.statistics), "Counts since the start.")
     start = Attribute[Invariants](
         lambda sim: conserved.named(sim._core.start, sim._system.context.units),
         "Time, energy and angular momentum at the state with which the simulation began or to which it was last set.",
@@ -125,9 +123,9 @@ class Simulation:
     )
 
     def _drift(self, name: str) -> float:
-        now, done = np.array([self._core.invariants]), np.array(self._core.work_and_impulse).reshape(1, -1, 7)
-        record = {"energy": now[:, 1:5], "angular_momentum": now[:, 5:]}
-        record |= {"work": done[..., 0], "angular_impulse": done[..., 4:]}
+        invariants, sums = np.array([self._core.invariants]), np.array(self._core.work_and_impulse).reshape(1, -1, 7)
+        record = {"energy": invariants[:, 1:5], "angular_momentum": invariants[:, 5:]}
+        record |= {"work": sums[..., 0], "angular_impulse": sums[..., 4:]}
         return float(conserved.drift(name, np.array(self._core.start), record)[0])
 
     @property
@@ -220,8 +218,8 @@ class Simulation:
     @classmethod
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
         described, text = _core.Simulation.described(data)
-        unkept = (force for force in described["forces"] if force["kind"] == "Function")
-        stored = {force["name"]: force["depends_on_velocity"] for force in unkept}
+        required = (force for force in described["forces"] if force["kind"] == "Function")
+        stored = {force["name"]: force["depends_on_velocity"] for force in required}
         replacements = {force.name: force for force in forces}
         if stored.keys() != replacements.keys():
             expected = f"expected the functions {sorted(stored)}, which the file cannot keep"

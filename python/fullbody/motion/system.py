@@ -140,11 +140,9 @@ class System(Tabled):
         "_bodies", "The bodies; if the system has units, their plain numbers are Quantities in them."
     )
     forces = Attribute[tuple[Force, ...]]("_forces", "The external forces.")
-    names = Attribute[tuple[str, ...]](
-        "context.names", "Names of the bodies; a body without a name is called ``body i``."
-    )
+    names = Attribute[tuple[str, ...]]("context.names", "Names of the bodies; one without a name is called ``body i``.")
     units = Attribute[tuple[str, str, str] | None](
-        "context.units.names", "Units of length, time and mass, if the system has any."
+        "context.units.names", "Units of length, time and mass, or ``None``."
     )
     frame = Attribute[str | None]("context.frame", "The name of the inertial frame, if one was given.")
     options = Attribute[dict[str, Any]](lambda system: dict(system._options), "The method of gravity and its settings.")
@@ -252,10 +250,10 @@ class System(Tabled):
         if mass is None and density is None and GM is None:
             mass = old.mass
         if isinstance(shape, Composite):
-            for what, value in (("density", density), ("GM", GM)):
+            for name, value in (("density", density), ("GM", GM)):
                 if value is not None:
-                    called = f"{what} of {self.names[index]}"
-                    raise InvalidInput(f"{called} is {value!r}; expected a mass beside a composite")
+                    subject = f"{name} of {self.names[index]}"
+                    raise InvalidInput(f"{subject} is {value!r}; expected a mass beside a composite")
             new = Body(shape._with(self.context.units, self.context.G).with_mass(mass), name=old.name)
         else:
             new = Body(shape, mass=mass, density=density, name=old.name, GM=GM)
@@ -306,10 +304,12 @@ class System(Tabled):
             for name, value in self._options.items()
             if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
         ]
-        both = zip(self._forces, context.core.forces, strict=True)
-        forces = [(force.name, type(force).__name__, force._summary(described, units)) for force, described in both]
-        acting = (Table("Forces", ("force", "kind", "what"), list(forces)),) if forces else ()
-        return (Table("System", (), rows), _table_of_bodies(context, self._bodies), *acting)
+        forces = [
+            (force.name, type(force).__name__, force._summary(described, units))
+            for force, described in zip(self._forces, context.core.forces, strict=True)
+        ]
+        table = (Table("Forces", ("force", "kind", "what"), list(forces)),) if forces else ()
+        return (Table("System", (), rows), _table_of_bodies(context, self._bodies), *table)
 
     def __repr__(self) -> str:
         units = "" if self.units is None else f", units={self.units}"
@@ -318,8 +318,8 @@ class System(Tabled):
         return f"System({list(self.names)}, G={float(f'{self.context.G:.9g}')!r}, {gravity}{units}{forces})"
 
     def __reduce__(self) -> Any:
-        made = partial(System, G=self.context.G, units=self.units, forces=self._forces, **self._options)
-        return made, (self._bodies,)
+        make = partial(System, G=self.context.G, units=self.units, forces=self._forces, **self._options)
+        return make, (self._bodies,)
 
     @property
     def parameters(self) -> tuple[str, ...]:

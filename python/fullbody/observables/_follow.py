@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .. import _core
 from ..typing import Floats
 
-#: The least number of points per revolution, and the powers of e by which the harmonics fall within those points.
-_LEAST, _FALL = 16, 16.0
+#: The least number of points per revolution, and the number of powers of e by which the harmonics fall within them.
+_MIN_POINTS, _POWERS_OF_E = 16, 16.0
 
 
 class Path(NamedTuple):
@@ -30,10 +30,11 @@ def fitting_mu(path: Path) -> float:
     """
     distance = np.linalg.norm(path.r, axis=1)
     direction = path.r / distance[:, None]
-    eccentricity_curve = np.cross(path.v, np.cross(path.r, path.v))
-    eccentricity_curve -= eccentricity_curve.mean(axis=0)
-    fit = float(np.sum(eccentricity_curve * (direction - direction.mean(axis=0))))
-    return float(np.sum(eccentricity_curve**2) / fit if fit > 0.0 else np.median(np.sum(path.v**2, axis=1) * distance))
+    vectors = np.cross(path.v, np.cross(path.r, path.v))
+    vectors -= vectors.mean(axis=0)
+    covariance = float(np.sum(vectors * (direction - direction.mean(axis=0))))
+    circular = np.sum(path.v**2, axis=1) * distance
+    return float(np.sum(vectors**2) / covariance if covariance > 0.0 else np.median(circular))
 
 
 def periods(path: Path, mu: float) -> Floats:
@@ -51,7 +52,7 @@ def harmonics(path: Path, mu: float) -> float:
     """
     e = _core.cartesian_to_elements(path.r, path.v, mu)[:, 1]
     s = np.sqrt(1.0 - np.clip(e, 1e-3, 1.0 - 1e-9).max() ** 2)
-    return max(float(_LEAST), _FALL / float(np.arctanh(s) - s))
+    return max(float(_MIN_POINTS), _POWERS_OF_E / float(np.arctanh(s) - s))
 
 
 def interval(time: Floats, moments: Floats) -> npt.NDArray[np.intp]:
@@ -60,31 +61,28 @@ def interval(time: Floats, moments: Floats) -> npt.NDArray[np.intp]:
     return np.clip(np.searchsorted(forward * time, forward * moments, side="right") - 1, 0, len(time) - 2)
 
 
-def along(path: Path, mu: float, moments: Floats) -> tuple[Path, Floats]:
-    """Interpolate a path; return it with the relative misses (K - 1,) of each sample's Kepler orbit at the next sample.
+def interpolated(path: Path, mu: float, moments: Floats) -> tuple[Path, Floats]:
+    """Interpolate a path; return it with the relative errors (K - 1,) of each sample's Kepler orbit at the next sample.
 
-    Each point is on the Kepler orbit of the sample before it, plus the cubic in time that corrects the orbit's miss in
+    Each point is on the Kepler orbit of the sample before it, plus the cubic in time that corrects the orbit's error in
     position and velocity at the next sample.
     """
     time, r, v = path
     rows = _core.cartesian_to_elements(r, v, mu)
     motion = np.sqrt(mu / np.abs(rows[:, 0]) ** 3)
 
-    def moved(start: npt.NDArray[np.intp], span: Floats) -> tuple[Floats, Floats]:
-        at = rows[start]
-        at[:, 5] += motion[start] * span
-        return _core.elements_to_cartesian(np.ascontiguousarray(at), mu)
+    def propagated(samples: npt.NDArray[np.intp], span: Floats) -> tuple[Floats, Floats]:
+        elements = rows[samples]
+        elements[:, 5] += motion[samples] * span
+        return _core.elements_to_cartesian(np.ascontiguousarray(elements), mu)
 
     steps = np.diff(time)
-    near, speed = moved(np.arange(len(steps)), steps)
-    off, slip = r[1:] - near, v[1:] - speed
+    kepler_r, kepler_v = propagated(np.arange(len(steps)), steps)
+    dr, dv = r[1:] - kepler_r, v[1:] - kepler_v
     k = interval(time, moments)
     h = steps[k, None]
     x = (moments - time[k])[:, None] / h
-    near, speed = moved(k, moments - time[k])
-    followed = Path(
-        moments,
-        near + x**2 * (3 - 2 * x) * off[k] + x**2 * (x - 1) * h * slip[k],
-        speed + 6 * x * (1 - x) / h * off[k] + x * (3 * x - 2) * slip[k],
-    )
-    return followed, np.linalg.norm(off, axis=1) / np.linalg.norm(r[1:], axis=1)
+    kepler_r, kepler_v = propagated(k, moments - time[k])
+    position = kepler_r + x**2 * (3 - 2 * x) * dr[k] + x**2 * (x - 1) * h * dv[k]
+    velocity = kepler_v + 6 * x * (1 - x) / h * dr[k] + x * (3 * x - 2) * dv[k]
+    return Path(moments, position, velocity), np.linalg.norm(dr, axis=1) / np.linalg.norm(r[1:], axis=1)

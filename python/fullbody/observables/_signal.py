@@ -26,43 +26,38 @@ def slope(time: Floats, values: Floats, power: int = 1) -> float:
     return float((weight * centred) @ values / ((weight * centred) @ centred))
 
 
-def unwrapped(angle: Floats, period: float = 2 * np.pi) -> Floats:
-    """Return an angle without jumps; samples must be less than half a period of it apart."""
-    return np.unwrap(angle, period=period)
-
-
 def averaged(time: Floats, values: Floats, length: float) -> Floats:
     """Return the averages of values over a length of time about each sample, which is shorter at the ends."""
-    way, values = (time, values) if time[-1] > time[0] else (-time, values)
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(way) * (values[1:] + values[:-1]) / 2)])
-    first, last = np.maximum(way - length / 2, way[0]), np.minimum(way + length / 2, way[-1])
-    return np.asarray((np.interp(last, way, integral) - np.interp(first, way, integral)) / (last - first))
+    t = time if time[-1] > time[0] else -time
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(t) * (values[1:] + values[:-1]) / 2)])
+    begin, end = np.maximum(t - length / 2, t[0]), np.minimum(t + length / 2, t[-1])
+    return np.asarray((np.interp(end, t, integral) - np.interp(begin, t, integral)) / (end - begin))
 
 
-def even(time: Floats) -> bool:
+def is_regular(time: Floats) -> bool:
     """Return whether times are equally spaced."""
     steps = np.diff(time)
     return bool(np.ptp(steps) <= 1e-6 * abs(steps.mean()))
 
 
-def evenly(time: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return samples at equal steps: the given ones, or a cubic spline through them."""
-    if even(time):
+def regular(time: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return samples at equal steps: the given ones if they are, or else those of a cubic spline through them."""
+    if is_regular(time):
         return time, values
     grid = np.linspace(time[0], time[-1], 4 * len(time))
     order = np.argsort(time)
     return grid, scipy_module("interpolate").CubicSpline(time[order], values[order])(grid)
 
 
-def lines(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
+def periodic_terms(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
     """Return the strongest periodic terms of a signal: angular frequencies and amplitudes (half of peak to peak).
 
     Terms are found one after another: the peak of the Hann-windowed spectrum is refined by maximising the windowed
-    Fourier integral (Laskar 1990, Icarus 88, 266), then all terms found so far and a constant are fitted together and
+    Fourier integral (Laskar 1990, Icarus 88, 266), then all terms so far and a constant are fitted together and
     subtracted. Terms closer than two periods in the length of the signal cannot be told apart and count as one.
     """
     optimize, signal = scipy_module("optimize"), scipy_module("signal")
-    t, x = evenly(time, values)
+    t, x = regular(time, values)
     t = t - t[0]
     step, window = abs(t[1] - t[0]), signal.windows.hann(len(t), sym=True)
     frequencies: list[float] = []
@@ -75,7 +70,7 @@ def lines(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
         size = 4 * len(t)
         spectrum = np.abs(np.fft.rfft(window * (remainder - remainder.mean()), size))
         grid = 2 * np.pi * np.fft.rfftfreq(size, step)
-        # Slower than once in the run is no period.
+        # A term with less than one period in the run is no periodic one.
         resolution = 2 * np.pi / (step * len(t))
         spectrum[grid < resolution] = 0.0
         for frequency in frequencies:
@@ -85,11 +80,11 @@ def lines(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
         peak = grid[int(spectrum.argmax())]
         width = grid[1]
 
-        def strength(frequency: float, remainder: Floats = remainder) -> float:
+        def negative_size(frequency: float, remainder: Floats = remainder) -> float:
             return -float(np.abs(np.sum(window * remainder * np.exp(-1j * frequency * t))))
 
         maximum = optimize.minimize_scalar(
-            strength, bounds=(max(peak - 2 * width, 0.5 * width), peak + 2 * width), method="bounded",
+            negative_size, bounds=(max(peak - 2 * width, 0.5 * width), peak + 2 * width), method="bounded",
             options={"xatol": 1e-12 * peak},
         )  # fmt: skip
         frequencies.append(float(maximum.x))

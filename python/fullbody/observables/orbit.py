@@ -19,9 +19,9 @@ from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
 #: and the relative size below which that term may be an error of the run.
-_TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
+_TERMS, _RANGE, _ROUNDING = 5, 1 / 8, 1e-9
 #: Two apsidal rates agree if they differ by less than this fraction of them plus this fraction of a turn per run.
-_AGREE, _TURNED = 0.02, 1e-4
+_AGREE, _AGREE_TURN = 0.02, 1e-4
 
 
 class Rates(dict[str, Any]):
@@ -109,7 +109,7 @@ class MutualPeriod(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Precession(ArrayFields):
-    """Slow turns of an orbit: its periapsis and its node.
+    """Precession of an orbit: of its periapsis and its node.
 
     Attributes
     ----------
@@ -179,7 +179,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     varpi = angles[0] + angles[1]
     columns: dict[str, Floats] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
     for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, varpi + angles[2]), strict=True):
-        columns[name] = signal.unwrapped(angle)
+        columns[name] = np.unwrap(angle)
     undefined = _undefined(motion, e, i, *angles[:2])
     rates, means = Rates(undefined), Rates(undefined)
     for name in (name for name in columns if name not in undefined):
@@ -200,7 +200,7 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
     inclined = np.sin(i) * np.exp(1j * node)
     eccentric = e * np.exp(1j * (periapsis - node if retrograde else periapsis + node))
     reasons: dict[str, str] = {}
-    for vector, what, names in (
+    for vector, quantity, names in (
         (inclined, "sine of the inclination", ("Omega", "omega", "varpi", "L") if retrograde else ("Omega", "omega")),
         (eccentric, "eccentricity", ("omega", "varpi", "M")),
     ):
@@ -210,12 +210,12 @@ def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, peria
             continue
         revolution = abs(np.ptp(motion.time)) / motion.revolutions
         scatter = float(np.std(length - signal.averaged(motion.time, length, revolution)))
-        turns = (signal.unwrapped(np.angle(vector[::step])) for step in (1, 2))
-        revolutions = [float(angle[-1] - angle[0]) / (2 * np.pi) for angle in turns]
+        angles = (np.unwrap(np.angle(vector[::step])) for step in (1, 2))
+        revolutions = [float(angle[-1] - angle[0]) / (2 * np.pi) for angle in angles]
         if length.min() <= scatter or abs(revolutions[0] - revolutions[1]) > 0.5:
             reason = (
-                f"the osculating {what} of {motion.name} comes to {length.min():.2g}, with a scatter of {scatter:.2g} "
-                f"in a revolution, and its direction makes {revolutions[0]:.4g} turns by all samples "
+                f"the osculating {quantity} of {motion.name} comes to {length.min():.2g}, with a scatter of "
+                f"{scatter:.2g} in a revolution, and its direction makes {revolutions[0]:.4g} turns by all samples "
                 f"and {revolutions[1]:.4g} by every second one; expected the rates of "
                 "L, h = e sin(varpi) and k = e cos(varpi), or orbit_precession"
             )
@@ -297,8 +297,8 @@ def passages(motion: RelativeMotion) -> Floats:
     solve = signal.scipy_module("optimize").brentq
     moments = [t[0]]
     for target in 2 * np.pi * np.arange(1, int(angle[-1] / (2 * np.pi)) + 1):
-        after = int(np.argmax(angle >= target))
-        moments.append(solve(lambda x, target=target: spline(x) - target, t[after - 1], t[after], xtol=1e-300))
+        k = int(np.argmax(angle >= target))
+        moments.append(solve(lambda x, target=target: spline(x) - target, t[k - 1], t[k], xtol=1e-300))
     times: Floats = np.array(moments)
     # A spline errs on eccentric orbits; Newton's method along the Kepler orbits refines its times.
     for _ in range(3):
@@ -357,7 +357,7 @@ def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, abou
     if radial is not None:
         _check_halved(motion, sidereal - radial)
     nodal, inclination = motion.precession(motion.normal, axis)
-    draconic = None if nodal is None or radial is None else motion.from_node(axis) - radial
+    draconic = None if nodal is None or radial is None else motion.rate_from_node(axis) - radial
     return Precession(
         motion.rate(None if radial is None else sidereal - radial),
         motion.rate(nodal),
@@ -372,20 +372,21 @@ def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None
     """Return the mean motion, and the frequency at which periapsis recurs, or ``None`` without one."""
     sidereal = motion.mean_motion(path)
     distance = np.linalg.norm(path.r, axis=1)
-    terms = zip(*signal.lines(path.time, distance, _TERMS), strict=True)
-    near = sorted((-size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _NEAR)
-    if not near or -near[0][0] < _ROUND * distance.mean() or (len(near) > 1 and near[1][0] < near[0][0] / 2):
+    terms = zip(*signal.periodic_terms(path.time, distance, _TERMS), strict=True)
+    radial = [(size, float(rate)) for rate, size in terms if abs(rate / sidereal - 1) < _RANGE]
+    (first, rate), (second, _), *_ = *sorted(radial, reverse=True), (0.0, 0.0), (0.0, 0.0)
+    if first == 0.0 or first < _ROUNDING * distance.mean() or second > first / 2:
         return sidereal, None
-    return sidereal, near[0][1]
+    return sidereal, rate
 
 
 def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
     """Raise an error if every second sample alone gives another precession."""
-    sidereal, radial = frequencies(motion, motion.halved())
-    allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
+    sidereal, radial = frequencies(motion, motion.every_second())
+    allowed = _AGREE * abs(apsidal) + _AGREE_TURN * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:
         other = "none" if radial is None else f"{motion.rate(sidereal - radial):.4g}"
         raise InvalidInput(
             f"the apsidal rate is {motion.rate(apsidal):.4g} by all samples, but {other} by every second one; "
-            f"precession needs samples closer together ({motion.closer()})"
+            f"precession needs samples closer together ({motion.denser_output()})"
         )

@@ -1,4 +1,4 @@
-"""The outcome of a run: the fate of a body, and the drifts of what is conserved."""
+"""The outcome of a run: the fate of a body, and the drifts of conserved quantities."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DRIFTS = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fate(ArrayFields):
-    """What became of a body in a run, and when.
+    """The fate of a body in a run, and its time.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Fate(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Drift(ArrayFields):
-    """The largest drifts of a run, which tell how exact its integration was.
+    """The largest drifts of a run, which measure the accuracy of its integration.
 
     Attributes
     ----------
@@ -101,8 +101,9 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     check_run(run, "a fate")
     context = run.context
     first, second = context.pair(body, about)
-    far = _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (first, second)))
-    limit = far if beyond is None else context.units.number(beyond, "length", "beyond", POSITIVE)
+    limit = _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (first, second)))
+    if beyond is not None:
+        limit = context.units.number(beyond, "length", "beyond", POSITIVE)
     contact = _contact(run, first)
     if contact is not None:
         return Fate("contact", contact)
@@ -110,10 +111,8 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     if last is not None and isinstance(last.event, Escape) and first in _bodies(context, last.event):
         return Fate("escape", last.time)
     if len(run) == 0:
-        raise InvalidInput(
-            "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
-        )
-    # The samples at which the body is far away and unbound.
+        raise InvalidInput("the run has no samples; expected a run with its end, as of output='ends', for a fate")
+    # Whether the body is far away and unbound at each sample.
     r, v = (run.arrays[name][:, first] - run.arrays[name][:, second] for name in ("position", "velocity"))
     distance = np.linalg.norm(r, axis=1)
     gone = (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * context.mu(first, second))
@@ -140,7 +139,7 @@ def _contact(run: Record, body: int) -> Any:
 
 
 def drift(run: Record) -> Drift:
-    """Determine the largest drifts of a run, which tell how exact its integration was.
+    """Determine the largest drifts of a run, which measure the accuracy of its integration.
 
     Parameters
     ----------

@@ -144,8 +144,8 @@ def _extremes(
     time, rate = low, speed[starts]
     for _ in range(_STEPS):
         time = np.clip(time - rate / growth, low, high)
-        there, rate = _radial(motion.at(time))
-    np.minimum.at(depths, np.searchsorted(first, starts, side="right") - 1, sign * there)
+        extreme, rate = _radial(motion.at(time))
+    np.minimum.at(depths, np.searchsorted(first, starts, side="right") - 1, sign * extreme)
     return sign * depths
 
 

@@ -57,7 +57,7 @@ class Libration(ArrayFields):
 
 
 def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about: int | str | None = None) -> Scalar:
-    """Compute the mean rate at which a body's pole of rotation turns about an axis.
+    """Compute the mean rate at which a body's pole of rotation precesses about an axis.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
         raise InvalidInput(
             f"the pole of {motion.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis, and "
             f"below {NEAREST:g} or between the samples it is not known how it goes about it; expected another axis, or "
-            f"samples closer together ({motion.closer()})"
+            f"samples closer together ({motion.denser_output()})"
         )
     return motion.rate(rate)
 
@@ -215,20 +215,20 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
         raise InvalidInput(f"{motion.name} has the semi-axes {list(axes)}, no single longest one to librate")
     x, y, _ = np.moveaxis(orbit_frame(motion), 2, 0)
     axis = motion.matrix[:, :, longest]
-    across = np.linalg.norm(np.cross(axis, motion.normal), axis=1)
-    if np.median(across) < NEAREST:
+    sine = np.linalg.norm(np.cross(axis, motion.normal), axis=1)
+    if np.median(sine) < NEAREST:
         raise InvalidInput(
-            f"the longest axis of {motion.name} stays within {across.max():.1g} rad of the orbit's normal; it points "
-            "nowhere in the orbit's plane"
+            f"the longest axis of {motion.name} stays within {sine.max():.1g} rad of the orbit's normal; it has no "
+            "direction in the orbit's plane"
         )
     # Both ends of the axis are equivalent.
     motion.check_rotation(np.linalg.norm(np.cross(motion.relative_spin, axis), axis=1), np.pi / 2)
-    angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
+    angle = np.unwrap(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
     fine = _between(motion, angle)
     swing = float(np.ptp(fine) / 2)
     librates = swing <= np.pi / 2
-    frequencies, amplitudes = signal.lines(motion.path.time, fine, n) if librates else np.zeros((2, 0))
+    frequencies, amplitudes = signal.periodic_terms(motion.path.time, fine, n) if librates else np.zeros((2, 0))
     return Libration(
         motion.span(motion.time),
         motion.angle(angle),
@@ -260,7 +260,7 @@ def angles(relative: Floats) -> Floats:
     roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
     pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
     yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
-    return np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1)
+    return np.stack([np.unwrap(roll), pitch, np.unwrap(yaw)], axis=1)
 
 
 def orbit_frame(motion: RelativeMotion) -> Floats:
@@ -271,7 +271,7 @@ def orbit_frame(motion: RelativeMotion) -> Floats:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tumbling(ArrayFields):
-    """The time at which a body first turned further than a limit from its equilibrium attitude.
+    """The time at which a body first rotated further than a limit from its equilibrium attitude.
 
     Attributes
     ----------
@@ -338,7 +338,7 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     True
     """
     quarter = Limits(above=0.0, most=np.pi / 2, text="an angle above zero, a quarter turn (pi/2) at most")
-    most = UNITLESS.number(limit, "angle", "limit", quarter)
+    angle_limit = UNITLESS.number(limit, "angle", "limit", quarter)
     motion = RelativeMotion(run, body, about, 1, "tumbling")
     relative = in_orbit_frame(motion)
     nearest = int(np.argmax(_HALF_TURNS @ np.diagonal(relative[0])))
@@ -346,14 +346,13 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     size = np.abs(rotation_angles)
     largest = motion.angle(size.max(axis=0))
     # The run may go backwards in time: the first passage is the first one recorded.
-    beyond = (size > most).any(axis=1)
+    beyond = (size > angle_limit).any(axis=1)
     if not beyond.any():
         return Tumbling(None, None, largest)
     k = int(np.argmax(beyond))
-    passages = [
-        (_passage(motion.time, size[:, j], k, most), name) for j, name in enumerate(_NAMES) if size[k, j] > most
-    ]
-    forward = -1.0 if len(motion.time) > 1 and motion.time[1] < motion.time[0] else 1.0
+    columns = [(j, name) for j, name in enumerate(_NAMES) if size[k, j] > angle_limit]
+    passages = [(_passage(motion.time, size[:, j], k, angle_limit), name) for j, name in columns]
+    forward = -1.0 if motion.time[-1] < motion.time[0] else 1.0
     time, name = min(passages, key=lambda passage: forward * passage[0])
     return Tumbling(motion.span(time), name, largest)
 
@@ -362,6 +361,6 @@ def _passage(time: Floats, size: Floats, k: int, limit: float) -> float:
     """Return the time at which an angle passes a limit between the samples k - 1 and k."""
     if k == 0:
         return float(time[0])
-    near = slice(max(k - _AROUND, 0), k + _AROUND)
-    cubic = signal.scipy_module("interpolate").BarycentricInterpolator(time[near], size[near] - limit)
+    samples = slice(max(k - _AROUND, 0), k + _AROUND)
+    cubic = signal.scipy_module("interpolate").BarycentricInterpolator(time[samples], size[samples] - limit)
     return float(signal.scipy_module("optimize").brentq(cubic, time[k - 1], time[k]))

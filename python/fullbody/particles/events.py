@@ -35,14 +35,11 @@ class ParticleEvent(Declared):
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
-        if type(self) is not ParticleEvent:
-            kind = next(base.__name__ for base in type(self).__mro__ if ParticleEvent in base.__bases__)
-            return (
-                kind.removeprefix("Particle").lower(),
-                *self._unitless(context.units, context.index).values(),
-                self.direction,
-            )
-        raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
+        if type(self) is ParticleEvent:
+            raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
+        kind = next(base.__name__ for base in type(self).__mro__ if ParticleEvent in base.__bases__)
+        numbers = self._unitless(context.units, context.index).values()
+        return (kind.removeprefix("Particle").lower(), *numbers, self.direction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,13 +90,12 @@ class ParticleFunction(ParticleEvent):
         return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), self.direction)
 
 
-def rebuilt(described: dict[str, Any]) -> ParticleEvent:
+def rebuild(described: dict[str, Any]) -> ParticleEvent:
     """Rebuild an event from its description; a function, which files do not store, raises an error when called."""
     options = dict(described)
     kind = options.pop("kind")
     if kind == "Function":
-        return ParticleFunction(
-            UnstoredFunction(str(options.pop("name")), "give it in events= of another flight"), **options
-        )
-    choice(kind, "event", ("Shadow", "Periapsis"))
-    return {"Shadow": Shadow, "Periapsis": ParticlePeriapsis}[kind](**options)
+        function = UnstoredFunction(str(options.pop("name")), "give it in events= of another flight")
+        return ParticleFunction(function, **options)
+    kinds = {"Shadow": Shadow, "Periapsis": ParticlePeriapsis}
+    return kinds[choice(kind, "event", kinds)](**options)

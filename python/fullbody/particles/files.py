@@ -15,7 +15,7 @@ from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES, described, write
 from ..files.reading import Content, netcdf
 from ..model.context import Context
-from .events import rebuilt
+from .events import rebuild
 from .rules import FATES
 
 if TYPE_CHECKING:
@@ -35,15 +35,15 @@ _NUMBERS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "latitude": (("particle",), "angle", "latitude of the impact, body frame"),
     "speed": (("particle",), "velocity", "speed of the impact relative to the surface"),
     "incidence": (("particle",), "angle", "angle between path and normal at the impact"),
-    "last_time": (("particle",), "time", "time to which the particle was followed"),
+    "last_time": (("particle",), "time", "time to which the particle was integrated"),
 }
-_WHOLE = {"fate": "what became of the particle", "fate_body": "index of the body, -1 without one", "strikes": "impacts"}
+_INTEGERS = {"fate": "fate of the particle", "fate_body": "index of the body, -1 without one", "strikes": "impacts"}
 _OF_EVENTS = {
     "event_time": ((), "time"),
     "event_position": (("axis",), "length"),
     "event_velocity": (("axis",), "velocity"),
 }
-_EVENT_WHOLE = ("event_index", "event_particle", "event_rising")
+_EVENT_INTEGERS = ("event_index", "event_particle", "event_rising")
 #: Names of the arrays in the core.
 _CORE = {"event_index": "event"}
 
@@ -69,13 +69,13 @@ def to_xarray(flight: Any) -> xarray.Dataset:
     variables: dict[str, Any] = {
         name: (dims, arrays[name], attributes(dimension, text)) for name, (dims, dimension, text) in _NUMBERS.items()
     }
-    for name, text in _WHOLE.items():
+    for name, text in _INTEGERS.items():
         variables[name] = ("particle", arrays[name].astype(np.int64), {"long_name": text})
     variables["fate"][2]["flag_values"] = list(range(len(FATES)))
     variables["fate"][2]["flag_meanings"] = " ".join(FATES)
     for name, (dims, dimension) in _OF_EVENTS.items():
         variables[name] = (("event", *dims), arrays[name], attributes(dimension, f"{dimension} of each event"))
-    for name in _EVENT_WHOLE:
+    for name in _EVENT_INTEGERS:
         variables[name] = ("event", arrays[_CORE.get(name, name)].astype(np.int64))
     return xr.Dataset(
         variables,
@@ -99,7 +99,7 @@ def save(flight: Any, path: Any) -> None:
 
 def contents(content: Content, context: Context) -> dict[str, Any]:
     """Return the arguments of ``Flight``, except its system, by name."""
-    watched = content.parsed("fullbody_events", lambda described: [rebuilt(event) for event in described])
+    watched = content.parsed("fullbody_events", lambda described: [rebuild(event) for event in described])
     time = content.numbers("time", {"time": None})
     fate = content.numbers("fate", {"particle": None}, integers=True)
     k, p = len(time), len(fate)
@@ -120,7 +120,7 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
         arrays[name] = values.astype(kind)
     arrays["event"] = index = content.numbers("event_index", {"event": None}, integers=True)
     sizes["event"] = len(index)
-    for name in _EVENT_WHOLE[1:]:
+    for name in _EVENT_INTEGERS[1:]:
         arrays[name] = content.numbers(name, {"event": len(index)}, integers=True)
     for name, values, count in (("event", index, len(watched)), ("particle", arrays["event_particle"], p)):
         if len(values) and not 0 <= values.min() <= values.max() < count:

@@ -85,9 +85,7 @@ class Flight(Tabled, Generic[S]):
         "Inertial positions (K, P, 3) at the samples. Particles that lie on a body move with it.", "position", "length"
     )
     velocity = Column("Inertial velocities (K, P, 3) of the particles at the samples.", "velocity", "velocity")
-    fate_time = Column(
-        "Times (P,) at which the particles reached their fate; NaN for particles that fly.", "fate_time", "time"
-    )
+    fate_time = Column("Times (P,) at which the particles reached their fate; NaN without one.", "fate_time", "time")
     longitude = Column(
         "Longitudes (P,) of impact or rest, as directions from the body's centre in its frame.", "longitude", "angle"
     )
@@ -103,12 +101,11 @@ class Flight(Tabled, Generic[S]):
         """The detected events, ordered by particle, and along the flight of each."""
         names, attach = ("particle", "time", "position", "velocity", "rising"), self.context.units.attach
         columns = zip(self.arrays["event"], *(self.arrays[f"event_{name}"] for name in names), strict=True)
-        return [
-            ParticleOccurrence(
-                self.watched[k], int(p), attach(t, "time"), attach(x, "length"), attach(v, "velocity"), bool(rising)
-            )
-            for k, p, t, x, v, rising in columns
-        ]
+        events = []
+        for k, particle, t, x, v, rising in columns:
+            motion = attach(t, "time"), attach(x, "length"), attach(v, "velocity")
+            events.append(ParticleOccurrence(self.watched[k], int(particle), *motion, bool(rising)))
+        return events
 
     @property
     def counts(self) -> dict[str, int]:

@@ -78,18 +78,18 @@ class Particles:
         if ratio.ndim and ratio.shape != (len(position),):
             raise InvalidInput(f"area_to_mass has shape {ratio.shape}; expected one number, or ({len(position)},)")
         numbers["area_to_mass"] = np.ascontiguousarray(np.broadcast_to(ratio, len(position)))
+        limit = _core.LARGEST_OF_PARTICLE
         for name, values in numbers.items():
             # A comparison with nan is false, so that nan is refused too.
-            most = _core.LARGEST_OF_PARTICLE
-            bad = ~(np.abs(values.reshape(len(values), -1)) <= most).all(axis=1)
-            if bad.any():
-                index = int(np.argmax(bad))
-                expected = f"expected finite numbers of at most {most:g} in size, in units that keep them in range"
+            valid = (np.abs(values.reshape(len(values), -1)) <= limit).all(axis=1)
+            if not valid.all():
+                index = int(np.argmin(valid))
+                expected = f"expected finite numbers of at most {limit:g} in size, in units that keep them in range"
                 raise InvalidInput(f"{name} of particle {index} is {values[index]}; {expected}")
-        negative = numbers["area_to_mass"] < 0.0
-        if negative.any():
-            index, value = int(np.argmax(negative)), numbers["area_to_mass"][negative][0]
-            raise InvalidInput(f"area_to_mass of particle {index} is {value}; expected zero or more")
+        negative = np.flatnonzero(numbers["area_to_mass"] < 0.0)
+        if len(negative):
+            value = numbers["area_to_mass"][negative[0]]
+            raise InvalidInput(f"area_to_mass of particle {negative[0]} is {value}; expected zero or more")
         return position, velocity, numbers["area_to_mass"]
 
     def _time(self, units: Any) -> float | None:
@@ -143,7 +143,7 @@ class Particles:
         speed : float, Quantity or array_like
             Speed relative to the rotating surface.
         azimuth, elevation : float, Quantity or array_like
-            Direction in the plane across the outward normal, from north towards east, and the angle above this plane.
+            Direction in the horizontal plane, from north towards east, and the angle above this plane.
         area_to_mass : float, Quantity or array_like
 
         Warns
@@ -172,7 +172,7 @@ class Particles:
         for name, value in angles.items():
             warn_if_degrees(value, name)
         numbers["speed"] = system.context.units.strip(speed, "velocity", "speed")
-        motion = _launched(system.context, state, system.context.index(body, "body"), numbers)
+        motion = _launch(system.context, state, system.context.index(body, "body"), numbers)
         return cls(*motion, area_to_mass=area_to_mass, time=state.time)
 
     @classmethod
@@ -225,7 +225,7 @@ class Particles:
         return cls.from_surface(system, state, body, **site, speed=speed, **directions, area_to_mass=area_to_mass)
 
 
-def _launched(context: Context, state: State, index: int, numbers: dict[str, Floats]) -> tuple[Any, Any]:
+def _launch(context: Context, state: State, index: int, numbers: dict[str, Floats]) -> tuple[Any, Any]:
     """Return inertial positions and velocities, with units, of particles that leave the surface of a body."""
     core = strip(state, context)
     if len(core.position) != len(context):
@@ -237,7 +237,7 @@ def _launched(context: Context, state: State, index: int, numbers: dict[str, Flo
         arrays = np.broadcast_arrays(*numbers.values())
     except ValueError as error:
         shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in numbers.items())
-        raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
+        raise InvalidInput(f"the shapes {shapes} do not match; expected shapes that broadcast") from error
     lon, lat, az, el, speed = (np.ravel(values).astype(np.float64) for values in arrays)
     point, normal = _core.surface(context.core, index, np.ascontiguousarray(towards(lon, lat)))
     east = np.cross([0.0, 0.0, 1.0], normal)
@@ -248,8 +248,8 @@ def _launched(context: Context, state: State, index: int, numbers: dict[str, Flo
     north = np.cross(normal, east)
     horizontal = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
     velocity = speed[:, None] * (np.cos(el)[:, None] * horizontal + np.sin(el)[:, None] * normal)
-    matrix, moving = core.rotation_matrix[index], velocity + np.cross(core.spin[index], point)
+    matrix, velocity = core.rotation_matrix[index], velocity + np.cross(core.spin[index], point)
     return (
         context.units.attach(core.position[index] + point @ matrix.T, "length"),
-        context.units.attach(core.velocity[index] + moving @ matrix.T, "velocity"),
+        context.units.attach(core.velocity[index] + velocity @ matrix.T, "velocity"),
     )

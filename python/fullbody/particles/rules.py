@@ -24,26 +24,26 @@ FATES = ("flying", "impact", "escape", "rest", "lost")
 class Bounce(Declared):
     """Contact response in which particles bounce off surfaces.
 
-    The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by ``tangential``.
-    A particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest, unless the forces
-    push it outwards as it moves; sliding is not modelled. A particle at rest moves with the surface and lifts off when
-    its acceleration relative to the surface points outwards.
+    The velocity relative to the surface is multiplied along the normal by ``-normal`` and tangentially by
+    ``tangential``. A particle that then leaves the surface more slowly than ``rest_speed`` along the normal comes to
+    rest, unless the forces push it outwards as it moves; sliding is not modelled. A particle at rest moves with the
+    surface and lifts off when its acceleration relative to the surface points outwards.
 
     Parameters
     ----------
     normal, tangential : float
         Coefficients of restitution, from 0 to 1.
-    rest : float or Quantity
+    rest_speed : float or Quantity
         The normal speed below which particles come to rest, above zero.
     """
 
     normal: float = field(metadata=of_kind(Number(limits=FRACTION)))
     tangential: float = field(default=1.0, metadata=of_kind(Number(limits=FRACTION)))
-    rest: Any = field(metadata=of_kind(Number("velocity", POSITIVE)))
+    rest_speed: Any = field(metadata=of_kind(Number("velocity", POSITIVE)))
 
     def _describe(self, context: Context) -> tuple[float, float, float]:
-        normal, tangential, rest = self._unitless(context.units).values()
-        return normal, tangential, rest
+        normal, tangential, rest_speed = self._unitless(context.units).values()
+        return normal, tangential, rest_speed
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,17 +58,17 @@ class FlightTask:
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
         self._event_spec = [event._event_spec(context) for event in self.events]
         self._threads = None if threads is None else whole(threads, "threads")
-        lit = self._numbers[2].any()
-        if context.units.defined and lit:
+        has_area = self._numbers[2].any()
+        if context.units.defined and has_area:
             largest = context.units.attach(self._numbers[2].max(), "area to mass").to("m2 / kg")
             if largest.value > _LIGHTEST:
                 caution(
                     f"area_to_mass of particles has values up to {largest:.3g}, as of grains below half a micrometre; "
                     "expected Quantities, if it is in another unit than the system's"
                 )
-        if radiation is None and lit:
+        if radiation is None and has_area:
             caution("the particles have an area_to_mass, and no light acts on them: radiation is not given")
-        if radiation is not None and not lit and not any(isinstance(event, Shadow) for event in self.events):
+        if radiation is not None and not has_area and not any(isinstance(event, Shadow) for event in self.events):
             caution("radiation is given, and no particle has an area_to_mass: light does not act on them")
         for force, of_kind in context.forces.items():
             if of_kind == "Function":
@@ -109,19 +109,19 @@ class FlightTask:
         if error is None:
             return flight
         if isinstance(error, KeyboardInterrupt):
-            error = Interrupted("interrupted in a flight of particles; what there is of it is in .flight")
+            error = Interrupted("interrupted in a flight of particles; the flight so far is in .flight")
         keep_result(error, "flight", flight)
         raise error
 
     def _start(self, start: Any) -> float:
         """Return the start of the flight, which has to agree with the particles' time if they have one."""
-        units, given_time = self._context.units, self._time
-        if start is None and given_time is not None:
-            return given_time
+        units, particle_time = self._context.units, self._time
+        if start is None and particle_time is not None:
+            return particle_time
         time = units.number(start, "time", "start")
-        if given_time is not None and abs(time - given_time) > 1e-12 * max(abs(time), abs(given_time)):
+        if particle_time is not None and abs(time - particle_time) > 1e-12 * max(abs(time), abs(particle_time)):
             raise InvalidInput(
-                f"the particles are those of time {units.text(given_time, 'time', 12)}, but the flight starts at "
+                f"the particles have the time {units.text(particle_time, 'time', 12)}, but the flight starts at "
                 f"{units.text(time, 'time', 12)}; expected the state, run or start of that time, or "
                 "Particles(particles.position, particles.velocity), which have no time"
             )

@@ -29,9 +29,10 @@ _NAMES, _TIME = ("Primary", "Secondary"), ("Integration Settings", "Start Time")
 #: The names of sections.
 _START, _BODIES, _FORCES = "Initial Conditions", "Body Model Definitions", "Additional Forces and Perturbations"
 _ELEMENTS = ("Semimajor Axis", "Eccentricity", "Inclination", "RAAN", "Argument of Periapsis")
-_LEFT_OUT = (
+#: The differences of both kinds of third bodies from those of GUBAS.
+_THIRD_BODIES = (
     "GUBAS leaves out its torques, which are computed here, and GUBAS puts the secondary at 1 - nu r instead of "
-    "(1 - nu) r from the barycentre, so that its pull is one across a fixed vector (GUBAS-RS does not)"
+    "(1 - nu) r from the barycentre, so that its force is that at a constant vector (GUBAS-RS does not)"
 )
 #: The units of an angle in a comment, which are not part of the unit of a rate.
 _ANGLES = re.compile(r"\b(deg|rad)(?:rees?|ians?)?\b(?!\s*/|\s+per\b)", re.IGNORECASE)
@@ -48,7 +49,7 @@ def read_gubas(
     in its principal axes, as GUBAS takes them. Its state is that of its centre of mass and these axes.
 
     Effects that are switched on besides mutual gravity become forces of the system. "Flyby" and "Heliocentric Orbit"
-    are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun, which move about the binary on the given
+    are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun, which move about the binary on the file's
     elements, as in GUBAS. If the elements are those of the binary about the Sun, this places the Sun on the opposite
     side, where its tide is the same except for the odd orders. "Solar Gravity" is a Sun on a circular orbit in the
     plane z = 0, which is on the -x axis at the start. "Tidal Torque" is a :class:`fullbody.forces.Tide` on each body.
@@ -115,7 +116,7 @@ def read_gubas(
             cfg.line(_START, "Fahnestock Input File Flag"),
             "the file asks for initial conditions of separate files (Fahnestock's), which fullbody does not read",
         )
-    relative = np.array([cfg.vector(_START, f"Relative {what}") / 1000.0 for what in ("Position", "Velocity")])
+    relative = np.array([cfg.vector(_START, f"Relative {name}") / 1000.0 for name in ("Position", "Velocity")])
     spin = np.array([cfg.vector(_START, f"{body} Angular Velocity") for body in _NAMES])
     a_to_n, b_to_a = _rotations(cfg, euler)
     attitude = np.array([a_to_n, a_to_n @ b_to_a])
@@ -131,9 +132,9 @@ def read_gubas(
         system = System(bodies, G=G, units=_UNITS if units else None, **options)
         if forces:
             system = system.with_forces([*system.forces, *forces])
-        share = np.array([-bodies[1].mass, bodies[0].mass])[:, None] / sum(body.mass for body in bodies)
+        factors = np.array([-bodies[1].mass, bodies[0].mass])[:, None] / sum(body.mass for body in bodies)
         quaternions, spin = along_body_axes(path, bodies, np.array(list(map(rotations.quaternion, attitude))), spin)
-        state = from_numbers(system.context, share * relative[0], share * relative[1], quaternions, spin, time)
+        state = from_numbers(system.context, factors * relative[0], factors * relative[1], quaternions, spin, time)
     return system, state
 
 
@@ -225,10 +226,10 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
     switches = ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque")
     flyby, helio, hill, tides = (cfg.on(_FORCES, name) for name in switches)
     if helio and hill:
-        what = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
-        cfg.fail(cfg.line(_FORCES, "Solar Gravity"), what)
+        text = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
+        cfg.fail(cfg.line(_FORCES, "Solar Gravity"), text)
     forces: list[Force] = []
-    told = []
+    differences = []
 
     def value(option: str, limits: Limits = NUMBER) -> float:
         return cfg.value(_FORCES, option, limits)
@@ -243,36 +244,36 @@ def _forces(cfg: _Config, start: float, relative: Floats, spins: Floats) -> list
 
     if flyby:
         third("flyby", "Planetary Mass", "", "Flyby Time")
-        told.append(f"a flyby: {_LEFT_OUT}")
+        differences.append(f"a flyby: {_THIRD_BODIES}")
     if helio:
         # The program uses this mass here, although the option belongs to the section on the circular orbit.
         third("Sun", "Solar Mass", "Heliocentric ", "Time of periapsis passage")
-        told.append(f"a heliocentric orbit: {_LEFT_OUT}")
+        differences.append(f"a heliocentric orbit: {_THIRD_BODIES}")
     if hill:
         distance = value("Solar Orbit Radius", POSITIVE) * value("AU Definition", POSITIVE) / 1000.0
         mass = value("Sun Mass" if cfg.has(_FORCES, "Sun Mass") else "Solar Mass", POSITIVE)
         orbit = KeplerElements(distance, 0.0, 0.0, 0.0, 0.0, 0.0)
         forces.append(ThirdBody(mass=mass, orbit=orbit, of="system", time=start, name="Sun"))
-        told.append(
+        differences.append(
             "the Sun of Hill's problem: GUBAS holds its direction fixed along x and adds the Coriolis acceleration of "
-            "axes that turn, which its state has not; here the Sun goes round on a circle, and turns the bodies"
+            "a rotating frame, but its state is inertial; here the Sun moves on a circle and exerts torques on bodies"
         )
     if tides:
         position, velocity = relative
         orbital = np.cross(position, velocity) / (position @ position)
         for name, other, spin in zip(_NAMES, reversed(_NAMES), spins, strict=True):
             radius = value(f"{name} Reference Radius", POSITIVE) / 1000.0
-            k2, angle = (value(f"{name} {what}", NOT_NEGATIVE) for what in ("Love Number", "Tidal Lag Angle"))
+            k2, angle = (value(f"{name} {role}", NOT_NEGATIVE) for role in ("Love Number", "Tidal Lag Angle"))
             # The tide with the highest frequency has the shortest lag.
             frequency = max(2.0 * np.linalg.norm(spin - orbital), np.linalg.norm(orbital))
             lag = float(np.sin(2.0 * angle) / frequency)
             with naming(cfg.path):
                 forces.append(Tide(name.lower(), other.lower(), k2, lag, radius=radius))
-        told.append(
+        differences.append(
             "tidal torques: GUBAS's have the sign that drives spins away from the orbit's rate, which adds energy, and "
             "take a radius in metres beside kilometres; here tides of a constant time lag dissipate"
         )
-    for text in told:
+    for text in differences:
         caution(f"{cfg.path} asks for {text}", UserWarning)
     return forces
 
@@ -317,15 +318,15 @@ def _rotation_matrix(cfg: _Config, name: str) -> Floats:
 def _unit_of_angles(cfg: _Config) -> str:
     """Return the unit of angles according to the comments, which differ between versions, and warn about it."""
     units = cfg.angles.get(_START, set())
-    ask = "say euler='degree' or euler='radian'"
+    advice = "give euler='degree' or euler='radian'"
     if len(units) == 2:
-        cfg.fail(None, f"comments of [{_START}] speak of degrees and of radians, and angles are given; {ask}")
+        cfg.fail(None, f"comments of [{_START}] name degrees and radians, and angles are given; {advice}")
     if units == {"rad"}:
         return "radian"
     unit = "degree" if units else "radian"
-    why = "as its comments say; GUBAS itself takes radians"
-    why = why if units else "as GUBAS takes them; no comment of the file says what they are in"
-    caution(f"{cfg.path} gives Euler angles, taken in {unit}s {why}: {ask}", UserWarning)
+    reason = "as its comments say; GUBAS itself takes radians"
+    reason = reason if units else "as GUBAS takes them; no comment of the file names their unit"
+    caution(f"{cfg.path} gives Euler angles, taken in {unit}s {reason}: {advice}", UserWarning)
     return unit
 
 

@@ -87,7 +87,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     hooks = ("_additional_forces", "_pre_timestep_modifications", "_post_timestep_modifications")
     if any(bool(getattr(sim, hook, None)) for hook in hooks):
         text = "the simulation has additional forces or operators, which are left out: functions cannot be read"
-        caution(f"{text}; expected fullbody.forces in place of them", UserWarning)
+        caution(f"{text}; expected fullbody.forces in their place", UserWarning)
     system = System(bodies, G=float(sim.G), units=names, **options)
     position, velocity = ([getattr(particle, name) for particle in particles] for name in ("xyz", "vxyz"))
     return system, from_numbers(system.context, position, velocity, time=sim.t)
@@ -172,9 +172,8 @@ def to_rebound(system: System, state: State) -> Any:
     if len(state) != len(system):
         raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")
     if system.forces:
-        lost = ", ".join(force.name for force in system.forces)
-        text = f"the simulation of rebound is left to its own gravity: it has none of the external forces ({lost})"
-        caution(text, UserWarning)
+        names = ", ".join(force.name for force in system.forces)
+        caution(f"the simulation of rebound has its own gravity alone, no external forces ({names})", UserWarning)
     sim = rebound.Simulation()
     sim.G = system.context.G
     sim.t = core.time

@@ -126,7 +126,7 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
             attitude, spin = along_body_axes(path, bodies, state.attitude, spin)
             state = State(position, velocity, attitude, spin)
     if forces:
-        text = "the Sun's gravity: SIANS's pulls on the bodies' centres alone; here it also turns the bodies"
+        text = "the Sun's gravity: in SIANS it acts on the bodies' centres alone; here it also exerts torques on them"
         caution(f"{path} asks for {text}", UserWarning)
     return system, wrap(state.core, system.context)
 
@@ -196,20 +196,21 @@ class _File(Text):
             return []
         start, rows = self._sections[index]
         if count is not None and len(rows) != count:
-            what = f"{len(rows)} bodies in the section of {name}; expected {count}, as in the section of masses"
-            self.fail(rows[count][0] if len(rows) > count else start, what)
+            text = f"{len(rows)} bodies in the section of {name}; expected {count}, as in the section of masses"
+            self.fail(rows[count][0] if len(rows) > count else start, text)
         return rows
 
-    def product(self, line: int, text: str, what: str) -> float:
+    def product(self, line: int, text: str, name: str) -> float:
         """Return the value of a number, or of products of numbers and pi with one division: ``(3*pi)/(2*2)``."""
         factors = re.sub("[()]", "", text).split("/")
         if len(factors) > 2:
-            self.fail(line, f"{what} is {text!r}; expected at most one division")
+            self.fail(line, f"{name} is {text!r}; expected at most one division")
         parts = (factors[0], factors[1] if len(factors) == 2 else "1")
-        above, below = (prod(_PI.get(w) or self.number(line, w, what) for w in part.split("*")) for part in parts)
-        if below == 0.0:
-            self.fail(line, f"{what} is {text!r}, a division by zero")
-        return above / below
+        words = (part.split("*") for part in parts)
+        numerator, denominator = (prod(_PI.get(w) or self.number(line, w, name) for w in factor) for factor in words)
+        if denominator == 0.0:
+            self.fail(line, f"{name} is {text!r}, a division by zero")
+        return numerator / denominator
 
     def vectors(self, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return a section with three numbers per body as an array (N, 3)."""
@@ -297,11 +298,11 @@ def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
 def _about_sun(file: _File, motion: Any, G: float, masses: Any) -> tuple[Any, Any]:
     """Return positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
     # The vectors are first made relative to the first body, which loses no digits.
-    from_first = motion - motion[:, :1]
-    barycentre = np.einsum("n,knx->kx", masses / masses.sum(), from_first)
+    relative = motion - motion[:, :1]
+    barycentre = np.einsum("n,knx->kx", masses / masses.sum(), relative)
     try:
         r, v = motion[:, 0] + barycentre
         orbit = KeplerElements.from_cartesian(r, v, G * (_SUN + masses.sum()))
     except InvalidInput as error:
         file.fail(file.head("positions"), f"orbit about the Sun: {error}")
-    return from_first - barycentre[:, None], orbit
+    return relative - barycentre[:, None], orbit

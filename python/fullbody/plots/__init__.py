@@ -13,7 +13,7 @@ from typing import Any
 from ..base.figures import matplotlib
 from ..base.kinds import instance
 from ..errors import InvalidInput
-from ._style import RunPlots, check_body, escaped, joined
+from ._style import RunPlots, escaped, names_of
 from .curves import angles, elements, energy, libration, spins, work
 from .fields import impacts, roche_lobes, surface_map, surface_scene, zero_velocity
 from .light import light_curve
@@ -85,8 +85,7 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
         axes["orbit"] = orbit(plots, left.subplots(), about=about)
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
-        body, about = check_body(run, body, "body"), check_body(run, about, "about")
-        run.context.pair(body, about)
+        body, about = run.context.pair(body, about)
         try:
             elements(plots, panels, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
@@ -112,7 +111,7 @@ def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: 
         axes["work"] = work(plots, rows[2].subplots())
     figure.align_ylabels()
     options, s = run.system.options, run.statistics
-    title = f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
+    title = f"{names_of(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "
     title += f"{s.steps} steps, {len(run)} samples"
     if forces:
         title += "\n" + fill(f"with {', '.join(forces)}", 110)

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
-from ..base.arguments import integer
-from ..base.figures import grid
+from ..base.figures import grid, legend
 from ..errors import InvalidInput
 from ..model.freeform import ConvexShape
 from ..record.record import Record
@@ -24,7 +23,7 @@ ArrayOfAxes: TypeAlias = npt.NDArray[np.object_]
 #: The longest time axis in one unit before the next larger unit is used.
 _LONG = 1000.0
 
-#: A body that never comes nearer than this multiple of the innermost orbit's size is left out of the picture.
+#: The distance, in sizes of the innermost orbit, beyond which a body is left out of the picture.
 _BEYOND = 20.0
 
 #: The longest name of a body that is shown in full, in characters.
@@ -43,9 +42,9 @@ def label(run: Record, text: str, dimension: str) -> str:
     return f"{text} [{name}]" if name else f"{text} [system units]"
 
 
-def short(name: str, most: int = _NAME) -> str:
-    """Return a name, abbreviated if it is long."""
-    return name if len(name) <= most else f"{name[: most - 1]}…"
+def short(name: str, length: int = _NAME) -> str:
+    """Return a name, abbreviated if it is longer than a number of characters."""
+    return name if len(name) <= length else f"{name[: length - 1]}…"
 
 
 def label_of(run: Record, body: int) -> str:
@@ -58,41 +57,33 @@ def escaped(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def joined(run: Record) -> str:
-    """Return the bodies' names as a phrase."""
+def names_of(run: Record) -> str:
+    """Return the bodies' names as an enumeration."""
     *names, last = (short(name) for name in run.context.names)
     return f"{', '.join(names)} and {last}" if names else last
 
 
-def clock(run: Record) -> tuple[float, str]:
-    """Return the system's units of time in one of the axis, and its name: days or years where others would be many."""
+def axis_unit(run: Record) -> tuple[float, str]:
+    """Return the unit of the time axis in the system's unit of time, and its name: days or years for a long run."""
     units = run.context.units
     if not units.defined:
         return 1.0, "system units"
-    samples, time_unit = run.arrays["time"], units.unit("time")
-    span = float(np.abs(samples).max()) if len(samples) else 0.0
-    for name in ("d", "yr"):
-        if span > _LONG and (time_unit.to(name) < 1.0):
-            per = float(time_unit.to(name))
-            if name == "yr" or span * per <= _LONG:
-                return 1.0 / per, {"d": "days", "yr": "years"}[name]
+    span = np.abs(run.arrays["time"]).max(initial=0.0)
+    for name, word in (("d", "days"), ("yr", "years")):
+        per = float(units.unit("time").to(name))
+        if span > _LONG and per < 1.0 and (name == "yr" or span * per <= _LONG):
+            return 1.0 / per, word
     return 1.0, unit(run, "time")
 
 
-def unit_of_rates(run: Record) -> str:
+def unit_of_rate(run: Record) -> str:
     """Return the unit of the time axis in the singular; empty for a system without units."""
-    name = clock(run)[1]
+    name = axis_unit(run)[1]
     return {"days": "day", "years": "year", "system units": ""}.get(name, name)
 
 
-def energy_unit(run: Record) -> tuple[float, str]:
-    """Return joules in the system's unit of energy, and their symbol; one for a system without units."""
-    units = run.context.units
-    return (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
-
-
 def rounded(time: float) -> str:
-    """Return a time for a title, to four digits or to a whole number."""
+    """Return a time as the text of a title, with four digits or as a whole number."""
     if time == 0.0:
         return "0"
     decimals = max(0, 3 - int(np.floor(np.log10(abs(time)))))
@@ -102,23 +93,22 @@ def rounded(time: float) -> str:
 
 def times(run: Record, moments: Floats | None = None) -> Floats:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
-    shown: Floats = run.arrays["time"] if moments is None else moments
-    factor = clock(run)[0]
-    return shown if factor == 1.0 else shown / factor
+    return (run.arrays["time"] if moments is None else moments) / axis_unit(run)[0]
 
 
 def time_label(ax: Any, run: Record) -> None:
     """Label the time axis."""
-    ax.set_xlabel(f"time [{clock(run)[1]}]")
+    ax.set_xlabel(f"time [{axis_unit(run)[1]}]")
 
 
-def dress(ax: Any, text: str, title: str = "") -> None:
-    """Label the vertical axis, write a title if there is one, and draw the grid."""
+def label_axes(ax: Any, text: str, title: str = "") -> None:
+    """Label the vertical axis, write a title if there is one, and draw the grid and the legend of named artists."""
     ax.set_ylabel(text)
     if title:
         # With a height, the title stays below pictures above the axes.
         ax.set_title(title, fontsize="medium", loc="left", y=1.0)
     grid(ax)
+    legend(ax)
 
 
 def in_si(value: Any) -> Any:
@@ -129,10 +119,10 @@ def in_si(value: Any) -> Any:
     return value
 
 
-def colour_bar(ax: Any, drawn: Any, label: str, unit: str, **kwargs: Any) -> Any:
+def colour_bar(ax: Any, artist: Any, label: str, unit: str, **kwargs: Any) -> Any:
     """Draw a colour bar beside axes, as high as they are, with a power of ten in its label instead of its numbers."""
-    bar = ax.figure.colorbar(drawn, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), **kwargs)
-    largest = np.abs(drawn.get_clim()).max()
+    bar = ax.figure.colorbar(artist, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), **kwargs)
+    largest = np.abs(artist.get_clim()).max()
     power = int(np.floor(np.log10(largest))) if np.isfinite(largest) and largest > 0.0 else 0
     if 10.0**power < 1e4 and power > -3:
         power = 0
@@ -142,35 +132,32 @@ def colour_bar(ax: Any, drawn: Any, label: str, unit: str, **kwargs: Any) -> Any
     return bar
 
 
-def world(ax: Any) -> None:
+def set_up_map(ax: Any) -> None:
     """Set up the axes of a map of all longitudes and latitudes, in degrees."""
     ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
     ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
 
 
-def check_body(run: Record, body: int | str, what: str) -> int:
-    """Return the index of a body that is given by its name, or by an index that may count from the end."""
-    if isinstance(body, str):
-        return run.context.index(body, what)
-    count = len(run.context)
-    if (index := integer(body)) is None or not -count <= index < count:
-        raise InvalidInput(f"{what} is {body!r}; expected a body's index, 0 to {count - 1}")
-    return index % count
+def polygons_3d(corners: Any, **style: Any) -> Any:
+    """Make polygons in 3D of their corners (F, k, 3)."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    return Poly3DCollection(corners, **style)
 
 
-def chosen(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
+def body_indices(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
     """Return the indices of the bodies to draw."""
     if bodies is None:
         return list(range(len(run.context)))
     if isinstance(bodies, str):
         raise InvalidInput(f"bodies is {bodies!r}; expected a list of indices or names")
-    indices = [check_body(run, body, "one of bodies") for body in bodies]
+    indices = [run.context.index(body, "one of bodies") for body in bodies]
     if not indices:
         raise InvalidInput("bodies is empty; expected at least one body")
     return indices
 
 
-def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
+def near_and_far(run: Record, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
     """Return the bodies in one picture with ``about``, or with the nearest two, and the others with their distances."""
     position, count = run.arrays["position"], len(run.context)
     if about is None:
@@ -180,13 +167,14 @@ def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tu
 
         about = min(combinations(range(count), 2), key=gap, default=(0, 0))[0]
     distance = np.linalg.norm(position - position[:, about, None], axis=2)
-    reach = min((float(distance[:, body].max()) for body in range(count) if body != about), default=0.0)
-    far = [(body, float(d)) for body in range(count) if (d := distance[:, body].min()) > _BEYOND * reach > 0.0]
-    gone = {body for body, _ in far}
-    return [body for body in range(count) if body not in gone], far
+    innermost = np.delete(distance.max(axis=0), about).min(initial=np.inf)
+    least = distance.min(axis=0)
+    outside = least > _BEYOND * innermost if innermost > 0.0 else np.zeros(count, dtype=bool)
+    far = [(body, float(least[body])) for body in np.flatnonzero(outside).tolist()]
+    return np.flatnonzero(~outside).tolist(), far
 
 
-def far_label(run: Record, body: int, distance: float) -> str:
+def label_of_far(run: Record, body: int, distance: float) -> str:
     """Return the label of a body that is outside the picture."""
     return f"{label_of(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
 
@@ -229,12 +217,12 @@ class Surface:
     triangles: Floats | None = None
 
     @property
-    def reach(self) -> float:
+    def radius(self) -> float:
         """An upper bound of the distance of the surface's points from the body's centre."""
         return float(np.linalg.norm(self.position) + np.linalg.norm(self.columns, axis=0).max())
 
 
-def ball(meridians: int, parallels: int) -> Floats:
+def sphere_grid(meridians: int, parallels: int) -> Floats:
     """Return a grid of points (parallels, meridians, 3) of the unit sphere; the first meridian is also the last one."""
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, meridians), np.linspace(0.0, np.pi, parallels))
     return np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
@@ -262,6 +250,6 @@ def surfaces(run: Record, body: int) -> list[Surface]:
     ]
 
 
-def reach(run: Record, body: int) -> float:
+def radius(run: Record, body: int) -> float:
     """Return an upper bound of the distance of a body's points from its centre; zero for a point."""
-    return max((surface.reach for surface in surfaces(run, body)), default=0.0)
+    return max((surface.radius for surface in surfaces(run, body)), default=0.0)

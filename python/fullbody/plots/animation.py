@@ -19,8 +19,8 @@ from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ..typing import Floats
-from ._style import RunPlots, check_samples, label, split_far
-from .between import at, warn_if_aliased
+from ._style import RunPlots, check_samples, label, near_and_far
+from .between import poses, warn_if_aliased
 from .scene import draw_body, new_axes, scene, title
 from .sunlight import Sunlight, directions
 
@@ -142,10 +142,10 @@ def _scene(run: Record, figure: Any, times: Floats, geometry: Vectors | None) ->
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
     for artist in moving:
         artist.remove()
-    centres, attitudes = at(run, times)
+    centres, attitudes = poses(run, times)
     suns = None if geometry is None else directions(run, geometry, times)
-    near = split_far(run)[0]
-    # All pictures show as many decimals as are needed to tell their times apart.
+    near = near_and_far(run)[0]
+    # All pictures show as many decimals as make their times distinct.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
 
@@ -181,20 +181,20 @@ def _sky(run: Record, figure: Any, times: Floats, geometry: Vectors | None) -> C
     right.invert_yaxis()
     right.set(xlabel=label(run, "time", "time"), ylabel="magnitude")
     grid(right)
-    now = light_curve(run, arrival, geometry)
+    magnitude = light_curve(run, arrival, geometry)
 
     def draw(index: int) -> list[Any]:
-        dots = (
-            right.plot(arrival[[index]], now[[index]], marker="o", color="#D55E00") if np.isfinite(now[index]) else []
-        )
-        return [*pictures.draw(left, index, True, {}), *dots]
+        artists = pictures.draw(left, index, True, {})
+        if np.isfinite(magnitude[index]):
+            artists += right.plot(arrival[index], magnitude[index], marker="o", color="#D55E00")
+        return artists
 
     return draw
 
 
 @contextmanager
 def _failing_by_name(path: Path) -> Iterator[None]:
-    """Context manager that turns a failure of ffmpeg into an error that names the caller's file."""
+    """Context manager that converts a failure of ffmpeg to an error that names the caller's file."""
     try:
         yield
     except CalledProcessError as error:

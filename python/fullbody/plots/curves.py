@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base import figures, rotations
-from ..base.figures import full_option_names, legend, line, single
+from ..base.figures import full_option_names, line, single
 from ..base.kinds import choice
 from ..base.units import plain
 from ..errors import InvalidInput
@@ -16,8 +16,8 @@ from ..observables import roll_pitch_yaw
 from ..record import conserved
 from ..record.record import Record
 from . import _style, lines
-from ._style import ArrayOfAxes, RunPlots, dress, label, label_of, time_label, times
-from .between import followed
+from ._style import ArrayOfAxes, RunPlots, label, label_axes, label_of, time_label, times
+from .between import dense_attitudes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,10 +39,10 @@ _DRIFTS = {
 }
 #: Half the spacing of doubles at 1, the smallest relative change that exists.
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
-#: A body whose yaw in radians exceeds this rotates relative to the line to the other body, so it does not librate.
-_ROUND = 2.0 * np.pi
+#: The range of yaw in radians above which a body rotates relative to the line to the other body instead of librating.
+_FULL_TURN = 2.0 * np.pi
 #: The ratio of the largest to the smallest work above which a linear axis would show the smallest as zero.
-_APART = 30.0
+_LINEAR_RATIO = 30.0
 #: The longest name of a force that is shown in full, in characters.
 _NAME = 24
 
@@ -50,7 +50,8 @@ _NAME = 24
 def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
     """Draw Tait-Bryan angles in degrees: a row for each body, with phi, theta and psi in a panel each.
 
-    An angle that turns too often to be seen is drawn as its departure from a uniform turn at the rate nu in the legend.
+    An angle of too many turns to be seen is drawn as its departure from a uniform rotation, whose rate nu is in the
+    legend.
 
     Parameters
     ----------
@@ -60,18 +61,17 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
         Indices in the system, or names; by default all bodies.
     """
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
-    indices = _style.chosen(run, bodies)
+    indices = _style.body_indices(run, bodies)
     flat, result = figures.panels(ax, (len(indices), 3), (10.0, 0.4 + 2.2 * len(indices)))
-    moments, attitude = followed(run)
+    moments, attitude = dense_attitudes(run)
     time = times(run, moments)
     for row, body in enumerate(indices):
         values = np.rad2deg(rotations.tait_bryan(attitude[:, body]))
         for ax, symbol, angle in zip(flat[3 * row : 3 * row + 3], _SYMBOLS, values.T, strict=True):
-            name = lines.draw_angle(ax, time, angle, line(0, kwargs), symbol, _style.unit_of_rates(run))
-            first = f"{label_of(run, body)}\n" if symbol == _SYMBOLS[0] else ""
-            dress(ax, f"{first}{name} [deg]")
+            name = lines.draw_angle(ax, time, angle, line(0, kwargs), symbol, _style.unit_of_rate(run))
+            body_name = f"{label_of(run, body)}\n" if symbol == _SYMBOLS[0] else ""
+            label_axes(ax, f"{body_name}{name} [deg]")
             lines.degrees(ax)
-            legend(ax)
     for ax in flat[-3:]:
         time_label(ax, run)
     return result
@@ -99,7 +99,7 @@ def elements(
         Those of a, e, i, Omega, omega, M that are drawn.
     """
     run, ax = plots.sampled(), kwargs.pop("axes", ax)
-    body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
+    body, about = run.context.index(body, "body"), run.context.index(about, "about")
     rows = [row for row in _ELEMENTS if row[0] in names]
     flat, result = figures.panels(ax, (3, 2) if len(rows) == 6 else (len(rows),), (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
@@ -108,15 +108,14 @@ def elements(
         value, style = plain(getattr(values, name)), line(0, full_option_names(kwargs))
         if name in ("a", "e"):
             lines.draw(ax, times(run), value, style)
-            dress(ax, label(run, symbol, "length") if name == "a" else symbol, text + orbit)
+            label_axes(ax, label(run, symbol, "length") if name == "a" else symbol, text + orbit)
         else:
-            symbol = lines.draw_angle(ax, times(run), np.rad2deg(value), style, symbol, _style.unit_of_rates(run))
-            dress(ax, f"{symbol} [deg]", text + orbit)
+            symbol = lines.draw_angle(ax, times(run), np.rad2deg(value), style, symbol, _style.unit_of_rate(run))
+            label_axes(ax, f"{symbol} [deg]", text + orbit)
             lines.degrees(ax)
         ax.ticklabel_format(axis="y", useOffset=False)
         # The changes of an eccentricity are compared with one, not with its size.
         lines.steady(ax, 1e-3 if name == "e" else 0.0)
-        legend(ax)
     for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:
         time_label(ax, run)
     return result
@@ -135,15 +134,14 @@ def energy(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         if not conserved.size(of, run.invariants):
             continue
         drift = getattr(run, of)
-        # Zero has no logarithm: the line continues from the sample before to the one after.
-        shown = drift != 0.0
-        name = name if shown.any() else f"{name}: no change"
-        lines.draw(ax, times(run)[shown], np.abs(drift[shown]), line(index, {"label": name, **kwargs}))
+        # Zero has no logarithm: the line joins the neighbouring samples.
+        changed = drift != 0.0
+        name = name if changed.any() else f"{name}: no change"
+        lines.draw(ax, times(run)[changed], np.abs(drift[changed]), line(index, {"label": name, **kwargs}))
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
     ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))
-    dress(ax, "|relative drift|")
-    legend(ax)
+    label_axes(ax, "|relative drift|")
     time_label(ax, run)
     return ax
 
@@ -161,18 +159,17 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
         Indices in the system, or names, of bodies that do not move along a line.
     """
     run, kwargs = plots.sampled(), full_option_names(kwargs)
-    body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
+    body, about = run.context.index(body, "body"), run.context.index(about, "about")
     curves = _attitude(run, body, about)
     ax = single(ax, (7.0, 3.2))
     for index, (name, angle) in enumerate(curves.items()):
         style = line(index, {"label": name, **kwargs} if len(curves) > 1 else kwargs)
-        lines.draw_angle(ax, times(run), np.rad2deg(angle), style, name, _style.unit_of_rates(run))
-    what = "z-axis from the orbit's normal" if len(curves) == 1 else "in its orbit's frame"
+        lines.draw_angle(ax, times(run), np.rad2deg(angle), style, name, _style.unit_of_rate(run))
+    title = "z-axis from the orbit's normal" if len(curves) == 1 else "in its orbit's frame"
     if len(run.context) > 2:
-        what = f"{'tilt to' if len(curves) == 1 else 'in'} its orbit about {label_of(run, about)}"
-    dress(ax, "angle [deg]", f"{label_of(run, body)}, {what}")
+        title = f"{'tilt to' if len(curves) == 1 else 'in'} its orbit about {label_of(run, about)}"
+    label_axes(ax, "angle [deg]", f"{label_of(run, body)}, {title}")
     lines.degrees(ax)
-    legend(ax)
     time_label(ax, run)
     return ax
 
@@ -183,7 +180,7 @@ def _attitude(run: Record, body: int, about: int) -> dict[str, Any]:
     normal = np.cross(r, v)
     try:
         values = np.asarray(roll_pitch_yaw(run, body=body, about=about))
-        if np.ptp(values[:, 2]) <= _ROUND:
+        if np.ptp(values[:, 2]) <= _FULL_TURN:
             return dict(zip(("roll", "pitch", "yaw"), values.T, strict=True))
     except InvalidInput:
         # Samples too far apart to follow the attitude still give the tilt; motion along a line has no orbital frame.
@@ -209,7 +206,7 @@ def spins(
     """
     choice(frame, "frame", ("body", "inertial"))
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), full_option_names(kwargs)
-    indices = _style.chosen(run, bodies)
+    indices = _style.body_indices(run, bodies)
     flat, result = figures.panels(ax, (len(indices),), (7.0, 0.4 + 2.2 * len(indices)))
     for body, ax in zip(indices, flat, strict=True):
         spin = run.arrays["spin"][:, body]
@@ -218,10 +215,9 @@ def spins(
         for component, letter in enumerate("xyz"):
             style = line(component, {"label": rf"$\omega_{letter}$", **kwargs})
             lines.draw(ax, times(run), spin[:, component], style, np.ptp(spin))
-        dress(ax, label(run, "spin", "spin"), f"{label_of(run, body)}, {frame} frame")
+        label_axes(ax, label(run, "spin", "spin"), f"{label_of(run, body)}, {frame} frame")
         ax.ticklabel_format(axis="y", useOffset=False)
         lines.steady(ax)
-        legend(ax)
     time_label(flat[-1], run)
     return result
 
@@ -237,15 +233,16 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
     if not forces:
         raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
     ax, kwargs = single(ax, (7.0, 3.2)), full_option_names(kwargs)
-    factor, unit = _style.energy_unit(run)
-    done = factor * run.arrays["work"]
-    sizes = np.abs(done).max(axis=0)
+    units = run.context.units
+    factor, unit = (float(units.unit("energy").to("J")), "J") if units.defined else (1.0, "system units")
+    energies = factor * run.arrays["work"]
+    sizes = np.abs(energies).max(axis=0)
     for index, force in enumerate(forces):
         name = _style.escaped(_style.short(force, _NAME))
         name = name if sizes[index] > 0.0 else f"{name}: none"
-        lines.draw(ax, times(run), done[:, index], line(index, {"label": name, **kwargs}))
+        lines.draw(ax, times(run), energies[:, index], line(index, {"label": name, **kwargs}))
     sizes = sizes[sizes > 0.0]
-    if len(sizes) and sizes.max() > _APART * sizes.min():
+    if len(sizes) and sizes.max() > _LINEAR_RATIO * sizes.min():
         # The axis is linear over all of the smallest force's work, then logarithmic.
         threshold = 10.0 ** np.ceil(np.log10(sizes.min()))
         ax.set_yscale("symlog", linthresh=threshold, linscale=1.5)
@@ -253,7 +250,6 @@ def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
         # The number of ticks is small enough for a page of plots too.
         locator.set_params(numticks=5)
         ax.yaxis.set_major_locator(locator)
-    dress(ax, f"work [{unit}]")
-    legend(ax)
+    label_axes(ax, f"work [{unit}]")
     time_label(ax, run)
     return ax

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..base.units import plain
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
-from ._style import colour_bar, escaped, in_si, world
+from ._style import colour_bar, escaped, in_si, polygons_3d, set_up_map
 
 if TYPE_CHECKING:
     from ..fields.surface import SurfaceField, SurfaceRange
@@ -22,15 +23,15 @@ if TYPE_CHECKING:
 #: Edges of cells that extend over fewer degrees of longitude than this are straight on a map.
 _STRAIGHT = 4.0
 #: The quantities that can be shown on a surface.
-_SHOWN = ["slope", "geopotential", "surface_acceleration", "least_slope", "greatest_slope"]
-_SHOWN += ["least_surface_acceleration", "greatest_surface_acceleration"]
+_QUANTITIES = ["slope", "geopotential", "surface_acceleration", "least_slope", "greatest_slope"]
+_QUANTITIES += ["least_surface_acceleration", "greatest_surface_acceleration"]
 #: The quantities that may colour an impact, with their labels.
 _COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
 
 
 def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, str, str]:
     """Return the numbers of a quantity, with angles in degrees, its name and its unit."""
-    choice(quantity, "quantity", [name for name in _SHOWN if hasattr(field, name)])
+    choice(quantity, "quantity", [name for name in _QUANTITIES if hasattr(field, name)])
     value, phrase = in_si(getattr(field, quantity)), quantity.replace("_", " ")
     if quantity.endswith("slope"):
         return np.degrees(plain(value)), phrase, "deg"
@@ -59,16 +60,16 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     values, phrase, unit = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
     outlines = _outlines(plain(field.cells), np.degrees(plain(field.longitude)))
-    # Cells across the edge of the map are drawn on both sides of it.
+    # Cells across the edge of the map are artist on both sides of it.
     rotation = np.array([360.0, 0.0])
     right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
     left = [k for k, outline in enumerate(outlines) if outline[:, 0].min() < -180.0]
     cells = [*outlines, *(outlines[k] - rotation for k in right), *(outlines[k] + rotation for k in left)]
     colours = np.concatenate([values, values[right], values[left]])
     style = {"array": colours, "antialiased": False, "rasterized": True, **kwargs}
-    drawn = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
-    world(ax)
-    colour_bar(ax, drawn, phrase, unit)
+    artist = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
+    set_up_map(ax)
+    colour_bar(ax, artist, phrase, unit)
     ax.set_title(escaped(field.name))
     return ax
 
@@ -96,8 +97,8 @@ def _outline(corners: Floats, middle: float) -> Floats:
     ring = np.hypot(x, y)
     latitude = np.degrees(np.arctan2(z, ring))
     at_pole = ring < 1e-9 * np.abs(corners).max()
-    away = corners[~at_pole]
-    longitude = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+    off_pole = corners[~at_pole]
+    longitude = np.degrees(np.arctan2(off_pole[:, 1], off_pole[:, 0]))
     # Edges between corners take the shorter way.
     steps = (np.diff(longitude, append=longitude[:1]) + 180.0) % 360.0 - 180.0
     longitude = longitude[0] + np.concatenate([[0.0], np.cumsum(steps[:-1])])
@@ -114,9 +115,8 @@ def _outline(corners: Floats, middle: float) -> Floats:
             if not at_pole[k]:
                 rows.append((longitudes[k], latitude[k]))
                 continue
-            beside = [
-                longitudes.get((k + step) % count, longitudes.get((k + 2 * step) % count, middle)) for step in (-1, 1)
-            ]
+            steps = ((longitudes.get((k + n) % count), longitudes.get((k + 2 * n) % count, middle)) for n in (-1, 1))
+            beside = [second if first is None else first for first, second in steps]
             rows += [(item, latitude[k]) for item in beside]
         outline = np.array(rows)
     shift = 360.0 * np.round((middle - 0.5 * (outline[:, 0].max() + outline[:, 0].min())) / 360.0)
@@ -152,13 +152,13 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
         Passed to ``Poly3DCollection``: ``cmap``, ``clim`` and others.
     """
     values, phrase, unit = _values(field, quantity)
-    ax = _stage(ax)
+    ax = _axes_3d(ax)
     cells = plain(field.cells)
     # Smoothed edges would show the seams between the faces.
     style = {"array": values, "linewidths": 0.0, "antialiaseds": False}
-    drawn = ax.add_collection3d(_polygons(cells, **{**style, **kwargs}))
-    ax.figure.colorbar(drawn, ax=ax, label=f"{phrase} [{unit}]", shrink=0.6, pad=0.1)
-    _equal(ax, cells, field.point)
+    artist = ax.add_collection3d(polygons_3d(cells, **{**style, **kwargs}))
+    ax.figure.colorbar(artist, ax=ax, label=f"{phrase} [{unit}]", shrink=0.6, pad=0.1)
+    _set_equal_scales(ax, cells, field.point)
     ax.set_title(escaped(field.name))
     return ax
 
@@ -180,29 +180,28 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     index = flight.context.index(body)
     if colour is not None:
         choice(colour, "colour", _COLOURS)
-    own_colour = {"c", "color"} & kwargs.keys()
-    if own_colour and colour is not None:
-        raise InvalidInput(
-            f"{own_colour.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots"
-        )
-    struck = (flight.fate_body == index) & np.isin(flight.fate, ("impact", "rest"))
+    colour_options = {"c", "color"} & kwargs.keys()
+    if colour_options and colour is not None:
+        text = f"{colour_options.pop()} is given beside colour={colour!r}"
+        raise InvalidInput(f"{text}; expected colour=None with a colour of dots")
+    landed = (flight.fate_body == index) & np.isin(flight.fate, ("impact", "rest"))
     ax = single(ax, (8.0, 4.4))
-    # The more dots there are, the smaller they are.
-    style: dict[str, Any] = {"s": float(np.clip(4000.0 / max(1, struck.sum()), 4.0, 25.0)), "rasterized": True}
+    # Many dots are smaller than few.
+    style: dict[str, Any] = {"s": float(np.clip(4000.0 / max(1, landed.sum()), 4.0, 25.0)), "rasterized": True}
     style |= {"edgecolors": "0.2", "linewidths": 0.3} if style["s"] > 8.0 else {"linewidths": 0.0}
     if colour is None:
-        style |= {} if own_colour else {"color": LINES[0]["color"]}
+        style |= {} if colour_options else {"color": LINES[0]["color"]}
     else:
         values = getattr(flight, "fate_time" if colour == "time" else colour)
         in_degrees = colour == "incidence"
         unit = "deg" if in_degrees else unit_of(values)
-        style["c"] = (np.degrees(plain(values)) if in_degrees else plain(values))[struck]
-    longitude, latitude = (np.degrees(flight.arrays[name][struck]) for name in ("longitude", "latitude"))
-    drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
+        style["c"] = (np.degrees(plain(values)) if in_degrees else plain(values))[landed]
+    longitude, latitude = (np.degrees(flight.arrays[name][landed]) for name in ("longitude", "latitude"))
+    artist = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
-        colour_bar(ax, drawn, _COLOURS[colour], unit)
-    world(ax)
-    ax.set_title(f"{escaped(flight.context.names[index])}, {int(struck.sum())} of {len(flight)} particles")
+        colour_bar(ax, artist, _COLOURS[colour], unit)
+    set_up_map(ax)
+    ax.set_title(f"{escaped(flight.context.names[index])}, {int(landed.sum())} of {len(flight)} particles")
     grid(ax)
     return ax
 
@@ -225,32 +224,33 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     **kwargs
         Passed to ``Axes.contour``.
     """
-    units, points = pair.system.context.units, pair.equilibria()
+    number, points = pair.system.context.units.number, pair.equilibria()
     constants = {point.name: float(plain(point.jacobi)) for point in points}
-    wanted = constants.values() if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
+    requested = constants.values() if levels is None else [number(c, "potential", "one of levels") for c in levels]
     # Curves of nearly equal constants would cover each other.
-    levels_drawn: list[float] = []
-    for level in sorted(wanted):
-        if not levels_drawn or level - levels_drawn[-1] > 1e-9 * abs(level):
-            levels_drawn.append(level)
+    distinct_levels: list[float] = []
+    for level in sorted(requested):
+        if not distinct_levels or level - distinct_levels[-1] > 1e-9 * abs(level):
+            distinct_levels.append(level)
     ax = single(ax, (6.4, 5.6))
-    x, y, jacobi = pair.plane(extent)
-    across, up, values = plain(x), plain(y), plain(jacobi)
-    shown = in_si(jacobi)
-    scale = float(plain(shown).flat[0] / values.flat[0])
+    *axes, jacobi = pair.plane(extent)
+    x, y, values = map(plain, (*axes, jacobi))
+    jacobi_si = in_si(jacobi)
+    scale = float(plain(jacobi_si).flat[0] / values.flat[0])
     low, high = (min(constants.values(), default=values.min()), max(constants.values(), default=values.max()))
     span = max(high - low, 0.05 * abs(high))
     ticks = matplotlib("ticker").MaxNLocator(12).tick_values(scale * low, scale * (high + span))
-    filled = ax.contourf(across, up, scale * values, levels=ticks, colors=_greys(len(ticks)), extend="both")
+    # One grey for each band between levels, and for the values below and above these.
+    greys = [f"{shade:.3f}" for shade in np.linspace(1.0, 0.45, len(ticks) + 1)]
+    filled = ax.contourf(x, y, scale * values, levels=ticks, colors=greys, extend="both")
     # Edges in the colours of the bands cover the seams between these.
     filled.set_edgecolor("face")
-    colour_bar(ax, filled, "Jacobi constant", unit_of(shown))
-    colours = [LINES[k % len(LINES)]["color"] for k in range(len(levels_drawn))]
-    curves = ax.contour(across, up, values, **{"levels": levels_drawn, "colors": colours, "linewidths": 1.1, **kwargs})
-    # At a maximum of the potential there is no curve.
-    least = 0.02 * np.ptp(across)
-    size = [float(np.ptp(path.vertices, axis=0).max()) if len(path) else 0.0 for path in curves.get_paths()]
-    visible = [(level, colour) for level, colour, part in zip(levels_drawn, colours, size, strict=True) if part > least]
+    colour_bar(ax, filled, "Jacobi constant", unit_of(jacobi_si))
+    colours = [LINES[k % len(LINES)]["color"] for k in range(len(distinct_levels))]
+    curves = ax.contour(x, y, values, **{"levels": distinct_levels, "colors": colours, "linewidths": 1.1, **kwargs})
+    # At a maximum of the potential there is no curve for the legend to name.
+    sizes = [np.ptp(path.vertices, axis=0).max() if len(path) else 0.0 for path in curves.get_paths()]
+    visible = np.array(sizes) > 0.02 * np.ptp(x)
     for k, body in enumerate(pair.system.context.bodies):
         _silhouette(ax, pair, k, body)
     text = {"textcoords": "offset points", "ha": "center", "fontsize": "small", "zorder": 5}
@@ -270,22 +270,16 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     grid(ax)
     curve, dot = matplotlib("lines").Line2D, {"linestyle": "none", "marker": "o", "markersize": 4, "color": "black"}
     handles = []
-    for level, colour in visible:
+    for level, colour in compress(zip(distinct_levels, colours, strict=True), visible):
         names = [name for name, constant in constants.items() if abs(constant - level) <= 1e-9 * abs(level)]
-        handles.append(
-            curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{scale * level:.4g}")
-        )
+        label = f"through {', '.join(names)}" if names else f"{scale * level:.4g}"
+        handles.append(curve([], [], color=colour, label=label))
     for stable, label in ((True, "stable point"), (False, "unstable point")):
         if any(point.stable == stable for point in points):
             handles.append(curve([], [], **dot, markerfacecolor="black" if stable else "white", label=label))
     style = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.11), "ncols": 4, "frameon": False, "fontsize": "small"}
     ax.legend(handles=handles, **style)
     return ax
-
-
-def _greys(count: int) -> list[str]:
-    """Return greys from white on for bands between ``count`` levels, and for the values below and above these."""
-    return [f"{shade:.3f}" for shade in np.linspace(1.0, 0.45, count + 1)]
 
 
 def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any) -> Any:
@@ -301,7 +295,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     **kwargs
         Passed to ``Axes3D.plot_surface``.
     """
-    ax = _stage(ax)
+    ax = _axes_3d(ax)
     all_points = []
     for k, (name, body) in enumerate(zip(pair.system.context.names, pair.system.context.bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
@@ -311,10 +305,10 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})
         cells = _cells(pair, k, body)
         if len(cells):
-            ax.add_collection3d(_polygons(cells, facecolors=colour, shade=True))
+            ax.add_collection3d(polygons_3d(cells, facecolors=colour, shade=True))
         else:
             ax.plot(*pair.frame.centres[k][:, None], marker="o", color=colour)
-    _equal(ax, np.concatenate(all_points), pair.position)
+    _set_equal_scales(ax, np.concatenate(all_points), pair.position)
     ax.legend(loc="upper left", frameon=False, fontsize="small")
     return ax
 
@@ -335,21 +329,14 @@ def _silhouette(ax: Any, pair: Synodic, index: int, body: Any) -> None:
         ax.plot(*pair.frame.centres[index][:2], marker=".", color="#56B4E9", zorder=3)
 
 
-def _stage(ax: Any) -> Any:
+def _axes_3d(ax: Any) -> Any:
     """Return the caller's axes in 3D, or new ones."""
     if ax is not None:
         return check_axes(ax, "ax", "3d")
     return matplotlib().figure(figsize=(7.0, 5.4), layout="constrained").add_subplot(projection="3d")
 
 
-def _polygons(cells: Floats, **style: Any) -> Any:
-    """Make polygons in 3D."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    return Poly3DCollection(cells, **style)
-
-
-def _equal(ax: Any, points: Floats, like: Any) -> None:
+def _set_equal_scales(ax: Any, points: Floats, like: Any) -> None:
     """Set equal scales that contain points (..., 3), and labels with the unit of a length."""
     low, high = points.reshape(-1, 3).min(axis=0), points.reshape(-1, 3).max(axis=0)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))

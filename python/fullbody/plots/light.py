@@ -14,7 +14,7 @@ from ..observing.mutual import mutual_events
 from ..observing.times import in_system
 from ..record.record import Record
 from ..typing import Floats
-from ._style import RunPlots, dress, label, label_of, rounded
+from ._style import RunPlots, label, label_of, rounded
 from .telescope import SkyFrames
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: The arguments of a light curve; all others are those of a line.
 _OF_LIGHT = ("law", "albedo", "mutual", "sun_radius", "reduced")
 #: Colours of bars by the kind of event.
-_BARS = {"occultation": "#56b4e9", "eclipse": "#e69f00"}
+_EVENT_COLOURS = {"occultation": "#56b4e9", "eclipse": "#e69f00"}
 #: A line is broken where the interval between points is this multiple of the median one.
 _GAP = 8.0
 
@@ -68,29 +68,32 @@ def light_curve(
     curves = [("all bodies", total[order])]
     if bodies:
         curves += [(label_of(run, body), per_body[order, body]) for body in range(len(run.context))]
-    seen = _times_of_views(views, run, moments)
-    kwargs, size = full_option_names(kwargs), (7.0, 1.6 + 1.8 * len(curves) + (1.4 if len(seen) else 0.0))
+    view_times = _times_of_views(views, run, moments)
+    kwargs, size = full_option_names(kwargs), (7.0, 1.6 + 1.8 * len(curves) + (1.4 if len(view_times) else 0.0))
     flat, result = figures.panels(ax, (len(curves),), size) if bodies else ([single(ax, size)], None)
     for axis, (name, values) in zip(flat, curves, strict=True):
-        axis.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
+        axis.plot(*_with_gaps(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
         if not axis.yaxis_inverted():
             axis.invert_yaxis()
         if events and run.dense is not None:
-            _mark(axis, run, geometry, moments)
-        dress(axis, "magnitude", name if bodies else "")
+            _mark_events(axis, run, geometry, moments)
+        axis.set_ylabel("magnitude")
+        figures.grid(axis)
+        if bodies:
+            axis.set_title(name, fontsize="medium", loc="left", y=1.0)
     flat[-1].set_xlabel(label(run, "time", "time"))
     legend(flat[0])
-    if len(seen):
-        _draw_views(flat[0], run, seen, geometry)
+    if len(view_times):
+        _draw_views(flat[0], run, view_times, geometry)
     return result if bodies else flat[0]
 
 
-def _broken(moments: Floats, values: Floats) -> tuple[Floats, Floats]:
+def _with_gaps(moments: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return a curve with breaks at gaps in time, and where a body is hidden and has no magnitude."""
-    apart = np.diff(moments)
-    gaps = np.flatnonzero(apart > _GAP * np.median(apart)) + 1 if len(apart) else np.array([], dtype=int)
-    shown = np.where(np.isfinite(values), values, np.nan)
-    return np.insert(moments, gaps, np.nan), np.insert(shown, gaps, np.nan)
+    steps = np.diff(moments)
+    gaps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.array([], dtype=int)
+    finite = np.where(np.isfinite(values), values, np.nan)
+    return np.insert(moments, gaps, np.nan), np.insert(finite, gaps, np.nan)
 
 
 def _times_of_views(views: Any, run: Record, moments: Floats) -> Floats:
@@ -119,20 +122,20 @@ def _draw_views(ax: Any, run: Record, times: Floats, geometry: Vectors) -> None:
         ax.axvline(time, color="0.5", linewidth=0.8, linestyle=":")
 
 
-def _mark(ax: Any, run: Record, geometry: Vectors, moments: Floats) -> None:
+def _mark_events(ax: Any, run: Record, geometry: Vectors, moments: Floats) -> None:
     """Draw bars from the beginning to the end of each mutual event, darker in totality."""
     first, last = moments.min(), moments.max()
-    named: set[str] = set()
+    labelled: set[str] = set()
 
-    def within(time: Any, otherwise: float) -> float:
-        return otherwise if time is None else float(np.clip(getattr(time, "value", time), first, last))
+    def clipped(time: Any, default: float) -> float:
+        return default if time is None else float(np.clip(getattr(time, "value", time), first, last))
 
     for event in mutual_events(run, geometry):
-        begin, end = within(event.begin, first), within(event.end, last)
+        begin, end = clipped(event.begin, first), clipped(event.end, last)
+        style = {"color": _EVENT_COLOURS[event.kind], "linewidth": 0.0}
         if begin < end:
-            name = {} if event.kind in named else {"label": event.kind}
-            named.add(event.kind)
-            ax.axvspan(begin, end, alpha=0.22, color=_BARS[event.kind], linewidth=0.0, **name)
+            label = None if event.kind in labelled else event.kind
+            labelled.add(event.kind)
+            ax.axvspan(begin, end, alpha=0.22, label=label, **style)
         if event.total_begin is not None:
-            total = within(event.total_begin, first), within(event.total_end, last)
-            ax.axvspan(*total, alpha=0.25, color=_BARS[event.kind], linewidth=0.0)
+            ax.axvspan(clipped(event.total_begin, first), clipped(event.total_end, last), alpha=0.25, **style)

@@ -66,11 +66,11 @@ def _interval(ax: Any, values: Floats) -> int:
 
 def _mean(values: Floats, size: int) -> Floats:
     """Return the means of the values (K,) within ``size`` samples about each, of fewer at the ends."""
-    middle = values.mean()
-    sums = np.concatenate([[0.0], np.cumsum(values - middle)])
+    centre = values.mean()
+    sums = np.concatenate([[0.0], np.cumsum(values - centre)])
     index = np.arange(len(values))
     begin, end = np.maximum(index - size // 2, 0), np.minimum(index + size // 2 + 1, len(values))
-    return np.asarray(middle + (sums[end] - sums[begin]) / (end - begin))
+    return np.asarray(centre + (sums[end] - sums[begin]) / (end - begin))
 
 
 def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any], name: str, unit: str) -> str:

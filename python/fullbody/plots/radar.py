@@ -42,7 +42,7 @@ def radar_spectrum(
         Arguments of :func:`fullbody.observing.radar_spectrum`.
     ax : matplotlib Axes, optional
     bodies : bool
-        Whether the echo of each body is drawn, too.
+        Whether the echo of each body is artist, too.
     **kwargs
         ``law``, ``mutual``, ``transmitter``, ``exposure`` and ``frequency_response`` are passed to
         :func:`fullbody.observing.radar_spectrum`; others to ``Axes.stairs``.
@@ -95,12 +95,12 @@ def delay_doppler(
     options["transmit_frequency"] = transmit_frequency
     echo = image_of(run, _moment(time), geometry, delays, frequencies, **options)
     power = plain(echo.power)[0]
-    x, across = _axis(run, frequencies, echo.frequencies, "Doppler frequency", "rate")
-    y, down = _axis(run, delays, echo.delays, "delay", "time")
+    x, x_label = _axis(run, frequencies, echo.frequencies, "Doppler frequency", "rate")
+    y, y_label = _axis(run, delays, echo.delays, "delay", "time")
     ax = single(ax, (5.6, 4.2))
-    drawn = ax.pcolormesh(x, y, np.sqrt(power), **{"cmap": "gray", "vmin": 0.0, **kwargs})
-    ax.set(xlabel=across, ylabel=down, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
-    colour_bar(ax, drawn, "root of the cross section", unit(run, "length") or "system units")
+    artist = ax.pcolormesh(x, y, np.sqrt(power), **{"cmap": "gray", "vmin": 0.0, **kwargs})
+    ax.set(xlabel=x_label, ylabel=y_label, xlim=(x[0], x[-1]), ylim=(y[-1], y[0]))
+    colour_bar(ax, artist, "root of the cross section", unit(run, "length") or "system units")
     return ax
 
 

@@ -13,7 +13,7 @@ from ..record.record import Record
 from ..typing import Floats
 from . import _style
 from ._style import RunPlots
-from .between import at, moment, relative_path, track
+from .between import dense_times, poses, relative_path, time_in_run
 from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
@@ -48,19 +48,19 @@ def orbit(
     """
     choice(plane, "plane", _PLANES)
     run = plots.sampled()
-    about = _style.check_body(run, about, "about")
+    about = run.context.index(about, "about")
     ax = figures.single(ax, (5.5, 5.0))
     horizontal, vertical = _PLANES[plane]
     position = run.arrays["position"]
     kwargs = figures.full_option_names(kwargs)
-    near, far = _style.split_far(run, about)
+    near, far = _style.near_and_far(run, about)
     for index, body in enumerate(k for k in near if k != about):
-        points, joined = relative_path(run, body, about)
+        points, is_curve = relative_path(run, body, about)
         style = figures.line(index, {"linewidth": 0.9, "label": _style.label_of(run, body)})
-        style |= {} if joined else {"linestyle": "none", "marker": ".", "markersize": 3.0}
+        style |= {} if is_curve else {"linestyle": "none", "marker": ".", "markersize": 3.0}
         ax.plot(points[:, horizontal], points[:, vertical], **{**style, **kwargs})
     for body, distance in far:
-        ax.plot([], [], linestyle="none", label=_style.far_label(run, body, distance))
+        ax.plot([], [], linestyle="none", label=_style.label_of_far(run, body, distance))
     if shapes:
         for body in near:
             end = (position[-1, body] - position[-1, about])[[horizontal, vertical]]
@@ -128,25 +128,25 @@ def scene(
         ax = new_axes(figures.matplotlib().figure(figsize=(7.0, 5.2)))
     else:
         figures.check_axes(ax, "ax", "3d")
-    now = moment(run, time)
-    centres, attitude = (values[0] for values in at(run, np.array([now])))
-    paths = at(run, track(run, now))[0]
+    time_shown = time_in_run(run, time)
+    centres, attitude = (values[0] for values in poses(run, np.array([time_shown])))
+    paths = poses(run, dense_times(run, time_shown))[0]
     names = [_style.label_of(run, body) for body in range(len(run.context))]
     surface = _surface(kwargs)
     light = None
     if geometry is not None:
-        light = Sunlight(run, directions(run, geometry, np.array([now]))[0], centres, attitude)
-    near, far = _style.split_far(run)
+        light = Sunlight(run, directions(run, geometry, np.array([time_shown]))[0], centres, attitude)
+    near, far = _style.near_and_far(run)
     for body in near:
         if path:
             ax.plot(*paths[:, body].T, **figures.line(body, {"color": "0.45", "linewidth": 0.8}))
         draw_body(ax, run, body, centres[body], attitude[body], names[body], surface, light=light)
     for body, distance in far:
-        names[body] = _style.far_label(run, body, distance)
+        names[body] = _style.label_of_far(run, body, distance)
         ax.plot([], [], linestyle="none", label=names[body])
-    whole_paths = at(run, track(run, moment(run, None)))[0]
-    set_range(ax, run, np.concatenate([whole_paths, centres[None]])[:, near], near)
-    title(ax, run, _style.rounded(now))
+    all_paths = poses(run, dense_times(run, time_in_run(run, None)))[0]
+    set_range(ax, run, np.concatenate([all_paths, centres[None]])[:, near], near)
+    title(ax, run, _style.rounded(time_shown))
     entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     order = [*names, *(name for name in entries if name not in names)]
     columns = len(order) if len(order) < 6 else (len(order) + 1) // 2
@@ -199,7 +199,7 @@ def draw_body(
         mesh = (2 * mesh[0] - 1, 2 * mesh[1] - 1)
         # The legend shows the colour of the day side.
         artists += ax.plot([], [], linestyle="none", marker="s", markersize=9.0, color=style["color"], label=name)
-    ball = _style.ball(*mesh)
+    ball = _style.sphere_grid(*mesh)
     for k, surface in enumerate(surfaces):
         options: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:
@@ -220,7 +220,7 @@ def draw_body(
         colours = _colours(style["color"], shades)
         options = {**style, "facecolors": colours, "edgecolor": colours, "linewidth": 0.3}
         artists.append(ax.add_collection3d(_facets(pieces, {**options, **kwargs})))
-    radius = _style.reach(run, body)
+    radius = _style.radius(run, body)
     for column, letter in enumerate("xyz"):
         # The axis begins at the surface, since a plot in 3D does not hide lines inside a body.
         edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in surfaces)
@@ -245,15 +245,13 @@ def _facets(corners: Any, style: dict[str, Any]) -> Any:
     colour = style.pop("color", None)
     style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
     style.setdefault("facecolors", style.pop("facecolor", colour))
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
     # Faces lit by the Sun have their shades already.
-    return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
+    return _style.polygons_3d(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
 def set_range(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     """Set equal scales of the axes for the whole paths (T, n, 3) of n bodies, and label the axes with units."""
-    sizes = [_AXIS_LENGTH * _style.reach(run, body) for body in bodies]
+    sizes = [_AXIS_LENGTH * _style.radius(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)

@@ -13,17 +13,17 @@ from ..observing.astrometry import Astrometry
 from ..record.record import Record
 from . import _style
 
-#: The number of turns of the orbit that are drawn whole; of more, one is drawn.
-_TURNS = 3.0
-#: The number of points of the track for each turn.
+#: The number of revolutions up to which all are drawn; of more, one is drawn.
+_REVOLUTIONS = 3.0
+#: The number of points of the track for each revolution.
 _POINTS = 200
 
 
 def sky_track(run: Record, data: Astrometry, ax: Any = None, **kwargs: Any) -> Any:
-    """Draw the track of a run on the sky, the observed offsets with their errors, and lines to where the run has them.
+    """Draw the track of a run on the sky, the observed offsets with their errors, and lines to the predicted ones.
 
-    Of an orbit that turns often between the first and the last observation, the track is one turn in the middle of
-    them. North is up and east to the left.
+    Of many revolutions between the first and the last observation, the track is one in the middle of them. North is up
+    and east to the left.
 
     Parameters
     ----------
@@ -60,19 +60,19 @@ def sky_track(run: Record, data: Astrometry, ax: Any = None, **kwargs: Any) -> A
     ax = figures.single(ax, (5.5, 5.0))
     body, about = run.context.pair(data.body, data.about, " of Astrometry")
     predicted = plain(data.predict(run))
-    across, up = plain(data.east), plain(data.north)
-    times, turns = _times_of_track(run, data, body, about)
+    observed = np.stack([plain(data.east), plain(data.north)], axis=1)
+    times, revolutions = _times_of_track(run, data, body, about)
     zero = np.zeros(len(times)) if data.unit is None else np.zeros(len(times)) * data.unit
     error = 1.0 if data.unit is None else 1.0 * data.unit
     options = {name: getattr(data, name) for name in ("body", "about", "geometry", "frame", "photocentre")}
     track = plain(Astrometry(times, zero, zero, error, **options).predict(run))
-    name = "track" if turns <= _TURNS else "one turn of the track"
+    name = "track" if revolutions <= _REVOLUTIONS else "one turn of the track"
     ax.plot(*track.T, **figures.line(0, {"label": name, **kwargs}))
-    for pair in zip(np.stack([across, up], axis=1), predicted, strict=True):
+    for pair in zip(observed, predicted, strict=True):
         ax.plot(*np.transpose(pair), color="0.4", linewidth=0.7)
     errors = plain(data.sigma).T
     dots = {"linestyle": "none", "marker": ".", "markersize": 5.0, "elinewidth": 0.8}
-    ax.errorbar(across, up, errors[1], errors[0], color="#D55E00", label="observed", **dots)
+    ax.errorbar(*observed.T, errors[1], errors[0], color="#D55E00", label="observed", **dots)
     ax.plot(0.0, 0.0, marker="+", color="black", linestyle="none", label=_style.label_of(run, about))
     unit = "rad" if data.unit is None else data.unit.to_string("unicode")
     ax.set(xlabel=f"offset to the east [{unit}]", ylabel=f"offset to the north [{unit}]")
@@ -85,14 +85,15 @@ def sky_track(run: Record, data: Astrometry, ax: Any = None, **kwargs: Any) -> A
 
 
 def _times_of_track(run: Record, data: Astrometry, body: int, about: int) -> tuple[Any, float]:
-    """Return times for a track, in the form of those of the observations, and the turns between first and last."""
+    """Return times for a track, in the form of those of the observations, and how many revolutions these cover."""
     first, last = data.times[0], data.times[-1]
     span = last - first
     emitted = plain(data.emission(run.system))
     a = float(np.median(plain(run.elements(body=body, about=about).a)))
-    turns = float(np.ptp(emitted) * np.sqrt(run.context.mu(body, about) / a**3) / (2.0 * np.pi)) if a > 0.0 else 0.0
-    if turns <= _TURNS:
-        return first + span * np.linspace(0.0, 1.0, 1 + int(_POINTS * max(1.0, turns))), turns
+    mean_motion = np.sqrt(run.context.mu(body, about) / a**3) if a > 0.0 else 0.0
+    revolutions = float(np.ptp(emitted) * mean_motion / (2.0 * np.pi))
+    if revolutions <= _REVOLUTIONS:
+        return first + span * np.linspace(0.0, 1.0, 1 + int(_POINTS * max(1.0, revolutions))), revolutions
     middle = int(np.argmin(np.abs(emitted - np.mean(emitted[[0, -1]]))))
-    part = np.clip((emitted[middle] - emitted[0]) / np.ptp(emitted), 0.5 / turns, 1.0 - 0.5 / turns)
-    return first + span * (part + np.linspace(-0.5, 0.5, 1 + _POINTS) / turns), turns
+    part = np.clip((emitted[middle] - emitted[0]) / np.ptp(emitted), 0.5 / revolutions, 1.0 - 0.5 / revolutions)
+    return first + span * (part + np.linspace(-0.5, 0.5, 1 + _POINTS) / revolutions), revolutions

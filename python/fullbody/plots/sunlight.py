@@ -58,14 +58,14 @@ class Sunlight:
         They are continuous: outside an ellipsoid that is scaled to a unit sphere, the square of the distance of the ray
         to the Sun from its centre, less one.
         """
-        least = np.full(points.shape[:-1], np.inf)
+        clearance = np.full(points.shape[:-1], np.inf)
         for other, k, inverse, centre in self._ellipsoids:
             if (other, k) != (body, part):
                 point, direction = (points - centre) @ inverse.T, inverse @ self._sun
                 behind = np.minimum(point @ direction, 0.0)
-                away = np.sum(point**2, axis=-1) - behind**2 / (direction @ direction)
-                least = np.minimum(least, away - 1.0)
-        return least
+                squared_distance = np.sum(point**2, axis=-1) - behind**2 / (direction @ direction)
+                clearance = np.minimum(clearance, squared_distance - 1.0)
+        return clearance
 
     def _brightness(self, normals: Floats, clear: Any) -> Floats:
         """Return the brightness (M,) of points with normals (M, 3): 1 where the Sun is overhead and not hidden."""
@@ -80,9 +80,10 @@ class Sunlight:
         clearance, mean = self._clearance(body, part, corners), normals.mean(axis=1)
         shades = self._brightness(mean, clearance.min(axis=1) >= 0.0)
         pieces = list(corners)
-        cut = np.flatnonzero((clearance.min(axis=1) < 0.0) & (clearance.max(axis=1) > 0.0) & (mean @ self._sun > 0.0))
+        low, high = clearance.min(axis=1), clearance.max(axis=1)
+        divided = np.flatnonzero((low < 0.0) & (high > 0.0) & (mean @ self._sun > 0.0))
         lit = []
-        for cell in cut.tolist():
+        for cell in divided.tolist():
             pieces.append(_where_positive(corners[cell], clearance[cell]))
             pieces[cell] = _where_positive(corners[cell], -clearance[cell])
             lit.append(mean[cell])
@@ -93,11 +94,10 @@ class Sunlight:
 def _where_positive(corners: Floats, values: Floats) -> Floats:
     """Return the part of a polygon (k, 3) in which values (k,) at its corners, linear between them, are positive."""
     points = []
-    for corner, value, after, value_after in zip(
-        corners, values, np.roll(corners, -1, axis=0), np.roll(values, -1), strict=True
-    ):
+    following = zip(np.roll(corners, -1, axis=0), np.roll(values, -1), strict=True)
+    for corner, value, (next_corner, next_value) in zip(corners, values, following, strict=True):
         if value >= 0.0:
             points.append(corner)
-        if (value < 0.0) != (value_after < 0.0):
-            points.append(corner + (after - corner) * (value / (value - value_after)))
+        if (value < 0.0) != (next_value < 0.0):
+            points.append(corner + (next_corner - corner) * (value / (value - next_value)))
     return np.array(points)

@@ -14,7 +14,7 @@ from . import _style
 if TYPE_CHECKING:
     import xarray
 
-#: What each row of a sweep has beside its measures.
+#: The variables of a sweep beside its measures.
 _FAILURE = ("error", "error_text", "error_stage")
 #: Marks of members that failed, by the kind of error.
 _MARKS = "xP*vs^"
@@ -35,7 +35,7 @@ def sweep(
     ax : matplotlib Axes, optional
         Those to draw on, which are returned.
     x, y : str, optional
-        The coordinates along the axes; by default the dimensions. Parameters that were paired or drawn share a
+        The coordinates along the axes; by default the dimensions. Parameters that were paired or artist share a
         dimension, and ``x`` and ``y`` then choose two of them; without ``y``, the measure itself is the vertical axis.
     **kwargs
         Passed to ``Axes.plot`` along one parameter, to ``Axes.pcolormesh`` over a grid of two and to ``Axes.scatter``
@@ -64,9 +64,7 @@ def sweep(
     """
     names = [str(name) for name in dataset.data_vars if name not in _FAILURE]
     if not names:
-        raise InvalidInput(
-            "the sweep has no measure: all of its members ended with an error, as its variable error says"
-        )
+        raise InvalidInput("the sweep has no measure: all members ended with an error, as its variable error says")
     choice(measure, "measure", names)
     dims = [str(dim) for dim in dataset.error.dims]
     if dataset[measure].dims != dataset.error.dims:
@@ -79,37 +77,32 @@ def sweep(
             f"the sweep has the dimensions {', '.join(dims) or 'none'}; expected one or two, such as a part "
             f"dataset.isel({dims[0] if dims else 'mass'}=0)"
         )
-    across = _coordinate(dataset, x or dims[-1 if len(dims) == 1 else 0], "x")
-    up = _coordinate(dataset, y or dims[1], "y") if y is not None or len(dims) == 2 else None
+    horizontal = _coordinate(dataset, x or dims[0], "x")
+    vertical = _coordinate(dataset, y or dims[1], "y") if y is not None or len(dims) == 2 else None
     ax = figures.single(ax, (6.0, 4.0))
     failed, values = dataset.error.values != "", dataset[measure]
-    if up is None:
-        _curve(ax, across.values, values, figures.full_option_names(kwargs))
+    if vertical is None:
+        _curve(ax, horizontal.values, values, figures.full_option_names(kwargs))
         ax.set_ylabel(_title(values))
     else:
-        grid_of_members = len(dims) == 2 and across.ndim == up.ndim == 1
-        _map(ax, across.values, up.values, values, kwargs, grid_of_members)
-        ax.set_ylabel(_title(up))
-    ax.set_xlabel(_title(across))
-    for axis, coordinate in ((ax.xaxis, across), (ax.yaxis, up)):
+        grid_of_members = len(dims) == 2 and horizontal.ndim == vertical.ndim == 1
+        _map(ax, horizontal.values, vertical.values, values, kwargs, grid_of_members)
+        ax.set_ylabel(_title(vertical))
+    ax.set_xlabel(_title(horizontal))
+    for axis, coordinate in ((ax.xaxis, horizontal), (ax.yaxis, vertical)):
         if coordinate is not None and dataset[coordinate.name].values.dtype.kind == "U":
             axis.set_ticks(range(coordinate.size), [_style.escaped(text) for text in dataset[coordinate.name].values])
     kinds = sorted(set(dataset.error.values[failed].tolist()))
     for kind, marker in zip(kinds, _MARKS * len(kinds), strict=False):
         members = np.nonzero(dataset.error.values == kind)
-        style = {
-            "linestyle": "none",
-            "marker": marker,
-            "markersize": 6.0,
-            "color": "#D55E00",
-            "label": f"failed: {kind}",
-        }
-        if up is None:
+        style = {"linestyle": "none", "marker": marker, "markersize": 6.0, "color": "#D55E00"}
+        style["label"] = f"failed: {kind}"
+        if vertical is None:
             # Members without a value are marked at the foot of the axes.
             style |= {"transform": ax.get_xaxis_transform(), "clip_on": False}
-            ax.plot(across.values[members], np.zeros(len(members[0])), **style)
+            ax.plot(horizontal.values[members], np.zeros(len(members[0])), **style)
         else:
-            ax.plot(*(part.values[members[dims.index(str(part.dims[0]))]] for part in (across, up)), **style)
+            ax.plot(*(part.values[members[dims.index(str(part.dims[0]))]] for part in (horizontal, vertical)), **style)
     figures.legend(ax, markerscale=1.0)
     return ax
 
@@ -139,21 +132,21 @@ def _coded(values: Any) -> tuple[Any, list[str]]:
     return np.vectorize(codes.get, otypes=[float])(values.values), names
 
 
-def _curve(ax: Any, across: Any, values: Any, kwargs: dict[str, Any]) -> None:
+def _curve(ax: Any, x: Any, values: Any, kwargs: dict[str, Any]) -> None:
     """Draw the measure against a parameter, in the order of this."""
     numbers, names = _coded(values)
-    order = np.argsort(across)
+    order = np.argsort(x)
     style = {"marker": "o", "markersize": 3.5, **({"linestyle": "none"} if names else {})}
     # Members of a sweep of random draws are not joined.
-    style |= {} if np.array_equal(order, np.arange(len(across))) else {"linestyle": "none"}
-    shown = order[np.isfinite(numbers[order])]
-    ax.plot(across[shown], numbers[shown], **figures.line(0, {**style, **kwargs}))
+    style |= {} if np.array_equal(order, np.arange(len(x))) else {"linestyle": "none"}
+    finite = order[np.isfinite(numbers[order])]
+    ax.plot(x[finite], numbers[finite], **figures.line(0, {**style, **kwargs}))
     if names:
         ax.set_yticks(range(len(names)), [_style.escaped(name) for name in names])
     figures.grid(ax)
 
 
-def _map(ax: Any, across: Any, up: Any, values: Any, kwargs: dict[str, Any], grid_of_members: bool) -> None:
+def _map(ax: Any, x: Any, y: Any, values: Any, kwargs: dict[str, Any], grid_of_members: bool) -> None:
     """Draw the measure over two parameters, with a colour bar."""
     numbers, names = _coded(values)
     colours: dict[str, Any] = {}
@@ -162,9 +155,9 @@ def _map(ax: Any, across: Any, up: Any, values: Any, kwargs: dict[str, Any], gri
         listed = figures.matplotlib("colors").ListedColormap([kinds[k % len(kinds)] for k in range(len(names))])
         colours = {"cmap": listed, "vmin": -0.5, "vmax": len(names) - 0.5}
     if grid_of_members:
-        drawn = ax.pcolormesh(across, up, numbers.T, **{"shading": "nearest", **colours, **kwargs})
+        artist = ax.pcolormesh(x, y, numbers.T, **{"shading": "nearest", **colours, **kwargs})
     else:
-        drawn = ax.scatter(across, up, **{"c": numbers, "s": 16.0, **colours, **kwargs})
-    bar = ax.figure.colorbar(drawn, ax=ax, label=_title(values))
+        artist = ax.scatter(x, y, **{"c": numbers, "s": 16.0, **colours, **kwargs})
+    bar = ax.figure.colorbar(artist, ax=ax, label=_title(values))
     if names:
         bar.set_ticks(range(len(names)), labels=[_style.escaped(name) for name in names])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,13 +37,6 @@ _MARGIN, _SCALE = 0.12, 0.3
 _RAYS = np.stack([np.sin(np.linspace(0.0, 2.0 * np.pi, 361)), np.cos(np.linspace(0.0, 2.0 * np.pi, 361))], axis=1)[:-1]
 
 
-class _Shade(NamedTuple):
-    """Triangles (F, 3, 3) of surfaces that the observer sees, and their greys (F,) from 0 to 1."""
-
-    corners: Floats
-    grey: Floats
-
-
 def sky(
     plots: RunPlots,
     time: Any,
@@ -75,9 +68,9 @@ def sky(
     """
     run = plots.sampled()
     ax = figures.single(ax, (5.6, 5.2))
-    seen = SkyFrames(run, time, geometry, frame)
-    seen.prepare(ax)
-    seen.draw(ax, 0, names, kwargs)
+    frames = SkyFrames(run, time, geometry, frame)
+    frames.prepare(ax)
+    frames.draw(ax, 0, names, kwargs)
     return ax
 
 
@@ -99,7 +92,7 @@ class SkyFrames:
         for epochs in epochs_of(run, times, geometry, "a picture of the sky"):
             refuse_directions(epochs, "a picture of the sky")
             self._frames += [(epochs, k) for k in range(len(epochs.times))]
-        self._reach = np.array([_style.reach(run, body) for body in range(len(run.context))])
+        self._radii = np.array([_style.radius(run, body) for body in range(len(run.context))])
 
     def _offsets(self, epochs: Epochs, k: int, points: Floats) -> Floats:
         """Return positions in the sky (..., 2) of points (..., 3), in mas or radians."""
@@ -114,7 +107,7 @@ class SkyFrames:
         """Set the limits, so that all pictures fit in, and draw the directions and a scale."""
         low, high = np.full(2, np.inf), np.full(2, -np.inf)
         for epochs, k in self._frames:
-            centres, sizes = self._offsets(epochs, k, epochs.position[k]), self._reach * self._angle(epochs, k)
+            centres, sizes = self._offsets(epochs, k, epochs.position[k]), self._radii * self._angle(epochs, k)
             low = np.minimum(low, (centres - sizes[:, None]).min(axis=0))
             high = np.maximum(high, (centres + sizes[:, None]).max(axis=0))
         span = float(np.max(high - low)) or 1.0
@@ -127,13 +120,13 @@ class SkyFrames:
         ax.set_facecolor("black")
         style = {"color": "white", "fontsize": "small", "ha": "center", "va": "center"}
         corner = np.array([high[0] - 0.18 * span, low[1] + 0.05 * span])
-        for name, way in (("N", (0.0, 0.1)), ("E", (0.1, 0.0))):
-            tip = corner + np.array(way) * span
+        for name, direction in (("N", (0.0, 0.1)), ("E", (0.1, 0.0))):
+            tip = corner + np.array(direction) * span
             arrow = {"arrowstyle": "->", "color": "white", "shrinkA": 0.0, "shrinkB": 0.0}
             ax.annotate("", tip, corner, arrowprops=arrow)
             ax.text(*(corner + 1.3 * (tip - corner)), name, **style)
         angle = self._angle(*self._frames[0])
-        length = _round(_SCALE * (high[0] - low[0]) / angle)
+        length = _rounded_down(_SCALE * (high[0] - low[0]) / angle)
         end = low[0] + 0.06 * span
         ax.plot([end, end + length * angle], [corner[1]] * 2, color="white", linewidth=1.5)
         label = f"{length:.6g} {_style.unit(self._run, 'length')}".rstrip()
@@ -146,17 +139,17 @@ class SkyFrames:
             PosedLimbs(limbs_of(self._run.system, body), centre, matrix)
             for body, (centre, matrix) in enumerate(zip(epochs.position[k], matrices(epochs.attitude[k]), strict=True))
         ]
-        toward, sunward = (way[k] / np.linalg.norm(way[k], axis=1, keepdims=True) for way in epochs.ways())
-        away = np.linalg.norm(epochs.to_observer[k] - epochs.position[k], axis=1)
+        toward, sunward = (v[k] / np.linalg.norm(v[k], axis=1, keepdims=True) for v in epochs.ways())
+        distance = np.linalg.norm(epochs.to_observer[k] - epochs.position[k], axis=1)
         artists: list[Any] = []
         collection = figures.matplotlib("collections").PolyCollection
         kwargs = figures.full_option_names(kwargs, "collections.PolyCollection")
-        for body in np.argsort(-away):
+        for body in np.argsort(-distance):
             others = [other for o, other in enumerate(bodies) if o != body]
             for limb in bodies[body].limbs:
-                shade = _shade(limb, bodies[body], toward[body], sunward[body], others)
-                corners = self._offsets(epochs, k, shade.corners)
-                colours = np.repeat(shade.grey[:, None], 3, axis=1)
+                triangles, greys = _visible_triangles(limb, bodies[body], toward[body], sunward[body], others)
+                corners = self._offsets(epochs, k, triangles)
+                colours = np.repeat(greys[:, None], 3, axis=1)
                 # Faces without smooth edges have no seams between them; the limb is a line of its own.
                 style = {"facecolors": colours, "linewidths": 0.0, "antialiaseds": False, **kwargs}
                 artists.append(ax.add_collection(collection(corners, **style)))
@@ -171,28 +164,30 @@ class SkyFrames:
                 above = edge[0] + np.array([0.0, 0.01 * np.ptp(ax.get_ylim())])
                 style = {"color": "0.9", "fontsize": "small", "ha": "center", "va": "bottom", "zorder": 4.0}
                 outline = figures.matplotlib("patheffects").withStroke(linewidth=1.5, foreground="black")
-                style["path_effects"] = [outline]
-                artists.append(ax.text(*above, _style.label_of(self._run, int(body)), **style))
+                name = _style.label_of(self._run, int(body))
+                artists.append(ax.text(*above, name, path_effects=[outline], **style))
         phase = np.degrees(np.arccos(np.clip(np.sum(toward * sunward, axis=1), -1.0, 1.0)).mean())
-        now = f"{_style.rounded(epochs.times[k])} {_style.unit(self._run, 'time')}".rstrip()
-        ax.set_title(f"time {now}, phase angle {phase:.1f}°", fontsize="medium")
+        time = f"{_style.rounded(epochs.times[k])} {_style.unit(self._run, 'time')}".rstrip()
+        ax.set_title(f"time {time}, phase angle {phase:.1f}°", fontsize="medium")
         return artists
 
 
-def _round(value: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not above a value."""
+def _rounded_down(value: float) -> float:
+    """Return the largest number of the form 1, 2 or 5 times a power of ten that is not above a value."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1.0 + 1e-12)) * power)
 
 
-def _shade(limb: Limb, body: PosedLimbs, toward: Floats, sunward: Floats, others: Iterable[PosedLimbs]) -> _Shade:
-    """Return the visible triangles of a part of a body with their greys, in the shadows of other bodies."""
+def _visible_triangles(
+    limb: Limb, body: PosedLimbs, toward: Floats, sunward: Floats, others: Iterable[PosedLimbs]
+) -> tuple[Floats, Floats]:
+    """Return the visible triangles (F, 3, 3) of a part of a body and their greys (F,), with shadows of other bodies."""
     curved, centre = not isinstance(limb, MeshLimb), body.centre + body.matrix @ limb.position
     columns = body.matrix @ limb.rotation * (limb.semi_axes if isinstance(limb, EllipsoidLimb) else 1.0)
     if isinstance(limb, MeshLimb):
         triangles = (body.centre + limb.vertices @ body.matrix.T)[limb.polyhedron.faces]
     else:
-        triangles = _ball() @ columns.T + centre
+        triangles = _sphere_triangles() @ columns.T + centre
     inverse = np.linalg.inv(columns @ columns.T)
 
     def normals(points: Floats, faces: Floats) -> Floats:
@@ -219,18 +214,18 @@ def _shade(limb: Limb, body: PosedLimbs, toward: Floats, sunward: Floats, others
             p, q, r = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
             parts = [np.stack(corners, axis=1) for corners in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))]
             triangles = np.concatenate([triangles[~mixed], *parts])
-    middle = triangles.mean(axis=1, keepdims=True)
-    normal = normals(middle, triangles)[:, 0]
+    centroids = triangles.mean(axis=1, keepdims=True)
+    normal = normals(centroids, triangles)[:, 0]
     mu, mu0 = np.maximum(normal @ toward, 1e-6), normal @ sunward
-    lit = (mu0 > 0.0) & ~shadowed(middle)[:, 0]
+    lit = (mu0 > 0.0) & ~shadowed(centroids)[:, 0]
     bright = np.where(lit, mu0 / (mu + np.where(lit, mu0, 1.0)), 0.0) / _WHITE
-    order = np.argsort(middle[:, 0] @ toward)
-    return _Shade(triangles[order], np.clip(bright**_GAMMA, _NIGHT, 1.0)[order])
+    order = np.argsort(centroids[:, 0] @ toward)
+    return triangles[order], np.clip(bright**_GAMMA, _NIGHT, 1.0)[order]
 
 
-def _ball() -> Floats:
+def _sphere_triangles() -> Floats:
     """Return triangles (F, 3, 3) of the surface of the unit sphere."""
-    grid = np.swapaxes(_style.ball(_MERIDIANS + 1, _PARALLELS + 1), 0, 1)
+    grid = np.swapaxes(_style.sphere_grid(_MERIDIANS + 1, _PARALLELS + 1), 0, 1)
     a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
     halves = [np.stack(corners, axis=2).reshape(-1, 3, 3) for corners in ((a, b, c), (a, c, d))]
     return np.concatenate(halves)

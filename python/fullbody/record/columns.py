@@ -9,7 +9,7 @@ from ..base.values import ByName
 from ..errors import InvalidInput
 from ..typing import Array, Floats
 
-#: What a run keeps for some option, by the name of the array.
+#: The data that a run has for an option, by the name of the array.
 _OPTIONS = {
     "transition": "derivatives; integrate with derivatives=True",
     "chaos": "indicators of chaos; integrate with chaos=True",

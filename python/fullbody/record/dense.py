@@ -46,8 +46,8 @@ class Dense:
             self._check(values)
             return wrap(self.core.state(float(values)), self.context)
         arrays = {"time": values} | self.states(values)
-        united = {name: units.attach(arrays[name], dimension) for name, dimension in DIMENSIONS.items()}
-        return Samples(**united, attitude=arrays["attitude"])
+        fields = {name: units.attach(arrays[name], dimension) for name, dimension in DIMENSIONS.items()}
+        return Samples(**fields, attitude=arrays["attitude"])
 
     def states(self, times: Floats, what: str = "time") -> dict[str, Floats]:
         """Return the states at times (K,), all in numbers of the system's units; see :meth:`fullbody.Run.states`."""

@@ -178,15 +178,15 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
     size = run.transition.shape[-1]
     values = np.asarray(value if unit is None else value.value, dtype=np.float64)
 
-    def by(name: str | int) -> Floats:
+    def derivative(name: str | int) -> Floats:
         columns = run.transition[:, :, name] if isinstance(name, int) else run.sensitivity[name]
         step = _STEP / max(float(np.abs(columns / _sizes(run)).max(initial=0.0)), 1e-300)
         if isinstance(name, str):
             step = min(step, _STEP * run.context.natural_size(name))
 
-        def change(shift: float) -> Floats:
-            displaced = function(_displaced(run, name, columns, shift, events))
-            numbers = np.asarray(displaced if unit is None else displaced.to_value(unit), dtype=np.float64)
+        def change(step: float) -> Floats:
+            result = function(_displaced(run, name, columns, step, events))
+            numbers = np.asarray(result if unit is None else result.to_value(unit), dtype=np.float64)
             if numbers.shape != values.shape:
                 raise InvalidInput(
                     f"the function gives values of shapes {values.shape} and {numbers.shape}; expected the same shape "
@@ -196,8 +196,8 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
 
         return difference(change, step)
 
-    by_start = np.stack([by(column) for column in range(size)], axis=-1) if start else None
-    derivatives = {name: by(name) for name in run.parameters}
+    by_start = np.stack([derivative(column) for column in range(size)], axis=-1) if start else None
+    derivatives = {name: derivative(name) for name in run.parameters}
     by_parameter = {name: numbers if numbers.ndim else float(numbers) for name, numbers in derivatives.items()}
     return FunctionDerivatives(value, by_start, by_parameter)
 
@@ -215,10 +215,10 @@ def _sizes(run: Any) -> Floats:
     return np.tile(np.repeat([length, speed, 1.0, spin], 3), record["position"].shape[1])
 
 
-def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: Callable[[int], EventDerivatives]) -> Any:
+def _displaced(run: Any, name: str | int, columns: Floats, step: float, events: Callable[[int], Any]) -> Any:
     """Return a run whose samples and events are displaced."""
-    system = run.system.changed(name, by) if isinstance(name, str) else run.system
-    record = _Record(system, _moved(run.arrays, columns, by))
+    system = run.system.changed(name, step) if isinstance(name, str) else run.system
+    record = _Record(system, _displaced_arrays(run.arrays, columns, step))
     start = run.invariants
     if len(run):
         first = sample(record, 0)
@@ -226,20 +226,20 @@ def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: Ca
         start = np.concatenate([[first.time], core.energy(first), core.angular_momentum(first)])
     options = {"stop_reason": run.stop_reason, "switched_off": run.switched_off}
     displaced = type(run)(system, run.integrator, record, start, run.statistics, **options)
-    displaced.events = _Events(run, name, by, events)
+    displaced.events = _Events(run, name, step, events)
     return displaced
 
 
-def _moved(record: Any, columns: Floats, by: float) -> dict[str, Floats]:
-    """Return the numbers of states (K,) displaced by tangent vectors (K, 12 N)."""
+def _displaced_arrays(record: Any, columns: Floats, step: float) -> dict[str, Floats]:
+    """Return the arrays of states (K,) displaced along tangent vectors (K, 12 N)."""
     samples, bodies = record["position"].shape[:2]
-    moved = (by * columns).reshape(samples, bodies, 4, 3)
+    position, velocity, rotation, spin = np.moveaxis((step * columns).reshape(samples, bodies, 4, 3), 2, 0)
     return {
         "time": record["time"].copy(),
-        "position": record["position"] + moved[:, :, 0],
-        "velocity": record["velocity"] + moved[:, :, 1],
-        "attitude": rotations.products(record["attitude"], rotations.of_vectors(moved[:, :, 2])),
-        "spin": record["spin"] + moved[:, :, 3],
+        "position": record["position"] + position,
+        "velocity": record["velocity"] + velocity,
+        "attitude": rotations.products(record["attitude"], rotations.of_vectors(np.ascontiguousarray(rotation))),
+        "spin": record["spin"] + spin,
     }
 
 
@@ -253,7 +253,7 @@ class _Record(dict[str, Floats]):
     def __missing__(self, name: str) -> Floats:
         if name not in ("energy", "angular_momentum"):
             expected = "expected one of samples and events, energies and angular momenta"
-            raise InvalidInput(f"a function of a displaced run asks for its {name.replace('_', ' ')}; {expected}")
+            raise InvalidInput(f"a function of a displaced run uses its {name.replace('_', ' ')}; {expected}")
         quantity = getattr(self._system.context.core, name)
         self[name] = np.array([quantity(sample(self, k)) for k in range(len(self["time"]))])
         return self[name]
@@ -262,8 +262,8 @@ class _Record(dict[str, Floats]):
 class _Events(Sequence[Occurrence]):
     """The events of a displaced run, each displaced on demand."""
 
-    def __init__(self, run: Any, name: str | int, by: float, at: Callable[[int], EventDerivatives]) -> None:
-        self._run, self._name, self._by, self._at = run, name, by, at
+    def __init__(self, run: Any, name: str | int, step: float, derivatives: Callable[[int], EventDerivatives]) -> None:
+        self._run, self._name, self._step, self._derivatives = run, name, step, derivatives
 
     def __len__(self) -> int:
         return len(self._run.events)
@@ -273,7 +273,7 @@ class _Events(Sequence[Occurrence]):
         return [*map(self._occurrence, indices)] if isinstance(indices, range) else self._occurrence(indices)
 
     def _occurrence(self, k: int) -> Occurrence:
-        happened, derivatives, name = self._run.events[k], self._at(k), self._name
+        happened, derivatives, name = self._run.events[k], self._derivatives(k), self._name
         context = self._run.context
         if isinstance(name, int):
             time, columns = derivatives.time[name], derivatives.transition[:, name]
@@ -281,6 +281,6 @@ class _Events(Sequence[Occurrence]):
             time, columns = derivatives.time_sensitivity[name], derivatives.sensitivity[name]
         core = strip(happened.state, context)
         record = {key: getattr(core, key)[np.newaxis] for key in PARTS}
-        moved = _moved(record | {"time": np.array([core.time + self._by * time])}, columns[np.newaxis], self._by)
-        state = wrap(sample(moved, 0), context)
+        record["time"] = np.array([core.time + self._step * time])
+        state = wrap(sample(_displaced_arrays(record, columns[np.newaxis], self._step), 0), context)
         return Occurrence(happened.event, state.time, state)

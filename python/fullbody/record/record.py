@@ -1,4 +1,4 @@
-"""The record of a motion: samples of its states as arrays, with what follows from them."""
+"""The record of a motion: samples of its states as arrays, and quantities that follow from them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _R = TypeVar("_R", bound="Record[Any]")
 
 
 class Record(Tabled, Generic[S]):
-    """K samples of the motion of N bodies, and how they came about: what :class:`fullbody.Run` describes."""
+    """K samples of the motion of N bodies with the settings of their integration; see :class:`fullbody.Run`."""
 
     def __init__(
         self,
@@ -126,8 +126,8 @@ class Record(Tabled, Generic[S]):
             body = self.context.index(index)
             return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in PARTS))
         if isinstance(index, slice) or np.ndim(index):
-            which = index if isinstance(index, slice) else self._selected(index)
-            return self._with({name: np.ascontiguousarray(values[which]) for name, values in self.arrays.items()})
+            samples = index if isinstance(index, slice) else self._selected(index)
+            return self._with({name: np.ascontiguousarray(values[samples]) for name, values in self.arrays.items()})
         return wrap(sample(self.arrays, index), self.context)
 
     def _selected(self, index: Any) -> npt.NDArray[np.intp]:
@@ -307,9 +307,7 @@ class Record(Tabled, Generic[S]):
             self._drifts[name] = drift
         return self._drifts[name]
 
-    is_differentiated = Attribute[bool](
-        lambda run: "transition" in run.arrays, "Whether the run was integrated with ``derivatives=``."
-    )
+    is_differentiated = Attribute[bool](lambda run: "transition" in run.arrays, "Whether the run has derivatives.")
     tangent_units = columns.tangent_units
     transition = columns.transition
     sensitivity = columns.sensitivity
@@ -339,17 +337,17 @@ class Record(Tabled, Generic[S]):
         number = self.context.mu(first, second) if mu is None else units.number(mu, "mu", "mu")
         r, v = (self.arrays[name][:, first] - self.arrays[name][:, second] for name in ("position", "velocity"))
         a, e, *angles = (np.ascontiguousarray(column) for column in _core.cartesian_to_elements(r, v, number).T)
-        united = [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)]
-        return computed(united, self.context.frame)
+        elements = [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)]
+        return computed(elements, self.context.frame)
 
 
-def joined(later: _R, earlier: _R) -> _R:
+def joined(forward: _R, backward: _R) -> _R:
     """Return the record with the samples of one forward and one backward from the same start, without events."""
     # A record without samples keeps no derivatives.
-    source, first, last = later if len(later) else earlier, earlier.arrays, later.arrays
-    arrays = {name: np.concatenate([part[::-1], last.get(name, part[:0])]) for name, part in first.items()}
+    source, following = forward if len(forward) else backward, forward.arrays
+    arrays = {name: np.concatenate([a[::-1], following.get(name, a[:0])]) for name, a in backward.arrays.items()}
     record = source._with(arrays)
-    counts = (astuple(item.statistics) for item in (later, earlier))
-    record.statistics = Statistics(*(sum(both) for both in zip(*counts, strict=True)))
+    counts = (astuple(item.statistics) for item in (forward, backward))
+    record.statistics = Statistics(*map(sum, zip(*counts, strict=True)))
     record.events, record.dense = [], None
     return record

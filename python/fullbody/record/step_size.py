@@ -22,11 +22,11 @@ _PERIODS = 64
 _RATIO = 2.0**-0.25
 _LONGEST, _SHORTEST = 1 / 8, 1 / 4096
 #: A step must also be suitable if it is longer or shorter by this fraction, as a resonance moves with the spin.
-_BESIDE = 0.02
+_NEIGHBOUR = 0.02
 #: The ratio of the errors in the second and first half of a trial above which the error counts as growing.
 _GROWTH = 3.0
 #: The relative distance to a resonance within which no step is tried, and the highest order of a resonance.
-_CLEAR, _ORDERS = 0.03, 3
+_RESONANCE_WIDTH, _ORDERS = 0.03, 3
 
 
 def longest_step(
@@ -54,7 +54,7 @@ def longest_step(
         first, second = drift[:half].max(initial=0.0), drift[half:].max()
         return math.inf if second > _GROWTH * first and second > 0.1 * energy_error else float(max(first, second))
 
-    step, best, reason = _LONGEST * period, (math.inf, math.nan), ""
+    step, least, reason = _LONGEST * period, (math.inf, math.nan), ""
     while step >= _SHORTEST * period:
         if _resonant(rotation_rates, step):
             step *= _RATIO
@@ -63,17 +63,17 @@ def longest_step(
             size = error(step)
         except (NotConverged, StepSizeTooSmall) as failed:
             size, reason = math.inf, f"; {failed}"
-        best = min(best, (size, step))
-        beside = (step * (1 - _BESIDE), step * (1 + _BESIDE))
-        if size <= energy_error and all(error(other) <= 2 * energy_error for other in beside):
+        least = min(least, (size, step))
+        neighbours = (step * (1 - _NEIGHBOUR), step * (1 + _NEIGHBOUR))
+        if size <= energy_error and all(error(other) <= 2 * energy_error for other in neighbours):
             return _rounded(step)
         # The error falls with at least the sixth power of the step, but only until round-off remains.
-        ahead = math.log(size / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < size < math.inf else 1.0
-        step *= _RATIO ** max(1, math.floor(ahead))
+        powers = math.log(size / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < size < math.inf else 1.0
+        step *= _RATIO ** max(1, math.floor(powers))
     attach = context.units.attach
     raise NotConverged(
         f"no step keeps the error of the energy below {energy_error:g} for {attach(length, 'time'):.5g}: the least is "
-        f"{best[0]:.1e} at a step of {attach(best[1], 'time'):.3g}{reason}; take a larger energy_error, or Verner98"
+        f"{least[0]:.1e} at a step of {attach(least[1], 'time'):.3g}{reason}; take a larger energy_error, or Verner98"
     )
 
 
@@ -81,8 +81,8 @@ def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -
     """Return mean motions of bodies about the barycentre of those before them; circular ones for open orbits."""
     rates = []
     for body in range(1, len(masses)):
-        shares = masses[:body] / masses[:body].sum()
-        r, v = (vectors[body] - shares @ vectors[:body] for vectors in (position, velocity))
+        fractions = masses[:body] / masses[:body].sum()
+        r, v = (vectors[body] - fractions @ vectors[:body] for vectors in (position, velocity))
         mu, distance = constant * masses[: body + 1].sum(), np.linalg.norm(r)
         inverse = 2 / distance - v @ v / mu
         rates.append(math.sqrt(mu * (inverse if inverse > 0 else 1 / distance) ** 3))
@@ -90,7 +90,7 @@ def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -
 
 
 def _rotation_rates(context: Context, spin: Any, rates: Any) -> Any:
-    """Return the rates at which triaxial bodies turn relative to others, for either sense of the orbit."""
+    """Return the rates at which triaxial bodies rotate relative to others, for either sense of the orbit."""
     triaxial = [len(set(body.inertia.tolist())) == 3 for body in context.bodies]
     spin_sizes = np.linalg.norm(spin, axis=1)[triaxial]
     return np.abs(np.subtract.outer(spin_sizes, [rates, -rates])).ravel()
@@ -101,7 +101,8 @@ def _resonant(rotation_rates: Any, step: float) -> bool:
     which the torque is the same, so that the errors of the steps add up.
     """
     half_revolutions = np.outer(np.arange(1, _ORDERS + 1), rotation_rates * step / math.pi)
-    return bool((np.abs(half_revolutions - np.round(half_revolutions)) < _CLEAR * np.round(half_revolutions)).any())
+    multiples = np.round(half_revolutions)
+    return bool((np.abs(half_revolutions - multiples) < _RESONANCE_WIDTH * multiples).any())
 
 
 def _rounded(step: float) -> float:

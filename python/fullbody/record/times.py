@@ -1,4 +1,4 @@
-"""The times of a run as a caller gives them: its end, and those that are recorded."""
+"""The arguments of times: the end of a run, and the times that are recorded."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _JULIAN, _YEARS = (2.4e6, 2.5e6), (1900.0, 2100.0)
 
 
 def end_arguments(until: Any, duration: Any) -> dict[str, Any]:
-    """Return the one of both that is given, by its name, or raise an error."""
+    """Return until or duration, whichever is not None, by its name; both or neither are an error."""
     if (until is None) == (duration is None):
         problem = "neither until nor duration" if until is None else "both until and duration"
         raise InvalidInput(f"{problem} are given; expected until, a time, or duration, a length of time")
@@ -37,7 +37,7 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
 
 
 def _warn_of_date(until: Any, end: float, start: float, units: Units) -> None:
-    """Warn of an end that looks like a Julian date, or like a calendar year, as no run from the start goes so far."""
+    """Warn of an end that looks like a Julian date, or like a calendar year, which is too far for a run."""
     unit = str(getattr(gathered(until, "until", "time"), "unit", ""))
     ranges = {"": _JULIAN, "d": _JULIAN, "yr": _YEARS, "a": _YEARS}
     if unit not in ranges:
@@ -67,12 +67,12 @@ def sampling(output: Any, units: Units) -> Any:
 
 def refuse_flood(output: Any, start: float, end: float, numbers: int, units: Units) -> None:
     """Raise an error for more samples of so many numbers than the memory can hold, before the process is killed."""
-    most = 2.0**34 / (8.0 * numbers)
-    if isinstance(output, float) and (count := abs(end - start) / output) > most:
+    limit = 2.0**34 / (8.0 * numbers)
+    if isinstance(output, float) and (count := abs(end - start) / output) > limit:
         until, spacing = (units.attach(value, "time") for value in (end, output))
         raise InvalidInput(
             f"until is {until} and output is {spacing}, which ask for {count:.3g} samples; expected a time and a "
-            f"spacing with at most {most:.3g}, which take 17 GB"
+            f"spacing with at most {limit:.3g}, which take 17 GB"
         )
 
 

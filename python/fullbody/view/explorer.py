@@ -25,12 +25,11 @@ if TYPE_CHECKING:
 
 Curve = Callable[[Record], Any]
 #: The largest number of samples, which a browser still draws at once.
-_MOST_SAMPLES = 200_000
+_MAX_SAMPLES = 200_000
 
 
 def _separation(run: Any, body: Any, about: Any, _: Any) -> Any:
-    first, second = (run.arrays["position"][:, run.context.index(item)] for item in (body, about))
-    return np.linalg.norm(first - second, axis=1)
+    return np.linalg.norm(np.diff(run.arrays["position"][:, run.context.pair(body, about)], axis=1)[:, 0], axis=1)
 
 
 def _element(name: str) -> Any:
@@ -89,7 +88,7 @@ class Explorer:
     ) -> None:
         with need("explore", "fullbody.explore"):
             import anywidget
-        whole(samples, "samples", 2, _MOST_SAMPLES)
+        whole(samples, "samples", 2, _MAX_SAMPLES)
         function(setup, "setup", "a function of the parameters")
         instance(parameters, "parameters", Mapping, "a dict of ranges by name")
         if isinstance(show, str) or not isinstance(show, Iterable):
@@ -121,10 +120,10 @@ class Explorer:
     def _result(self, numbers: dict[str, float]) -> dict[str, Any]:
         """Integrate the setup at the sliders' numbers, keep run and values, and return what explorer.js shows."""
         values = self._with_units(numbers)
-        made = self._setup(**values)
-        if not (isinstance(made, tuple | list) and len(made) == 2 and isinstance(made[1], State)):
-            raise InvalidInput(f"the setup gives {made!r:.200}; expected (system, state)")
-        system, state = made
+        result = self._setup(**values)
+        if not (isinstance(result, tuple | list) and len(result) == 2 and isinstance(result[1], State)):
+            raise InvalidInput(f"the setup gives {result!r:.200}; expected (system, state)")
+        system, state = result
         units = system.context.units
         start = units.number(state.time, "time", "time")
         times = np.linspace(start, end_of_run(self._until, self._duration, start, units), self._samples)
@@ -165,7 +164,8 @@ class Explorer:
         answer: dict[str, Any] = {"id": message["id"]}
         try:
             if message["ask"] == "start":
-                answer |= {"controls": [_without_factor(control) for control in self._controls.values()]}
+                controls = [{**control, "label": control["name"]} for control in self._controls.values()]
+                answer["controls"] = [{k: v for k, v in control.items() if k != "factor"} for control in controls]
             elif message["ask"] == "code":
                 answer |= {"code": self.code(message["values"])}
             else:
@@ -191,9 +191,8 @@ class Explorer:
         end = f"{_literal(self._until)}" if self._duration is None else f"duration={_literal(self._duration)}"
         name = getattr(self._setup, "__name__", "setup")
         quantities = any(is_quantity(value) for value in (*values.values(), self._until, self._duration))
-        return ("from astropy import units as u\n\n" if quantities else "") + (
-            f"system, state = {name}(**{{{arguments}}})\nrun = system.integrate(state, {end})\n"
-        )
+        lines = f"system, state = {name}(**{{{arguments}}})\nrun = system.integrate(state, {end})\n"
+        return ("from astropy import units as u\n\n" if quantities else "") + lines
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
         bundle = self._widget._repr_mimebundle_(**options)
@@ -227,30 +226,24 @@ def _control(name: str, span: Any, setup: Callable[..., Any]) -> dict[str, Any]:
     except (TypeError, ValueError):
         raise InvalidInput(message) from None
     factor: Any = 1.0
-    ends = (low, high, *start)
-    if any(map(is_quantity, ends)):
-        if not all(map(is_quantity, ends)):
+    limits = (low, high, *start)
+    if any(map(is_quantity, limits)):
+        if not all(map(is_quantity, limits)):
             raise InvalidInput(f"{message}, all with units or none")
         factor = 1.0 * low.unit
-        ends = tuple(strip_to(value, low.unit, f"the range of {name}") for value in ends)
-    low, high, *start = (UNITLESS.number(value, "number", f"the range of {name}") for value in ends)
+        limits = tuple(strip_to(value, low.unit, f"the range of {name}") for value in limits)
+    low, high, *start = (UNITLESS.number(value, "number", f"the range of {name}") for value in limits)
     if len(start) > 1 or not low < high or not all(low <= value <= high for value in start):
         raise InvalidInput(f"{message}, in order")
     if not start:
         default = inspect.signature(setup).parameters.get(name)
         value: Any = None if default is None or default.default is inspect.Parameter.empty else default.default
-        both = is_quantity(value) and is_quantity(factor)
-        number = float(strip_to(value, factor.unit, f"the default of {name}")) if both else value
-        inside = isinstance(number, int | float | np.floating) and low <= number <= high
-        start = [float(number) if inside else 0.5 * low + 0.5 * high]
+        if is_quantity(value) and is_quantity(factor):
+            value = float(strip_to(value, factor.unit, f"the default of {name}"))
+        inside = isinstance(value, int | float | np.floating) and low <= value <= high
+        start = [float(value) if inside else 0.5 * low + 0.5 * high]
     text = str(factor.unit) if is_quantity(factor) else ""
-    limits = {"min": low, "max": high, "value": start[0]}
-    return {"name": name, **limits, "unit": text, "factor": factor}
-
-
-def _without_factor(control: dict[str, Any]) -> dict[str, Any]:
-    """Return a slider's description as the page takes it."""
-    return {key: value for key, value in control.items() if key != "factor"} | {"label": control["name"]}
+    return {"name": name, "min": low, "max": high, "value": start[0], "unit": text, "factor": factor}
 
 
 def _literal(value: Any) -> str:

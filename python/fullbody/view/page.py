@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..base.atomic import check_suffix, replacing
-from ..plots._style import joined
+from ..plots._style import names_of
 from ..record.record import Record
 from .scene import scene_data
 
@@ -73,7 +73,7 @@ class View:
         geometry: Geometry | None = None,
     ) -> None:
         self._data = scene_data(run, flight=flight, samples=samples, geometry=geometry)
-        self._height, self._title = height, joined(run)
+        self._height, self._title = height, names_of(run)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, View):

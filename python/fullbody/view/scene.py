@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.kinds import whole
 from ..plots._style import check_samples, surfaces, unit
-from ..plots.between import at, track, trails, warn_if_aliased
+from ..plots.between import dense_times, poses, trails, warn_if_aliased
 from ..plots.sunlight import directions, shadow_ellipsoids
 from ..record.record import Record
 
@@ -32,9 +32,9 @@ def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Ge
     whole(samples, "samples", 2)
     first, last = run.arrays["time"][[0, -1]]
     is_short = len(run) <= samples
-    times = track(run, float(last), min(samples, 1000)) if is_short else np.linspace(first, last, samples)
+    times = dense_times(run, float(last), min(samples, 1000)) if is_short else np.linspace(first, last, samples)
     warn_if_aliased(run, times)
-    centres, attitudes = at(run, times)
+    centres, attitudes = poses(run, times)
     data: dict[str, Any] = {
         "names": list(run.context.names),
         "surfaces": [
@@ -62,12 +62,12 @@ def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Ge
             for k in range(len(run.context))
         ]
     if flight is not None:
-        drawn = trails(run, flight, _PARTICLES, _POSITIONS)
+        particles = trails(run, flight, _PARTICLES, _POSITIONS)
         data["particles"] = {
-            "count": drawn.position.shape[0],
-            "time": pack(drawn.time, "<f8"),
-            "position": pack(drawn.position, "<f4"),
-            "landed": pack(drawn.landed, "<f8"),
-            "parts": drawn.parts,
+            "count": particles.position.shape[0],
+            "time": pack(particles.time, "<f8"),
+            "position": pack(particles.position, "<f4"),
+            "landed": pack(particles.landed, "<f8"),
+            "parts": particles.parts,
         }
     return data

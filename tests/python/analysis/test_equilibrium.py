@@ -17,9 +17,8 @@ AXES = (0.5, 0.42, 0.37)
 def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
     bodies = body_list(A=(fullbody.Sphere(1.0), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3))
     pole = {"x": "z", "y": "z", "z": "x"}[line]
-    result = analysis.relative_equilibrium(
-        fullbody.System(bodies, G=1.0), separation=separation, axes={"B": line + pole}
-    )
+    system = fullbody.System(bodies, G=1.0)
+    result = analysis.relative_equilibrium(system, separation=separation, axes={"B": line + pole})
     # Outside along an axis, kappa = r^2 - a^2: g = G M r R_D(b^2 + kappa, c^2 + kappa; r^2).
     a = AXES["xyz".index(line)]
     squares = [AXES[k] ** 2 + separation**2 - a**2 for k in range(3) if "xyz"[k] != line]
@@ -30,7 +29,7 @@ def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
     assert len(result.modes) == 4
 
 
-def test_roll_and_yaw_in_the_limit_of_small_figures():
+def test_roll_and_yaw_frequencies_of_a_small_satellite_are_those_of_the_gravity_gradient():
     # Kane's and Hughes' quartic of a satellite under the gravity gradient, x along the line and z along the normal.
     a, b, c = 1.0, 0.9, 0.8
     A, B, C = b * b + c * c, a * a + c * c, a * a + b * b
@@ -73,7 +72,7 @@ def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
     assert np.abs(modes.frequency - (nutation - result.rate)).min() < 1e-8
 
 
-def test_frequencies_are_those_of_runs(ellipsoids, locked):
+def test_frequencies_of_modes_are_those_of_integrated_motions(ellipsoids, locked):
     modes = locked.modes
     for mode, coordinate in ((3, 1), (5, None)):
         assert modes.in_plane[mode] == (coordinate is not None), modes.frequency
@@ -85,7 +84,7 @@ def test_frequencies_are_those_of_runs(ellipsoids, locked):
         assert result.frequency[0] == pytest.approx(modes.frequency[mode], rel=1e-6)
 
 
-def test_equilibria_stay_still_in_runs():
+def test_the_pose_of_an_equilibrium_is_constant_in_a_run():
     # Bodies without planes of symmetry, whose equilibrium no alignment of axes is.
     parts = [
         fullbody.Part(fullbody.Ellipsoid(0.6, 0.5, 0.4), mass=0.6, position=(0.0, 0.0, 0.0)),
@@ -109,7 +108,7 @@ def test_equilibria_stay_still_in_runs():
     assert support.angle_between(relative, relative[0]).max() < 1e-10
 
 
-def test_only_the_pose_counts(ellipsoids, locked):
+def test_a_rotated_and_moving_start_gives_the_same_equilibrium(ellipsoids, locked):
     # A state that is rotated and moves on has the same equilibrium.
     q = np.array([0.9, 0.1, -0.3, 0.2]) / np.linalg.norm([0.9, 0.1, -0.3, 0.2])
     R = support.matrix(q)
@@ -126,9 +125,9 @@ def test_only_the_pose_counts(ellipsoids, locked):
         np.testing.assert_allclose(result.modes.frequency, locked.modes.frequency, rtol=1e-9)
 
 
-def test_curvature_is_that_of_the_energy(ellipsoids, locked):
+def test_curvatures_are_second_derivatives_of_the_amended_potential(ellipsoids, locked):
     # With the pose changed along the eigenvector and the momenta chosen best, the energy grows by half the curvature.
-    values, ways = locked.rotation.amended_hessian()
+    values, vectors = locked.rotation.amended_hessian()
     assert len(values) == 8
     J = np.array([0.0, 0.0, locked.angular_momentum])
     masses, inertia = ellipsoids.masses, [body.inertia for body in ellipsoids]
@@ -140,24 +139,27 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
         total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))
         for R, moments in zip(np.asarray(state.rotation_matrix), inertia, strict=True):
             total += R @ np.diag(moments) @ R.T
-        moved = fullbody.State(state.position, state.velocity, state.attitude, state.spin)
-        energy = ellipsoids.interactions(moved).potential_energy
+        displaced_state = fullbody.State(state.position, state.velocity, state.attitude, state.spin)
+        energy = ellipsoids.interactions(displaced_state).potential_energy
         return energy + J @ np.linalg.solve(total, J) / 2
 
     unit = masses.prod() / locked.separation
-    for value, way in zip(values, ways.T, strict=True):
+    for value, vector in zip(values, vectors.T, strict=True):
         h = 5e-4
         pose = locked.rotation.pose
-        result = (amended(pose.moved(h * way)) - 2 * amended(pose) + amended(pose.moved(-h * way))) / h**2 / unit
+        result = (
+            (amended(pose.displaced(h * vector)) - 2 * amended(pose) + amended(pose.displaced(-h * vector)))
+            / h**2
+            / unit
+        )
         assert result == pytest.approx(value, rel=1e-4, abs=1e-6)
     assert locked.energetically_stable
 
 
-def test_energy_of_deviations_is_conserved(locked):
+def test_the_energy_form_is_conserved_by_the_linear_equations(locked):
     # A^T Q + Q A = 0 for the rates A and the energy Q of deviations; with bodies that spin as well.
-    spinning = fullbody.System(
-        body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3)), G=1.0
-    )
+    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3))
+    spinning = fullbody.System(bodies, G=1.0)
     other = analysis.relative_equilibrium(spinning, separation=2.5, spin={"A": -1.7})
     assert len(other.modes) == 6
     for result in (locked, other):
@@ -187,12 +189,12 @@ def test_equilibrium_about_a_rotating_primary_is_that_of_its_mean_field():
 
 def test_equilibria_have_the_units_of_the_system():
     unitless, _ = fullbody.systems.kw4()
-    united, _ = fullbody.systems.kw4(units=True)
+    with_units, _ = fullbody.systems.kw4(units=True)
     reference = analysis.relative_equilibrium(unitless, separation=4.0)
-    other = analysis.relative_equilibrium(united, separation="4000 m")
+    other = analysis.relative_equilibrium(with_units, separation="4000 m")
     assert other.rate.to_value("rad / h") == pytest.approx(reference.rate, rel=1e-9)
     assert str(other.modes.frequency.unit) == "rad / h"
     assert "4 km" in repr(other)
     assert "Modes" in other._repr_html_()
-    run = united.integrate(other.state, other.period / 10)
+    run = with_units.integrate(other.state, other.period / 10)
     assert len(run) > 1

@@ -20,7 +20,7 @@ def momentum(d, m, inertia):
     return np.sqrt(1.4) * (m * np.sqrt(d) + inertia / d**1.5)
 
 
-def test_the_fold_of_two_spheres_is_where_the_closed_form_has_it(spheres):
+def test_the_fold_of_two_spheres_is_that_of_the_closed_form(spheres):
     # dJ/dd = 0 where m d^2 = 3 I.
     system, m, inertia = spheres
     fold = np.sqrt(3 * inertia / m)
@@ -40,7 +40,7 @@ def test_the_fold_of_two_spheres_is_where_the_closed_form_has_it(spheres):
     assert branch.separation[-1] == pytest.approx(1.6, abs=1e-5)
 
 
-def test_spheres_of_an_angular_momentum(spheres):
+def test_equilibria_of_two_spheres_are_the_roots_of_a_quartic(spheres):
     system, m, inertia = spheres
     J = 0.7
     # m x^4 - J x^3 / sqrt(GM) + I = 0 with x^2 = d.
@@ -54,7 +54,7 @@ def test_spheres_of_an_angular_momentum(spheres):
     assert result.least.energy == pytest.approx(min(*energies, J**2 / (2 * (m * 1.6**2 + inertia)) - 0.4 / 1.6))
 
 
-def test_the_least_energy_goes_from_contact_to_the_orbit(spheres):
+def test_the_state_of_least_energy_changes_from_contact_to_an_orbit(spheres):
     system, m, inertia = spheres
     touching = m * 1.6**2 + inertia
     # They rest upon each other while J^2 m d / touching^2 < G m m / d^2.
@@ -73,7 +73,7 @@ def test_the_least_energy_goes_from_contact_to_the_orbit(spheres):
 
 def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
     result = analysis.equilibria(ellipsoids, 0.75)
-    assert not result.missed
+    assert not result.failures
     stable = [equilibrium for equilibrium in result.apart if equilibrium.energetically_stable]
     assert len(stable) == 1
     assert result.apart[0] is stable[0]
@@ -82,13 +82,12 @@ def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
     same = analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75)
     assert same.energy == pytest.approx(stable[0].energy, rel=1e-13)
     # Stationary points of the amended potential: J dOmega has no part in the energy, dE = Omega dJ along a family.
-    less, more = (analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
-    assert (more.energy - less.energy) / (more.angular_momentum - less.angular_momentum) == pytest.approx(
-        same.rate, rel=1e-7
-    )
+    lower, upper = (analysis.relative_equilibrium(ellipsoids, angular_momentum=0.75 * (1 + h)) for h in (-1e-4, 1e-4))
+    slope = (upper.energy - lower.energy) / (upper.angular_momentum - lower.angular_momentum)
+    assert slope == pytest.approx(same.rate, rel=1e-7)
 
 
-def test_a_branch_may_be_drawn(spheres):
+def test_a_branch_is_drawn_with_its_stability_and_folds(spheres):
     import matplotlib.pyplot as plt
 
     far = analysis.relative_equilibrium(spheres[0], separation=3.0)

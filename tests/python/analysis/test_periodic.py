@@ -17,26 +17,26 @@ def orbit(ellipsoids, locked):
     return analysis.periodic_orbit(ellipsoids, locked.modes.excited(-1, 0.05), locked.modes.period[-1])
 
 
-def misses(orbit, run):
+def closure_error(orbit, run):
     """The distance by which a run over a period misses its start, rotated."""
     start, end = run[0], run[-1]
-    R = support.rot_z(orbit.turn)
+    R = support.rot_z(orbit.rotation_angle)
     results = [end.position - start.position @ R.T, end.velocity - start.velocity @ R.T, end.spin - start.spin]
     for k in range(len(start)):
         results.append(end.rotation_matrix[k] - R @ start.rotation_matrix[k])
     return max(np.abs(part).max() for part in results)
 
 
-def test_the_orbit_closes(ellipsoids, orbit):
+def test_a_periodic_orbit_closes_with_another_integrator(ellipsoids, orbit):
     assert orbit.closure < 1e-12
     # The check takes other steps than the search.
     other = fullbody.Verner87(rtol=1e-14, atol=1e-14)
-    assert misses(orbit, ellipsoids.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
+    assert closure_error(orbit, ellipsoids.integrate(orbit.state, orbit.period, integrator=other)) < 1e-12
     # It is not the equilibrium.
     run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 8)
     tilt = np.asarray(fullbody.observables.roll_pitch_yaw(run, body="B", about="A"))[:, :2]
     assert np.abs(tilt).max() > 0.02
-    assert misses(orbit, run[: len(run) // 2]) > 1e-3
+    assert closure_error(orbit, run[: len(run) // 2]) > 1e-3
 
 
 def test_multipliers_come_in_reciprocal_pairs(orbit):
@@ -51,7 +51,7 @@ def test_multipliers_come_in_reciprocal_pairs(orbit):
     eigenvalues = np.linalg.eigvals(orbit.monodromy)
     assert np.sum(np.abs(eigenvalues - 1) < 1e-4) == 4
     for sign in (1, -1):
-        assert np.abs(eigenvalues - np.exp(1j * sign * orbit.turn)).min() < 1e-9
+        assert np.abs(eigenvalues - np.exp(1j * sign * orbit.rotation_angle)).min() < 1e-9
 
 
 @pytest.mark.parametrize("mode", [3, 5])
@@ -70,18 +70,18 @@ def test_small_orbits_have_the_multipliers_of_the_modes(ellipsoids, locked, mode
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
-def test_the_family_of_a_mode(ellipsoids, locked):
+def test_the_family_of_a_libration_has_the_period_of_a_pendulum(ellipsoids, locked):
     family = analysis.periodic_family(locked, 3, np.geomspace(0.05, 0.6, 8))
-    swings = []
+    amplitudes = []
     for orbit in family:
         assert orbit.closure < 1e-12
         assert orbit.angular_momentum == pytest.approx(locked.angular_momentum, rel=1e-13)
         run = ellipsoids.integrate(orbit.state, orbit.period, output=orbit.period / 64)
-        swings.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
-    assert swings[-1] > 0.5
+        amplitudes.append(np.abs(fullbody.observables.roll_pitch_yaw(run, body="B", about="A")[:, 2]).max())
+    assert amplitudes[-1] > 0.5
     # A pendulum of twice the angle: T = 4 K(sin A) / (2 pi) times that of small swings, for a light secondary.
     periods = np.array([orbit.period for orbit in family]) / locked.modes.period[3]
-    pendulum = ellipk(np.sin(swings) ** 2) * 2 / np.pi
+    pendulum = ellipk(np.sin(amplitudes) ** 2) * 2 / np.pi
     np.testing.assert_allclose(periods - 1, pendulum - 1, rtol=0.15)
 
 
@@ -97,21 +97,21 @@ def test_an_unstable_orbit_has_the_growth_of_its_equilibrium(ellipsoids):
     assert abs(result.multipliers[0] * result.multipliers[-1]) == pytest.approx(1.0, rel=1e-9)
 
 
-def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
+def test_orbits_do_not_depend_on_the_number_of_segments(ellipsoids, locked, orbit):
     modes = locked.modes
-    both = {"hold": ["energy", "angular_momentum"]}
+    options = {"hold": ["energy", "angular_momentum"]}
     single, result = (
-        analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **both)
+        analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), modes.period[-1], segments=count, **options)
         for count in (1, 3)
     )
     assert result.period == pytest.approx(single.period, rel=1e-11)
     assert result.energy == pytest.approx(single.energy, rel=1e-13)
-    held = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
-    assert held.period == pytest.approx(orbit.period, rel=1e-12)
-    assert held.closure < 1e-12
+    at_period = analysis.periodic_orbit(ellipsoids, modes.excited(-1, 0.05), orbit.period, hold="period")
+    assert at_period.period == pytest.approx(orbit.period, rel=1e-12)
+    assert at_period.closure < 1e-12
 
 
-def test_a_rotating_primary_comes_back_by_half_turns():
+def test_an_orbit_closes_after_a_half_turn_of_the_primary():
     # Kepler's orbit about a body that turns freely: with half a turn of the primary in a third of a revolution.
     bodies = body_list(A=(fullbody.Ellipsoid(0.8, 0.7, 0.6), 1.0), B=(fullbody.Ellipsoid(0.3, 0.27, 0.2), 0.02))
     system = fullbody.System(bodies, G=1.0)
@@ -120,9 +120,10 @@ def test_a_rotating_primary_comes_back_by_half_turns():
     period = np.pi / (1.1 - equilibrium.rate)
     result = analysis.periodic_orbit(system, equilibrium.state, period)
     assert result.half_turns == {"A": "z"}
-    assert result.turn == pytest.approx(np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi, rel=1e-2)
+    angle = np.remainder(equilibrium.rate * period + np.pi, 2 * np.pi) - np.pi
+    assert result.rotation_angle == pytest.approx(angle, rel=1e-2)
     run = system.integrate(result.state, result.period)
-    R = support.rot_z(result.turn)
+    R = support.rot_z(result.rotation_angle)
     assert np.abs(run.position[-1] - run.position[0] @ R.T).max() < 1e-12
     rotated = R @ run[0].rotation_matrix[0] @ np.diag([-1.0, -1.0, 1.0])
     assert np.abs(run[-1].rotation_matrix[0] - rotated).max() < 1e-12
@@ -148,7 +149,7 @@ def test_sections_are_the_events_of_runs(ellipsoids, locked):
     assert len(falling.crossings[0]) == 1
 
 
-def test_frequencies_of_a_made_up_signal(ellipsoids, locked):
+def test_frequencies_of_two_sinusoids_are_recovered(ellipsoids, locked):
     run = ellipsoids.integrate(locked.state, 200.0, output=0.5)
     time = run.time
     result = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), n=2)

@@ -61,7 +61,7 @@ def test_systems_that_have_no_equilibria_are_refused(ellipsoids, locked):
     refused("copies is 1; expected a whole number, 2 or more", lambda: analysis.averaged(ellipsoids, "A", copies=1))
 
 
-def test_folds_are_named():
+def test_errors_at_folds_name_the_quantity():
     # Two spheres at the fold in J, where Newton's step is singular.
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0), fullbody.Body(fullbody.Sphere(0.6), mass=0.4)]
     system = fullbody.System(bodies, G=1.0)
@@ -75,7 +75,7 @@ def test_folds_are_named():
     assert analysis.equilibria(system, least * 0.99).apart == ()
 
 
-def test_points_have_equilibria_too():
+def test_the_equilibrium_of_two_points_is_keplers():
     # Kepler: no modes but the orbit's own, of the same frequency.
     system = support.points(1.0, 0.5)
     result = E(system, separation=2.0)

@@ -35,7 +35,7 @@ def test_run_writes_the_run(description, capsys):
     assert err == ""
 
 
-def test_run_elsewhere_to_another_time_with_a_page(description, tmp_path, capsys):
+def test_run_takes_another_file_another_end_and_a_page(description, tmp_path, capsys):
     out, page = tmp_path / "other.nc", tmp_path / "page.png"
     command = ["run", str(description), "-o", str(out), "--until", "90 min", "--page", str(page), "--quiet"]
     assert main(command) == 0
@@ -47,7 +47,7 @@ def test_run_elsewhere_to_another_time_with_a_page(description, tmp_path, capsys
     assert capsys.readouterr() == ("", "")
 
 
-def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
+def test_errors_are_one_line_and_an_exit_code(description, tmp_path, capsys):
     description.write_text(KW4.replace("mass = 0.135e12", "mass = 0"))
     assert main(["run", str(description)]) == 1
     err = capsys.readouterr().err
@@ -155,9 +155,8 @@ def test_kw4_prints_and_writes_both_shapes(tmp_path, capsys):
         saved = fullbody.load(tmp_path / f"kw4_{shape}_focal.nc")
         assert 205.0 < saved.time[-1].value <= 210.0
         assert ellipsoid["a_min"] < saved.elements().a.value.min() or shape == "spheroid"
-    assert sorted(path.name for path in tmp_path.glob("page_*")) == [
-        f"page_{shape}.{kind}" for shape in read for kind in ("pdf", "png")
-    ]
+    pages = [f"page_{shape}.{kind}" for shape in read for kind in ("pdf", "png")]
+    assert sorted(path.name for path in tmp_path.glob("page_*")) == pages
 
 
 def test_quiet_commands_print_nothing(tmp_path, capsys):
@@ -173,7 +172,7 @@ def test_years_are_given_in_hours(until, tmp_path, capsys):
     assert not list(tmp_path.iterdir())
 
 
-def test_info_tells_what_maps_and_flights_hold(tmp_path, capsys):
+def test_info_describes_maps_and_flights(tmp_path, capsys):
     system, state = fullbody.systems.kw4()
     particles = fullbody.Particles([[4.0, 0.0, 0.0]], [[0.0, 0.0, 0.7]])
     system.fly(state, particles, 10.0, output=5.0).save(tmp_path / "flight.nc")
@@ -217,7 +216,9 @@ def test_a_description_is_read_from_standard_input(tmp_path, monkeypatch, capsys
     assert capsys.readouterr().err.startswith("fullbody: standard input: not valid TOML")
 
 
-def test_a_table_of_a_run_names_its_columns_with_units(description, tmp_path):
+def test_a_table_of_a_run_has_columns_with_units_in_the_order_of_a_state(description, tmp_path):
+    # Names of bodies in the order of the system, which is not that of the alphabet.
+    description.write_text(description.read_text().replace('"Alpha"', '"Primary"'))
     assert main(["run", str(description), "-o", str(tmp_path / "a.csv"), "--quiet"]) == 0
     main(["run", str(description), "--quiet"])
     run = fullbody.load(description.with_suffix(".nc"))
@@ -225,7 +226,14 @@ def test_a_table_of_a_run_names_its_columns_with_units(description, tmp_path):
         rows = list(csv.DictReader(file))
     assert [float(row["time [h]"]) for row in rows] == run.time.value.tolist()
     assert [float(row["position Beta x [km]"]) for row in rows] == run.position[:, 1, 0].value.tolist()
-    assert [float(row["attitude Alpha w"]) for row in rows] == run.attitude[:, 0, 0].tolist()
+    assert [float(row["attitude Primary w"]) for row in rows] == run.attitude[:, 0, 0].tolist()
+    assert list(rows[0])[:8] == [
+        "time [h]",
+        *(f"position {n} {x} [km]" for n in ("Primary", "Beta") for x in "xyz"),
+        "velocity Primary x [km / h]",
+    ]
+    quantities = dict.fromkeys(column.split()[0] for column in rows[0])
+    assert list(quantities) == ["time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum"]
 
 
 def accepted(parser, arguments):

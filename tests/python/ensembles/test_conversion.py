@@ -37,7 +37,7 @@ def test_numbers_and_attributes_change_together():
         ({"libration": "degs!"}, "libration cannot be converted to 'degs!'"),
     ],
 )
-def test_what_cannot_be_converted_is_refused(units, text):
+def test_conversions_without_a_unit_or_to_another_dimension_are_refused(units, text):
     refused(text, lambda: in_units(outcome(), **units))
 
 

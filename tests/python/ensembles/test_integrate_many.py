@@ -33,10 +33,10 @@ def single(member, *args, **kwargs):
         return error
 
 
-def alike(item, other):
+def equal(item, other):
     if isinstance(item, BaseException):
         same = type(item) is type(other) and str(item) == str(other)
-        return same and (item.run is other.run is None or alike(item.run, other.run))
+        return same and (item.run is other.run is None or equal(item.run, other.run))
     same = item == other and item.integrator == other.integrator
     return same and all(np.array_equal(getattr(item, name), getattr(other, name)) for name in ("energy", "spin"))
 
@@ -59,12 +59,12 @@ def mixed():
 
 @pytest.mark.parametrize("threads", THREADS)
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(1e-10, 1e-10), fullbody.SymplecticSplitting(step=0.02)])
-def test_each_equals_a_single_run_bit_for_bit(threads, integrator):
+def test_each_run_of_an_ensemble_equals_a_single_run_bit_for_bit(threads, integrator):
     options = {"output": 1.5, "integrator": integrator, "events": [events.Contact(), events.Separation(value=7.5)]}
     # With units and without, lengths are plain numbers in each system's own.
     expected = [single(member, 20.0, dense=True, **options) for member in mixed()]
     answers = integrate_many(mixed(), 20.0, dense=True, threads=threads, **options)
-    assert all(map(alike, answers, expected))
+    assert all(map(equal, answers, expected))
     kinds = [type(answer).__name__ for answer in answers]
     # Fixed steps refuse the tide and the angles.
     varied = ["Run"] if isinstance(integrator, fullbody.Verner98) else ["InvalidInput"]
@@ -75,7 +75,7 @@ def test_each_equals_a_single_run_bit_for_bit(threads, integrator):
 
 
 @pytest.mark.parametrize("output", [None, "ends", [], [1.0, 2.5], np.array([3.0])])
-def test_what_is_kept_is_what_was_asked_for(output):
+def test_ensembles_record_the_requested_samples(output):
     runs = integrate_many([(SYSTEM, STATE)] * 3, 3.0, output=output)
     alone = SYSTEM.integrate(STATE, 3.0, output=output)
     assert runs == [alone] * 3
@@ -83,7 +83,7 @@ def test_what_is_kept_is_what_was_asked_for(output):
     assert len(runs[0]) == len(runs[0].time) == len(runs[0].position) == len(runs[0].energy) == count
 
 
-def test_one_end_and_one_integrator_for_each():
+def test_each_member_may_have_its_own_end_and_integrator():
     u = pytest.importorskip("astropy.units")
     system, state = fullbody.systems.kw4(units=True)
     integrators = [None, fullbody.Verner65(1e-6), fullbody.LieGroupVariational(step=3 * u.min)]
@@ -116,14 +116,14 @@ def test_one_end_and_one_integrator_for_each():
         ),
     ],
 )
-def test_what_is_wrong_for_all_is_refused_at_once(arguments, message):
+def test_options_that_are_invalid_for_all_members_are_refused(arguments, message):
     refused(message, lambda: integrate_many(**{"members": [(SYSTEM, STATE)], "until": 1.0} | arguments))
 
 
 # Members that fail.
 
 
-def test_each_failure_is_the_answer_of_its_own_member():
+def test_errors_of_members_equal_those_of_single_runs():
     disc = fullbody.Ellipsoid(1.0, 1.0, 0.02)
     rims = fullbody.System([fullbody.Body(disc, mass=1.0, name=name) for name in ("A", "B")], G=1.0)
     still = np.zeros((2, 3))
@@ -213,7 +213,7 @@ def test_exceptions_of_event_functions_reach_the_member_that_raised_them(threads
             assert 0.0 < answer.run.time[-1] < 5.5
         else:
             assert answer.stop_reason == ("end" if number in (0, *range(6, 12)) else "event")
-            assert alike(answer, single(member_of(number), 5.5, events=[event]))
+            assert equal(answer, single(member_of(number), 5.5, events=[event]))
 
 
 @pytest.mark.parametrize("threads", THREADS)
@@ -228,7 +228,7 @@ def test_force_functions_in_threads_have_the_values_and_errors_of_single_runs(th
     members = [(windy, member_of(k)[1]) for k in range(8)]
     answers = integrate_many(members, 2.0, threads=threads)
     for number, (member, answer) in enumerate(zip(members, answers, strict=True)):
-        assert alike(answer, single(member, 2.0))
+        assert equal(answer, single(member, 2.0))
         if number % 2:
             assert type(answer) is ForceFailed
             assert answer.__cause__.args == (number,)
@@ -240,8 +240,8 @@ def test_force_functions_in_threads_have_the_values_and_errors_of_single_runs(th
 # The caller's own side.
 
 
-def test_a_generator_is_asked_as_members_are_needed():
-    taken, seen = [], []
+def test_a_generator_of_members_is_consumed_as_needed():
+    taken, reports = [], []
 
     def endless():
         while True:
@@ -249,7 +249,7 @@ def test_a_generator_is_asked_as_members_are_needed():
             yield SYSTEM, STATE
 
     def report(done, total, description):
-        seen.append(total)
+        reports.append(total)
         if done >= 20:
             raise Trouble
 
@@ -261,10 +261,10 @@ def test_a_generator_is_asked_as_members_are_needed():
     complete = [run for run in runs if isinstance(run, fullbody.Run) and run.stop_reason == "end"]
     assert len(complete) >= 20
     assert len(runs) - len(complete) <= 16
-    assert set(seen) == {None}
+    assert set(reports) == {None}
 
 
-def test_a_generator_that_raises_loses_nothing():
+def test_an_error_of_the_generator_keeps_the_runs_so_far():
     def members():
         yield SYSTEM, STATE
         yield SYSTEM, STATE
@@ -277,16 +277,16 @@ def test_a_generator_that_raises_loses_nothing():
 
 
 def test_progress_counts_members():
-    seen = []
+    reports = []
     members = [(SYSTEM, STATE)] * 7
     members[3] = "no member"
-    integrate_many(members, 300.0, output="ends", progress=lambda *a: seen.append(a), threads=2)
-    done, total, description = zip(*seen, strict=True)
+    integrate_many(members, 300.0, output="ends", progress=lambda *a: reports.append(a), threads=2)
+    done, total, description = zip(*reports, strict=True)
     finished = [int(text.removesuffix(" of 7 runs")) for text in description]
     assert finished == sorted(finished)
     assert set(total) == {7}
     assert all(0.0 <= part - complete <= 2.0 for part, complete in zip(done, finished, strict=True))
-    assert seen[-1] == (7, 7, "7 of 7 runs")
+    assert reports[-1] == (7, 7, "7 of 7 runs")
 
 
 @pytest.mark.parametrize("reference", [True, False])
@@ -312,17 +312,15 @@ def test_warnings_about_starts_are_given_once():
         "the starts of 3 of 5 members are probably a mistake; member 1: A and B start at "
     )
     assert caught[0].filename == __file__
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(InconsistentInput) as raised:
-            integrate_many([(SYSTEM, STATE), fast], 1e-3)
+    with warnings.catch_warnings(action="error"), pytest.raises(InconsistentInput) as raised:
+        integrate_many([(SYSTEM, STATE), fast], 1e-3)
     assert [type(run) for run in raised.value.runs] == [fullbody.Run] * 2
 
 
 # Ctrl-C.
 
 
-def test_ctrl_c_in_a_thread_returns_the_members_that_are_done():
+def test_ctrl_c_in_a_run_returns_the_finished_members():
     begun = threading.Semaphore(0)
 
     def f(state):
@@ -331,16 +329,15 @@ def test_ctrl_c_in_a_thread_returns_the_members_that_are_done():
         return 1.0
 
     def report(done, total, description):
-        if 2 < done < 3 and not seen:
-            seen.append(done)
+        if 2 < done < 3 and not reports:
+            reports.append(done)
             begun.release()
 
-    seen = []
+    reports = []
     until = [1.0, 2.0, *[1e9] * 30]
+    options = {"events": [events.Function(f)], "progress": report, "threads": 2}
     with pytest.raises(KeyboardInterrupt) as caught:
-        integrate_many(
-            [(SYSTEM, STATE)] * 32, until, output=1e3, events=[events.Function(f)], progress=report, threads=2
-        )
+        integrate_many([(SYSTEM, STATE)] * 32, until, output=1e3, **options)
     error = caught.value
     assert type(error) is Interrupted
     assert str(error) == "interrupted with 2 of 32 members done; the runs so far are in .runs"
@@ -354,7 +351,7 @@ def test_ctrl_c_in_a_thread_returns_the_members_that_are_done():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_an_interrupt_that_a_function_raises_stops_all():
+def test_an_interrupt_in_an_event_function_stops_all_members():
     def f(state):
         if state.time > 3.0:
             raise KeyboardInterrupt
@@ -366,7 +363,7 @@ def test_an_interrupt_that_a_function_raises_stops_all():
     assert len(caught.value.runs) == 20
 
 
-def test_ctrl_c_in_a_generator_of_members_returns_those_done():
+def test_ctrl_c_in_a_generator_returns_the_finished_members():
     def members():
         yield SYSTEM, STATE
         raise KeyboardInterrupt

@@ -82,7 +82,7 @@ def test_processes_give_the_map_of_one_process(processes, tmp_path):
 parent = os.getpid()
 
 
-def test_what_goes_wrong_in_a_worker_stays_in_its_row(processes):
+def test_an_error_in_a_worker_affects_no_other_row(processes):
     def setup(mass):
         if mass > 0.8:
             raise SystemExit("no more")
@@ -107,7 +107,7 @@ def test_workers_take_one_thread_each():
     assert threads == [1] * 4 + [3] * 4
 
 
-def test_a_chunk_that_fails_is_given_out_again():
+def test_a_chunk_that_fails_is_submitted_again():
     executor = Inline((2, 3), RuntimeError("a worker was lost"))
     assert_same(swept(executor=executor), swept())
     assert executor.calls == 6
@@ -115,16 +115,15 @@ def test_a_chunk_that_fails_is_given_out_again():
 
 def test_a_chunk_that_fails_everywhere_is_an_error(tmp_path):
     executor = Inline((2, 5, 6), RuntimeError("a worker was lost"))
-    with pytest.raises(
-        FullbodyError, match=r"rows 2 to 3 failed in 3 workers, .* RuntimeError: a worker was lost"
-    ) as caught:
+    text = r"rows 2 to 3 failed in 3 workers, .* RuntimeError: a worker was lost"
+    with pytest.raises(FullbodyError, match=text) as caught:
         swept(executor=executor, store=tmp_path / "map.nc")
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 2 + [True] * 2 + [False] * 3
     assert len(list((tmp_path / "map.nc.parts").glob("*.npz"))) == 3
     assert_same(swept(store=tmp_path / "map.nc"), swept())
 
 
-def test_an_executor_that_is_shut_down_is_an_error_that_names_the_rows():
+def test_an_executor_that_is_shut_down_is_an_error_with_the_map_so_far():
     class Closing(Inline):
         def submit(self, function, *args):
             if self.calls == 2:
@@ -136,7 +135,7 @@ def test_an_executor_that_is_shut_down_is_an_error_that_names_the_rows():
     assert (caught.value.dataset.error == "").values.tolist() == [True] * 4 + [False] * 3
 
 
-def test_a_bar_counts_rows(capsys):
+def test_the_progress_bar_of_a_sweep_counts_rows(capsys):
     for executor in (None, Inline()):
         swept(executor=executor, setup=lambda mass: circle(mass) if mass < 0.8 else None, progress="a map")
         text = capsys.readouterr().err.split("\r")[-1]
@@ -152,7 +151,7 @@ def test_ctrl_c_in_a_worker_ends_the_sweep():
     assert (caught.value.dataset.error == "NotComputed").values.tolist() == [False] * 4 + [True] * 2 + [False]
 
 
-def test_what_is_not_begun_is_called_off():
+def test_an_interrupt_cancels_waiting_chunks():
     held = []
 
     class Slow(Inline):
@@ -175,7 +174,7 @@ def dying(folder):
     return setup
 
 
-def test_rows_of_a_dead_process_are_given_out_again(tmp_path):
+def test_rows_of_a_dead_process_are_computed_again(tmp_path):
     setup = dying(tmp_path)
     with ProcessPoolExecutor(1, mp_context=SPAWN) as executor:
         with pytest.raises(FullbodyError, match="has lost a worker, by a crash or for want of memory") as caught:

@@ -33,14 +33,14 @@ def swept(store, **changes):
 
 
 @pytest.fixture
-def begun(tmp_path):
+def unfinished(tmp_path):
     folder = tmp_path / "map"
     swept(folder)
     (folder / "00000004.npz").unlink()
     return folder
 
 
-def test_the_map_is_a_file(tmp_path):
+def test_a_finished_sweep_is_one_file_that_is_not_written_again(tmp_path):
     result = swept(tmp_path / "map.nc")
     assert_same(result, swept(None))
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
@@ -60,7 +60,7 @@ def test_a_folder_of_chunks_gives_the_map_of_a_file(tmp_path):
     assert_same(result, swept(tmp_path / "map"))
 
 
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
+def test_a_killed_sweep_computes_only_unfinished_chunks_again(tmp_path):
     total, broken = tmp_path / "whole", tmp_path / "broken"
     total.mkdir()
     broken.mkdir()
@@ -77,8 +77,8 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
         assert np.isfinite(result.place.where(result.error == "", 0.0)).all()
 
 
-def test_other_chunks_go_on_too(begun):
-    assert_same(swept(begun, chunk=5), swept(None))
+def test_a_sweep_resumes_with_another_chunk_size(unfinished):
+    assert_same(swept(unfinished, chunk=5), swept(None))
 
 
 def helper(run):
@@ -112,7 +112,7 @@ def same(request, tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "differences"),
     [
         ({"key": "others"}, "key (circles, here others)"),
         ({"setup": functools.partial(circle, distance=1.5)}, "setup (partial(circle, distance=1.0), here partial("),
@@ -142,12 +142,12 @@ def same(request, tmp_path_factory):
         ),
     ],
 )
-def test_another_sweep_is_refused_by_what_differs(same, change, told):
-    text = re.escape(f"{same.name} has a sweep that differs in: {told}")
+def test_a_store_of_another_sweep_is_refused_with_the_differences(same, change, differences):
+    text = re.escape(f"{same.name} has a sweep that differs in: {differences}")
     refused(f"{text}.*; expected the same", lambda: swept(same, **{**SAME, **change}))
 
 
-def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch):
+def test_a_changed_helper_function_is_refused_with_its_name_and_line(tmp_path, monkeypatch):
     swept(tmp_path / "map.nc", **SAME)
 
     def changed(run):
@@ -158,7 +158,7 @@ def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch)
     refused(text, lambda: swept(tmp_path / "map.nc", **SAME))
 
 
-def test_another_version_is_refused(tmp_path, monkeypatch):
+def test_a_store_of_another_version_is_refused(tmp_path, monkeypatch):
     swept(tmp_path / "map.nc")
     monkeypatch.setattr(sys.modules["fullbody.ensembles.sweep"], "version", lambda: "99")
     refused(r"differs in: version of fullbody \(.*, here 99\);", lambda: swept(tmp_path / "map.nc"))
@@ -189,21 +189,21 @@ def test_functions_without_a_source_are_known_by_the_key(tmp_path):
     assert_same(swept(tmp_path / "locked", measure=locked), swept(None))
 
 
-def extended(store, ran, parameters, **options):
+def extended(store, computed, parameters, **options):
     """A sweep that counts its setups, and is interrupted at a mass above one until ``ran`` says otherwise."""
 
     def setup(mass, distance=1.0):
-        if mass > 1.0 and "resumed" not in ran:
+        if mass > 1.0 and "resumed" not in computed:
             raise KeyboardInterrupt
-        ran.append((mass, distance))
+        computed.append((mass, distance))
         return circle(mass, distance)
 
     return fullbody.sweep(setup, parameters, 0.5, measure=angle, chunk=2, store=store, key="counted", **options)
 
 
 @pytest.mark.parametrize("store", ["map.nc", "map"])
-def test_an_extended_map_computes_only_what_is_new(tmp_path, store):
-    ran = []
+def test_an_extended_sweep_computes_only_new_rows(tmp_path, store):
+    computed = []
     steps = [
         ({"mass": [0.1, 0.5], "distance": 2.0}, 2),
         ({"mass": [0.05, 0.1, 0.3, 0.5], "distance": 2.0}, 2),
@@ -212,45 +212,45 @@ def test_an_extended_map_computes_only_what_is_new(tmp_path, store):
         ({"mass": [0.5, 0.3, 0.05, 0.1], "distance": [2.0, 200.0, 3.0]}, 4),
     ]
     for parameters, more in steps:
-        previous = len(ran)
+        previous = len(computed)
         if more is None:
             with pytest.raises(InvalidInput, match=r"differs in: dimensions .*; parameter .*include all of its rows"):
-                extended(tmp_path / store, ran, parameters)
+                extended(tmp_path / store, computed, parameters)
         else:
-            result = extended(tmp_path / store, ran, parameters)
-            assert len(ran) == previous + more
+            result = extended(tmp_path / store, computed, parameters)
+            assert len(computed) == previous + more
             assert_same(result, fullbody.sweep(circle, parameters, 0.5, measure=angle))
             # Once more, from the store alone.
-            assert_same(extended(tmp_path / store, ran, parameters), result)
-            assert len(ran) == previous + more
+            assert_same(extended(tmp_path / store, computed, parameters), result)
+            assert len(computed) == previous + more
 
 
-def test_an_extension_that_was_cut_short_goes_on(tmp_path):
-    ran = []
-    extended(tmp_path / "map.nc", ran, {"mass": [0.1, 0.5]})
+def test_an_interrupted_extension_resumes(tmp_path):
+    computed = []
+    extended(tmp_path / "map.nc", computed, {"mass": [0.1, 0.5]})
     for masses in ([0.9, 0.1, 0.8, 0.5, 2.0], [0.7, 0.9, 0.1, 0.8, 0.5, 2.0]):
         with pytest.raises(Interrupted):
-            extended(tmp_path / "map.nc", ran, {"mass": masses})
-    assert [mass for mass, _ in ran] == [0.1, 0.5, 0.9, 0.8, 0.7]
-    ran.append("resumed")
-    result = extended(tmp_path / "map.nc", ran, {"mass": [*masses, 0.6]})
-    assert [mass for mass, _ in ran[6:]] == [2.0, 0.6]
+            extended(tmp_path / "map.nc", computed, {"mass": masses})
+    assert [mass for mass, _ in computed] == [0.1, 0.5, 0.9, 0.8, 0.7]
+    computed.append("resumed")
+    result = extended(tmp_path / "map.nc", computed, {"mass": [*masses, 0.6]})
+    assert [mass for mass, _ in computed[6:]] == [2.0, 0.6]
     assert_same(result, fullbody.sweep(circle, {"mass": [*masses, 0.6]}, 0.5, measure=angle))
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
 
 
-def test_more_draws_keep_the_first_ones(tmp_path):
-    ran = []
+def test_a_sweep_with_more_draws_keeps_the_first_ones(tmp_path):
+    computed = []
     mass = functools.partial(np.random.Generator.uniform, low=0.1, high=0.9)
     draws = functools.partial(fullbody.ensembles.draws, mass=mass)
-    extended(tmp_path / "map.nc", ran, draws(3), rng=1)
-    result = extended(tmp_path / "map.nc", ran, draws(5), rng=1)
-    assert len(ran) == 5
+    extended(tmp_path / "map.nc", computed, draws(3), rng=1)
+    result = extended(tmp_path / "map.nc", computed, draws(5), rng=1)
+    assert len(computed) == 5
     total = fullbody.sweep(circle, draws(5), 0.5, measure=angle, rng=1)
     assert_same(result, total)
-    assert [mass for mass, _ in ran] == result.mass.values.tolist()
+    assert [mass for mass, _ in computed] == result.mass.values.tolist()
     with pytest.raises(InvalidInput, match="differs in: dimensions"):
-        extended(tmp_path / "map.nc", ran, [{"distance": [1.0, 2.0]}, draws(5)], rng=1)
+        extended(tmp_path / "map.nc", computed, [{"distance": [1.0, 2.0]}, draws(5)], rng=1)
 
 
 def outcome(store):
@@ -261,17 +261,17 @@ def outcome(store):
         return str(error)
 
 
-def test_a_damaged_chunk_is_named(begun):
-    chunk = begun / "00000002.npz"
+def test_a_damaged_chunk_is_named(unfinished):
+    chunk = unfinished / "00000002.npz"
     total, unbroken = chunk.read_bytes(), outcome(None)
-    last = begun / "00000004.npz"
+    last = unfinished / "00000004.npz"
     rng = np.random.default_rng(1)
     result = []
     for point in rng.integers(len(total), size=60):
         damaged = bytearray(total)
         damaged[point] ^= 0x10
         chunk.write_bytes(damaged)
-        result.append(outcome(begun))
+        result.append(outcome(unfinished))
         last.unlink(missing_ok=True)
     # The damage may be where nothing stands, such as a date.
     wrong = [text for text in result if text != unbroken]
@@ -279,22 +279,22 @@ def test_a_damaged_chunk_is_named(begun):
     assert {text.split(" cannot ")[0].split(" is ")[0] for text in wrong} == {str(chunk)}
     for size in (0, 10, len(total) // 2, len(total) - 1):
         chunk.write_bytes(total[:size])
-        refused(r"00000002.npz is truncated or damaged; where it is deleted", lambda: swept(begun))
+        refused(r"00000002.npz is truncated or damaged; if it is deleted", lambda: swept(unfinished))
     chunk.unlink()
-    assert_same(swept(begun), swept(None))
+    assert_same(swept(unfinished), swept(None))
 
 
-def test_a_foreign_chunk_is_named(begun, tmp_path):
+def test_a_foreign_chunk_is_named(unfinished, tmp_path):
     swept(tmp_path / "other", until=0.4)
-    shutil.copy(tmp_path / "other" / "00000002.npz", begun)
-    refused(r"00000002.npz cannot be used: the chunk belongs to another sweep", lambda: swept(begun))
-    np.savez(begun / "00000002.npz", x=1.0)
-    refused(r"00000002.npz is truncated or damaged", lambda: swept(begun))
-    shutil.copy(begun / "00000000.npz", begun / "00000002.npz")
-    refused(r"00000002.npz has row 0 once more", lambda: swept(begun))
+    shutil.copy(tmp_path / "other" / "00000002.npz", unfinished)
+    refused(r"00000002.npz cannot be used: the chunk belongs to another sweep", lambda: swept(unfinished))
+    np.savez(unfinished / "00000002.npz", x=1.0)
+    refused(r"00000002.npz is truncated or damaged", lambda: swept(unfinished))
+    shutil.copy(unfinished / "00000000.npz", unfinished / "00000002.npz")
+    refused(r"00000002.npz has row 0 once more", lambda: swept(unfinished))
 
 
-def test_what_is_not_a_store_stays_as_it_is(tmp_path):
+def test_files_that_are_no_store_are_refused_and_unchanged(tmp_path):
     run = fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0)
     run.save(tmp_path / "run.nc")
     (tmp_path / "text.nc").write_text("mine")
@@ -322,21 +322,21 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path):
     refused("damaged has a damaged description", lambda: swept(tmp_path / "damaged"))
 
 
-def test_a_store_is_open_to_one_process_at_a_time(begun):
+def test_a_store_that_another_process_uses_is_refused(unfinished):
     code = "import fcntl, sys; f = open(sys.argv[1], 'a'); fcntl.lockf(f, fcntl.LOCK_EX); print(1, flush=True); input()"
-    command = [sys.executable, "-c", code, begun / "lock"]
+    command = [sys.executable, "-c", code, unfinished / "lock"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout.readline()
         with pytest.raises(FullbodyError, match=r"another process works on .*map; expected one at a time"):
-            swept(begun)
+            swept(unfinished)
         other.stdin.close()
-    assert_same(swept(begun), swept(None))
+    assert_same(swept(unfinished), swept(None))
 
 
-def test_what_a_killed_process_left_is_taken_away(begun):
-    left = begun / f".00000004.{'0' * 32}.part.npz"
+def test_temporary_files_of_a_killed_process_are_removed(unfinished):
+    left = unfinished / f".00000004.{'0' * 32}.part.npz"
     left.write_bytes(b"half")
-    swept(begun)
+    swept(unfinished)
     assert not left.exists()
 
 
@@ -357,13 +357,12 @@ class _Once:
 
 
 @pytest.mark.parametrize("store", [None, "map.nc"])
-def test_ctrl_c_keeps_what_is_done(tmp_path, store):
+def test_ctrl_c_keeps_finished_rows(tmp_path, store):
     path = store and tmp_path / store
     measure = _Once(KeyboardInterrupt())
     rows = {"mass": [0.1, 0.3, 0.9, 0.5, 0.7]}
-    with pytest.raises(
-        Interrupted, match=rf"2 of 5 rows are done, in {'.*map.nc and in ' if store else ''}.dataset"
-    ) as caught:
+    text = rf"2 of 5 rows are done, in {'.*map.nc and in ' if store else ''}.dataset"
+    with pytest.raises(Interrupted, match=text) as caught:
         swept(path, measure=measure, parameters=rows, chunk=4)
     assert caught.value.dataset.error.values.tolist() == ["", "", "NotComputed", "NotComputed", "NotComputed"]
     total = swept(None, parameters=rows)
@@ -396,7 +395,7 @@ def test_ctrl_c_in_a_run_keeps_the_runs_before_it(tmp_path):
     assert_same(swept(tmp_path / "map", parameters=rows, events=watch), swept(None, parameters=rows))
 
 
-def test_a_full_disk_loses_nothing_that_is_done(tmp_path, monkeypatch):
+def test_a_full_disk_loses_no_finished_chunk(tmp_path, monkeypatch):
     add, calls = stores.Store.add, []
 
     def full(self, outcomes):

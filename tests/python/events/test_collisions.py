@@ -108,7 +108,7 @@ def test_falling_points_end_at_the_time_of_the_closed_form():
 
 
 @pytest.mark.filterwarnings("ignore:A and B start at 1 km / h relative to each other")
-def test_overlaps_say_how_far_or_when():
+def test_errors_of_overlap_have_the_distance_or_the_time():
     system = fullbody.System(SPHERES, G=1.0)
     near = fullbody.State([[0, 0, 0], [1.5, 0, 0]], np.zeros((2, 3)))
     for call, what in (
@@ -123,9 +123,8 @@ def test_overlaps_say_how_far_or_when():
         assert caught.value.bodies == ("A", "B")
         assert isinstance(caught.value, RuntimeError)
     # From 5 apart at a speed of one they touch at 3.
-    units = fullbody.System(
-        [fullbody.Body(body.shape, mass=1e9, name=body.name) for body in SPHERES], units=("km", "hour", "kg")
-    )
+    bodies = [fullbody.Body(body.shape, mass=1e9, name=body.name) for body in SPHERES]
+    units = fullbody.System(bodies, units=("km", "hour", "kg"))
     falling = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [-1, 0, 0]])
 
     def steps():

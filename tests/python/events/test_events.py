@@ -97,9 +97,7 @@ def falling(shape=None):
     return system, state, 3.0 + np.sqrt(2.0**3 / (2 * 2.0)) * (np.arccos(np.sqrt(x)) + np.sqrt(x * (1 - x)))
 
 
-@pytest.mark.parametrize(
-    "shape", [fullbody.Sphere(0.2), fullbody.Ellipsoid(0.2, 0.2, 0.2)], ids=["sphere", "ellipsoid"]
-)
+@pytest.mark.parametrize("shape", [fullbody.Sphere(0.2), fullbody.Ellipsoid(0.2, 0.2, 0.2)], ids=["ball", "ellipsoid"])
 def test_radial_fall_ends_by_contact(shape):
     system, state, expected = falling(shape)
     contact = events.Contact(0, 1, terminal=True)
@@ -249,7 +247,7 @@ def test_a_function_event_needs_its_function():
         events.Function()
 
 
-def test_numpy_integers_are_places():
+def test_numpy_integers_are_indices_of_bodies():
     system, state = ellipse()
     event = events.Periapsis(np.int64(0), np.int32(1), direction=np.int8(1))
     assert len(system.integrate(state, 7.0, events=[event]).events) == 1
@@ -269,7 +267,7 @@ def test_a_thinned_run_keeps_its_events():
 
 @pytest.mark.parametrize("chart", ["quaternion", "tait_bryan"])
 @pytest.mark.parametrize("until", [40.0, -40.0])
-def test_the_continuous_solution_equals_a_tight_run(chart, until):
+def test_the_continuous_solution_equals_a_run_of_tight_tolerance(chart, until):
     system, state = fullbody.systems.case1(attitude_chart=chart)
     run = system.integrate(state, until, output=[], integrator=fullbody.Verner98(1e-11, 1e-11), dense=True)
     t = np.linspace(0.0, until, 101)

@@ -29,7 +29,7 @@ def support(axes, attitude, n):
 
 @pytest.mark.parametrize("normal", [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]], ids=["face", "edge", "corner"])
 @pytest.mark.parametrize("axes", [AXES, (0.5, 0.45, 0.12)], ids=["egg", "disc"])
-def test_force_of_a_polyhedron_on_an_ellipsoid_right_above_is_the_focal_integral(normal, axes):
+def test_the_force_of_a_polyhedron_near_an_ellipsoid_is_the_focal_integral(normal, axes):
     n = np.array(normal) / np.linalg.norm(normal)
     cube = Body(box(2.0, 2.0, 2.0), mass=1.0, name="A")
     points, weights = focal_points(*axes, n=80, m=320)

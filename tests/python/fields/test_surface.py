@@ -62,7 +62,7 @@ def test_the_tide_of_the_other_body_is_newtons():
     assert field.geopotential == pytest.approx(-2.0 - potential, abs=1e-13)
 
 
-def test_the_acceleration_is_that_of_a_particle_let_go():
+def test_the_acceleration_is_that_of_a_released_particle():
     system, state = fullbody.systems.kw4()
     state = state.replace(spin=[[0.3, -0.2, 2.2], [0.4, 0.3, 0.2]])
     field = surface(system, state, "Beta", rows=6)
@@ -111,7 +111,7 @@ def test_a_composite_has_the_surfaces_of_its_parts_outside_of_each_other():
     assert field.area.sum() == pytest.approx(expected, rel=0.01)
 
 
-def test_what_has_no_surface_is_refused():
+def test_bodies_without_a_surface_are_refused():
     refused("dust has no surface", lambda: surface(*alone(Body(PointMass(), mass=1.0, name="dust"))))
     refused("rows is 1; expected a whole number", lambda: surface(*alone(Body(Sphere(1.0), mass=1.0)), rows=1))
 

@@ -68,9 +68,8 @@ def test_two_balls_have_the_classical_points(light, order):
     pull = pair.system.gravity(pair_state(pair), position).field
     centre = pair.to_inertial([0.0, 0.0, 0.0])
     assert pull == pytest.approx(-(pair.rate**2) * (position - centre[0]), rel=1e-12)
-    assert np.linalg.norm(speed - centre[1]) == pytest.approx(
-        pair.rate * np.linalg.norm(position - centre[0]), rel=1e-14
-    )
+    distance = np.linalg.norm(position - centre[0])
+    assert np.linalg.norm(speed - centre[1]) == pytest.approx(pair.rate * distance, rel=1e-14)
 
 
 def pair_state(pair):
@@ -88,7 +87,7 @@ def test_stability_ends_at_rouths_mass():
 
 def test_the_rotating_frame_has_units():
     system, state = fullbody.systems.kw4(units=True)
-    with pytest.warns(InconsistentInput, match="Alpha turns in the rotating frame"):
+    with pytest.warns(InconsistentInput, match="Alpha rotates in the frame"):
         with_units = fields.Synodic(system, state)
     assert with_units.rate.unit == u.rad / u.hour
     results = {point.name: point for point in with_units.equilibria()}
@@ -99,7 +98,7 @@ def test_the_rotating_frame_has_units():
     assert with_units.roche_lobe("Beta", rows=12).volume.unit == u.km**3
 
 
-def test_jacobis_constant_is_kept():
+def test_jacobis_constant_is_conserved():
     pair = circling(0.2, rotation=TURN)
     position, speed = pair.to_inertial([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
     dust = Body(PointMass(), mass=1e-25, name="dust")
@@ -129,7 +128,7 @@ def test_roche_lobes_have_eggletons_volume(q, name):
     assert levels == pytest.approx(np.full(levels.shape, lobe.jacobi), rel=1e-9)
 
 
-def test_meshes_of_roche_lobes_miss_of_the_volume_what_they_say():
+def test_the_volume_of_a_roche_lobe_has_the_documented_error():
     """The error goes with 1/rows^2: two meshes give the volume itself."""
     pair = circling(0.2, separation=1.0, shape=PointMass())
     volumes = [pair.roche_lobe("B", rows=rows).volume for rows in (30, 60)]
@@ -154,7 +153,7 @@ def test_systems_without_a_circling_pair_are_refused():
     with pytest.raises(InvalidInput, match="system has 1 bodies; expected 2"):
         fields.Synodic(fullbody.System([Body(Sphere(1.0), mass=1.0)], G=1.0), state)
     refused("move along a line", lambda: fields.Synodic(system, state.replace(velocity=np.zeros((2, 3)))))
-    with pytest.warns(InconsistentInput, match="not on a circular orbit .* Alpha turns in the rotating frame"):
+    with pytest.warns(InconsistentInput, match="not on a circular orbit .* Alpha rotates in the frame"):
         fields.Synodic(system, state.replace(velocity=1.2 * state.velocity))
 
 
@@ -168,23 +167,23 @@ def test_bad_arguments_of_the_rotating_frame_are_refused():
     refused("points is .*; expected finite numbers", pair.to_inertial, [np.inf, 0.0, 0.0])
 
 
-def test_the_warning_tells_what_is_off_and_no_rounding():
+def test_the_warning_names_the_deviations_above_rounding():
     """At the end of an ellipse v^2 = G M (1 + e)/r, so that the pull is 1/(1 + e) of v^2/r."""
     bodies = [Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
     system, shares = fullbody.System(bodies, G=1.0), np.array([[-0.01], [0.99]])
 
-    def told(position, velocity):
+    def deviations(position, velocity):
         with pytest.warns(InconsistentInput, match="^the bodies are not on a circular orbit") as caught:
             fields.Synodic(system, fullbody.State(shares * position, shares * velocity))
         return str(caught[0].message).partition("(")[2].partition(")")[0]
 
     e = 0.25
     axes = [np.array([np.cos(0.7), np.sin(0.7), 0.0]), np.array([-np.sin(0.7), np.cos(0.7), 0.0])]
-    pull = told(axes[0], np.sqrt(1.0 + e) * axes[1])
-    assert pull == f"their pull is off by {1.0 - 1.0 / (1.0 + e):.2g} of what keeps them at rest in the rotating frame"
-    both = told(axes[0], np.sqrt(1.0 + e) * (axes[1] + axes[0]))
+    pull = deviations(axes[0], np.sqrt(1.0 + e) * axes[1])
+    assert pull == f"their gravity differs by {1.0 - 1.0 / (1.0 + e):.2g} from the force that keeps them at rest in it"
+    both = deviations(axes[0], np.sqrt(1.0 + e) * (axes[1] + axes[0]))
     assert both == f"{pull}, and they approach or recede at {np.sqrt(0.5):.2g} of their speed"
-    assert told(axes[0], axes[1] + axes[0]) == both.partition(", and ")[2]
+    assert deviations(axes[0], axes[1] + axes[0]) == both.partition(", and ")[2]
 
 
 def test_pictures_of_the_rotating_frame_have_labels_and_units():
@@ -212,8 +211,7 @@ def test_a_rotating_frame_can_be_copied_and_pickled():
         frame = fullbody.fields.Synodic(system, state)
     point = [0.5, 2.0, 0.1]
     for make in (copy.copy, copy.deepcopy, lambda frame: pickle.loads(pickle.dumps(frame))):
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             other = make(frame)
         assert repr(other) == repr(frame)
         assert (other.jacobi(point), other.rate) == (frame.jacobi(point), frame.rate)

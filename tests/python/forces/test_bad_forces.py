@@ -6,7 +6,7 @@ import pytest
 from astropy import units as u
 from fullbody.errors import ForceFailed, Interrupted, InvalidInput
 from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
-from support import refused, refused_with
+from support import body_list, refused, refused_with
 from support.scenes import KINDS, at_rest, drag, pair, sun
 
 NAN, INF = float("nan"), float("inf")
@@ -93,9 +93,8 @@ def test_the_ends_of_love_numbers_and_no_lag_are_allowed(value):
 
 
 def test_a_secondary_without_a_longest_axis_has_no_byorp():
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(0.1, 0.1, c), mass=1.0, name=name) for c, name in ((0.1, "A"), (0.05, "B"))
-    ]
+    shapes = {name: (fullbody.Ellipsoid(0.1, 0.1, c), 1.0) for c, name in ((0.1, "A"), (0.05, "B"))}
+    bodies = body_list(**shapes)
     for on, about in (("A", "B"), ("B", "A")):
         with pytest.raises(InvalidInput, match=f"axes of {on}.*longest.*Y"):
             fullbody.System(bodies, G=1.0, forces=[Byorp(on=on, about=about, force=1.0, name="Y")])
@@ -200,7 +199,7 @@ def test_single_steps_end_with_the_table(integrator, end):
     assert abs(sim.time) < 2.5
 
 
-def test_bad_questions_about_positions_of_third_bodies_are_refused():
+def test_bad_arguments_of_third_body_are_refused():
     world = SYSTEM.with_forces([table(), tide()])
     for name, time, text in (
         ("Son", 0.0, "did you mean 'Sun'"),
@@ -221,7 +220,7 @@ def test_bad_questions_about_positions_of_third_bodies_are_refused():
     [sun(mu=1e300), tide(lag=1e300), yorp(along=1e300), Byorp(on="B", about="A", force=1e300, name="Y")],
     ids=["Sun", "tide", "YORP", "BYORP"],
 )
-def test_forces_beyond_all_measure_end_in_an_error(force):
+def test_huge_forces_end_in_an_error(force):
     with pytest.raises(fullbody.FullbodyError) as caught:
         SYSTEM.with_forces([force]).integrate(STATE, 1.0)
     assert np.isfinite(caught.value.run.position).all()
@@ -229,7 +228,7 @@ def test_forces_beyond_all_measure_end_in_an_error(force):
 
 @pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
 @pytest.mark.parametrize("quantity", ["velocity", "spin"])
-def test_a_function_that_turns_out_to_depend_on_velocities_is_refused(integrator, quantity):
+def test_a_function_that_uses_velocities_in_spite_of_its_declaration_is_refused(integrator, quantity):
     custom = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
     with pytest.raises(ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
         SYSTEM.with_forces([custom]).integrate(STATE, 1.0, integrator=integrator)
@@ -247,7 +246,7 @@ def test_a_function_that_turns_out_to_depend_on_velocities_is_refused(integrator
     ids=["splitting", "leapfrog", "variational", "verner98"],
 )
 @pytest.mark.parametrize("kind", ["force", "torque"])
-def test_a_run_with_a_huge_function_is_given_up_soon(integrator, size, kind):
+def test_a_huge_force_function_ends_the_run_after_few_calls(integrator, size, kind):
     """Fixed steps search a step that is not taken for a contact, with squares that overflow: calls are counted."""
     calls = []
 

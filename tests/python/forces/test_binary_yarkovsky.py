@@ -22,9 +22,8 @@ def pair(spin, distance=3.0, tilt=0.0, speed=1.0, lean=0.0, forces=()):
     r, v = np.array([distance, 0.0, 0.0]), n * distance * speed * np.array([0.0, np.cos(tilt), np.sin(tilt)])
     axis = np.array([0.0, -np.sin(tilt - lean), np.cos(tilt - lean)])
     share = MASS / (1.0 + MASS)
-    state = fullbody.State(
-        [-share * r, (1 - share) * r], [-share * v, (1 - share) * v], spin=[[0, 0, 0], spin * n * axis]
-    )
+    places = np.array([-share, 1 - share])[:, None]
+    state = fullbody.State(places * r, places * v, spin=[[0, 0, 0], spin * n * axis])
     return system, state, n
 
 
@@ -241,7 +240,7 @@ def test_bad_arguments_are_refused_by_name(arguments, pieces):
     refused_with(pieces, lambda: heat(**arguments))
 
 
-def test_what_does_not_fit_the_system_is_refused_by_name():
+def test_forces_that_do_not_suit_the_system_are_refused_by_name():
     system, _, _ = pair(3.0)
     refused_with(
         "thermal_inertia of H ... no units ... or a lag",

@@ -39,7 +39,7 @@ def spot(third, days, units=("km", "hour", "kg")):
 
 
 @pytest.mark.parametrize("name", ["earth", "mars", "jupiter", "moon"])
-def test_planets_between_the_rows_are_astropys(name):
+def test_splines_of_planets_agree_with_astropy(name):
     days = np.random.default_rng(5).uniform(0.0, 200.0, 60)
     third = ThirdBody.from_ephemeris(name, DATE, orbit=ORBIT, duration=200 * u.day)
     expected = planet(name, days) - helio(days)
@@ -50,7 +50,7 @@ def test_planets_between_the_rows_are_astropys(name):
     assert third.name == name.title()
 
 
-def test_the_sun_is_opposite_the_orbit():
+def test_the_sun_is_opposite_to_the_heliocentric_position():
     days = np.random.default_rng(6).uniform(-900.0, 0.0, 50)
     third = ThirdBody.from_ephemeris("Sun", DATE, orbit=ORBIT, duration="-900 day")
     expected = -helio(days)
@@ -105,13 +105,13 @@ def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
     ],
 )
 @pytest.mark.filterwarnings("ignore")
-def test_ephemerides_that_cannot_be_had_are_refused(change, message):
+def test_unavailable_ephemerides_are_refused(change, message):
     arguments = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
     with pytest.raises((InvalidInput, ModuleNotFoundError), match=message):
         ThirdBody.from_ephemeris(**arguments)
 
 
-def test_a_missing_package_is_named(monkeypatch):
+def test_a_missing_package_of_ephemerides_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "jplephem", None)
     with pytest.raises(ModuleNotFoundError, match="'de440' needs the package jplephem: pip install jplephem"):
         ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=10 * u.day, ephemeris="de440")

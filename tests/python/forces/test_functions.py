@@ -84,23 +84,24 @@ def test_a_rotating_force_and_a_periodic_torque_give_the_motion_of_the_closed_fo
 
 
 def test_a_force_function_gets_time_and_state_as_copies_with_names():
-    seen = []
+    calls = []
 
-    def look(time, state):
-        seen.append((time, state.time, state.position[1].copy(), state.attitude.shape))
+    def record(time, state):
+        calls.append((time, state.time, state.position[1].copy(), state.attitude.shape))
         state.position.flags.writeable and state.position.fill(0.0)
         return np.zeros((2, 3))
 
     system, state = pair()
     shift, speed = np.array([100.0, 0, 0]), np.array([0, 5.0, 0])
-    moved = fullbody.State(state.position + shift, state.velocity + speed, state.attitude, state.spin, time=3.0)
-    run = system.with_forces([Function(look)]).integrate(moved, 4.0, output=[4.0])
-    assert all(time == state_time and shape == (2, 4) and 3.0 <= time <= 4.0 for time, state_time, _, shape in seen)
-    np.testing.assert_allclose(seen[0][2], moved.position[1], rtol=1e-15)
-    np.testing.assert_allclose(run.position, system.integrate(moved, 4.0, output=[4.0]).position, rtol=0, atol=1e-12)
+    displaced = fullbody.State(state.position + shift, state.velocity + speed, state.attitude, state.spin, time=3.0)
+    run = system.with_forces([Function(record)]).integrate(displaced, 4.0, output=[4.0])
+    assert all(time == state_time and shape == (2, 4) and 3.0 <= time <= 4.0 for time, state_time, _, shape in calls)
+    np.testing.assert_allclose(calls[0][2], displaced.position[1], rtol=1e-15)
+    free = system.integrate(displaced, 4.0, output=[4.0])
+    np.testing.assert_allclose(run.position, free.position, rtol=0, atol=1e-12)
 
 
-def test_force_functions_take_and_give_quantities():
+def test_force_functions_receive_and_return_quantities():
     from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True)
@@ -176,7 +177,7 @@ def test_compiled_force_functions_run_in_many_threads_at_once(library):
             assert run == expected or (run.position == expected.position).all()
 
 
-def test_the_function_is_kept_alive(library):
+def test_a_system_keeps_its_force_function_alive(library):
     import gc
 
     system, state = pair()
@@ -185,10 +186,10 @@ def test_the_function_is_kept_alive(library):
         k = 1e-3
         return system.with_forces([Function(lambda t, s: drag(t, s, k), name="drag")])
 
-    world = make()
+    forced = make()
     gc.collect()
-    sim = fullbody.Simulation(world, state)
-    del world
+    sim = fullbody.Simulation(forced, state)
+    del forced
     gc.collect()
     np.testing.assert_allclose(sim.integrate(4.0, output=[4.0]).position, run_of(drag, 4.0).position[-1:], atol=1e-14)
 
@@ -200,10 +201,10 @@ class Trouble(Exception):
     pass
 
 
-def failing(how):
+def failing(failure):
     def force(time, state):
         if time > 2.0:
-            return how(state)
+            return failure(state)
         return 0 * state.position
 
     return force
@@ -214,7 +215,7 @@ def trouble(_):
 
 
 @pytest.mark.parametrize(
-    ("how", "text", "cause"),
+    ("failure", "text", "cause"),
     [
         (trouble, "no such wind", Trouble),
         (lambda s: s.position * np.nan, "NaN", InvalidInput),
@@ -223,17 +224,17 @@ def trouble(_):
         (lambda s: (0 * s.position, np.zeros(4)), r"torque.*shape \(4,\)", InvalidInput),
         (lambda s: None, "None", InvalidInput),
         (lambda s: "north", "north", InvalidInput),
-        (lambda s: (0 * s.position,), "gives 1 things; expected forces, or", InvalidInput),
-        (lambda s: (0 * s.position, 0 * s.spin, 0), "gives 3 things", InvalidInput),
+        (lambda s: (0 * s.position,), "returns 1 values; expected forces, or", InvalidInput),
+        (lambda s: (0 * s.position, 0 * s.spin, 0), "returns 3 values", InvalidInput),
         (lambda s: 1j * s.position, "complex|j", InvalidInput),
         (lambda s: s.position[0] / 0 + s.nothing, "nothing", AttributeError),
     ],
 )
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
-def test_a_failing_force_function_tells_force_time_and_cause_and_keeps_the_run(how, text, cause):
+def test_the_error_of_a_force_function_has_force_time_cause_and_run(failure, text, cause):
     system, state = pair()
     with pytest.raises(ForceFailed, match=f"(?s)wind.*{text}") as caught:
-        system.with_forces([Function(failing(how), name="wind")]).integrate(state, 10.0)
+        system.with_forces([Function(failing(failure), name="wind")]).integrate(state, 10.0)
     error = caught.value
     assert error.force == "wind"
     assert 2.0 < error.time < 3.0
@@ -258,18 +259,18 @@ def test_a_failing_compiled_force_function_is_named(library, name, text):
 
 def test_force_functions_that_fail_at_the_start_or_in_steps_are_named():
     system, state = pair()
-    world = system.with_forces([Function(lambda t, s: trouble(s), name="wind")])
+    forced = system.with_forces([Function(lambda t, s: trouble(s), name="wind")])
     for act in (
-        lambda: world.integrate(state, 1.0),
-        lambda: world.loads(state),
-        lambda: fullbody.Simulation(world, state).step(),
+        lambda: forced.integrate(state, 1.0),
+        lambda: forced.loads(state),
+        lambda: fullbody.Simulation(forced, state).step(),
     ):
         with pytest.raises(ForceFailed, match=r"wind.*no such wind") as caught:
             act()
         assert isinstance(caught.value.__cause__, Trouble)
 
 
-def test_a_simulation_goes_on_after_a_failure():
+def test_a_simulation_continues_after_a_failing_force_function():
     system, state = pair()
     broken = [True]
 
@@ -284,12 +285,11 @@ def test_a_simulation_goes_on_after_a_failure():
     assert sim.time == caught.value.run.time[-1]
     broken[0] = False
     run = sim.integrate(5.0)
-    np.testing.assert_allclose(
-        run.position[-1], system.integrate(state, 5.0, output=[5.0]).position[0], rtol=0, atol=1e-12
-    )
+    free = system.integrate(state, 5.0, output=[5.0])
+    np.testing.assert_allclose(run.position[-1], free.position[0], rtol=0, atol=1e-12)
 
 
-def test_a_simulation_may_not_be_touched_from_within():
+def test_a_force_function_cannot_step_its_simulation():
     system, state = pair()
 
     def wind(time, state):

@@ -53,7 +53,7 @@ def reference():
     return system.integrate(state, UNTIL, output="ends", dense=True)
 
 
-def test_the_force_works_and_is_counted_while_the_lock_lasts(reference):
+def test_the_force_does_work_only_while_the_lock_lasts(reference):
     system, _ = swinging()
     times = np.linspace(0.0, UNTIL, 1001)
     at = lambda t: margin(reference(t), system.bodies)  # noqa: E731
@@ -99,7 +99,7 @@ def test_the_motion_converges_with_the_tolerance(reference, integrator):
     assert abs(run.position[-1] - reference.position[-1]).max() < 2e-8
 
 
-def test_in_pieces_and_at_outputs_it_is_the_same_motion(reference):
+def test_switches_do_not_depend_on_pieces_and_outputs(reference):
     system, state = swinging()
     sim = fullbody.Simulation(system, state)
     switched = sum(sim.integrate(UNTIL * k / 20, output="ends").switched_off["BYORP"] for k in range(1, 21))
@@ -109,7 +109,7 @@ def test_in_pieces_and_at_outputs_it_is_the_same_motion(reference):
     assert abs(spaced.position[-1] - reference.position[-1]).max() < 1e-10
 
 
-def test_a_simulation_goes_on_from_its_archive_through_switches(tmp_path):
+def test_an_archive_continues_through_switches_bit_for_bit(tmp_path):
     system, state = swinging()
     total, half = (fullbody.Simulation(system, state) for _ in range(2))
     for sim in (total, half):
@@ -120,7 +120,7 @@ def test_a_simulation_goes_on_from_its_archive_through_switches(tmp_path):
     assert (ends[0] == ends[1]).all()
 
 
-def test_a_run_back_through_switches_comes_back_to_its_start(reference):
+def test_a_backward_run_through_switches_returns_to_its_start(reference):
     system, state = swinging()
     back = system.integrate(reference[-1], 0.0, output="ends")
     assert abs(back.position[-1] - state.position).max() < 1e-9

@@ -27,9 +27,8 @@ def pair(ratio=0.05):
     G, a = system.G.value, 3.0
     n = float(np.sqrt(G * 4.0 / 3.0 * np.pi * density * RADIUS**3 * (1.0 + 1.0 / ratio) / a**3))
     shares = np.array([-ratio, 1.0])[:, None] / (1.0 + ratio)
-    state = fullbody.State(
-        shares * [a, 0, 0] * u.km, shares * [0, n * a, 0] * u.km / u.hour, spin=[[0, 0, 0], [0, 0, n]] * u.rad / u.hour
-    )
+    position, velocity = shares * [a, 0, 0] * u.km, shares * [0, n * a, 0] * u.km / u.hour
+    state = fullbody.State(position, velocity, spin=[[0, 0, 0], [0, 0, n]] * u.rad / u.hour)
     return system, state, a * 1e3, n / 3600.0, density * 1e-9
 
 
@@ -125,9 +124,8 @@ def test_yorp_torques_are_those_of_quillen_and_of_steinberg_and_sari(name, facto
     """Both papers scale a torque: Quillen et al. by F R^3 / c, Steinberg & Sari by two thirds of pi times that."""
     along, _ = alpha_torque(Yorp("Alpha", along=0.01, normalization=name, pressure="4.5e-6 Pa", radius="700 m"))
     assert along[2] == pytest.approx(factor * 0.01 * 4.5e-6 * 700.0**3, rel=1e-12)
-    both, _ = alpha_torque(
-        Yorp("Alpha", along=0.01, across=0.02, normalization=name, pressure="4.5e-6 Pa", radius="700 m")
-    )
+    options = {"normalization": name, "pressure": "4.5e-6 Pa", "radius": "700 m"}
+    both, _ = alpha_torque(Yorp("Alpha", along=0.01, across=0.02, **options))
     assert np.linalg.norm(both[:2]) == pytest.approx(2.0 * along[2], rel=1e-12)
 
 
@@ -162,5 +160,5 @@ LIGHT = {"pressure": 1e-5}
         (lambda: Yorp("Alpha", along="1 N m", normalization="acceleration"), "unit such as"),
     ],
 )
-def test_what_does_not_go_together_is_refused(make, says):
+def test_inconsistent_arguments_of_radiation_are_refused(make, says):
     refused(says, make)

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import ForceFailed
 from fullbody.forces import Byorp, Yorp
 from scipy.spatial.transform import Rotation
 from support import body_list, inertia, matrix, worst
@@ -102,16 +103,15 @@ def test_a_circulating_secondary_is_not_pushed(rate):
 
 
 @pytest.mark.parametrize(("share", "times"), [(0.93, 0), (1.07, 1)])
-def test_the_border_of_the_lock_is_the_separatrix(share, times):
+def test_the_lock_ends_at_the_separatrix(share, times):
     """A pendulum with psi'^2 = w^2 at psi = 0 just turns over; w^2 is 3 (B - A)/C n^2."""
     a, b = 0.1, 0.09
     w = np.sqrt(3 * (a * a - b * b) / (a * a + b * b))
     run = swinging(0.0, 1.0 + share * w)
     assert run.switched_off == {"BYORP": times}
     r = run.position[:, 1] - run.position[:, 0]
-    psi = np.unwrap(2 * np.arctan2(run.attitude[:, 1, 3], run.attitude[:, 1, 0])) - np.unwrap(
-        np.arctan2(r[:, 1], r[:, 0])
-    )
+    longitude = np.unwrap(np.arctan2(r[:, 1], r[:, 0]))
+    psi = np.unwrap(2 * np.arctan2(run.attitude[:, 1, 3], run.attitude[:, 1, 0])) - longitude
     assert (np.ptp(psi) > 2 * np.pi) == bool(times)
 
 
@@ -176,3 +176,55 @@ def test_a_table_is_a_spline_in_the_obliquity(pole):
         outwards /= np.linalg.norm(outwards) or 1.0
         expected = CubicSpline(obliquity, along)(angle) * axis + CubicSpline(obliquity, across)(angle) * outwards
         assert worst(torque, expected) < 1e-13
+
+
+# The pole of the obliquity, where a torque across the spin has no direction.
+
+
+def tilted(obliquity, across, until=None, **arguments):
+    """A sphere with a spin of 3 at an obliquity, which a torque across the spin changes at the rate across / (C 3)."""
+    attitude = (np.cos(obliquity / 2), -np.sin(obliquity / 2), 0.0, 0.0)
+    system, state = body_alone(fullbody.Sphere(0.5), spin=(0, 0, 3.0), attitude=attitude)
+    return system.with_forces([Yorp(on="A", along=0.0, across=across, name="YORP", **arguments)]), state
+
+
+@pytest.mark.parametrize(
+    ("obliquity", "across", "until"),
+    [(0.02, -1e-3, 100.0), (np.pi - 0.02, 1e-3, 100.0), (0.02, 1e-3, -100.0), (np.pi - 0.02, -1e-3, -100.0)],
+)
+@pytest.mark.parametrize("derivatives", [False, True])
+def test_a_spin_that_is_driven_to_its_pole_is_an_error_that_names_it(obliquity, across, until, derivatives):
+    system, state = tilted(obliquity, across)
+    with pytest.raises(ForceFailed, match=r"spin of A, at an obliquity of .* rad, to the pole by time") as caught:
+        system.integrate(state, until, derivatives=derivatives)
+    # The obliquity falls evenly; the last good state is a step before the pole.
+    expected = np.copysign(0.02 * C * 3.0 / 1e-3, until)
+    run = caught.value.run
+    assert 0.5 * abs(expected) < abs(run.time[-1]) <= abs(expected)
+    assert run.statistics.steps < 200
+    spin = run[-1].rotation_matrix[0] @ run.spin[-1, 0]
+    from_pole = np.arctan2(np.hypot(spin[0], spin[1]), abs(spin[2]))
+    assert from_pole == pytest.approx(0.02 * (1.0 - run.time[-1] / expected), abs=1e-12)
+
+
+def test_a_tumbling_body_that_is_driven_to_its_pole_ends_the_run():
+    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.9, 0.8), 1.0), B=(fullbody.Sphere(0.2), 1e-3))
+    system = fullbody.System(bodies, G=1.0, forces=[Yorp(on="A", along=0.0, across=-1e-3)])
+    spin = [[0.0, np.sin(0.02), np.cos(0.02)], [0, 0, 0]]
+    state = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.45, 0]], spin=spin)
+    with pytest.raises(ForceFailed, match="to the pole by time") as caught:
+        system.integrate(state, 200.0)
+    assert caught.value.run.statistics.steps < 2000
+
+
+def test_a_table_that_vanishes_at_the_poles_is_approached_exponentially():
+    """By d eps/dt = -k sin(2 eps) with k = 1e-3 / (C 3), tan eps falls exponentially at the rate 2 k."""
+    obliquity = np.linspace(0.0, np.pi, 181)
+    arguments = {"obliquity": obliquity}
+    system, state = tilted(0.3, 0.0)
+    yorp = Yorp(on="A", along=np.zeros(181), across=-1e-3 * np.sin(2 * obliquity), name="YORP", **arguments)
+    run = system.with_forces([yorp]).integrate(state, 2000.0, output=400.0)
+    spin = np.array([state.rotation_matrix[0] @ state.spin[0] for state in run])
+    result = np.hypot(spin[:, 0], spin[:, 1]) / spin[:, 2]
+    expected = np.tan(0.3) * np.exp(-2e-3 / (C * 3.0) * run.time)
+    np.testing.assert_allclose(result, expected, rtol=1e-5)

@@ -113,9 +113,8 @@ def direct_mean(shape, obliquity, eccentricity=0.5):
     for eccentric in anomaly:
         # Time passes by 1 - e cos E while E grows, and the pressure at that distance is its inverse square.
         distance = 1.0 - eccentricity * np.cos(eccentric)
-        true = 2.0 * np.arctan2(
-            np.sqrt(1 + eccentricity) * np.sin(eccentric / 2), np.sqrt(1 - eccentricity) * np.cos(eccentric / 2)
-        )
+        plus, minus = np.sqrt(1 + eccentricity), np.sqrt(1 - eccentricity)
+        true = 2.0 * np.arctan2(plus * np.sin(eccentric / 2), minus * np.cos(eccentric / 2))
         sun = np.cos(true) * node + np.sin(true) * np.cross(pole, node)
         rotations = Rotation.from_rotvec(2 * np.pi * np.arange(180)[:, None] / 180 * [0, 0, 1.0])
         s = rotations.inv().apply(sun)
@@ -134,7 +133,7 @@ def test_torques_are_means_over_time_on_an_eccentric_orbit(obliquity):
     assert result.spin_torques(obliquity) == pytest.approx(expected, abs=2e-3 * max(map(abs, expected)))
 
 
-def test_the_shadow_of_the_primary_takes_the_force_behind_it():
+def test_there_is_no_force_behind_the_primary():
     """A small ball is dark within the angle arcsin(R/d) of the line from the primary, in the plane of the orbit."""
     ball, primary = Body(Sphere(0.01), mass=1e-6, name="B"), Body(Sphere(1.0), mass=1.0)
     arguments = {"order": 1, "latitudes": 5, "longitudes": 3600}
@@ -187,7 +186,7 @@ def test_components_follow_the_principal_axes_of_any_body_frame():
     assert np.abs(same).max() < 1e-10
 
 
-def test_forces_of_coefficients_are_those_that_they_are_means_of():
+def test_forces_of_coefficients_are_means_of_the_instantaneous_ones():
     """A table for the torque of YORP, and the axes outwards and along the motion for BYORP."""
     result = radiation_coefficients(alone(lumpy(2)), longitudes=60, latitudes=31)
     yorp = result.yorp(2.0, rows=9)
@@ -210,7 +209,7 @@ def test_forces_of_coefficients_are_those_that_they_are_means_of():
         ({"position": [5.0, 0, 0]}, "other and position ... both or neither"),
         ({"other": alone(Sphere(1.0))}, "other and position ... both or neither"),
         ({"other": alone(Sphere(1.0)), "position": [5.0, 0]}, "position ... (2,) ... (3,)"),
-        ({"towards": [0.0, 1.0, 0.0]}, "towards ... across ... long axis"),
+        ({"towards": [0.0, 1.0, 0.0]}, "towards ... normal to ... long axis"),
         ({"order": 0}, "order is 0 ... above zero"),
         ({"latitudes": 90}, "latitudes is 90 ... odd"),
         ({"longitudes": 91}, "longitudes is 91 ... even"),
@@ -232,7 +231,7 @@ def test_bad_input_is_refused_by_name(arguments, pieces):
         (lambda result: result.byorp("B", 1.0, on="A", obliquity=[0.1]), "obliquity"),
     ],
 )
-def test_bad_means_and_forces_are_refused_by_name(call, pieces):
+def test_bad_arguments_of_means_and_forces_are_refused_by_name(call, pieces):
     result = radiation_coefficients(Body(Sphere(1.0), mass=1.0), longitudes=10, latitudes=5)
     refused_with(pieces, lambda: call(result))
 

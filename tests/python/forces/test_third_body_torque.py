@@ -67,7 +67,7 @@ def test_the_force_beyond_that_on_a_point_is_the_exact_one(distance):
 
 
 @pytest.mark.parametrize("distance", [1.6, 2.5, 6.0])
-def test_a_pair_with_a_massive_point_feels_the_same(distance):
+def test_a_massive_point_exerts_the_same_loads(distance):
     """By the third law, torque and force are those of a system of this body and a point."""
     force, torque, x, rotation = loads(distance)
     bodies = [fullbody.Body(fullbody.Ellipsoid(*AXES), mass=2.0), fullbody.Body(fullbody.PointMass(), mass=3.0)]
@@ -93,14 +93,12 @@ def test_an_oblate_body_precesses_at_the_secular_rate(e, obliquity):
     eps = np.radians(obliquity)
     # Far away, so that the next order of the field is 1e-10 of it; mu = n_s^2 a^3, the body's own mass aside.
     a = 1e5
-    system, state = body_alone(
-        fullbody.Ellipsoid(1.0, 1.0, c), spin=(0, 0, omega), attitude=(np.cos(eps / 2), np.sin(eps / 2), 0, 0)
-    )
+    attitude = (np.cos(eps / 2), np.sin(eps / 2), 0, 0)
+    system, state = body_alone(fullbody.Ellipsoid(1.0, 1.0, c), spin=(0, 0, omega), attitude=attitude)
     third = ThirdBody(mu=n_s**2 * a**3 - 1.0, orbit=fullbody.KeplerElements(a, e, 0, 0, 0.5, 0.3), of="system")
     year = 2 * np.pi / n_s
-    run = system.with_forces([third]).integrate(
-        state, year, output=[0.0, year], integrator=fullbody.Verner98(rtol=1e-10, atol=1e-10)
-    )
+    integrator = fullbody.Verner98(rtol=1e-10, atol=1e-10)
+    run = system.with_forces([third]).integrate(state, year, output=[0.0, year], integrator=integrator)
     pole = run.angular_momentum
     node = np.arctan2(pole[:, 1], pole[:, 0])
     expected = -1.5 * n_s**2 / omega * H * np.cos(eps) * (1 - e * e) ** -1.5

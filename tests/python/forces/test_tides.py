@@ -105,9 +105,8 @@ def test_the_eccentricity_of_a_synchronous_satellite_falls_at_huts_rate():
     15/2 k2 lag n (M/m) (R/a)^3.
     """
     m, radius, e, k2, lag = 1e-3, 0.2, 0.01, 1.0, 4e-5
-    system, state = two(
-        satellite=fullbody.Sphere(radius), mass=m, orbit=(1.0, e, 0, 0, 0, 0), spin=[[0, 0, 0], [0, 0, 1.0]]
-    )
+    orbit, spin = (1.0, e, 0, 0, 0, 0), [[0, 0, 0], [0, 0, 1.0]]
+    system, state = two(satellite=fullbody.Sphere(radius), mass=m, orbit=orbit, spin=spin)
     n = np.sqrt(system.mu())
     until = 60 * 2 * np.pi / n
     tide = Tide(on="B", by="A", k2=k2, lag=lag, name="tide")
@@ -116,7 +115,7 @@ def test_the_eccentricity_of_a_synchronous_satellite_falls_at_huts_rate():
     assert np.diff(np.log(run.elements().e))[0] / until == pytest.approx(expected, rel=1e-2)
 
 
-def test_energy_falls_and_angular_momentum_stays():
+def test_tides_reduce_energy_and_keep_angular_momentum():
     rng = np.random.default_rng(7)
     system, state = two(
         fullbody.Sphere(0.3),
@@ -170,7 +169,7 @@ UPRIGHT, UPSIDE_DOWN = (1.0, 0, 0, 0), (0.0, 1, 0, 0)
         ([9.0, 0.0, None], UPRIGHT, lambda n: n, "B goes round A"),
     ],
 )
-def test_a_lag_in_which_bodies_rotate_by_more_than_a_radian_is_warned_of(spin, attitude, rate, angle):
+def test_a_lag_of_more_than_a_radian_causes_a_warning(spin, attitude, rate, angle):
     n = np.sqrt(1.001 / 1.3**3)
     rotated = [n if component is None else component for component in spin]
     arguments = {"orbit": (1.3, 0, 0, 0, 0, 0), "spin": [rotated, [0, 0, 0]], "attitude": [attitude, UPRIGHT]}
@@ -188,7 +187,7 @@ def test_a_lag_in_which_bodies_rotate_by_more_than_a_radian_is_warned_of(spin, a
             begin(radians)
 
 
-def test_a_lag_in_hours_where_seconds_were_meant_is_warned_of():
+def test_a_lag_in_a_wrong_unit_causes_a_warning():
     system, state = fullbody.systems.kw4(units=True)
     wrong = [Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * hour) for hour in (1.0, u.hour)]
     for tide in wrong:

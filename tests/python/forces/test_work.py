@@ -22,7 +22,7 @@ PAIRS = {
 NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum")
 
 
-def world(*names):
+def forced(*names):
     system, state = pair(gravity="multipole:4")
     return system.with_forces([KINDS[name]() for name in names]), state
 
@@ -39,7 +39,7 @@ def equal(item, other):
 
 @pytest.mark.parametrize("names", COMBINATIONS, ids="-".join)
 def test_work_closes_the_energy_to_round_off(names):
-    system, state = world(*names)
+    system, state = forced(*names)
     run = system.integrate(state, 10.0)
     assert list(run.work) == list(run.impulse) == list(run.angular_impulse) == [f.name for f in system.forces]
     assert np.abs(run.energy_drift).max() < 1e-13
@@ -51,9 +51,9 @@ def test_work_closes_the_energy_to_round_off(names):
     np.testing.assert_allclose(sum(run.impulse.values()), momentum - momentum[0], rtol=0, atol=1e-15)
 
 
-def test_work_closes_the_energy_of_a_system_that_travels():
+def test_work_closes_the_energy_of_a_moving_barycentre():
     """Work counts with the velocity of the whole, moments about the origin: the drag there is 1e-4 of all of it."""
-    system, state = world(*KINDS)
+    system, state = forced(*KINDS)
     moved = fullbody.State(
         state.position + np.array([512.0, -256.0, 64.0]),
         state.velocity + np.array([4.0, 8.0, -1.0]),
@@ -69,7 +69,7 @@ def test_work_closes_the_energy_of_a_system_that_travels():
 
 @pytest.mark.parametrize("integrator", PAIRS.values(), ids=PAIRS)
 def test_every_runge_kutta_pair_closes_the_energy(integrator):
-    system, state = world(*KINDS)
+    system, state = forced(*KINDS)
     run = system.integrate(state, 20.0, integrator=integrator)
     free = system.with_forces([]).integrate(state, 20.0, integrator=integrator)
     assert np.abs(run.energy_drift).max() < 3 * np.abs(free.energy_drift).max() + 1e-14
@@ -81,7 +81,7 @@ def test_every_runge_kutta_pair_closes_the_energy(integrator):
     [fullbody.SymplecticSplitting(step=0.02), fullbody.LieGroupVariational(step=0.02)],
     ids=["splitting", "variational"],
 )
-def test_kicks_close_the_energy(integrator):
+def test_work_of_fixed_steps_closes_the_energy(integrator):
     # The energy that kicks add is counted as work; the remaining drift is that of the run without.
 
     def steady(time, state):
@@ -99,16 +99,16 @@ def test_kicks_close_the_energy(integrator):
 
 @pytest.mark.parametrize("kind", ["tide", "YORP", "BYORP", "own"])
 @pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.1), fullbody.LieGroupVariational(step=0.1)])
-def test_forces_that_do_not_fit_are_refused_by_name(kind, integrator):
-    system, state = world("Sun", kind)
+def test_forces_that_fixed_steps_do_not_support_are_refused_by_name(kind, integrator):
+    system, state = forced("Sun", kind)
     refused(rf"(?s){kind}.*velocit", lambda: system.integrate(state, 1.0, integrator=integrator))
 
 
 # Runs and their parts.
 
 
-def test_a_slice_keeps_what_it_was_told():
-    system, state = world("Sun", "tide")
+def test_a_slice_keeps_work_and_impulse():
+    system, state = forced("Sun", "tide")
     run = system.integrate(state, 10.0, output=0.5)
     part = run[4::3]
     assert (part.work["Sun"] == run.work["Sun"][4::3]).all()
@@ -118,8 +118,8 @@ def test_a_slice_keeps_what_it_was_told():
 
 
 @pytest.mark.parametrize("output", [None, 1.0])
-def test_continued_runs_add_up(output):
-    system, state = world("Sun", "tide", "own")
+def test_work_of_continued_runs_adds_up(output):
+    system, state = forced("Sun", "tide", "own")
     complete = system.integrate(state, 10.0)
     sim = fullbody.Simulation(system, state)
     runs = [sim.integrate(5.0, output=output), sim.integrate(10.0, output=output)]
@@ -136,7 +136,7 @@ def test_continued_runs_add_up(output):
 
 
 def test_a_state_that_is_set_starts_new_sums_of_work():
-    system, state = world("Sun", "tide")
+    system, state = forced("Sun", "tide")
     sim = fullbody.Simulation(system, state)
     first = sim.integrate(5.0)
     sim.state = state
@@ -145,8 +145,8 @@ def test_a_state_that_is_set_starts_new_sums_of_work():
     assert abs(sim.energy_drift) < 1e-13
 
 
-def test_steps_keep_the_work():
-    system, state = world("Sun", "tide")
+def test_single_steps_add_to_the_work():
+    system, state = forced("Sun", "tide")
     sim = fullbody.Simulation(system, state)
     for _ in range(10):
         sim.step()
@@ -159,8 +159,8 @@ def test_steps_keep_the_work():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
-    system, state = world(kind)
+def test_a_simulation_from_a_file_continues_bit_for_bit(kind, tmp_path):
+    system, state = forced(kind)
     sim = fullbody.Simulation(system, state)
     sim.integrate(4.0, output=[4.0])
     sim.save(tmp_path / "half.sim")
@@ -175,7 +175,7 @@ def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
 
 
 def test_a_switch_is_kept_in_files(tmp_path):
-    system, state = world("BYORP")
+    system, state = forced("BYORP")
     spin = np.array(state.spin)
     spin[1, 2] = 3.0
     lost = fullbody.State(state.position, state.velocity, state.attitude, spin)
@@ -190,7 +190,7 @@ def test_a_switch_is_kept_in_files(tmp_path):
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
 def test_copies_keep_work_and_impulse(duplicate):
-    system, state = world(*KINDS)
+    system, state = forced(*KINDS)
     run = system.integrate(state, 3.0)
     assert duplicate(system) == system
     assert duplicate(system).forces == system.forces
@@ -204,7 +204,7 @@ def test_copies_keep_work_and_impulse(duplicate):
         assert equal(other.integrate(3.0), sim.integrate(3.0))
 
 
-def test_other_forces_make_other_systems():
+def test_systems_are_equal_only_with_equal_forces():
     system, _ = pair()
     assert system.with_forces([sun()]) == system.with_forces([sun()])
     assert system.with_forces([sun()]) != system

@@ -46,16 +46,15 @@ def test_exactly_one_of_until_and_duration_is_expected(options, message):
         refused(f"{message} are given", lambda: run.fly(PARTICLE, **options))
 
 
-def test_a_text_that_is_a_time_before_the_start_is_warned_of_with_what_the_run_does():
+def test_a_text_before_the_start_causes_a_warning_of_a_backward_run():
     with pytest.warns(InconsistentInput, match=r"runs? goes backwards by 6 h.*duration='1 day'"):
         assert SYSTEM.integrate(LATER, "1 day", output="ends").time[-1].to_value("h") == 24.0
 
 
-def test_a_spacing_that_is_longer_than_the_run_is_warned_of():
+def test_a_spacing_longer_than_the_run_causes_a_warning():
     with pytest.warns(InconsistentInput, match="output is 100 h, .* the run is only 4 h long"):
         assert SYSTEM.integrate(LATER, duration=4.0, output=100.0).time.to_value("h").tolist() == [30.0, 34.0]
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         assert len(SYSTEM.integrate(LATER, duration=4.0, output=4.0)) == 2
         assert len(SYSTEM.integrate(LATER, 30.0, output=100.0)) == 1
         assert np.isclose(SYSTEM.integrate(LATER, 26.0, output="2 h").time[-1].value, 26.0)
@@ -96,7 +95,7 @@ def test_many_runs_maps_and_sections_take_a_duration_from_the_time_of_each_start
         fullbody.integrate_many([*members, members[0]], duration=[1.0, 2.0])
 
 
-def test_many_runs_warn_once_of_what_each_of_them_would_warn_of():
+def test_an_ensemble_warns_once_of_its_spacing():
     members = [(SYSTEM, LATER.replace(time=late * u.h)) for late in (30.0, 31.0, 32.0)]
     with pytest.warns(InconsistentInput) as caught:
         fullbody.integrate_many(members, "1 day", output=100.0)
@@ -107,7 +106,7 @@ def test_many_runs_warn_once_of_what_each_of_them_would_warn_of():
 
 
 @pytest.mark.filterwarnings("always")
-def test_a_map_and_a_fit_warn_once_of_their_setup(recwarn):
+def test_sweeps_and_fits_warn_once_of_their_setup(recwarn):
     def setup(mass):
         size = {"a": 1.0, "b": 1.0, "c": 1.0}
         bodies = [fullbody.Body(fullbody.Ellipsoid(*size.values()), mass=mass * 1e3 * u.kg, name=name) for name in "AB"]

@@ -53,9 +53,8 @@ def to_quaternion(frame):
 
 def alone(shape, frame, spin, until, times):
     body = fullbody.Body(shape, mass=MASS)
-    state = fullbody.State(
-        position=[[1.0, -2.0, 3.0]], velocity=[[0.1, 0.2, -0.3]], attitude=[to_quaternion(frame)], spin=[spin]
-    )
+    attitude = [to_quaternion(frame)]
+    state = fullbody.State([[1.0, -2.0, 3.0]], [[0.1, 0.2, -0.3]], attitude, [spin])
     return fullbody.System([body], G=1.0).integrate(state, until, output=times)
 
 

@@ -21,8 +21,7 @@ HIDDEN = np.ma.array(POSITION, mask=[[0, 0, 0], [1, 0, 0]])
 
 
 def input_warnings(call):
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         call()
     assert all(warning.category is InconsistentInput and warning.filename == __file__ for warning in caught), caught
     return [str(warning.message) for warning in caught]
@@ -48,7 +47,7 @@ def test_masked_values_are_refused(call, what):
     refused(rf"(?s)^{what}", call)
 
 
-def test_masks_that_hide_nothing_are_the_numbers():
+def test_arrays_with_empty_masks_are_accepted():
     assert State(np.ma.array(POSITION), VELOCITY) == START
     sizes = [1.0, 2.0] * u.km
     for column in (Table({"a": sizes})["a"], Table({"a": sizes}, masked=True)["a"], Masked(sizes)):
@@ -57,7 +56,7 @@ def test_masks_that_hide_nothing_are_the_numbers():
         assert (a == sizes).all()
 
 
-def test_quaternions_not_of_length_one_are_warned_of():
+def test_quaternions_not_of_length_one_cause_a_warning():
     attitude = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
     (text,) = input_warnings(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(attitude)]))
     assert text.startswith("attitude of body 1 is [1.414")
@@ -72,9 +71,8 @@ def test_rotations_of_scipy_are_attitudes():
     state = State.from_scipy(POSITION, VELOCITY, rotations, spin=[[1, 2, 3]] * 2, time=4.0)
     vector = np.array([1.0, -2.0, 0.5])
     assert np.allclose(state.rotation_matrix @ vector, rotations.apply(vector), rtol=0, atol=1e-15)
-    assert np.allclose(
-        state.attitude, rotations.as_quat(scalar_first=True) * np.sign(state.attitude[:, :1]), atol=1e-15
-    )
+    quaternions = rotations.as_quat(scalar_first=True)
+    assert np.allclose(state.attitude, quaternions * np.sign(state.attitude[:, :1]), atol=1e-15)
     assert State.from_scipy(POSITION, VELOCITY, [rotations[0], rotations[1]], [[1, 2, 3]] * 2, 4.0) == state
     for wrong in (None, "z", [1, 2], rotations.as_quat()):
         with pytest.raises(InvalidInput, match=r"(?s)^rotation is .*expected a scipy\.spatial\.transform\.Rotation"):
@@ -104,7 +102,7 @@ def thrown(way, **options):
         (lambda x: thrown("ejecta", n=3, longitude=x, latitude=0.0), "longitude is", 270),
     ],
 )
-def test_angles_that_look_like_degrees_are_warned_of(call, what, degrees):
+def test_angles_that_look_like_degrees_cause_a_warning(call, what, degrees):
     def warnings_of(value):
         return input_warnings(lambda: call(np.array([0, 0, value]) if what.startswith("angles") else value))
 
@@ -115,7 +113,7 @@ def test_angles_that_look_like_degrees_are_warned_of(call, what, degrees):
         assert warnings_of(degrees * u.deg) == []
 
 
-def test_angles_of_many_revolutions_are_not_warned_of():
+def test_angles_of_many_revolutions_cause_no_warning():
     angles = [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]
     assert input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, angles)) == []
     assert input_warnings(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
@@ -125,7 +123,7 @@ def test_angles_of_many_revolutions_are_not_warned_of():
     assert input_warnings(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
 
 
-def test_starts_far_from_bound_are_warned_of():
+def test_starts_far_from_bound_cause_a_warning():
     system, escape = points(3.0, 1.0), np.sqrt(2.0 * 4.0 / 5.0)
     limit = 10 * escape
     for times, expected in ((0.99, 0), (1.01, 1), (1000.0, 1)):
@@ -139,7 +137,7 @@ def test_starts_far_from_bound_are_warned_of():
     assert input_warnings(lambda: fullbody.Simulation(points(3.0, 1.0, G=0.0), State(POSITION, 100 * VELOCITY))) == []
 
 
-def test_one_of_three_far_from_bound_is_warned_of():
+def test_one_of_three_bodies_far_from_bound_causes_a_warning():
     system, state = fullbody.systems.sn263_2001(units=True)
     assert input_warnings(lambda: fullbody.Simulation(system, state)) == []
     wrong = state.velocity.copy()
@@ -158,7 +156,7 @@ def pair_and_sun(distance, mass, separation=2.5):
 
 
 @pytest.mark.parametrize(("distance", "digits"), [(1.01e3, "1e-12"), (1e5, "1e-10"), (1e8, "1e-07")])
-def test_heavy_bodies_far_away_are_warned_of(distance, digits):
+def test_heavy_distant_bodies_cause_a_warning(distance, digits):
     far = 2.5 * distance
     system, state = pair_and_sun(far, 1e-4 * far**3)
     (text,) = input_warnings(lambda: fullbody.Simulation(system, state))
@@ -179,14 +177,13 @@ def test_heavy_bodies_far_away_are_warned_of(distance, digits):
     assert input_warnings(lambda: fullbody.Simulation(*pair_and_sun(far, 1e-6 / distance))) == []
 
 
-def test_the_advice_for_a_heavy_body_far_away_holds():
+def test_the_tolerance_advised_for_a_heavy_distant_body_suffices():
     system, state = pair_and_sun(2.5e6, 1e14)
     (text,) = input_warnings(lambda: fullbody.Simulation(system, state))
     advised = float(text.partition("rtol and atol of ")[2].split()[0])
 
     def steps(system, state, tolerance):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", InconsistentInput)
+        with warnings.catch_warnings(action="ignore", category=InconsistentInput):
             integrator = fullbody.Verner98(tolerance, tolerance)
             return system.integrate(state, 50.0, output=[], integrator=integrator).statistics.steps
 
@@ -195,7 +192,7 @@ def test_the_advice_for_a_heavy_body_far_away_holds():
     assert steps(system, state, advised / 1000) > 4 * steps(*alone, advised / 1000)
 
 
-def test_binaries_that_are_too_wide_are_warned_of():
+def test_binaries_that_are_too_wide_cause_a_warning():
     def make(size, **options):
         primary = Component(diameter=size, density="2 g/cm3", rotation_period="3 h", name="P")
         secondary = Component(diameter=size / 10, density="2 g/cm3", name="S")
@@ -213,7 +210,7 @@ def test_binaries_that_are_too_wide_are_warned_of():
     [Ellipsoid, lambda *axes: Composite([Part(Ellipsoid(*axes), mass=1 * u.kg)])],
     ids=["ellipsoid", "composite"],
 )
-def test_densities_of_another_unit_are_warned_of(shape):
+def test_densities_in_a_wrong_unit_cause_a_warning(shape):
     system, _ = fullbody.systems.didymos(units=True)
     for unit, density in ((u.m, "2.*e.12"), (u.au, "8.*e-22")):
         axes = [0.0885, 0.087, 0.058] * unit
@@ -225,7 +222,7 @@ def test_densities_of_another_unit_are_warned_of(shape):
     assert input_warnings(lambda: fullbody.systems.case1()[0].with_body(0, Sphere(1e-3))) == []
 
 
-def test_systems_in_units_tell_their_numbers_with_them():
+def test_warnings_of_systems_with_units_have_units():
     system, state = fullbody.systems.kw4(units=True)
     (text,) = input_warnings(lambda: system.integrate(state.replace(velocity=state.velocity * 3600), 0.001))
     speed = np.linalg.norm(3600 * (state.velocity[1] - state.velocity[0])).to_value("km/h")
@@ -233,7 +230,7 @@ def test_systems_in_units_tell_their_numbers_with_them():
     assert System(system.bodies, units=True).integrate(state, 0.001)
 
 
-def test_numbers_of_another_unit_are_warned_of():
+def test_numbers_in_a_wrong_unit_cause_a_warning():
     system, state = fullbody.systems.didymos(units=True)
     view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
     geometry = fullbody.observing.Geometry([0.0, 2.0] * u.day, **view)

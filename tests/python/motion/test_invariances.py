@@ -24,9 +24,8 @@ def test_rotating_everything_rotates_forces_and_leaves_body_torques(pair, q):
     assert worst(after.force, previous.force @ matrix(q).T) < 1e-13
     assert np.abs(after.torque - previous.torque).max() < 1e-13 * scale_of(previous)
     assert after.potential_energy == pytest.approx(previous.potential_energy, rel=1e-13)
-    assert system.energy(rotated).total == pytest.approx(
-        system.energy(state).total, abs=1e-13 * scale_of(previous) * 20
-    )
+    energy = system.energy(state).total
+    assert system.energy(rotated).total == pytest.approx(energy, abs=1e-13 * scale_of(previous) * 20)
     momentum = system.angular_momentum(state)
     assert worst(system.angular_momentum(rotated), matrix(q) @ momentum, scale=20.0) < 1e-14
 
@@ -84,9 +83,8 @@ def test_relabelling_three_bodies_permutes_their_forces(order, attitudes, axes):
         fullbody.System([bodies[k] for k in order], G=1.0),
         fullbody.State(position[order], velocity[order], np.array(attitudes)[order]),
     )
-    permuted = fullbody.State(
-        reference.position[order], reference.velocity[order], reference.attitude[order], reference.spin[order]
-    )
+    names = ("position", "velocity", "attitude", "spin")
+    permuted = fullbody.State(*(getattr(reference, name)[order] for name in names))
     assert_same_state(part, permuted, 5e-12)
 
 

@@ -44,7 +44,7 @@ def test_default_tolerance_is_good_for_thirteen_digits():
 
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("case", ["case1", "case2"])
-def test_what_physics_and_the_half_turn_symmetry_keep_stays(case, rule):
+def test_conserved_quantities_and_the_half_turn_symmetry_are_kept(case, rule):
     system, state = build(case, gravity=rule)
     run = system.integrate(state, 200.0)
     assert run.time[-1] == 200.0

@@ -48,7 +48,7 @@ SETTINGS = {
 
 @pytest.mark.parametrize(("e", "kind"), [(0.5, "points"), (0.7, "points"), (0.7, "spheres")])
 @pytest.mark.parametrize(("tolerance", "limit", "drift"), SETTINGS.values(), ids=SETTINGS)
-def test_hundred_eccentric_orbits_are_rebounds(kind, e, tolerance, limit, drift):
+def test_a_hundred_eccentric_orbits_agree_with_rebound(kind, e, tolerance, limit, drift):
     masses, position, velocity, period = eccentric_pair(e)
     times = np.array([0.0, 0.37, 1.0, 10.25, 50.5, 99.63, 100.0]) * period
     system, state = system_of(kind, masses), fullbody.State(position, velocity)

@@ -87,7 +87,7 @@ def counts(*statistics):
 @pytest.mark.parametrize("until", [UNTIL, -UNTIL], ids=["forwards", "backwards"])
 @pytest.mark.parametrize("interrupted", [by_ctrl_c, by_steps])
 @methods
-def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path):
+def test_a_resumed_run_equals_an_unbroken_one(integrator, chart, interrupted, until, tmp_path):
     system, state = KW4
     system = system.with_options(attitude_chart=chart)
     times = np.random.default_rng(8).uniform(0.0, UNTIL, 300)
@@ -96,44 +96,43 @@ def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path
     for output in (None, 1.3, grid):
         sim = fullbody.Simulation(system, state, integrator=integrator)
         unbroken = sim.integrate(until, output=output, events=watched(), dense=True)
-        begun, resumed = interrupted(
-            fullbody.Simulation(system, state, integrator=integrator), until, output, tmp_path / "a.sim"
-        )
+        sim_of_part = fullbody.Simulation(system, state, integrator=integrator)
+        first_part, resumed = interrupted(sim_of_part, until, output, tmp_path / "a.sim")
         now = resumed.time
         assert 0.3 * UNTIL < abs(now) < abs(until)
         assert same_samples(unbroken, sim.system.integrate(state, until, output=output, integrator=integrator))
         statistics = resumed.statistics
-        later = None if output is None else unbroken.time[abs(unbroken.time) > abs(now)]
-        run = resumed.integrate(until, output=later, events=watched(), dense=True)
+        remaining_times = None if output is None else unbroken.time[abs(unbroken.time) > abs(now)]
+        run = resumed.integrate(until, output=remaining_times, events=watched(), dense=True)
         assert resumed.state == sim.state
         assert resumed.time == sim.time
 
         first = np.abs(unbroken.time) >= abs(now) if output is None else np.abs(unbroken.time) > abs(now)
         assert same_samples(run, unbroken[int(first.argmax()) :])
-        late = times[abs(times) > abs(now)]
-        late = np.append(late, [now, until])
-        ours, theirs = run(late), unbroken(late)
+        late_times = times[abs(times) > abs(now)]
+        late_times = np.append(late_times, [now, until])
+        ours, theirs = run(late_times), unbroken(late_times)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
         result = occurrences(run)
         assert len(result) > 12
-        if begun is None:
+        if first_part is None:
             assert result == occurrences(unbroken, abs(now))
             continue
-        assert occurrences(begun) + result == occurrences(unbroken)
+        assert occurrences(first_part) + result == occurrences(unbroken)
         # A run that is cut short ends with the state that it came to, whatever the output.
-        assert begun.time[-1] == now
-        samples = begun if output is None else begun[:-1]
+        assert first_part.time[-1] == now
+        samples = first_part if output is None else first_part[:-1]
         assert same_samples(samples, unbroken[: int(first.argmax()) + (output is None)])
-        early = np.append(times[abs(times) <= abs(now)], [0.0, now])
-        ours, theirs = begun(early), unbroken(early)
+        early_times = np.append(times[abs(times) <= abs(now)], [0.0, now])
+        ours, theirs = first_part(early_times), unbroken(early_times)
         assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
         # Evaluations for events and output are counted, each of them once.
-        assert counts(begun.statistics, run.statistics) == counts(unbroken.statistics)
+        assert counts(first_part.statistics, run.statistics) == counts(unbroken.statistics)
         assert counts(statistics, run.statistics) == counts(resumed.statistics) == counts(sim.statistics)
 
 
 @methods
-def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart):
+def test_outputs_change_neither_events_nor_the_continuous_solution(integrator, chart):
     system, state = KW4
     system = system.with_options(attitude_chart=chart)
     times = np.random.default_rng(9).uniform(0.0, UNTIL, 100)
@@ -165,11 +164,11 @@ def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart
 
 
 @pytest.mark.parametrize("integrator", [FIXED[0], FIXED[2], ADAPTIVE[-1]], ids=lambda method: type(method).__name__)
-def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_path):
+def test_an_autosave_of_a_run_continues_bit_for_bit(integrator, tmp_path):
     system, state = KW4
     path, taken = tmp_path / "a.sim", tmp_path / "taken.sim"
     pauses = [0.3 * UNTIL, 0.5 * UNTIL]
-    seen = []
+    reports = []
 
     def pause(state):
         # Longer than the time between two looks for Ctrl-C, so that there is one at once, on a machine of any speed.
@@ -179,7 +178,7 @@ def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_pat
         return 1.0
 
     def take(done, total, description):
-        seen.append(done)
+        reports.append(done)
         if not pauses and not taken.exists():
             shutil.copy(path, taken)
 
@@ -189,7 +188,7 @@ def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_pat
     resumed = fullbody.Simulation.load(taken)
     now = resumed.time
     assert 0.3 * UNTIL < now < UNTIL
-    assert now in seen
+    assert now in reports
     run = resumed.integrate(UNTIL, output=unbroken.time[unbroken.time > now], events=watched(), dense=True)
     assert occurrences(run) == occurrences(unbroken, now)
     assert same_samples(run, unbroken[int((unbroken.time > now).argmax()) :])
@@ -209,18 +208,18 @@ def test_a_function_that_fails_loses_no_event():
 
         with pytest.raises(ZeroDivisionError) as caught:
             sim.integrate(UNTIL, events=[*watched(), events.Function(fail)])
-        begun = caught.value.run
-        assert begun.time[-1] == sim.time < 20.0
+        first_part = caught.value.run
+        assert first_part.time[-1] == sim.time < 20.0
         run = sim.integrate(UNTIL, events=watched())
         unbroken = system.integrate(state, UNTIL, integrator=integrator, events=watched())
-        assert occurrences(begun) + occurrences(run) == occurrences(unbroken)
-        assert np.array_equal(np.append(begun.time, run.time[1:]), unbroken.time)
+        assert occurrences(first_part) + occurrences(run) == occurrences(unbroken)
+        assert np.array_equal(np.append(first_part.time, run.time[1:]), unbroken.time)
 
 
 # One description
 
 
-def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
+def test_a_file_contains_each_number_of_the_system_once(tmp_path):
     bodies = body_list(
         (fullbody.Sphere(0.2345), 1.7),
         Alpha=(fullbody.Ellipsoid(0.7661, 0.74752, 0.67353), 2.3531),
@@ -249,14 +248,13 @@ def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
     assert loaded == sim
 
 
-def test_notes_that_do_not_fit_are_refused(tmp_path):
+def test_inconsistent_notes_of_a_file_are_refused(tmp_path):
     system, state = KW4
     sim = fullbody.Simulation(system, state)
 
     def noted(change):
-        core = fullbody._core.Simulation(
-            system.context.core, state.core, fullbody.Verner98()._describe(system.context.units), change
-        )
+        integrator = fullbody.Verner98()._describe(system.context.units)
+        core = fullbody._core.Simulation(system.context.core, state.core, integrator, change)
         (tmp_path / "noted.sim").write_bytes(core.to_bytes())
         return fullbody.Simulation.load(tmp_path / "noted.sim")
 
@@ -274,7 +272,7 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
         refused(message, lambda notes=notes: noted(notes))
 
 
-def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
+def test_a_file_of_another_format_is_refused_with_its_number(tmp_path):
     other = bytearray((DATA / "simulation.bin").read_bytes())
     other[8] = 4
     (tmp_path / "other.sim").write_bytes(other)

@@ -25,7 +25,7 @@ def test_output_number_is_the_spacing_and_includes_the_end():
         assert SYSTEM.integrate(STATE, 10.0, output=40.0).time.tolist() == [0.0, 10.0]
 
 
-def test_output_spacing_does_not_add_up_round_off():
+def test_samples_at_a_spacing_do_not_accumulate_round_off():
     time = SYSTEM.integrate(STATE.replace(time=5.0), 15.0, output=0.1).time
     assert len(time) == 101
     assert np.abs(time - (5.0 + 0.1 * np.arange(101))).max() < 4e-15
@@ -53,7 +53,7 @@ def test_output_array_is_exactly_those_times():
     assert SYSTEM.integrate(STATE, 10.0, output=[0.0, 10.0]).time.tolist() == [0.0, 10.0]
 
 
-def test_a_run_without_samples_has_empty_answers():
+def test_a_run_without_samples_has_empty_arrays():
     run = SYSTEM.integrate(STATE, 10.0, output=[])
     for values in (run.energy_drift, run.energy_drift_orbital, run.angular_momentum_drift):
         assert values.shape == (0,)
@@ -170,26 +170,26 @@ def test_the_repr_of_a_run_tells_its_end():
 
 @pytest.mark.parametrize("until", [3.0, 3.001, 60.0, -60.0])
 def test_progress_function_gets_the_elapsed_and_the_total_time(until):
-    seen = []
+    reports = []
     system, state = fullbody.systems.kw4_ho2021()
-    system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: seen.append(a))
-    assert {total for _, total, _ in seen} == {abs(until - 3.0)}
-    done = [passed for passed, _, _ in seen]
+    system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: reports.append(a))
+    assert {total for _, total, _ in reports} == {abs(until - 3.0)}
+    done = [passed for passed, _, _ in reports]
     assert done[0] == 0.0
     assert done[-1] == abs(until - 3.0)
     assert done == sorted(done)
     assert done.count(done[-1]) <= 2
-    assert [seen[0][2], seen[-1][2]] == ["t = 3", f"t = {until:.6g}"]
+    assert [reports[0][2], reports[-1][2]] == ["t = 3", f"t = {until:.6g}"]
 
 
-def test_progress_callback_is_told_where_a_run_ends():
+def test_the_progress_function_receives_the_end_of_an_event():
     system, state = fullbody.systems.kw4()
-    seen = []
+    reports = []
     event = fullbody.events.Separation(0, 1, 2.557, terminal=True)
-    run = system.integrate(state, 1e4, events=[event], progress=lambda *a: seen.append(a))
+    run = system.integrate(state, 1e4, events=[event], progress=lambda *a: reports.append(a))
     assert run.time[-1] < 1e4
-    assert seen[0][:2] == (0.0, 1e4)
-    assert seen[-1][:2] == (run.time[-1], 1e4)
+    assert reports[0][:2] == (0.0, 1e4)
+    assert reports[-1][:2] == (run.time[-1], 1e4)
 
 
 def test_exceptions_of_the_callback_propagate():

@@ -27,7 +27,7 @@ EACH = [(method, "quaternion") for method in ADAPTIVE + FIXED] + [(method, "tait
 methods = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda method: str(method).replace(" ", ""))
 
 
-def begun(integrator, chart, system=KW4):
+def started(integrator, chart, system=KW4):
     """A simulation some steps on its way, past a change of its quadrature if there is one."""
     system, state = system
     sim = fullbody.Simulation(system.with_options(attitude_chart=chart), state, integrator=integrator)
@@ -37,16 +37,15 @@ def begun(integrator, chart, system=KW4):
 
 
 def bits(state):
-    return b"".join(
-        np.float64(getattr(state, n)).tobytes() for n in ("time", "position", "velocity", "attitude", "spin")
-    )
+    names = ("time", "position", "velocity", "attitude", "spin")
+    return b"".join(np.float64(getattr(state, name)).tobytes() for name in names)
 
 
-def same(first, other):
+def identical(first, other):
     return bits(first.state) == bits(other.state) and first.statistics == other.statistics
 
 
-def go_on(sim):
+def continued(sim):
     """The states that a simulation meets by steps, a run and a run back."""
     states = []
     for _ in range(5):
@@ -60,24 +59,24 @@ def go_on(sim):
 
 
 @methods
-def test_copies_and_files_go_on_bit_for_bit(integrator, chart, tmp_path):
-    sim = begun(integrator, chart)
+def test_copies_and_files_continue_bit_for_bit(integrator, chart, tmp_path):
+    sim = started(integrator, chart)
     sim.save(tmp_path / "a.sim")
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
     copies = [copy.deepcopy(sim), copy.copy(sim), pickle.loads(pickle.dumps(sim)), loaded]
     copies.append(fullbody.Simulation.load(str(tmp_path / "a.sim")))
     for other in copies:
-        assert same(other, sim)
+        assert identical(other, sim)
         assert other.integrator == sim.integrator
         assert other.system == sim.system
         assert other.quadrature == sim.quadrature
         assert other.time == sim.time
-    expected = go_on(sim)
+    expected = continued(sim)
     for other in copies:
         # Nothing is shared: the copies have not moved with it.
         assert other.time != sim.time
-        assert go_on(other) == expected
-        assert same(other, sim)
+        assert continued(other) == expected
+        assert identical(other, sim)
 
 
 def test_files_keep_units_epoch_and_names(tmp_path):
@@ -96,7 +95,7 @@ def test_files_keep_units_epoch_and_names(tmp_path):
     assert (loaded.integrate(10 * u.h).position == sim.integrate(10 * u.h).position).all()
 
 
-def test_steps_go_on_from_each_other():
+def test_single_steps_advance_the_simulation():
     system, state = CASE1
     sim = fullbody.Simulation(system, state)
     for count in range(1, 6):
@@ -117,7 +116,7 @@ def test_steps_go_on_from_each_other():
         refused(r"until (is|has) .*expected", lambda until=until: sim.step(until))
 
 
-def test_pieces_of_a_run_join():
+def test_each_run_of_a_simulation_begins_at_the_end_of_the_last():
     system, state = CASE1
     sim = fullbody.Simulation(system, state)
     for until in (5.0, 12.0, 3.0, -8.0, -8.0, 0.0):
@@ -131,7 +130,7 @@ def test_pieces_of_a_run_join():
 
 
 @pytest.mark.parametrize("integrator", ADAPTIVE + FIXED, ids=lambda method: str(method).replace(" ", ""))
-def test_setting_the_state_starts_anew(integrator):
+def test_setting_the_state_equals_a_new_simulation(integrator):
     system, state = CASE1
     sim = fullbody.Simulation(system, state, integrator=integrator)
     sim.integrate(9.0)
@@ -168,7 +167,7 @@ def test_statistics_count_from_the_start():
     assert sim.integrate(10.0, output=[10.0]).statistics.evaluations == 7 * 40
 
 
-def test_quadrature_is_that_in_force():
+def test_the_quadrature_depends_on_the_distance():
     system, state = KW4
     sim = fullbody.Simulation(system.with_options(order=(6, 9)), state)
     (rule,) = sim.quadrature
@@ -181,8 +180,8 @@ def test_quadrature_is_that_in_force():
     # Near bodies take more points than far ones.
     counts = []
     for distance in (1.5, 2.5, 25.0):
-        away = state.replace(position=[[0, 0, 0], [distance, 0, 0]])
-        counts.append(fullbody.Simulation(system, away).quadrature[0]["points"])
+        distant = state.replace(position=[[0, 0, 0], [distance, 0, 0]])
+        counts.append(fullbody.Simulation(system, distant).quadrature[0]["points"])
     assert counts[0] > counts[1] > counts[2]
 
 
@@ -192,7 +191,7 @@ def test_quadrature_is_that_in_force():
 @pytest.fixture
 def archive(tmp_path):
     path = tmp_path / "run.sim"
-    begun(fullbody.Verner98(), "quaternion").save(path)
+    started(fullbody.Verner98(), "quaternion").save(path)
     return path
 
 
@@ -221,7 +220,7 @@ def test_altered_files_are_refused(archive):
         refused_file(archive)
 
 
-def test_other_files_are_refused(archive, tmp_path):
+def test_files_that_are_no_simulation_are_refused(archive, tmp_path):
     path = tmp_path / "other.sim"
     for data in (b"", b"CDF\x01", b"FULLBODY", np.random.default_rng(1).bytes(4000)):
         path.write_bytes(data)
@@ -256,7 +255,7 @@ def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
     sim = fullbody.Simulation(system, state)
     sim.integrate(1.0, events=[fullbody.events.Function(record)], autosave=(path, seconds))
     assert times[0] == 0.0
-    assert same(fullbody.Simulation.load(path), sim)
+    assert identical(fullbody.Simulation.load(path), sim)
     assert sim.time == 1.0
 
     # An event and an error end a run too.
@@ -269,7 +268,7 @@ def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
 
     with pytest.raises(ZeroDivisionError) as caught:
         sim.integrate(60.0, events=[fullbody.events.Function(fail)], autosave=(path, seconds))
-    assert same(fullbody.Simulation.load(path), sim)
+    assert identical(fullbody.Simulation.load(path), sim)
     # The step that could not be looked through is taken back.
     assert sim.time == caught.value.run.time[-1] < 30.0
 
@@ -284,12 +283,12 @@ def test_an_interrupted_run_is_autosaved(tmp_path):
     with pytest.raises(Interrupted) as caught:
         sim.integrate(1e9, output=[1e9], progress=stop, autosave=(tmp_path / "a.sim", 1e8))
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
-    assert same(loaded, sim)
+    assert identical(loaded, sim)
     assert loaded.time > 0.0
     assert caught.value.run.stop_reason == "interrupted"
 
 
-def test_autosave_that_cannot_be_written_is_told_before_the_run(tmp_path):
+def test_an_autosave_that_cannot_be_written_is_an_error_before_the_run(tmp_path):
     sim = fullbody.Simulation(*KW4)
     (tmp_path / "a.sim").mkdir()
     with pytest.raises(IsADirectoryError, match=r"a\.sim"):
@@ -298,7 +297,7 @@ def test_autosave_that_cannot_be_written_is_told_before_the_run(tmp_path):
 
 
 @pytest.mark.parametrize(("until", "seconds"), [(1.0, 1e8), (1e9, 0.0)], ids=["at the end", "on the way"])
-def test_an_autosave_that_fails_is_told_and_leaves_the_run(until, seconds, tmp_path, monkeypatch):
+def test_an_autosave_that_fails_is_an_error_with_the_run_so_far(until, seconds, tmp_path, monkeypatch):
     write, written = Path.write_bytes, []
 
     def once(path, data):
@@ -359,7 +358,7 @@ def test_a_dense_run_of_no_length_is_its_start():
     refused(r"expected one from 0\.0 to 0\.0", lambda: run(1e-300))
 
 
-def test_a_simulation_in_a_run_is_not_touched():
+def test_a_simulation_cannot_be_used_within_its_run():
     system, state = fullbody.systems.case1()
     sim = fullbody.Simulation(system, state)
     for touch in (lambda: sim.time, lambda: sim.state, sim.step, lambda: sim.integrate(1.0), lambda: repr(sim)):

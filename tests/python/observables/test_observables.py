@@ -43,7 +43,7 @@ def test_elements_are_those_of_rebound():
             np.testing.assert_allclose(difference, 2 * np.pi * round(difference[0] / (2 * np.pi)), atol=1e-7)
 
 
-def test_passages_at_the_samples_are_not_lost():
+def test_passages_at_samples_are_found():
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 60 * 2 * np.pi, output=2 * np.pi / 40)
     result = observables.mutual_period(run)
@@ -135,7 +135,7 @@ def test_libration_has_the_linear_frequency_and_amplitude_whatever_the_moons_mas
     np.testing.assert_allclose(result.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
 
 
-def test_a_body_that_circulates_gains_on_the_line_and_one_without_an_axis_is_refused():
+def test_a_circulating_body_does_not_librate_and_one_without_an_axis_is_refused():
     ball = Component(diameter=0.2, mass=1.0, rotation_period=np.inf)
     egg = Component(semi_axes=(0.02, 0.015, 0.01), mass=1e-3, rotation_period=2.0)
     system, state = binary(ball, egg, G=1.0, semi_major_axis=1.0, synchronous=False)
@@ -188,7 +188,7 @@ def sampled(times):
     return points(1.0).integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), times[-1], output=times)
 
 
-def test_frequencies_of_a_made_up_signal_are_found():
+def test_frequencies_of_two_sinusoids_are_found():
     time = np.linspace(0.0, 200.0, 1501)
     expected = [0.73, 1.91, 2.2]
     signal = 0.5 + 2 * np.cos(0.73 * time + 1) + 0.3 * np.sin(1.91 * time) + 0.1 * np.cos(2.2 * time)
@@ -240,7 +240,7 @@ def test_values_that_are_no_run_or_body_are_refused(function):
     refused(r"body and about of .* are 1 and 1, both", lambda: function(run, body=1, about=1))
 
 
-def test_what_cannot_be_observed_is_named():
+def test_observables_without_a_meaning_are_refused():
     system, state = pair_of_points(0.1)
     run = system.integrate(state, 40.0, output=0.1)
     for function, options in ((observables.obliquity, {}), (observables.spin_precession, {"body": 1, "about": 0})):
@@ -254,7 +254,7 @@ def test_what_cannot_be_observed_is_named():
         observables.libration(system.integrate(state, 20.0, output=0.25))
 
 
-def test_periapsis_is_not_told_from_other_terms_of_the_distance():
+def test_there_is_no_periapsis_among_similar_terms_of_the_distance():
     # The distance also swings with a secondary that librates, at w = n sqrt(3 (B - A)/C), and with a primary that
     # turns beneath it, at 2 (spin - n); what is left of the apsidal rate is the terms of J2 and C22 at most.
     period = 2 * np.pi * 8.0
@@ -291,7 +291,7 @@ def test_the_longest_axis_is_found_in_any_unit():
     assert observables.libration(run).angle[0].value == pytest.approx(0.1, abs=1e-12)
 
 
-def test_libration_of_an_axis_that_starts_backwards_and_of_one_that_goes_round():
+def test_libration_counts_from_the_nearer_end_of_the_axis():
     system, state = moon((0.0010, 0.0009, 0.0008), libration=np.pi + 0.1)
     run = system.integrate(state, 100.0, output=0.25)
     assert observables.libration(run).angle[0] == pytest.approx(0.1, abs=1e-9)

@@ -26,7 +26,7 @@ def about_an_oblate_body(e, revolutions, apart):
     ("e", "revolutions", "apart"),
     [(0.1, 20, 0.4), (0.5, 50, 0.1), (0.5, 50, 0.2), (0.8, 50, 0.05), (0.8, 50, 0.1), (0.9, 30, 0.02)],
 )
-def test_precession_by_few_samples_is_the_textbooks(e, revolutions, apart):
+def test_precession_by_few_samples_is_that_of_the_textbook(e, revolutions, apart):
     # Spacings that fit into the period fold an ellipse's harmonics onto its first one.
     run, apsidal, nodal = about_an_oblate_body(e, revolutions, apart)
     result = observables.orbit_precession(run, axis=[0, 0, 1])
@@ -78,7 +78,7 @@ def test_libration_by_few_samples_has_the_equation_of_the_centre():
 
 
 @pytest.mark.parametrize("function", OF_REVOLUTIONS)
-def test_runs_too_short_to_mean_anything_are_refused(function):
+def test_runs_too_short_for_a_mean_are_refused(function):
     system, state = pair_of_points(0.0)
     least = 5 if function is observables.orbit_precession else 2
     for revolutions in (0.3, least - 0.03):

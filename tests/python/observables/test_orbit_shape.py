@@ -18,11 +18,11 @@ def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
 
 
 @pytest.mark.parametrize(
-    ("e", "apart", "way"), [*((e, 40, 1) for e in (0.0, 0.01, 0.3, 0.7, 0.9)), (0.3, 10, -1), (0.7, 10, 1)]
+    ("e", "apart", "sense"), [*((e, 40, 1) for e in (0.0, 0.01, 0.3, 0.7, 0.9)), (0.3, 10, -1), (0.7, 10, 1)]
 )
-def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
+def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, sense):
     system, state = pair_of_points(e)
-    run = system.integrate(state, way * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
+    run = system.integrate(state, sense * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
     result = observables.orbit_shape(run)
     assert len(result.time) == 20
     np.testing.assert_allclose(result.a, 1.0, rtol=1e-11)
@@ -40,7 +40,7 @@ def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
 @pytest.mark.parametrize(
     ("degrees", "apart"), [*((angle, 24) for angle in (0.0, 6.0, 90.0, 174.0, 180.0, 354.0)), (186.0, 24.3), (6.0, 9)]
 )
-def test_no_revolution_misses_its_periapsis(degrees, apart):
+def test_each_revolution_contains_its_periapsis(degrees, apart):
     orbit = fullbody.KeplerElements(10.0, 0.3, 0.0, 0.0, 0.0, np.radians(degrees))
     r, v = orbit.to_cartesian(mu=1.0)
     system, _ = pair_of_points(0.3)
@@ -54,7 +54,7 @@ def test_no_revolution_misses_its_periapsis(degrees, apart):
 
 
 @pytest.mark.parametrize(("e", "size"), [*((e, 5.0) for e in (0.0, 0.005, 0.02, 0.1)), (0.02, 10.0)])
-def test_free_and_forced_eccentricity_are_told_apart(e, size):
+def test_free_and_forced_eccentricity_are_separated(e, size):
     # A circle's osculating eccentricity is 3/2 J2 (R/a)^2.
     run = oblate(e, size)
     forced = 1.5 * (1 - 0.9**2) / 5 / size**2
@@ -157,7 +157,7 @@ def test_the_angle_that_passes_the_limit_first_is_named(name, frequency):
     assert none.largest.argmax() == ("roll", "pitch", "yaw").index(name)
 
 
-def test_a_start_beyond_the_limit_and_a_run_backwards():
+def test_tumbling_is_found_at_the_start_and_in_backward_runs():
     run = turning(still, still, lambda t: 0.5 - 0.01 * t)
     result = observables.tumbles(run, limit=0.4)
     assert (result.time, result.angle) == (0.0, "yaw")

@@ -155,9 +155,9 @@ FIELDS = {
     },
     "particles.Shadow": of(" of Shadow", particles.Shadow, "visible", None, SHARE),
     "particles.Bounce": {
-        **of(" of Bounce", lambda **x: particles.Bounce(**x, rest=1.0), "normal", None, FRACTION),
-        **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, rest=1.0, **x), "tangential", None, FRACTION),
-        **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, **x), "rest", u.m / u.s, POSITIVE),
+        **of(" of Bounce", lambda **x: particles.Bounce(**x, rest_speed=1.0), "normal", None, FRACTION),
+        **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, rest_speed=1.0, **x), "tangential", None, FRACTION),
+        **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, **x), "rest_speed", u.m / u.s, POSITIVE),
     },
     "particles.EscapeDistance": of(" of EscapeDistance", particles.EscapeDistance, "distance", u.m, POSITIVE),
     "particles.Radiation": {

@@ -33,7 +33,7 @@ ONE = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]])
         ("three", [[0.0, 0.8, 0.0]], 0.0, "position"),
     ],
 )
-def test_arrays_that_are_no_particles_are_refused(position, velocity, ratio, says):
+def test_arrays_of_a_wrong_shape_are_no_particles(position, velocity, ratio, says):
     refused(says, lambda: Particles(position, velocity, area_to_mass=ratio))
 
 
@@ -49,19 +49,19 @@ def test_numbers_whose_powers_overflow_are_refused_by_particle(value):
     }.items():
         with pytest.raises(InvalidInput, match=f"^{name} of particle 1 is ") as caught:
             Particles(*arguments[:2], area_to_mass=arguments[2] if name == "area_to_mass" else 0.0)
-        told, expected = str(caught.value).split("; ")
-        assert f"{abs(value):g}".replace("1e", "1.e") in told.replace("1e", "1.e")
+        messages, expected = str(caught.value).split("; ")
+        assert f"{abs(value):g}".replace("1e", "1.e") in messages.replace("1e", "1.e")
         assert expected == "expected finite numbers of at most 1e+60 in size, in units that keep them in range"
 
 
-def test_what_is_out_of_range_in_the_units_of_the_system_is_refused():
+def test_numbers_out_of_range_in_the_units_of_the_system_are_refused():
     system, state = fullbody.systems.kw4(units=True)
     far = Particles([["9e59 pc", "0 km", "0 km"]], [["0 km/h"] * 3])
     refused(r"position of particle 0 is .*in units that keep them in range", lambda: system.fly(state, far, 1.0))
 
 
 @pytest.mark.parametrize(("position", "speed"), [(1e60, 1.0), (3.0, 1e60), (1e60, 1e60), (-1e60, 1e60)])
-def test_the_largest_numbers_are_flown(position, speed):
+def test_the_largest_finite_numbers_are_accepted(position, speed):
     system, state = fullbody.systems.kw4()
     pair = Particles([[3.0, 0.0, 0.0], [position, 0.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, speed]])
     flight = system.fly(state, pair, 1.0, output=0.5, escape=EscapeDistance(1e61))
@@ -71,7 +71,7 @@ def test_the_largest_numbers_are_flown(position, speed):
 
 
 @pytest.mark.parametrize("until", [1e150, 1e300])
-def test_a_particle_that_goes_beyond_all_measure_is_lost(until):
+def test_a_particle_whose_position_overflows_is_lost(until):
     system = fullbody.System([fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1e-6, name="A")], G=1.0)
     flight = system.fly(fullbody.State([[0, 0, 0]], [[0, 0, 0]]), Particles([[4.0, 0, 0]], [[0, 0, 1e60]]), until)
     assert flight.fate.tolist() == ["lost"]
@@ -107,14 +107,14 @@ def test_a_particle_inside_a_body_is_refused(run, output):
         ({"events": ["shadow"]}, "events"),
         ({"threads": 0}, "threads"),
         ({"integrator": fullbody.SymplecticSplitting(step=0.1)}, "integrator"),
-        ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest=1.0)}, "backwards"),
+        ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest_speed=1.0)}, "backwards"),
     ],
 )
-def test_options_that_mean_nothing_are_refused(run, options, says):
+def test_bad_options_of_flights_are_refused(run, options, says):
     refused(says, lambda: run.fly(ONE, **options))
 
 
-def test_launches_and_runs_that_mean_nothing_are_refused():
+def test_bad_arguments_of_launches_and_runs_are_refused():
     system, state = fullbody.systems.kw4()
     launch = {"longitude": 0.0, "latitude": 0.0, "speed": 1.0}
     refused("dense=True", lambda: system.integrate(state, 1.0).fly(ONE))
@@ -132,7 +132,7 @@ def test_particles_take_units():
     assert np.abs(change.to_value("km")).max() < 1e-12
 
 
-def test_a_function_of_the_bodies_is_left_out_loudly():
+def test_a_force_function_of_bodies_is_left_out_with_a_warning():
     system, state = fullbody.systems.kw4()
     nothing = fullbody.forces.Function(lambda *_: (np.zeros((2, 3)), np.zeros((2, 3))), name="mine")
     with pytest.warns(InconsistentInput, match="mine is a function"):
@@ -150,7 +150,7 @@ def test_an_error_of_a_function_of_a_particle_keeps_the_flight():
     assert len(caught.value.flight) == 1
 
 
-def test_ctrl_c_gives_back_what_there_is(run):
+def test_ctrl_c_returns_the_flight_so_far(run):
     def stop(done, total, description):
         raise KeyboardInterrupt
 
@@ -159,18 +159,17 @@ def test_ctrl_c_gives_back_what_there_is(run):
     assert caught.value.flight.position.shape == (2, 1, 3)
 
 
-def test_an_area_without_light_is_warned_of(run):
+def test_an_area_without_light_causes_a_warning(run):
     lit = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]], area_to_mass=1e-3)
     with pytest.warns(InconsistentInput, match="radiation is not given"):
         run.fly(lit, 0.1)
 
 
-def test_light_on_particles_without_an_area_is_warned_of():
+def test_light_on_particles_without_an_area_causes_a_warning():
     system, state = fullbody.systems.didymos(units=True, sun=True)
     dark = Particles([["3 km", "0 km", "0 km"]], [["0 km/h", "0.4 km/h", "0 km/h"]])
     light = fullbody.particles.Radiation(by="Sun")
     with pytest.warns(InconsistentInput, match="no particle has an area_to_mass"):
         system.fly(state, dark, 0.1, radiation=light)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         system.fly(state, dark, 0.1, radiation=light, events=[Shadow()])

@@ -35,7 +35,7 @@ def jacobi(mu, bodies, x, v):
     return 0.5 * (v**2).sum(-1) - potential - (x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0])
 
 
-def test_jacobis_constant_is_kept_over_twenty_orbits():
+def test_jacobis_constant_is_conserved_over_twenty_orbits():
     system, state = circular(0.01)
     exact, end = fullbody.Verner98.to_roundoff(), 20.0 * TURN
     run = system.integrate(state, end, output=[], integrator=exact, dense=True)
@@ -64,7 +64,7 @@ def flown_as_bodies(system, state, particles, until, mass):
     return np.array([end.position[-count:], end.velocity[-count:]])
 
 
-def test_a_particle_flies_as_a_body_of_next_to_no_mass():
+def test_a_particle_moves_as_a_body_of_negligible_mass():
     system, state = fullbody.systems.kw4()
     particles = fullbody.Particles([[4.0, 1.0, 0.4], [-1.4, 0.2, 0.0]], [[-0.2, 0.6, 0.1], [-0.2, -1.2, 0.1]])
     expected = flown_as_bodies(system, state, particles, 24.0, mass=1e-30)
@@ -72,7 +72,7 @@ def test_a_particle_flies_as_a_body_of_next_to_no_mass():
     assert np.abs([flight.position[-1], flight.velocity[-1]] - expected).max() < 1e-10
 
 
-def test_particles_fly_as_in_rebound():
+def test_particles_move_as_in_rebound():
     rebound = pytest.importorskip("rebound")
     masses, x = [1.0, 0.3], [[-0.6, 0.0, 0.0], [2.0, 0.0, 0.1]]
     v = [[0.0, -0.15, 0.0], [0.0, 0.5, 0.0]]
@@ -132,7 +132,7 @@ def test_third_bodies_move_particles_as_they_move_bodies():
     assert np.abs(result - expected).max() < 1e-9 < 1e-4 < np.abs(without - expected).max()
 
 
-def test_composites_polyhedra_and_ellipsoids_pull_particles():
+def test_particles_feel_composites_polyhedra_and_ellipsoids():
     ellipsoid = fullbody.Ellipsoid(1.0, 0.8, 0.6)
     parts = [fullbody.Part(ellipsoid, mass=0.5, position=(x, 0.0, 0.0)) for x in (-1.2, 1.2)]
     bodies = [
@@ -190,9 +190,9 @@ def test_a_flight_starts_at_the_time_of_its_particles(run):
 
 def test_a_flight_of_particles_of_another_time_is_refused(run):
     for particles in thrown(run, run("7.3 hour")):
-        with pytest.raises(InvalidInput, match=r"particles are those of time 7.3 h, but the flight starts at 0 h"):
+        with pytest.raises(InvalidInput, match=r"particles have the time 7.3 h, but the flight starts at 0 h"):
             run.system.fly(run[0], particles, "30 hour")
-        refused(r"particles are those of time 7.3 h, but the flight starts at 8 h", run.fly, particles, start="8 hour")
+        refused(r"particles have the time 7.3 h, but the flight starts at 8 h", run.fly, particles, start="8 hour")
         anywhen = Particles(particles.position, particles.velocity)
         assert anywhen.time is None
         assert anywhen != particles
@@ -213,7 +213,7 @@ def flight():
     return system.fly(state, particles, 10.0, output=5.0, escape=EscapeDistance(8.0), events=events)
 
 
-def test_flights_tell_their_fates(flight):
+def test_the_repr_of_a_flight_has_its_fates(flight):
     assert flight.fate.tolist() == ["flying", "escape", "impact"]
     assert repr(flight) == "Flight(3 particles, 3 samples: 1 flying, 1 impact, 1 escape)"
     assert flight.counts == {"flying": 1, "impact": 1, "escape": 1}
@@ -223,7 +223,7 @@ def test_flights_tell_their_fates(flight):
     assert len(fullbody.Particles(np.eye(3), np.eye(3))) == 3
 
 
-def test_a_file_holds_all_of_a_flight(flight, tmp_path):
+def test_a_saved_flight_equals_the_original(flight, tmp_path):
     path = tmp_path / "flight.nc"
     flight.save(path)
     again = fullbody.load_flight(path)

@@ -15,15 +15,14 @@ from support import data_of, refused
 def flown():
     """Grains off Beta: some escape, some fall back."""
     system, state = fullbody.systems.kw4()
-    grains = fullbody.Particles.ejecta(
-        system, state, "Beta", longitude=1.0, latitude=0.3, speed=np.linspace(0.1, 1.5, 40), n=40, rng=3
-    )
+    options = {"longitude": 1.0, "latitude": 0.3, "speed": np.linspace(0.1, 1.5, 40), "n": 40, "rng": 3}
+    grains = fullbody.Particles.ejecta(system, state, "Beta", **options)
     flight = system.fly(state, grains, 20.0, output=0.5, escape=particles.EscapeDistance(10.0))
     assert {"impact", "escape"} <= set(flight.fate)
     return system.integrate(state, 20.0, output=1.0), flight
 
 
-def test_impacts_lie_where_they_were(flown):
+def test_the_map_of_impacts_has_their_positions(flown):
     _, flight = flown
     for body, name in enumerate(flight.system.names):
         ax = plots.impacts(flight, name)
@@ -61,7 +60,7 @@ def test_the_view_has_the_positions_of_particles(flown):
     assert np.isnan(positions[flight.fate == "escape", -1]).all()
 
 
-def test_flights_that_cannot_be_shown_are_refused(flown):
+def test_flights_that_cannot_be_drawn_are_refused(flown):
     run, flight = flown
     system, state = run.system, run[0]
     with pytest.raises(InvalidInput, match="flight has 0 samples within the run"):
@@ -100,7 +99,7 @@ def test_trails_follow_the_orbit_and_end_on_the_ground():
     assert (np.linalg.norm(positions[1], axis=1) > 0.98).all()
 
 
-def test_the_view_tells_its_speed_and_switches_trails(flown):
+def test_the_view_shows_its_speed_and_switches_trails(flown):
     run, flight = flown
     page = run.view(flight=flight).to_html()
     assert 'class="fullbody-trails" type="checkbox" checked' in page

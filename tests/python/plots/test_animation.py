@@ -13,7 +13,7 @@ from support import fetched, refused
 SMALL = {"seconds": 0.5, "fps": 10, "size": (3.01, 2.53), "dpi": 50}
 
 
-def test_gif_has_frames_even_in_time(short_run, tmp_path):
+def test_a_gif_has_frames_at_equal_steps_of_time(short_run, tmp_path):
     path = short_run.animate(tmp_path / "film.gif", **SMALL)
     with Image.open(path) as film:
         assert (film.format, film.n_frames, film.size) == ("GIF", 5, (150, 126))
@@ -24,7 +24,7 @@ def test_gif_has_frames_even_in_time(short_run, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["film.gif"]
 
 
-def test_html_film_works_offline_and_shows_moments_between_samples(short_run, tmp_path):
+def test_an_html_animation_needs_no_network_and_shows_times_between_samples(short_run, tmp_path):
     page = short_run[:3:2].animate(tmp_path / "film.html", **SMALL).read_text()
     assert fetched(page) == []
     assert "fa-" not in page
@@ -34,13 +34,13 @@ def test_html_film_works_offline_and_shows_moments_between_samples(short_run, tm
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
-def test_mp4_is_a_film(short_run, tmp_path):
+def test_an_mp4_is_written(short_run, tmp_path):
     content = short_run.animate(tmp_path / "film.mp4", **SMALL).read_bytes()
     assert content[4:8] == b"ftyp"
     assert len(content) > 1000
 
 
-def test_mp4_without_ffmpeg_says_what_to_do(short_run, tmp_path, monkeypatch):
+def test_the_error_of_a_missing_ffmpeg_names_other_formats(short_run, tmp_path, monkeypatch):
     from matplotlib import animation
 
     monkeypatch.setattr(animation.writers, "is_available", lambda name: False)
@@ -48,7 +48,7 @@ def test_mp4_without_ffmpeg_says_what_to_do(short_run, tmp_path, monkeypatch):
         short_run.animate(tmp_path / "film.mp4")
 
 
-def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeypatch):
+def test_the_error_of_ffmpeg_on_a_full_disk_names_the_file(short_run, tmp_path, monkeypatch):
     import matplotlib
 
     program = tmp_path / "ffmpeg"
@@ -65,7 +65,7 @@ def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == [program]
 
 
-def test_bad_requests_for_films_are_named(short_run, tmp_path):
+def test_bad_arguments_of_animations_are_refused(short_run, tmp_path):
     refused(r"ends in one of \.mp4, \.gif, \.html", lambda: short_run.animate(tmp_path / "film.avi"))
     refused("seconds is -1; expected a finite number above zero", short_run.animate, tmp_path / "film.gif", seconds=-1)
     refused("fps is 0; expected a whole number above zero", lambda: short_run.animate(tmp_path / "film.gif", fps=0))
@@ -81,7 +81,7 @@ def test_bad_requests_for_films_are_named(short_run, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_film_that_fails_leaves_the_old_one(short_run, tmp_path, monkeypatch):
+def test_a_failing_animation_leaves_the_old_file(short_run, tmp_path, monkeypatch):
     path = tmp_path / "film.gif"
     path.write_text("old")
     monkeypatch.setattr("matplotlib.animation.PillowWriter.finish", lambda self: 1 / 0)
@@ -91,7 +91,7 @@ def test_a_film_that_fails_leaves_the_old_one(short_run, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_pictures_too_far_apart_are_warned_of(short_run, tmp_path):
+def test_pictures_too_far_apart_in_time_cause_a_warning(short_run, tmp_path):
     # Alpha turns in 2.76 h: samples half an hour apart show it, samples 1.5 h apart do not.
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 9.0, output=1.5)

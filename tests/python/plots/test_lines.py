@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from fullbody.plots import lines
-from fullbody.plots.between import at, relative_path
+from fullbody.plots.between import poses, relative_path
 from support import points
 
 TIME = np.linspace(0.0, 100.0, 20_001)
@@ -44,14 +44,14 @@ def test_an_envelope_is_the_range_and_the_mean_of_a_fast_oscillation():
     ],
     ids=["slow", "small", "wide axes", "constant", "rounding"],
 )
-def test_what_a_line_can_show_is_a_line(values, width):
+def test_slow_or_small_oscillations_are_drawn_as_lines(values, width):
     ax = axes(width)
     line = lines.draw(ax, TIME, values, {})
     assert drawn_as(ax) == (1, 0, [])
     np.testing.assert_array_equal(line.get_ydata(), values)
 
 
-def test_the_band_of_a_second_curve_is_not_named_again():
+def test_the_legend_names_the_band_once():
     ax = axes()
     for name, size in (("x", 1.0), ("y", 2.0)):
         lines.draw(ax, TIME, size * np.sin(2 * np.pi * 10.0 * TIME), {"label": name})
@@ -89,7 +89,7 @@ def test_attitudes_between_samples_follow_the_spins_to_fourth_order(spacing):
     run = system.integrate(state, 8.0, output=spacing)
     times = np.linspace(0.0, 8.0, 97)
     exact = system.integrate(state, 8.0, output=times)
-    overlap = np.abs(np.sum(at(run, times)[1][:, 0] * exact.attitude[:, 0], axis=1))
+    overlap = np.abs(np.sum(poses(run, times)[1][:, 0] * exact.attitude[:, 0], axis=1))
     error = 2.0 * np.arccos(np.minimum(overlap, 1.0)).max()
     # The rates change by about one in a unit of time: a cubic's error is of the order of h^4 / 384.
     assert error < 6.0 * spacing**4 / 384.0

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import observables
-from fullbody.plots._style import rounded
-from fullbody.plots.between import at
 from fullbody.plots.lines import degrees
 from matplotlib.text import Text
 from support import body_list, points, refused, rot_z
@@ -53,14 +51,14 @@ def test_orbit_outline_is_the_shadow_of_the_body():
     assert np.allclose((edge[:, 0] / 3.0) ** 2 + (edge[:, 1] / 2.0) ** 2, 1.0, atol=1e-9)
 
 
-def test_orbit_of_three_is_about_the_body_asked_for(triple_run):
+def test_an_orbit_of_three_bodies_is_about_the_requested_one(triple_run):
     ax = triple_run.plot.orbit(about=2, shapes=False)
     assert [line.get_label() for line in ax.lines] == ["big", "body 1"]
     assert passes_through(ax.lines[1], (triple_run.position[:, 1] - triple_run.position[:, 2])[:, :2])
     assert ax.get_xlabel() == "x from a name as l… [system units]"
 
 
-def test_elements_are_the_runs(kw4_run):
+def test_plotted_elements_are_those_of_the_run(kw4_run):
     axes = kw4_run.plot.elements()
     values = kw4_run.elements()
     assert axes.shape == (3, 2)
@@ -93,7 +91,7 @@ def test_ticks_of_angles_are_parts_of_a_turn():
         assert np.all(np.mod(ticks, step) == 0)
 
 
-def test_curves_that_are_level_are_shown_as_level(case1_run):
+def test_curves_within_rounding_are_shown_as_constant(case1_run):
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, np.sqrt(1.001), 0]])
     run = points(1.0, 1e-3).integrate(state, 50.0, output=0.5)
     ax = run.plot.elements()[0, 1]
@@ -104,7 +102,7 @@ def test_curves_that_are_level_are_shown_as_level(case1_run):
     assert np.ptp(case1_run.plot.elements()[1, 0].get_ylim()) > 1.0
 
 
-def test_angles_do_not_stroke_across_a_turn_or_the_pole(kw4_run, triple_run):
+def test_lines_of_angles_have_gaps_at_jumps(kw4_run, triple_run):
     line = kw4_run.plot.elements()[2, 0].lines[0]
     steps = np.abs(np.diff(line.get_ydata()))
     assert np.nanmax(steps) < 180.0
@@ -116,7 +114,7 @@ def test_angles_do_not_stroke_across_a_turn_or_the_pole(kw4_run, triple_run):
     assert np.nanmax(theta.get_ydata()) > 80.0
 
 
-def test_spins_are_the_runs_in_both_frames(kw4_run):
+def test_plotted_spins_are_those_of_the_run_in_both_frames(kw4_run):
     axes = kw4_run.plot.spins()
     assert len(axes) == 2
     for body, ax in enumerate(axes):
@@ -125,18 +123,18 @@ def test_spins_are_the_runs_in_both_frames(kw4_run):
             assert np.array_equal(line.get_xdata(), kw4_run.time.value)
             assert np.array_equal(line.get_ydata(), kw4_run.spin.value[:, body, component])
         assert ax.get_ylabel() == "spin [rad h⁻¹]"
-    turned = kw4_run.plot.spins(frame="inertial")[0].lines
+    rotated_lines = kw4_run.plot.spins(frame="inertial")[0].lines
     expected = kw4_run[7].rotation_matrix[0] @ kw4_run.spin.value[7, 0]
-    assert np.allclose([line.get_ydata()[7] for line in turned], expected, rtol=0, atol=1e-15)
+    assert np.allclose([line.get_ydata()[7] for line in rotated_lines], expected, rtol=0, atol=1e-15)
 
 
-def test_plots_show_the_bodies_asked_for(triple_run):
+def test_plots_show_the_requested_bodies(triple_run):
     _, ax = plt.subplots()
     triple_run.plot.spins(axes=ax, bodies=[1])
     assert ax.get_title(loc="left") == "body 1, body frame"
     assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
     assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 3)
-    refused("one of bodies is 3; expected a body's index, 0 to 2", lambda: triple_run.plot.spins(bodies=[3]))
+    refused("one of bodies is 3; expected 0 to 2", lambda: triple_run.plot.spins(bodies=[3]))
     refused("bodies is empty", lambda: triple_run.plot.angles(bodies=[]))
 
 
@@ -150,7 +148,7 @@ def test_angles_are_the_states_tait_bryan_angles(case1_run):
             assert np.allclose(at_samples(line, case1_run.time), expected[:, body, column], rtol=0, atol=1e-12)
 
 
-def test_librations_drawn_are_the_observables(kw4_run):
+def test_plotted_librations_are_the_observables(kw4_run):
     ax = kw4_run.plot.libration()
     expected = np.rad2deg(observables.roll_pitch_yaw(kw4_run).to_value("rad")).T
     assert [line.get_label() for line in ax.lines] == ["roll", "pitch", "yaw"]
@@ -168,7 +166,7 @@ def test_librations_drawn_are_the_observables(kw4_run):
 @pytest.mark.parametrize(
     ("until", "label", "end"), [(900 * u.hour, "h", 900), (100 * u.day, "days", 100), (4 * u.yr, "years", 4)]
 )
-def test_long_times_are_days_and_years(until, label, end):
+def test_the_axis_of_long_times_is_in_days_or_years(until, label, end):
     system = points(2.4e12 * u.kg, 1e11 * u.kg, G=None, units=("km", "hour", "kg"))
     r, v = fullbody.KeplerElements(2.5, 0.1, 0, 0, 0, 0).to_cartesian(system.mu().value)
     run = system.integrate(fullbody.State([0 * r, r], [0 * v, v]), until, output=until / 10)
@@ -177,7 +175,7 @@ def test_long_times_are_days_and_years(until, label, end):
     assert ax.lines[0].get_xdata()[-1] == pytest.approx(end, rel=1e-12)
 
 
-def test_a_body_far_away_does_not_hide_the_pair():
+def test_a_distant_body_does_not_set_the_scale():
     shapes = {"A": (fullbody.Sphere(0.7), 2.4), "B": (fullbody.Sphere(0.2), 0.1), "star": (fullbody.PointMass(), 1e-9)}
     state = fullbody.State([[0, 0, 0], [2.5, 0, 0], [1e8, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0.04, 0]])
     run = fullbody.System(body_list(**shapes), G=1.0).integrate(state, 5.0, output=0.1)
@@ -220,71 +218,8 @@ def test_energy_shows_both_drifts(kw4_run):
     assert labels == ["energy / total: no change", "energy / orbital: no change"]
 
 
-@pytest.mark.parametrize(("dense", "close"), [(True, 1e-9), (False, 2e-5)])
-def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
-    start = kw4_run[0]
-    run = kw4_run.system.integrate(start, 50.0, output=0.5, dense=dense)
-    state = kw4_run.system.integrate(start, 20.1, output=[20.1])[0]
-    ax = run.plot.scene(20.1)
-    assert ax.get_title() == "time 20.1 h"
-    masses = kw4_run.system.masses.value
-    centre = state.position.value - masses @ state.position.value / masses.sum()
-    drawn = ax.collections[1]
-    # Matplotlib 3.9 has the points in columns.
-    surface = np.concatenate(drawn._faces) if hasattr(drawn, "_faces") else drawn._vec[:3].T
-    body = (surface - centre[1]) @ state.rotation_matrix[1]
-    assert np.allclose(np.sum((body / np.array([0.2975, 0.225, 0.1715])) ** 2, axis=1), 1.0, atol=10 * close)
-    x, y, z = ax.lines[-1].get_data_3d()
-    ends = (np.stack([x, y, z], axis=1) - centre[1]) @ state.rotation_matrix[1]
-    assert np.allclose(ends[:, :2], 0.0, atol=close)
-    assert ends[0, 2] == pytest.approx(0.1715, abs=close)
-    # The path ends in the body.
-    assert np.allclose(np.array(ax.lines[4].get_data_3d())[:, -1], centre[1], atol=close)
-
-
-def test_scenes_are_of_times_within_the_run(kw4_run):
-    for time in (-0.1, 50.1):
-        refused(rf"time is {time}; expected one within the run, from 0 to 50", kw4_run.plot.scene, time)
-    # The continuous solution reaches further than the samples of this run.
-    run = kw4_run.system.integrate(kw4_run[0], 3.0, output=[1.0], dense=True)
-    assert run.plot.scene(2.5).get_title() == "time 2.5 h"
-
-
-@pytest.mark.parametrize("until", [9.0, -9.0])
-def test_between_samples_bodies_go_their_way(until):
-    bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (1.0, 1e-9)]
-    state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]], spin=[[0, 0, 0.5], [0, 0, 1.0]])
-    run = fullbody.System(bodies, G=1.0).integrate(state, until, output=0.9)
-    times = np.linspace(0.0, until, 41)
-    centres, attitude = at(run, times)
-    circle = np.stack([np.cos(times), np.sin(times), 0 * times], axis=1)
-    assert np.allclose(centres[:, 1], circle, atol=0.9**4 / 384 * 1.1)
-    for body, rate in enumerate((0.5, 1.0)):
-        even = np.stack([np.cos(rate * times / 2), 0 * times, 0 * times, np.sin(rate * times / 2)], axis=1)
-        assert np.allclose(np.abs(np.sum(attitude[:, body] * even, axis=1)), 1.0, atol=1e-12)
-
-
-def test_samples_far_apart_are_joined_by_straight_lines():
-    system, state = fullbody.systems.kw4()
-    centres, _ = at(system.integrate(state, 52.0, output=26.0), np.linspace(0.0, 52.0, 101))
-    assert np.linalg.norm(centres[:, 1], axis=1).max() < 2.6
-
-
-@pytest.mark.parametrize(
-    ("time", "text"), [(0.0, "0"), (17.33333, "17.33"), (12345.67, "12346"), (-0.0123456, "-0.01235"), (2.0, "2")]
-)
-def test_titles_have_four_digits(time, text):
-    assert rounded(time) == text
-
-
-def test_scene_has_equal_scales(kw4_run):
-    ax = kw4_run.plot.scene()
-    spans = np.ptp([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()], axis=1)
-    assert np.allclose(spans / ax._box_aspect, spans[0] / ax._box_aspect[0])
-
-
 @pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
-def test_summary_is_whole_and_legible(which, request, tmp_path):
+def test_the_summary_has_all_plots_and_is_legible(which, request, tmp_path):
     run = request.getfixturevalue(which)
     page = run.plot()
     figure = page.figure
@@ -298,7 +233,7 @@ def test_summary_is_whole_and_legible(which, request, tmp_path):
     assert (tmp_path / "page.png").stat().st_size > 20_000
 
 
-def test_the_checks_of_legibility_see_faults_and_lines_differ_in_grey(kw4_run):
+def test_the_checks_of_legibility_find_faults_and_lines_differ_in_grey(kw4_run):
     ax = kw4_run.plot.energy()
     ax.text(0.0, 1.0, "covers the legend and leaves the page " * 4, transform=ax.transAxes, in_layout=False)
     assert all(faults(ax.figure))
@@ -310,13 +245,13 @@ def test_the_checks_of_legibility_see_faults_and_lines_differ_in_grey(kw4_run):
 @pytest.mark.parametrize("name", ["orbit", "elements", "spins", "angles", "libration", "energy", "scene"])
 @pytest.mark.parametrize("which", ["kw4_run", "triple_run"])
 def test_single_plots_are_legible_and_labelled(name, which, request):
-    made = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
-    figure = made.flat[0].figure
+    axes_of_plot = np.atleast_1d(getattr(request.getfixturevalue(which).plot, name)())
+    figure = axes_of_plot.flat[0].figure
     assert faults(figure) == ([], [])
-    for ax in made.flat:
+    for ax in axes_of_plot.flat:
         assert ax.get_ylabel()
-    assert made.flat[-1].get_xlabel()
-    assert name != "scene" or made.flat[0].get_zlabel().startswith("z [")
+    assert axes_of_plot.flat[-1].get_xlabel()
+    assert name != "scene" or axes_of_plot.flat[0].get_zlabel().startswith("z [")
 
 
 def test_given_axes_are_used_and_returned(kw4_run, triple_run):
@@ -361,14 +296,14 @@ def test_options_have_matplotlibs_short_names_too(kw4_run, name):
     assert kw4_run.plot.scene(lw=2.5, ec="red").collections[0].get_linewidth()[0] == 2.5
 
 
-def test_what_is_no_axes_or_figure_is_refused(kw4_run):
+def test_objects_other_than_axes_or_figures_are_refused(kw4_run):
     flat, deep = plt.figure().add_subplot(), plt.figure().add_subplot(projection="3d")
     plot = kw4_run.plot
-    for call, given in ((plot.orbit, 3), (plot.orbit, deep), (plot.energy, "axes"), (plot.spins, [flat, 3])):
-        refused(r"(ax|one of axes) is .*; expected matplotlib axes in 2D", call, given)
-    for given in (flat, 3):
-        refused(r"ax is .*; expected matplotlib axes in 3D", plot.scene, 3.0 * u.hour, ax=given)
-        refused(r"figure is .*; expected a matplotlib Figure or SubFigure", plot, figure=given)
+    for call, argument in ((plot.orbit, 3), (plot.orbit, deep), (plot.energy, "axes"), (plot.spins, [flat, 3])):
+        refused(r"(ax|one of axes) is .*; expected matplotlib axes in 2D", call, argument)
+    for argument in (flat, 3):
+        refused(r"ax is .*; expected matplotlib axes in 3D", plot.scene, 3.0 * u.hour, ax=argument)
+        refused(r"figure is .*; expected a matplotlib Figure or SubFigure", plot, figure=argument)
 
 
 def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():
@@ -382,7 +317,7 @@ def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():
     assert faults(ax.figure) == ([], [])
 
 
-def test_names_are_shown_as_they_are():
+def test_names_are_drawn_without_formulas():
     names = [r"$\frac{", "a_b^$x"]
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in names]
     state = fullbody.State([[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 0.4, 0]])
@@ -415,9 +350,9 @@ def test_motion_along_a_line_is_drawn_without_elements():
     refused("both body 0; expected two bodies", lambda: run.plot(body=0, about=0))
 
 
-def test_bad_requests_are_named(kw4_run):
+def test_bad_arguments_of_plots_are_refused(kw4_run):
     refused("plane is 'ab'; expected ", lambda: kw4_run.plot.orbit(plane="ab"))
-    refused("about is 2; expected a body's index, 0 to 1", lambda: kw4_run.plot.orbit(about=2))
+    refused("about is 2; expected 0 to 1", lambda: kw4_run.plot.orbit(about=2))
     refused("axes has 3 axes; expected 2", lambda: kw4_run.plot.spins(axes=plt.subplots(3)[1]))
     refused("frame is 'sky'", lambda: kw4_run.plot.spins(frame="sky"))
     refused("time has the unit km", lambda: kw4_run.plot.scene(kw4_run.position[0, 0, 0]))

@@ -10,19 +10,19 @@ from fullbody import forces
 from support import refused
 
 
-def made(units=True, byorp="1e-3 N"):
+def forced_system(units=True, byorp="1e-3 N"):
     system, state = fullbody.systems.didymos(sun=True, units=units)
-    given = [
+    all_forces = [
         *system.forces,
         forces.Tide("Didymos", "Dimorphos", k2=1e-5, lag="5 s" if units else 0.001),
         forces.Byorp("Dimorphos", "Didymos", byorp),
     ]
-    return system.with_forces(given), state
+    return system.with_forces(all_forces), state
 
 
 @pytest.fixture(scope="module")
 def run():
-    system, state = made()
+    system, state = forced_system()
     return system.integrate(state, "50 h", output="0.5 h")
 
 
@@ -30,7 +30,7 @@ def texts(ax):
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-def test_work_shows_the_runs_numbers(run):
+def test_the_plot_of_work_has_the_numbers_of_the_run(run):
     ax = run.plot.work()
     assert texts(ax) == ["Sun", "tide on Didymos", "BYORP on Dimorphos"]
     for line, name in zip(ax.lines, run.work, strict=True):
@@ -44,16 +44,16 @@ def test_work_shows_the_runs_numbers(run):
     assert least <= ax.yaxis.get_transform().linthresh < 10 * least
 
 
-def test_work_of_alike_forces_is_linear_and_none_is_said():
-    system, state = made(units=False, byorp=0.0)
+def test_the_plot_of_work_is_linear_for_similar_forces_and_names_those_without_work():
+    system, state = forced_system(units=False, byorp=0.0)
     run = system.with_forces(system.forces[1:]).integrate(state, 20.0, output=1.0)
     ax = run.plot.work(color="red")
     assert ax.get_yscale() == "linear"
     assert texts(ax) == ["tide on Didymos", "BYORP on Dimorphos: none"]
     assert ax.get_ylabel() == "work [system units]"
     assert ax.lines[0].get_color() == "red"
-    own = ax.figure.add_subplot()
-    assert run.plot.work(own) is own
+    caller_axes = ax.figure.add_subplot()
+    assert run.plot.work(caller_axes) is caller_axes
 
 
 def test_without_forces_there_is_no_work_to_draw():
@@ -64,7 +64,7 @@ def test_without_forces_there_is_no_work_to_draw():
     refused("no samples", lambda: run[:0].plot.work())
 
 
-def test_the_page_tells_the_forces(run):
+def test_the_page_names_the_forces(run):
     page = run.plot()
     assert [*page.axes][-2:] == ["energy", "work"]
     assert "with Sun, tide on Didymos, BYORP on Dimorphos" in page.figure._suptitle.get_text()
@@ -74,8 +74,8 @@ def test_the_page_tells_the_forces(run):
     boxes = [label.get_window_extent() for label in ax.get_yticklabels() if label.get_text()]
     inside = [box for box in boxes if ax.bbox.y0 <= (box.y0 + box.y1) / 2 <= ax.bbox.y1]
     assert len(inside) >= 3
-    for one, other in itertools.combinations(inside, 2):
-        assert min(one.y1, other.y1) - max(one.y0, other.y0) <= 1.0
+    for first, other in itertools.combinations(inside, 2):
+        assert min(first.y1, other.y1) - max(first.y0, other.y0) <= 1.0
 
 
 def test_tables_and_texts_name_the_forces(run):

@@ -35,12 +35,12 @@ def found():
     return swept(GRID)
 
 
-def test_a_heat_map_has_the_numbers_and_marks_what_failed(found):
+def test_a_heat_map_has_the_values_and_marks_failed_members(found):
     ax = plots.sweep(found, "speed_at_start")
     (mesh,) = ax.collections
-    shown = np.asarray(mesh.get_array()).reshape(2, 3)
+    values = np.asarray(mesh.get_array()).reshape(2, 3)
     expected = np.outer(GRID["factor"], GRID["speed"])
-    assert shown[:, :2] == pytest.approx(expected[:, :2], abs=1e-14)
+    assert values[:, :2] == pytest.approx(expected[:, :2], abs=1e-14)
     assert np.ma.getmaskarray(mesh.get_array()).reshape(2, 3)[1, 2]
     (mark,) = ax.lines
     assert (mark.get_xdata().tolist(), mark.get_ydata().tolist()) == ([0.2], [2.0])
@@ -49,10 +49,10 @@ def test_a_heat_map_has_the_numbers_and_marks_what_failed(found):
     assert [other.get_ylabel() for other in ax.figure.axes[1:]] == ["speed at start"]
 
 
-def test_a_curve_has_the_numbers_and_marks_what_failed_at_its_foot(found):
-    own = plt.subplots()[1]
-    ax = plots.sweep(found.isel(factor=1), "speed_at_start", own, color="red")
-    assert ax is own
+def test_a_curve_has_the_values_and_marks_failed_members_at_its_foot(found):
+    caller_axes = plt.subplots()[1]
+    ax = plots.sweep(found.isel(factor=1), "speed_at_start", caller_axes, color="red")
+    assert ax is caller_axes
     curve, mark = ax.lines
     assert curve.get_color() == "red"
     assert curve.get_xdata().tolist() == [0.0, 0.1]
@@ -61,7 +61,7 @@ def test_a_curve_has_the_numbers_and_marks_what_failed_at_its_foot(found):
     assert mark.get_transform() == ax.get_xaxis_transform()
 
 
-def test_words_are_colours_with_names(found):
+def test_texts_are_drawn_as_named_colours(found):
     ax = plots.sweep(found, "kind")
     bar = ax.figure.axes[1]
     assert [text.get_text() for text in bar.get_yticklabels()] == ["fast", "slow"]
@@ -69,7 +69,7 @@ def test_words_are_colours_with_names(found):
     np.testing.assert_array_equal(codes, [[1.0, 1.0, 0.0], [1.0, 0.0, np.nan]])
 
 
-def test_paired_parameters_are_dots():
+def test_paired_parameters_are_drawn_as_dots():
     rows = fullbody.ensembles.paired(speed=[0.2, 0.0, 0.1], factor=[1.0, 2.0, 2.0])
     ax = plots.sweep(swept(rows), "speed_at_start", x="speed", y="factor")
     (dots,) = ax.collections
@@ -90,10 +90,10 @@ def test_sweeps_that_cannot_be_drawn_are_refused(found):
 
 def observed(run, times, **options):
     """Astrometry with errors of 1e-4 that lies on the track."""
-    given = {"body": 1, "about": 0, "geometry": VIEW, "frame": "equatorial", **options}
+    options_of_data = {"body": 1, "about": 0, "geometry": VIEW, "frame": "equatorial", **options}
     zero = np.zeros(len(times))
-    exact = observing.Astrometry(times, zero, zero, 1e-4, **given).predict(run)
-    return observing.Astrometry(times, *exact.T, 1e-4, **given)
+    exact = observing.Astrometry(times, zero, zero, 1e-4, **options_of_data).predict(run)
+    return observing.Astrometry(times, *exact.T, 1e-4, **options_of_data)
 
 
 def framed():
@@ -115,7 +115,7 @@ def test_a_track_passes_through_exact_observations_with_east_to_the_left():
     assert ax.get_xlabel() == "offset to the east [rad]"
 
 
-def test_of_many_turns_one_is_drawn():
+def test_one_revolution_of_many_is_drawn():
     system, state = framed()
     run = system.integrate(state, 99.0, dense=True)
     ax = plots.sky_track(run, observed(run, np.linspace(1.0, 95.0, 30)))
@@ -138,7 +138,7 @@ def test_units_of_observations_are_those_of_the_axes():
     refused("data is 3; expected an observing.Astrometry", lambda: plots.sky_track(run, 3))
 
 
-def test_a_fit_draws_the_astrometry_that_it_has():
+def test_plots_of_a_fit_show_its_astrometry():
     system, state = framed()
     data = observed(system.integrate(state, 30.0, dense=True), np.linspace(1.0, 25.0, 6))
 

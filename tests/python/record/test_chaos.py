@@ -56,7 +56,7 @@ def test_megno_of_chaotic_motion_grows(tumbling_moon):
     assert 0.2 < run.lyapunov[-1] * period < 3.0
 
 
-def test_polyhedra_part_as_fast_as_ellipsoids_of_their_moments():
+def test_polyhedra_have_the_lyapunov_exponent_of_ellipsoids_of_their_moments():
     # Their fields differ by the hexadecapoles: 1e-4 of the torque at this distance, periodically.
     options = {"output": "ends", "integrator": FAST, "chaos": True}
     results = []
@@ -69,7 +69,7 @@ def test_polyhedra_part_as_fast_as_ellipsoids_of_their_moments():
     assert abs(faceted.megno[-1] / exact.megno[-1] - 1.0) < 5e-4
 
 
-def test_neighbouring_runs_part_as_fast(tumbling_moon):
+def test_the_lyapunov_exponent_is_that_of_neighbouring_runs(tumbling_moon):
     # Two runs 1e-8 apart, in natural sizes; the second is brought back to that distance after every orbit.
     system, state, period, run = tumbling_moon
     size, total, now = scales(system, state), 0.0, state
@@ -108,9 +108,8 @@ def test_sweeps_measure_megno():
 
     period = moon(0.26, 0.0)[2]
     runs = fullbody.integrate_many([setup(0.0), setup(0.1)], 5 * period, output="ends", integrator=FAST, chaos=True)
-    result = fullbody.sweep(
-        setup, {"e": [0.0, 0.1]}, 5 * period, measure=lambda run: {"megno": run.megno[-1]}, integrator=FAST, chaos=True
-    )
+    options = {"measure": lambda run: {"megno": run.megno[-1]}, "integrator": FAST, "chaos": True}
+    result = fullbody.sweep(setup, {"e": [0.0, 0.1]}, 5 * period, **options)
     assert np.array_equal(result.megno.values, [run.megno[-1] for run in runs])
     both = fullbody.integrate_many([setup(0.1)], 5 * period, output="ends", derivatives=["G"])
     assert both[0].sensitivity["G"].shape == (2, 24)

@@ -51,11 +51,11 @@ def test_the_time_of_contact_changes_with_the_scale_of_a_polyhedron():
     system, state = tumbling()
     solid = octahedron(0.8, 0.6, 0.7)
 
-    def ended(by, wanted=False):
+    def ended(by, parameters=False):
         shape = fullbody.Polyhedron((1.0 + by) * np.array(solid.vertices), solid.faces)
         start = state.replace(velocity=[state.velocity[0], [-0.4, 0.05, 0.1]])
         options = {"output": "ends", "events": [fullbody.events.Contact("A", "B", terminal=True)]}
-        return system.with_body("B", shape).integrate(start, 10.0, derivatives=wanted, **options)
+        return system.with_body("B", shape).integrate(start, 10.0, derivatives=parameters, **options)
 
     run = ended(0.0, ["scale of B"])
     time = (ended(1e-4).time[-1] - ended(-1e-4).time[-1]) / 2e-4
@@ -113,11 +113,11 @@ def test_functions_with_units_and_at_the_end_of_a_range():
         assert worst(result.by_parameter[name], (ends[0] - ends[1]) / (2 * step)) < 1e-5
 
 
-def test_functions_are_refused_what_a_displaced_run_does_not_have():
+def test_functions_of_a_run_cannot_use_attributes_of_a_displaced_run():
     system, state = fullbody.systems.kw4()
     tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01, name="tide")
     run = system.with_forces([tide]).integrate(state, 5.0, output=1.0, derivatives=["lag of tide"])
-    refused("asks for its work", lambda: run.derivative_of(lambda run: run.work["tide"][-1]))
+    refused("uses its work", lambda: run.derivative_of(lambda run: run.work["tide"][-1]))
     refused("no continuous solution", lambda: run.derivative_of(lambda run: run(2.0).position[0]))
     refused("expected a function", lambda: run.derivative_of(3.0))
     refused("derivatives=True", lambda: system.integrate(state, 1.0).derivative_of(len))

@@ -34,7 +34,7 @@ def end(system, state, until, integrator):
 # by far. Loose enough for each, tight enough to see a wrong stage.
 @pytest.mark.parametrize(("system", "state", "step"), [(*KW4, 0.02), (*CASE1, 0.02)], ids=["kw4", "case1"])
 @pytest.mark.parametrize("position", range(9))
-def test_each_agrees_with_verner98(system, state, step, position):
+def test_each_integrator_agrees_with_verner98(system, state, step, position):
     integrator = family(step, 1e-11)[position]
     expected = end(system, state, 30.0, fullbody.Verner98(1e-14, 1e-14))
     run = end(system, state, 30.0, integrator)
@@ -126,7 +126,7 @@ def test_integrators_are_rebuilt_from_their_text_and_pickles():
 
 
 @pytest.mark.parametrize("offset", [4, 5, 8])
-def test_angular_momentum_of_a_system_that_travels_keeps_its_digits(offset):
+def test_angular_momentum_of_a_moving_barycentre_keeps_its_digits(offset):
     system, state = KW4
     share = np.array([body.mass for body in system.bodies]) / sum(body.mass for body in system.bodies)
     barycentric = state.replace(position=state.position - share @ state.position)
@@ -182,7 +182,7 @@ def test_the_pole_of_the_angles_is_an_error_with_body_and_time():
     assert free.spin[0, 0] == pytest.approx([0, rate, 0], abs=1e-14)
 
 
-def test_pole_in_a_system_names_the_right_body():
+def test_an_error_at_the_pole_names_the_body():
     ball = fullbody.Sphere(1.0)
     bodies = [fullbody.Body(ball, mass=1.0, name="still"), fullbody.Body(ball, mass=1.0, name="turning")]
     system = fullbody.System(bodies, G=1e-6, attitude_chart="tait_bryan")

@@ -62,7 +62,7 @@ def test_composites_have_no_density_to_differentiate_by():
     assert fullbody.System([body], G=1.0).parameters == ("G", "mass of A", *numbers)
 
 
-def test_what_has_no_derivatives_is_refused_by_name():
+def test_derivatives_that_do_not_exist_are_refused_by_name():
     system, state = tumbling()
     drag = fullbody.forces.Function(lambda time, state: (np.zeros((2, 3)), np.zeros((2, 3))), name="drag")
     refused("drag", system.with_forces([drag]).integrate, state, 1.0, derivatives=True)
@@ -130,7 +130,7 @@ def sun_beside_a_composite(of):
 
 @pytest.mark.parametrize("of", ["system", "body"])
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(1e-12, 1e-12), fullbody.LieGroupVariational(step=0.05)])
-def test_each_derivative_is_the_same_alone_and_beside_others(integrator, of):
+def test_a_derivative_does_not_depend_on_others_requested(integrator, of):
     system, state = sun_beside_a_composite(of)
     names = [name for name in system.parameters if name.endswith("of Sun")] + ["mass of A", "G"]
     together = system.integrate(state, 4.0, integrator=integrator, derivatives=names).sensitivity

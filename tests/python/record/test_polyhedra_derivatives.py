@@ -18,7 +18,7 @@ def test_the_surface_rule_beside_a_polyhedron_is_the_focal_one(second):
 
 
 @pytest.mark.parametrize(("first", "second"), [("box", "ellipsoid"), ("composite", "box")])
-def test_transition_matrices_are_symplectic_and_keep_what_motions_keep(first, second):
+def test_transition_matrices_are_symplectic_and_conserve_integrals(first, second):
     system, state = solids(first, second, 1.5)
     size = scales(system, state)
     run = system.integrate(state, 0.6, output="ends", integrator=TIGHT, derivatives=True)
@@ -32,7 +32,7 @@ def test_transition_matrices_are_symplectic_and_keep_what_motions_keep(first, se
     assert worst(now @ phi * size, then * size) < 1e-11
 
 
-def test_derivatives_reach_the_tolerance_or_say_that_they_do_not():
+def test_derivatives_reach_the_tolerance_or_warn():
     # Rounding over the faces of a thin plate is as much larger as it is thin. Which of the tolerances it hides depends
     # on the order of the sums, and so on the machine: the loosest never, the tightest always.
     _, state = solids("box", "ellipsoid", 1.0)

@@ -84,7 +84,7 @@ def test_advice_has_units_and_another_scheme_and_ends_at_round_off():
         fullbody.SymplecticSplitting.suggest(system, state, energy_error=1e-18, trial=5.0)
 
 
-def test_advice_that_cannot_be_given_is_refused():
+def test_impossible_advice_on_steps_is_refused():
     system, state = fullbody.systems.kw4()
     for bound in (0.0, 1.0, "small"):
         refused("energy_error", fullbody.SymplecticSplitting.suggest, system, state, energy_error=bound)

@@ -63,7 +63,7 @@ def test_drifts_count_from_the_start_whatever_is_recorded(output, until):
     assert run.start.angular_momentum == pytest.approx(momentum, rel=1e-14)
 
 
-def test_the_spin_of_kw4_hides_nothing():
+def test_the_spin_energy_of_kw4_does_not_hide_the_drift_of_the_orbit():
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 1000.0, output=[1000.0], integrator=fullbody.Verner98(1e-5, 1e-5))
     first, last = system.energy(state), system.energy(run[0])
@@ -113,7 +113,7 @@ def test_the_start_in_xarray_has_units():
     assert np.array_equal(drift, run.energy_drift)
 
 
-def test_a_simulation_tells_the_drift_of_all_its_runs(tmp_path):
+def test_the_drift_of_a_simulation_covers_all_its_runs(tmp_path):
     sim = fullbody.Simulation(three(), START, integrator=LOOSE)
     assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
     for until in (12.0, 32.0, 20.0):
@@ -166,7 +166,7 @@ def test_runs_cut_short_keep_the_start():
     assert failed.value.run.start.energy.total == pytest.approx(expected, rel=1e-14)
 
 
-def test_the_table_tells_of_the_start(tmp_path, capsys):
+def test_the_table_of_a_run_has_its_start(tmp_path, capsys):
     run = three().integrate(START, 32.0, output=[20.0, 32.0], integrator=LOOSE)
     shown = {f"{np.abs(drift).max():.2e}" for drift in drifts(run)}
     run.save(tmp_path / "run.nc")

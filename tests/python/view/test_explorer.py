@@ -20,7 +20,7 @@ class Page:
     def send(self, answer):
         self.answers.append(answer)
 
-    def ask(self, what, **values):
+    def request(self, what, **values):
         self.explorer._answer(self, {"id": len(self.answers), "ask": what, "values": values}, [])
         return self.answers[-1]
 
@@ -31,23 +31,20 @@ def numbers(text):
 
 def pair(e=0.1, distance=10.0):
     """Two spheres on a Kepler orbit of this eccentricity, at their least distance."""
-    system = fullbody.System(
-        [fullbody.Body(fullbody.Sphere(1.0), mass=m, name=n) for m, n in ((1.0, "A"), (1.0, "B"))], G=1.0
-    )
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in "AB"]
+    system = fullbody.System(bodies, G=1.0)
     speed = np.sqrt(2.0 * (1.0 + e) / distance)
     x, v = np.array([[-0.5, 0, 0], [0.5, 0, 0]]), np.array([[0, -0.5, 0], [0, 0.5, 0]])
     return system, fullbody.State(position=distance * x, velocity=speed * v)
 
 
 def test_a_slider_moves_the_run_and_its_curves():
-    explorer = fullbody.explore(
-        pair, {"e": (0.0, 0.5)}, 400.0, show=["separation", "eccentricity", lambda run: run.time**2]
-    )
+    curves = ["separation", "eccentricity", lambda run: run.time**2]
+    explorer = fullbody.explore(pair, {"e": (0.0, 0.5)}, 400.0, show=curves)
     page = Page(explorer)
-    assert page.ask("start")["controls"] == [
-        {"name": "e", "label": "e", "min": 0.0, "max": 0.5, "value": 0.1, "unit": ""}
-    ]
-    result = page.ask("run", e=0.3)["result"]
+    control = {"name": "e", "label": "e", "min": 0.0, "max": 0.5, "value": 0.1, "unit": ""}
+    assert page.request("start")["controls"] == [control]
+    result = page.request("run", e=0.3)["result"]
     separation, eccentricity, square = (numbers(curve["values"]) for curve in result["curves"])
     assert np.allclose(eccentricity, 0.3, rtol=1e-9)
     assert np.isclose(separation.max() / separation.min(), 1.3 / 0.7, rtol=1e-4)
@@ -57,10 +54,10 @@ def test_a_slider_moves_the_run_and_its_curves():
 
 
 @pytest.mark.parametrize("values", [{"e": 2.0, "distance": 1.0}, {"e": -5.0}])
-def test_what_cannot_run_is_an_error_and_the_last_run_stays(values):
+def test_an_error_of_the_setup_is_shown_and_the_last_run_stays(values):
     explorer = fullbody.explore(pair, {"e": (0.0, 0.5), "distance": (5.0, 20.0)}, duration=10.0)
     page, previous = Page(explorer), explorer.run
-    answer = page.ask("run", **{"e": 0.1, "distance": 10.0} | values)
+    answer = page.request("run", **{"e": 0.1, "distance": 10.0} | values)
     assert answer["error"]
     assert "result" not in answer
     assert explorer.run is previous
@@ -69,12 +66,12 @@ def test_what_cannot_run_is_an_error_and_the_last_run_stays(values):
 
 def test_a_run_that_ends_in_a_collision_is_shown_with_its_reason():
     explorer = fullbody.explore(pair, {"e": (-0.95, 0.5)}, 400.0)
-    result = Page(explorer).ask("run", e=-0.9)["result"]
+    result = Page(explorer).request("run", e=-0.9)["result"]
     assert "touch" in result["notice"] or "overlap" in result["notice"]
     assert 0.0 < numbers(result["time"])[-1] < 400.0
 
 
-def test_ranges_have_units_and_the_code_makes_the_run_again():
+def test_ranges_have_units_and_the_code_reproduces_the_run():
     def didymos_after_dart(tilt):
         return fullbody.systems.didymos_after_dart(units=True, tilt=tilt)
 
@@ -110,7 +107,7 @@ def test_ranges_have_units_and_the_code_makes_the_run_again():
         ({"until": None}, "neither until nor duration are given"),
     ],
 )
-def test_what_no_explorer_can_show_is_refused(options, expected):
+def test_bad_arguments_of_the_explorer_are_refused(options, expected):
     refused(expected, fullbody.explore, **{"setup": pair, "parameters": {"e": (0.0, 0.5)}, "until": 10.0} | options)
 
 
