@@ -40,10 +40,8 @@ PROGRAM = f"fullbody {__version__}"
 Study = Callable[[Path, bool, bool], Path]
 
 
-def study_command(
-    package: str | None, description: str | None, out: str, study: Study
-) -> Callable[[Sequence[str] | None], int]:
-    """Return the function that runs the command ``python -m PACKAGE`` and returns its exit code.
+def study_command(package: str | None, description: str | None, out: str, study: Study) -> Callable[..., int]:
+    """Return the function of arguments that runs the command ``python -m PACKAGE`` and returns its exit code.
 
     ``out`` is the folder into which it writes by default.
     """

@@ -200,9 +200,10 @@ def verdicts(results: Results) -> list[Verdict]:
     ):
         if key in poles:
             angle = angle_between(poles[key], published)
-            texts = ("{:.1f}, {:.1f}".format(*pole) for pole in (published, poles[key]))
+            text, fitted_text = ("{:.1f}, {:.1f}".format(*pole) for pole in (published, poles[key]))
             quantity = f"pole, {key.removesuffix(' pole')} [deg]"
-            rows.append(claimed(name, quantity, *texts, angle <= POLE_ERROR, f"{angle:.1f} degrees apart"))
+            why = f"{angle:.1f} degrees apart"
+            rows.append(claimed(name, quantity, text, fitted_text, angle <= POLE_ERROR, why))
     for quantity, value in zip(("a/b", "b/c"), results.figure.ratios, strict=True):
         torppa, (dotto, error) = TORPPA_RATIOS[quantity], DOTTO_RATIOS[quantity]
         for name, text, within in (

@@ -174,9 +174,9 @@ def _chi2(start: Mapping[str, Any], data: observing.Photometry) -> float:
 
 def _at_pole(start: Mapping[str, Any], data: observing.Photometry, free: Sequence[str], *, proposals: int) -> Fit:
     """Fit the parameters ``free`` and fix the others, among them the published pole."""
-    fixed = {name: value for name, value in start.items() if name not in free}
+    fixed: dict[str, Any] = {name: value for name, value in start.items() if name not in free}
 
-    def setup_of_free(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
+    def setup_of_free(**parameters: Any) -> tuple[fullbody.System, fullbody.State]:
         return setup(**fixed, **parameters)
 
     return fullbody.fit(
