@@ -71,32 +71,19 @@ def masses(separation: float, equatorial: float, polar: float, diameter: float, 
 
 
 def setup(
-    separation: float,
-    equatorial: float,
-    polar: float,
-    diameter: float,
-    density: float,
-    along: float,
-    radial: float,
-    normal: float,
-    miss_radial: float,
-    miss_normal: float,
-    a_b: float,
-    b_c: float,
-    yaw: float,
+    *,
     log_k2_q: float,
     log_k2_q_primary: float,
     byorp: float,
     pole_longitude: float,
     pole_latitude: float,
+    **values: float,
 ) -> tuple[System, State]:
-    """Make the system and its state just after the impact, km, hours and kg, from the numbers of the table of inputs.
+    """Make the system and its state just after the impact, km, hours and kg, from the numbers :data:`NAMES`.
 
-    Time zero is the impact. The frame is the ecliptic of J2000.
+    Time zero is the impact. The frame is the ecliptic of J2000. ``values`` are the arguments of :func:`start`.
     """
-    bodies, state = start(
-        separation, equatorial, polar, diameter, density, along, radial, normal, miss_radial, miss_normal, a_b, b_c, yaw
-    )
+    bodies, state = start(**values)
     system = System(
         bodies,
         G=G,
@@ -108,30 +95,18 @@ def setup(
     return system, rotated_to_pole(state, pole_longitude, pole_latitude)
 
 
-def planar(
-    separation: float,
-    equatorial: float,
-    polar: float,
-    diameter: float,
-    density: float,
-    along: float,
-    radial: float,
-    miss_radial: float,
-    a_b: float,
-    b_c: float,
-    yaw: float,
-) -> tuple[System, State]:
+def planar(**values: float) -> tuple[System, State]:
     """Make the system in the axes of its orbit for a motion within the plane of the orbit.
 
-    The forces are left out, since their effects within months are negligible.
+    ``values`` are the arguments of :func:`start` but ``normal`` and ``miss_normal``. The forces are left out, since
+    their effects within months are negligible.
     """
-    bodies, state = start(
-        separation, equatorial, polar, diameter, density, along, radial, 0.0, miss_radial, 0.0, a_b, b_c, yaw
-    )
+    bodies, state = start(**values, normal=0.0, miss_normal=0.0)
     return System(bodies, G=G, gravity=GRAVITY), state
 
 
 def start(
+    *,
     separation: float,
     equatorial: float,
     polar: float,

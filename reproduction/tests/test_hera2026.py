@@ -291,7 +291,7 @@ def stored():
     return xarray.load_dataset(report.RESULTS / "members.nc")
 
 
-def test_results_that_are_kept(stored):
+def test_stored_results_are_complete_and_small(stored):
     assert stored.sizes["row"] >= 200
     assert (stored.error == "").all()
     reference, likely = (
