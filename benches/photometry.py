@@ -72,7 +72,7 @@ def sphere(count):
 
 
 def by_clipping(points, facets, axes, position, e, s):
-    """Return Lommel-Seeliger's brightness of the first of two ellipsoids before which the second stands, by its facets.
+    """Return Lommel-Seeliger's brightness of the first of two ellipsoids with the second in front of it, by its facets.
 
     From each facet the outline of the second one is clipped, as the observer and as the Sun projects it on the facet.
     """

@@ -99,14 +99,14 @@ class Scene:
         self.m = m
         # The coordinates (z, y) of a line's ellipse: L L^T = [[m22, m12], [m12, m11]].
         low = sqrt(m[2][2])
-        aside = m[1][2] / low
-        self.high = sqrt(m[1][1] - aside**2)
+        shear = m[1][2] / low
+        self.high = sqrt(m[1][1] - shear**2)
         determinant = m[2][2] * m[1][1] - m[1][2] ** 2
         z = -(m[1][1] * m[0][2] - m[1][2] * m[0][1]) / determinant
         y = -(m[2][2] * m[0][1] - m[1][2] * m[0][2]) / determinant
         self.middle, self.square = [mpf(1), y, z], m[0][0] + m[0][1] * y + m[0][2] * z
         self.end = 1 / sqrt(self.square)
-        self.axes = [[mpf(0), mpf(0), 1 / low], [mpf(0), 1 / self.high, -aside / (low * self.high)]]
+        self.axes = [[mpf(0), mpf(0), 1 / low], [mpf(0), 1 / self.high, -shear / (low * self.high)]]
 
     @staticmethod
     def shape(axes, quaternion, frame):
