@@ -8,15 +8,15 @@ import pytest
 from astropy.utils import iers
 from hypothesis import HealthCheck, settings
 
-# Old versions of astropy ask the network for the Earth's rotation even where they have a table of it.
+# Old versions of astropy download the Earth's rotation even if they have a table of it.
 iers.conf.auto_download = False
-# Pictures appear on no screen, also in the processes that tests start.
+# Figures open no window, also in the processes that tests start.
 os.environ["MPLBACKEND"] = "agg"
-# Workers share the cores: threads of each one's linear algebra would wait for each other.
+# Workers share the cores, so that threads of linear algebra in each of them would wait for each other.
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# A shell starts commands in the background with this signal ignored; the tests of Ctrl-C send it.
+# The tests of Ctrl-C send this signal, which a shell makes commands in the background ignore.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -4,7 +4,7 @@
 
 A primary of degree 4 with hollows and a spherical satellite are observed for three revolutions. For each draw of
 noise a fit finds the satellite's radius, the mass, the phase of the orbit and four coefficients of the shape, from
-a start beside the truth. The bodies attract as points, which makes the motion cheap; the light is that of the
+a start near the truth. The bodies attract as points, which makes the motion cheap; the light is that of the
 shapes. For each parameter it prints in how many of the draws the truth is within one and 1.96 standard errors, and
 the mean and the standard deviation of the error over its standard error.
 """
@@ -19,7 +19,7 @@ from fullbody import HarmonicShape, observing
 from fullbody.base import rotations
 
 G = 6.6743e-20 * 3600.0**2
-#: The coefficients of degrees 0 to 4; those at the places FREE are fitted.
+#: The coefficients of degrees 0 to 4; those with the indices FREE are fitted.
 SERIES = np.zeros(25)
 SERIES[[6, 8, 10, 16, 20, 24]] = -0.10, 0.12, 0.06, 0.05, -0.06, 0.05
 FREE = [6, 8, 16, 24]
@@ -79,9 +79,9 @@ def main(draws):
     with Pool() as pool:
         results = pool.map(fitted, range(draws), chunksize=1)
     errors = np.array([error for error, *_ in results])
-    good = np.isfinite(errors).all(axis=1)
-    errors = errors[good]
-    print(f"{good.sum()} of {draws} fits have error bars, {time.perf_counter() - started:.0f} s")
+    finite = np.isfinite(errors).all(axis=1)
+    errors = errors[finite]
+    print(f"{finite.sum()} of {draws} fits have error bars, {time.perf_counter() - started:.0f} s")
     print(f"mean chi2 {np.mean([chi2 for _, chi2, _ in results]):.1f} for {results[0][2]} degrees of freedom")
     for name, column in zip(NAMES, errors.T, strict=True):
         narrow, wide = ((np.abs(column) < k).mean() for k in (1.0, 1.96))

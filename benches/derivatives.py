@@ -8,8 +8,8 @@ matrix (one beside the motion itself for each of the 24 numbers), twice as many 
 digits. GUBAS-RS (commit 2a07388) carries 30 dual numbers through its series: the matrix of two ellipsoids to its
 order 4, by RK7(8) at 1e-13 for 12 hours, took it 25.7 s where the run alone took 0.51 s.
 
-Then a polyhedron of 2,000 faces in Alpha's place, at the distance of 1999 KW4 and near contact, and what every
-parameter of forces adds, over the run alone.
+Then follow a polyhedron of 2,000 faces instead of Alpha, at the distance of 1999 KW4 and near contact, and the cost of
+each parameter of forces, relative to the run without derivatives.
 """
 
 import statistics
@@ -34,11 +34,11 @@ def main():
     for gravity in ("focal", "surface", "multipole:4"):
         system, state = fullbody.systems.kw4(gravity=gravity)
         series = gravity.startswith("multipole")
-        wanted = [name for name in system.parameters if name.startswith(("mass", "semi"))]
+        names = [name for name in system.parameters if name.startswith(("mass", "semi"))]
         kinds = {
             "transition": {"derivatives": True},
             "and masses" if series else "and masses, semi-axes": {
-                "derivatives": wanted[:1] + wanted[4:5] if series else wanted
+                "derivatives": names[:1] + names[4:5] if series else names
             },
             "chaos": {"chaos": True},
         }
@@ -60,9 +60,9 @@ def polyhedra():
     vertices, faces = globe(26, 40, (0.766, 0.7475, 0.6735))
     body = fullbody.Body(fullbody.Polyhedron(vertices, faces), mass=alpha.mass, name="Alpha")
     pair = fullbody.System([body, beta], G=system.G)
-    near = np.array(state.position)
-    near[1] = near[0] + (near[1] - near[0]) * 1.15 / np.linalg.norm(near[1] - near[0])
-    for name, start, hours in (("at its distance", state, 200.0), ("near contact", state.replace(position=near), 0.2)):
+    close = np.array(state.position)
+    close[1] = close[0] + (close[1] - close[0]) * 1.15 / np.linalg.norm(close[1] - close[0])
+    for name, start, hours in (("at its distance", state, 200.0), ("near contact", state.replace(position=close), 0.2)):
         alone, matrix = [], []
         for _ in range(ROUNDS):
             alone.append(seconds(pair, start, hours))
@@ -72,7 +72,7 @@ def polyhedra():
 
 
 def parameters():
-    """Print what each parameter of forces adds to a run, over the run alone: among all of them, and by itself."""
+    """Print the cost of each parameter of forces relative to the run, among all parameters and by itself."""
     system, state = fullbody.systems.kw4()
     orbit = fullbody.KeplerElements(a=95.7e6, e=0.69, i=0.68, Omega=4.29, omega=3.37, M=0.2)
     forces = [
@@ -83,18 +83,18 @@ def parameters():
     ]
     system = system.with_forces(forces)
     names = [name for name in system.parameters if name.split(" of ")[-1] in ("Sun", "tide", "yorp", "byorp")]
-    hours, costs, among = HOURS / 10.0, {name: [] for name in names}, []
+    hours, costs, shared_costs = HOURS / 10.0, {name: [] for name in names}, []
     for _ in range(ROUNDS):
         alone, matrix = seconds(system, state, hours), seconds(system, state, hours, derivatives=True)
-        among.append((seconds(system, state, hours, derivatives=names) - matrix) / alone / len(names))
+        shared_costs.append((seconds(system, state, hours, derivatives=names) - matrix) / alone / len(names))
         for name in names:
             costs[name].append((seconds(system, state, hours, derivatives=[name]) - matrix) / alone)
     columns = ", ".join(f"{name} {statistics.median(values):.2f}" for name, values in costs.items())
-    print(f"each parameter, in runs: {statistics.median(among):.2f} among all; by itself {columns}; at most 0.5")
+    print(f"each parameter, in runs: {statistics.median(shared_costs):.2f} among all; by itself {columns}; at most 0.5")
 
 
 def seconds(system, state, hours=HOURS, **options):
-    """Return the processor's time of one run, in seconds."""
+    """Return the processor time of a run in seconds."""
     start = time.process_time()
     system.integrate(state, hours, output="ends" if hours < HOURS else 24.0, **options)
     return time.process_time() - start

@@ -1,12 +1,12 @@
-"""Many runs at once: how well threads are used, what is lost beside the runs, and what memory they take.
+"""Many runs at once: the use of threads, the overhead beside the runs, and the memory.
 
     python benches/ensemble.py [--members 200] [--days 200] [--slice 100] [--short 9990] [--repeats 1]
 
-First members of Dimorphos that start turned by various angles: in a loop of single runs, and in one call on one and on
-two threads. The members go in slices, in which the three take turns, and of repeated times the shortest counts. Then
-the same with points, beside heyoka's ensemble where there is one (pip install heyoka) and otherwise beside rebound in
-processes. Last, many short runs in a process of their own: its time of the processor beside that of their integration
-alone, and its peak of memory with what is kept.
+The first members are systems of Dimorphos rotated by various angles, run in a loop of single runs, and in one call on
+one and on two threads. The three methods alternate over slices of the members, and the shortest of repeated times
+counts. Then follow points, compared with heyoka's ensemble if it is installed (pip install heyoka) and otherwise with
+rebound in processes. The last are many short runs in a process of their own: its processor time beside that of the
+integrations alone, and its peak of memory beside the size of the results.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ import numpy as np
 from fullbody import _core
 
 DAY = 24.0
-#: The relative errors that all are asked for.
+#: The relative tolerance of all integrators.
 RTOL = 1e-13
 Member = tuple[fullbody.System, fullbody.State]
 
 
 def members(count: int) -> list[Member]:
-    """Return Dimorphos turned by up to 0.3 rad at the start."""
+    """Return systems with Dimorphos rotated by up to 0.3 rad at the start."""
     system, state = fullbody.systems.didymos()
     return [(system, state.rotated("Dimorphos", [0, 0, 1], angle)) for angle in np.linspace(0.0, 0.3, count)]
 
@@ -40,41 +40,41 @@ def members(count: int) -> list[Member]:
 def points(count: int) -> list[Member]:
     """Return the members as two points, which do not rotate, with orbits of various widths."""
     system, state = fullbody.systems.didymos()
-    both = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in system.masses], G=float(system.G))
-    wider = np.array([[0.0, 0.0, 0.0], [1e-4, 0.0, 0.0]])
+    pair = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in system.masses], G=float(system.G))
+    direction = np.array([[0.0, 0.0, 0.0], [1e-4, 0.0, 0.0]])
     position, velocity = np.asarray(state.position), np.asarray(state.velocity)
-    return [(both, fullbody.State(position * (1 + k * wider), velocity)) for k in range(count)]
+    return [(pair, fullbody.State(position * (1 + k * direction), velocity)) for k in range(count)]
 
 
-def seconds(work: Callable[[], Any]) -> tuple[float, float]:
-    """Return the times of the wall's clock and of the processor, in seconds."""
+def seconds(call: Callable[[], Any]) -> tuple[float, float]:
+    """Return the elapsed time and the processor time of a call in seconds."""
     wall, processor = time.perf_counter(), time.process_time()
-    work()
+    call()
     return time.perf_counter() - wall, time.process_time() - processor
 
 
-def race(ways: dict[str, Callable[[int], Any]], parts: int, repeats: int) -> dict[str, tuple[float, float]]:
-    """Return the sums over the parts of the shortest times of each way."""
-    total = {name: np.zeros(2) for name in ways}
+def compare(methods: dict[str, Callable[[int], Any]], parts: int, repeats: int) -> dict[str, tuple[float, float]]:
+    """Return the shortest times of each method, summed over the parts."""
+    total = {name: np.zeros(2) for name in methods}
     for part in range(parts):
-        best = {name: np.full(2, np.inf) for name in ways}
+        best = {name: np.full(2, np.inf) for name in methods}
         for _ in range(repeats):
-            for name, work in ways.items():
-                best[name] = np.minimum(best[name], seconds(partial(work, part)))
+            for name, method in methods.items():
+                best[name] = np.minimum(best[name], seconds(partial(method, part)))
         for name, times in best.items():
             total[name] += times
     return {name: (times[0], times[1]) for name, times in total.items()}
 
 
 def table(title: str, results: dict[str, tuple[float, float]], count: int) -> None:
-    """Print the runs a second and the ratios to the first way."""
+    """Print the runs per second and the ratios to the first method."""
     print(f"\n{title:<44}{'wall s':>9}{'processor s':>13}{'runs/s':>9}{'ratio':>8}")
     first = next(iter(results.values()))[0]
     for name, (wall, processor) in results.items():
         print(f"  {name:<42}{wall:9.2f}{processor:13.2f}{count / wall:9.3g}{first / wall:8.3f}")
 
 
-def ours(batch_members: list[Member], days: float, size: int, repeats: int) -> dict[str, tuple[float, float]]:
+def by_fullbody(batch_members: list[Member], days: float, size: int, repeats: int) -> dict[str, tuple[float, float]]:
     """Return the members run in a loop, on one thread, and on two threads."""
     parts = [batch_members[k : k + size] for k in range(0, len(batch_members), size)]
     until = days * DAY
@@ -82,12 +82,12 @@ def ours(batch_members: list[Member], days: float, size: int, repeats: int) -> d
     def batch(part: int, threads: int) -> Any:
         return fullbody.integrate_many(parts[part], until, output="ends", threads=threads)
 
-    ways: dict[str, Callable[[int], Any]] = {
+    methods: dict[str, Callable[[int], Any]] = {
         "a loop of single runs": lambda k: [s.integrate(start, until, output="ends") for s, start in parts[k]],
         "integrate_many, one thread": lambda k: batch(k, 1),
         "integrate_many, two threads": lambda k: batch(k, 2),
     }
-    return race(ways, len(parts), repeats)
+    return compare(methods, len(parts), repeats)
 
 
 def orbit() -> tuple[float, float, Any]:
@@ -118,14 +118,14 @@ def peers(count: int, days: float, repeats: int) -> dict[str, tuple[float, float
     try:
         import heyoka
     except ImportError:
-        ways = {}
+        methods = {}
         for number, name in ((1, "one process"), (2, "two processes")):
             pool = ProcessPoolExecutor(number)
             list(pool.map(by_rebound, [(0, 1.0, orbit())] * number))
-            ways[f"rebound (IAS15), {name}"] = lambda _, pool=pool: list(
+            methods[f"rebound (IAS15), {name}"] = lambda _, pool=pool: list(
                 pool.map(by_rebound, [(k, until, orbit()) for k in range(count)])
             )
-        return race(ways, 1, repeats)
+        return compare(methods, 1, repeats)
     first, second, relative = orbit()
     system = heyoka.model.nbody(2, masses=[first, second])
     integrator = heyoka.taylor_adaptive(system, [0.0] * 12, tol=RTOL)
@@ -139,11 +139,11 @@ def peers(count: int, days: float, repeats: int) -> dict[str, tuple[float, float
     def propagate(workers: int) -> Any:
         return heyoka.ensemble_propagate_until(integrator, until, count, start, max_workers=workers)
 
-    return race({f"heyoka, {n} thread{'s' * (n > 1)}": lambda _, n=n: propagate(n) for n in (1, 2)}, 1, repeats)
+    return compare({f"heyoka, {n} thread{'s' * (n > 1)}": lambda _, n=n: propagate(n) for n in (1, 2)}, 1, repeats)
 
 
 def short(count: int, days: float, threads: int) -> None:
-    """Print what many short runs take, from a process that does nothing else."""
+    """Print the time and the memory of many short runs, in a process that does nothing else."""
     system, state = fullbody.systems.didymos()
     until = days * DAY
 
@@ -153,31 +153,31 @@ def short(count: int, days: float, threads: int) -> None:
             yield system, state.rotated("Dimorphos", [0, 0, 1], 0.3 * rng.random())
 
     # The overhead of integrate_many per member does not depend on the length of its run, and shows best for short runs.
-    some = [member for _, member in zip(range(count // 20), sample(), strict=False)]
+    few_members = [member for _, member in zip(range(count // 20), sample(), strict=False)]
     described = fullbody.Verner98()._describe(system.context.units)
     start = _core.Simulation
 
-    def alone(until: float) -> None:
-        for system, state in some:
+    def single_runs(until: float) -> None:
+        for system, state in few_members:
             single = start(system.context.core, state.in_units(system.context.units), described, "{}")
             single.integrate(until, "ends", [], False, None, None, (None, False))
 
-    def together(until: float) -> None:
-        fullbody.integrate_many(some, until, output="ends", threads=1)
+    def one_call(until: float) -> None:
+        fullbody.integrate_many(few_members, until, output="ends", threads=1)
 
-    works = (partial(alone, until), partial(alone, 0.01), partial(together, 0.01))
-    taken = [[seconds(work)[1] / len(some) for work in works] for _ in range(10)]
-    core, short_alone, short_together = (min(times) for times in zip(*taken, strict=True))
-    more = short_together - short_alone
+    calls = (partial(single_runs, until), partial(single_runs, 0.01), partial(one_call, 0.01))
+    times = [[seconds(call)[1] / len(few_members) for call in calls] for _ in range(10)]
+    core, short_alone, short_together = (min(column) for column in zip(*times, strict=True))
+    overhead = short_together - short_alone
     runs: list[Any] = []
     usage = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     wall, used = seconds(lambda: runs.extend(fullbody.integrate_many(sample(), until, output="ends", threads=threads)))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    kept = sum(values.nbytes for run in runs for values in run.arrays.values())
+    size = sum(values.nbytes for run in runs for values in run.arrays.values())
     print(f"\n{count} runs of {days:g} days on {threads} threads: {wall:.1f} s, {count / wall:.0f} a second")
     print(f"  of the processor {used:.1f} s, {1e3 * core:.2f} ms a run of integration alone and")
-    print(f"  {1e6 * more:.0f} microseconds a run more, {100 * more / (core + more):.1f} %")
-    print(f"  memory at most {peak / 1024:.0f} MiB, {usage / 1024:.0f} MiB before; {kept / 2**20:.1f} MiB of samples")
+    print(f"  {1e6 * overhead:.0f} microseconds a run more, {100 * overhead / (core + overhead):.1f} %")
+    print(f"  memory at most {peak / 1024:.0f} MiB, {usage / 1024:.0f} MiB before; {size / 2**20:.1f} MiB of samples")
 
 
 def main() -> None:
@@ -194,9 +194,9 @@ def main() -> None:
     if arguments.only_short:
         short(arguments.short, arguments.short_days, 2)
         return
-    results = ours(members(arguments.members), arguments.days, arguments.slice, arguments.repeats)
+    results = by_fullbody(members(arguments.members), arguments.days, arguments.slice, arguments.repeats)
     table(f"{arguments.members} members, {arguments.days:g} days of Dimorphos", results, arguments.members)
-    results = ours(points(arguments.members), arguments.days, arguments.slice, arguments.repeats)
+    results = by_fullbody(points(arguments.members), arguments.days, arguments.slice, arguments.repeats)
     table(f"{arguments.members} members, {arguments.days:g} days, points", results, arguments.members)
     results = peers(arguments.members, arguments.days, arguments.repeats)
     table("the same by another program", results, arguments.members)

@@ -25,7 +25,7 @@ SYSTEM, STATE = fullbody.systems.kw4(units=True, epoch="2001-05-25 TDB")
 
 
 def setup(**values):
-    """Return the ready-made 1999 KW4 with other masses, semi-axes and attitudes, given as factors and angles."""
+    """Return 1999 KW4 with masses and semi-axes multiplied by factors, and attitudes rotated by angles."""
     bodies = []
     for body in SYSTEM:
         axes = [getattr(body.shape, axis) * values.get(f"{axis}_{body.name}", 1.0) for axis in "abc"]
@@ -44,21 +44,21 @@ def main():
     times, zero = np.linspace(1.0, HOURS, 200) * u.h, np.zeros(200)
     values = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
     data = observing.RadarAstrometry(times, **values, body="Beta", about="Alpha", geometry=geometry)
-    every = {f"mass_{name}": 1.0 for name in SYSTEM.names} | {"tilt_Alpha": 0.02, "tilt_Beta": 0.02}
-    every |= {f"{axis}_{name}": 1.0 for axis in "abc" for name in SYSTEM.names}
+    factors = {f"mass_{name}": 1.0 for name in SYSTEM.names} | {"tilt_Alpha": 0.02, "tilt_Beta": 0.02}
+    factors |= {f"{axis}_{name}": 1.0 for axis in "abc" for name in SYSTEM.names}
     print(f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, {ROUNDS} rounds; an iteration over a run")
     for count in (1, 2, 4, 7, 10):
-        problem = Problem(setup, Parameters(dict(list(every.items())[:count])), data, None)
+        problem = Problem(setup, Parameters(dict(list(factors.items())[:count])), data, None)
         point = problem.point(problem.parameters.start)
         # The first call chooses the step sizes of the differences.
         problem.jacobian(point)
         parts = {"run": [], "iteration": []}
         for _ in range(ROUNDS):
-            begin = time.process_time()
+            start = time.process_time()
             SYSTEM.integrate(STATE, HOURS, output=data.emission(SYSTEM))
             middle = time.process_time()
             problem.jacobian(problem.point(problem.parameters.start, differentiated=True))
-            parts["run"].append(middle - begin)
+            parts["run"].append(middle - start)
             parts["iteration"].append(time.process_time() - middle)
         run, iteration = (statistics.median(part) for part in parts.values())
         print(

@@ -2,11 +2,11 @@
 
     python benches/forces.py [--hours 8766] [--repeats 3]
 
-Prints the ratio of the two times and what each force adds alone; then what a compiled force of one's own costs a call
-beyond the time that it takes itself: the difference between runs with and without a function in C that does nothing;
-likewise what the forces of radiation cost an evaluation beside the tide, with a Beta that turns three times in each
-revolution for the binary Yarkovsky effect; and the time of the radiation coefficients of Beta's 2,292 faces.
-Runs with and without take turns, and the shortest of each counts. Needs a C compiler.
+Prints the ratio of the two times, and that for each force alone; the overhead of a call of a compiled force, as the
+difference between runs with and without a function in C that does nothing; the cost of the forces of radiation per
+evaluation beside the tide, with a Beta that rotates three times in each revolution for the binary Yarkovsky effect; and
+the time of the radiation coefficients of Beta's 2,292 faces. Runs with and without a force alternate, and the shortest
+of each counts. Needs a C compiler.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import fullbody
 from fullbody.forces import BinaryYarkovsky, Byorp, Force, Function, ThirdBody, Tide, radiation_coefficients
 
 AU = 1.495978707e8
-#: The orbit of 1999 KW4 round the Sun in its ecliptic; km, hours, kg.
+#: The Sun on the orbit of 1999 KW4, in km, hours and kg.
 SUN = ThirdBody(
     mass=1.98841e30,
     orbit=fullbody.KeplerElements(a=0.642 * AU, e=0.688, i=0.68, Omega=4.27, omega=3.36, M=0.0),
@@ -30,7 +30,7 @@ SUN = ThirdBody(
     name="Sun",
 )
 TIDE = Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
-#: That of a coefficient of 0.02 by Jacobson & Scheeres.
+#: BYORP with a coefficient of 0.02 as of Jacobson & Scheeres.
 BYORP = Byorp(on="Beta", about="Alpha", force=200.6)
 HEAT = BinaryYarkovsky("Beta", "Alpha", pressure=2e5, lag=0.3, name="binary Yarkovsky")
 NOTHING = """
@@ -48,10 +48,10 @@ def compiled(folder: str) -> Function:
     return Function(ctypes.CDLL(str(library)).nothing, name="nothing", depends_on_velocity=False)
 
 
-def race(
+def compare(
     cases: dict[str, list[Force]], hours: float, repeats: int, spin_factor: float = 1.0
 ) -> dict[str, tuple[float, int]]:
-    """Return the shortest time of the processor, seconds, and the evaluations of each; Beta's spin is multiplied."""
+    """Return the shortest processor time in seconds and the evaluations of each case; Beta's spin has a factor."""
     results: dict[str, tuple[float, int]] = {}
     for _ in range(repeats):
         for name, forces in cases.items():
@@ -78,7 +78,7 @@ def main() -> None:
         "BYORP": [BYORP],
         "Sun, tide and BYORP": [SUN, TIDE, BYORP],
     }
-    results = race(cases, arguments.hours, arguments.repeats)
+    results = compare(cases, arguments.hours, arguments.repeats)
     base, _ = results["without"]
     print(f"1999 KW4, {arguments.hours:g} h{'':<15}seconds     ratio   evaluations")
     for name, (seconds, evaluations) in results.items():
@@ -86,8 +86,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         nothing = compiled(folder)
         cases = {"none": [], "one": [nothing], "tide": [TIDE], "both": [TIDE, nothing]}
-        results = race(cases, arguments.hours, arguments.repeats)
-    # Per evaluation of each, for the last bits may differ.
+        results = compare(cases, arguments.hours, arguments.repeats)
+    # Costs are per evaluation, since the numbers of evaluations may differ.
     costs = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in results.items()}
     print(f"a compiled force that does nothing: {costs['one'] - costs['none']:.0f} ns a call as the only force,")
     print(f"{costs['both'] - costs['tide']:.0f} ns beside the tide; the first includes the record of work and impulse")
@@ -104,7 +104,7 @@ def main() -> None:
         (3.0, {"heat": HEAT}),
     ):
         cases = {"tide": [TIDE]} | {name: [TIDE, force] for name, force in named.items()}
-        results = race(cases, arguments.hours, arguments.repeats, spin_factor)
+        results = compare(cases, arguments.hours, arguments.repeats, spin_factor)
         costs = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in results.items()}
         for name in named:
             print(f"{name}: {costs[name] - costs['tide']:.0f} ns an evaluation beside the tide")

@@ -3,32 +3,26 @@
     python benches/gravity.py
 
 Prints nanoseconds a point and body. The ellipsoid is that of 1999 KW4 Alpha. Points and results stay in the processor's
-caches, but for one row, which shows what it takes to bring them from memory and to have pages of it cleared.
+caches, except in one row, which also contains the time of memory accesses and of clearing pages.
 """
 
 import os
 
 os.environ["RAYON_NUM_THREADS"] = "1"
 
-import time
-
 import fullbody
 import numpy as np
 from scipy.special import elliprd
+from timing import shortest
 
 AXES = np.array([0.766, 0.7475, 0.6735])
 COUNT = 50_000
 BEYOND_CACHES = 10 * COUNT
 
 
-def best(call, repeats=31):
-    """Return the shortest CPU time of a call, in nanoseconds a point."""
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        count = call()
-        times.append((time.process_time() - start) / count)
-    return min(times) * 1e9
+def per_point(call, points, repeats=31):
+    """Return the shortest processor time of a call in nanoseconds per point."""
+    return shortest(call, repeats) / len(points) * 1e9
 
 
 def cloud(low, high, count=COUNT):
@@ -39,7 +33,7 @@ def cloud(low, high, count=COUNT):
 
 
 def by_scipy(points):
-    """Return the field of unit GM outside: Newton's iteration for kappa, and R_D thrice."""
+    """Return the exterior field of unit GM, by Newton's iteration for kappa and three integrals R_D."""
     squares, x2 = AXES**2, points**2
     r2 = x2.sum(axis=1)
     kappa = np.maximum(0.0, r2 - x2 @ squares / r2)
@@ -55,7 +49,7 @@ def by_scipy(points):
 def ellipsoid():
     body = fullbody.Body(fullbody.Ellipsoid(*AXES), mass=1.0, name="Alpha")
     state = fullbody.State(np.zeros((1, 3)), np.zeros((1, 3)))
-    points_by_place = {
+    points_by_name = {
         "far, 3 to 30 km": cloud(3.0, 30.0),
         f"far, {BEYOND_CACHES} points": cloud(3.0, 30.0, BEYOND_CACHES),
         "near, 0.77 to 1 km": cloud(0.77, 1.0),
@@ -64,38 +58,36 @@ def ellipsoid():
     }
     paths = fullbody.vector_paths()
     print(
-        f"{'ellipsoid, ns a point':24}" + "".join(f"{path + what:>20}" for path in paths for what in ("", ", gradient"))
+        f"{'ellipsoid, ns a point':24}"
+        + "".join(f"{path + suffix:>20}" for path in paths for suffix in ("", ", gradient"))
     )
-    for name, points in points_by_place.items():
+    for name, points in points_by_name.items():
         row = []
         for path in paths:
             system = fullbody.System([body], G=1.0, vector_path=path)
 
             def field(system=system, points=points):
                 system.gravity(state, points)
-                return len(points)
 
             def gradient(system=system, points=points):
                 _ = system.gravity(state, points).gradient
-                return len(points)
 
-            both = best(field)
-            row += [both, best(gradient) - both]
+            field_time = per_point(field, points)
+            row += [field_time, per_point(gradient, points) - field_time]
         print(f"{name:24}" + "".join(f"{value:20.1f}" for value in row))
 
-    points = points_by_place["far, 3 to 30 km"]
+    points = points_by_name["far, 3 to 30 km"]
     result = body.gravity(points, G=1.0).field
 
-    def scipys():
+    def scipy_field():
         error = np.abs(by_scipy(points) / result - 1.0).max()
         assert error < 1e-11, error
-        return len(points)
 
-    print(f"{'numpy and scipy, far':24}{best(scipys, 3):20.1f}")
+    print(f"{'numpy and scipy, far':24}{per_point(scipy_field, points, 3):20.1f}")
 
 
 def icosphere(subdivisions):
-    """Return vertices and faces of an icosahedron whose triangles are cut in four again and again."""
+    """Return vertices and faces of an icosahedron whose triangles are repeatedly divided in four."""
     import trimesh
 
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions)
@@ -108,28 +100,23 @@ def polyhedron():
     points = cloud(1.2, 3.0, 2000)
     print(f"\nicosphere of {len(faces)} faces, ns a point")
 
-    def ours():
-        body.gravity(points, G=1.0)
-        return len(points)
-
-    print(f"{'fullbody':24}{best(ours):20.0f}")
+    print(f"{'fullbody':24}{per_point(lambda: body.gravity(points, G=1.0), points):20.0f}")
     try:
         import polyhedral_gravity as peer
     except ModuleNotFoundError:
         print("polyhedral-gravity is not installed")
         return
-    other = peer.Polyhedron(
+    peer_shape = peer.Polyhedron(
         polyhedral_source=(vertices, faces),
         density=1.0,
         normal_orientation=peer.NormalOrientation.OUTWARDS,
         integrity_check=peer.PolyhedronIntegrity.DISABLE,
     )
 
-    def peers():
-        peer.evaluate(polyhedron=other, computation_points=points, parallel=False)
-        return len(points)
+    def evaluate():
+        peer.evaluate(polyhedron=peer_shape, computation_points=points, parallel=False)
 
-    print(f"{'polyhedral-gravity':24}{best(peers, 3):20.0f}")
+    print(f"{'polyhedral-gravity':24}{per_point(evaluate, points, 3):20.0f}")
 
 
 if __name__ == "__main__":

@@ -43,7 +43,7 @@ def rock(rng: np.random.Generator, size: float) -> Polyhedron:
     """Return the convex hull of 12 points about an ellipsoid."""
     points = np.array([unit(rng, 3) for _ in range(12)]) * rng.uniform(0.5, 1.0, 3) * size
     hull = ConvexHull(points)
-    # The faces of a hull have no orientation: outwards is away from the mean of the points.
+    # The faces of a hull have no orientation; the mean of the points is inside.
     faces = hull.simplices.copy()
     inwards = np.linalg.det(points[faces] - points.mean(axis=0)) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
@@ -59,7 +59,7 @@ def hollow(rng: np.random.Generator, size: float) -> Composite:
     return Composite([Part(Ellipsoid(*axes), mass=1.0, position=[0.0, 0.0, 0.0]), lobe, void])
 
 
-def reach(body: Body) -> float:
+def bounding_radius(body: Body) -> float:
     """Return the radius of a sphere about the body's centre of mass that contains the body."""
     if isinstance(body.shape, Polyhedron):
         middle = np.linalg.norm(body.working_frame.position)
@@ -74,7 +74,7 @@ def error(bodies: list[Body], state: State, exact: str, tolerance: float) -> flo
     reference = System(bodies, G=1.0, gravity=exact).interactions(state)
     result = System(bodies, G=1.0, gravity="harmonic", gravity_tolerance=tolerance).interactions(state)
     force = np.linalg.norm(reference.force[0])
-    arms = force * np.array([reach(body) for body in bodies])
+    arms = force * np.array([bounding_radius(body) for body in bodies])
     torques = np.linalg.norm(result.torque - reference.torque, axis=1) / arms
     return float(max(np.linalg.norm(result.force[0] - reference.force[0]) / force, torques.max()))
 
@@ -85,12 +85,12 @@ def cost(hours: float) -> None:
     smooth, beginning = fullbody.systems.kw4()
 
     def cost_of(system: System, state: State) -> float:
-        taken = []
+        times = []
         for _ in range(5):
             started = time.process_time()
             run = system.integrate(state, hours, output=[hours])
-            taken.append((time.process_time() - started) / run.statistics.evaluations)
-        return 1e6 * min(taken)
+            times.append((time.process_time() - started) / run.statistics.evaluations)
+        return 1e6 * min(times)
 
     surface = cost_of(smooth.with_options(gravity="surface"), beginning)
     print(f"two ellipsoids by the surface rule, 2.55 km: {surface:.2f} us")
@@ -107,7 +107,7 @@ def sample(count: int) -> None:
         shapes = [(rock, hollow)[k >> bit & 1](rng, size) for bit, size in enumerate((1.0, rng.uniform(0.2, 0.8)))]
         masses = [1.0 if isinstance(shape, Polyhedron) else None for shape in shapes]
         bodies = [Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, masses, "AB", strict=True)]
-        state = posed(rng, rng.uniform(1.3, 3.0) * sum(map(reach, bodies)))
+        state = posed(rng, rng.uniform(1.3, 3.0) * sum(map(bounding_radius, bodies)))
         worst = max(worst, error(bodies, state, "surface", 1e-12))
     print(f"{count} pairs at the tolerance 1e-12: largest error {worst:.1e}")
 
@@ -120,7 +120,7 @@ def bound(systems: int, poses: int) -> None:
         bodies = [Body(hollow(rng, size), name=name) for size, name in ((1.0, "A"), (rng.uniform(0.2, 0.8), "B"))]
         for _ in range(poses):
             tolerance = 10.0 ** rng.uniform(-11.0, -2.0)
-            state = posed(rng, rng.uniform(1.3, 4.0) * sum(map(reach, bodies)))
+            state = posed(rng, rng.uniform(1.3, 4.0) * sum(map(bounding_radius, bodies)))
             ratios.append((error(bodies, state, "focal", tolerance) - ROUND_OFF) / tolerance)
     largest, median = max(ratios), np.median(ratios)
     print(f"{len(ratios)} poses with voids: error over tolerance at most {largest:.2f}, median {median:.1e}")

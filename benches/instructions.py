@@ -37,8 +37,8 @@ def main() -> None:
     print("instructions of one interaction (force and both torques), 1999 KW4, tolerance 1e-14")
     for method in METHODS:
         for path in ("portable", "avx2") if method in ("focal", "surface") else ("portable",):
-            few, several = (instructions(method, path, count) for count in (100, 600))
-            print(f"  {method:<14}{path:<10}{(several - few) / 500:10.0f}")
+            short, long = (instructions(method, path, count) for count in (100, 600))
+            print(f"  {method:<14}{path:<10}{(long - short) / 500:10.0f}")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ ROWS, KILLS, LONGEST = 1600, 20, 1.0
 
 
 def sweep(store: str) -> None:
-    """Return the librations of Beta by its first attitude; a row in fifty collides, or has no setup."""
+    """Return the librations of Beta by its first attitude; two rows in fifty have no setup or collide."""
     import fullbody
     import numpy as np
     import xarray  # noqa: F401  before the time counts
@@ -37,10 +37,10 @@ def sweep(store: str) -> None:
 
 
 def main(kills: int) -> int:
-    """Kill, go on, compare."""
+    """Kill and resume the sweep, and compare its file with that of the unbroken one."""
     rng = random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
-        unbroken, broken = Path(folder, "whole.nc"), Path(folder, "broken.nc")
+        unbroken, broken = Path(folder, "unbroken.nc"), Path(folder, "broken.nc")
         start = time.perf_counter()
         subprocess.run([sys.executable, __file__, "--store", unbroken], check=True, stdout=subprocess.DEVNULL)
         print(f"unbroken: {time.perf_counter() - start:.1f} s, {unbroken.stat().st_size} bytes")
@@ -59,7 +59,7 @@ def main(kills: int) -> int:
             done = len(list(Path(folder, "broken.nc.parts").glob("*.npz")))
             print(f"call {calls}: {'done' if broken.exists() else f'{done} chunks are there'}")
         same = unbroken.read_bytes() == broken.read_bytes()
-        print(f"killed {killed} times; the map is {'the same, byte for byte' if same else 'ANOTHER ONE'}")
+        print(f"killed {killed} times; the map is {'the same, byte for byte' if same else 'DIFFERENT'}")
         return 0 if same and killed >= min(kills, calls - 1) else 1
 
 

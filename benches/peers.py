@@ -81,17 +81,38 @@ def gubas(program: Path, folder: Path) -> Peer:
         # The integrals of the shapes are computed once for each order, by a run without an integrator.
         if not (folder / f"TDP_{order}.mat").exists():
             call(order, state, seconds, 1, 0)
-        taken = call(order, state, seconds, 0, 3)
+        cpu_time = call(order, state, seconds, 0, 3)
         states = np.fromfile(folder / "output_x" / "x_out.bin").reshape(-1, 30)
-        return np.fromfile(folder / "output_t" / "t_out.bin"), states, taken
+        return np.fromfile(folder / "output_t" / "t_out.bin"), states, cpu_time
 
     def call(order: int, state: np.ndarray, seconds: float, fresh: int, integrator: int) -> float:
         files = ["facesA.csv", "verticesA.csv", "facesB.csv", "verticesB.csv"]
         shapes = [*[0.0] * 6, 2, 2, *(body.density for body in system.bodies)]
-        # A planet, the Sun and tides are switched off; their orbits, masses and constants have to be given still.
-        off = [0, 0, 0, 0, 0.0, -1e6, 1.5, 0.0, 0.0, 0.0, 0.0, 1e30, 1e8, *[0.0] * 5, 1.0, 1e8, 0.0, 0.0, 1.0, 1.0]
+        # A planet, the Sun and tides are switched off, but the input needs their orbits, masses and constants.
+        switched_off = [
+            0,
+            0,
+            0,
+            0,
+            0.0,
+            -1e6,
+            1.5,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1e30,
+            1e8,
+            *[0.0] * 5,
+            1.0,
+            1e8,
+            0.0,
+            0.0,
+            1.0,
+            1.0,
+        ]
         lines = [G, order, order, order, *shapes, 0.0, seconds, *["-"] * 4, *files, *state.tolist()]
-        lines += [fresh, integrator, 1.0, TOLERANCE, *off, 0.0, 0.0, 1e30]
+        lines += [fresh, integrator, 1.0, TOLERANCE, *switched_off, 0.0, 0.0, 1e30]
         (folder / "ic_input.txt").write_text("".join(f"{line}\n" for line in lines))
         started = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([program.resolve()], cwd=folder, check=True, stdout=subprocess.DEVNULL)
@@ -127,18 +148,18 @@ def f2bptoolkit(package: Path, folder: Path) -> Peer:
         )
         started = time.process_time()
         result = simulation.integrate(seconds, integrator=peer.RK87(TOLERANCE))
-        taken = time.process_time() - started
+        cpu_time = time.process_time() - started
         states = np.zeros((len(result.times), 30))
         states[:, :3], states[:, 3:6] = result.position / 1000.0, result.velocity / 1000.0
         states[:, 12:21] = result.A_to_N.reshape(-1, 9)
-        return result.times, states, taken
+        return result.times, states, cpu_time
 
     return run
 
 
-def inertial(state: np.ndarray, what: slice) -> np.ndarray:
+def inertial(state: np.ndarray, components: slice) -> np.ndarray:
     """Return a vector of a peer's state in the inertial frame."""
-    return state[12:21].reshape(3, 3) @ state[what]
+    return state[12:21].reshape(3, 3) @ state[components]
 
 
 def peer_rows(name: str, run: Peer) -> list[dict[str, Any]]:
@@ -155,11 +176,11 @@ def peer_rows(name: str, run: Peer) -> list[dict[str, Any]]:
     for order, span in SPANS.items():
         # The difference between the two runs contains neither the preparation of the shapes nor the first steps.
         fall_times, fallen, preparation = fastest(order, numbers(resting), FALL)
-        times, states, taken = fastest(order, numbers(start), span)
+        times, states, cpu_time = fastest(order, numbers(start), span)
         row: dict[str, Any] = {"program": name, "order": order}
         row["force_error"] = error(inertial(fallen[-1], slice(3, 6)), exact)
         steps = len(times) - len(fall_times)
-        seconds = (taken - preparation) / (STAGES * steps)
+        seconds = (cpu_time - preparation) / (STAGES * steps)
         row["microseconds"] = 1e6 * seconds
         # The run of the highest order has too few steps to count; their rate is that of the order below.
         if order < 8:
@@ -179,7 +200,7 @@ def error(vector: np.ndarray, exact: np.ndarray) -> float:
     return float(np.linalg.norm(vector - exact) / np.linalg.norm(exact))
 
 
-def own_rows(hours: float, repeats: int) -> list[dict[str, Any]]:
+def fullbody_rows(hours: float, repeats: int) -> list[dict[str, Any]]:
     """Measure fullbody's series to total degrees, and its exact harmonic rule at tolerances."""
     faces = system.with_options(gravity="surface", gravity_tolerance=1e-14).interactions(start).force[1]
     cases = [(f"multipole:{n}", 1e-14, n) for n in DEGREES] + [("harmonic", t, None) for t in TOLERANCES]
@@ -188,14 +209,14 @@ def own_rows(hours: float, repeats: int) -> list[dict[str, Any]]:
         case = system.with_options(gravity=gravity, gravity_tolerance=tolerance)
         row = {"program": "fullbody", "gravity": gravity, "tolerance": tolerance, "order": order}
         row["force_error"] = error(case.interactions(start).force[1], faces)
-        taken, evaluations = [], 0
+        times, evaluations = [], 0
         for _ in range(repeats):
             started = time.process_time()
             run = case.integrate(start, hours, output=[hours], integrator=fullbody.Verner98(TOLERANCE, TOLERANCE))
-            taken.append(time.process_time() - started)
+            times.append(time.process_time() - started)
             evaluations = run.statistics.evaluations
-        row["microseconds"] = 1e6 * min(taken) / evaluations
-        row["seconds_per_1000_hours"] = min(taken) / hours * 1000.0
+        row["microseconds"] = 1e6 * min(times) / evaluations
+        row["seconds_per_1000_hours"] = min(times) / hours * 1000.0
         rows.append(row)
         print_row(row)
     return rows
@@ -203,11 +224,11 @@ def own_rows(hours: float, repeats: int) -> list[dict[str, Any]]:
 
 def print_row(row: dict[str, Any]) -> None:
     """Print a row of the table."""
-    what = row.get("gravity") or f"order {row['order']}"
-    if what == "harmonic":
-        what += f" {row['tolerance']:.0e}"
+    gravity = row.get("gravity") or f"order {row['order']}"
+    if gravity == "harmonic":
+        gravity += f" {row['tolerance']:.0e}"
     values = f"{row['force_error']:12.1e}{row['microseconds']:14.2f}{row['seconds_per_1000_hours']:14.2f}"
-    print(f"{row['program']:<13}{what:<16}{values}", flush=True)
+    print(f"{row['program']:<13}{gravity:<16}{values}", flush=True)
 
 
 def commit(path: Path) -> str | None:
@@ -242,7 +263,7 @@ def main() -> None:
         if path is not None and not (path.parent if name == "out" else path).exists():
             parser.error(f"--{name} is {path}; expected a path that exists")
     print(f"{'':<29}{'force error':>12}{'us/evaluation':>14}{'s/1000 h':>14}")
-    rows = own_rows(options.hours, 3)
+    rows = fullbody_rows(options.hours, 3)
     peers: dict[str, dict[str, str | None]] = {}
     for name, path, peer in (("GUBAS", options.gubas, gubas), ("F2BPtoolkit", options.f2bptoolkit, f2bptoolkit)):
         if path is not None:

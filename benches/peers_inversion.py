@@ -64,27 +64,27 @@ def nights():
 def convexinv(program, text, pole):
     """Run convexinv, and return its processor time and the last two lines about its fit."""
     with tempfile.TemporaryDirectory() as folder:
-        where = Path(folder)
-        (where / "input").write_text(INPUT.format(*pole, PERIOD))
+        path = Path(folder)
+        (path / "input").write_text(INPUT.format(*pole, PERIOD))
         start = resource.getrusage(resource.RUSAGE_CHILDREN)
         command = [program, "-v", "-o", "areas", "input", "curves"]
-        done = subprocess.run(command, input=text, cwd=where, capture_output=True, text=True, check=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    printed = [line for line in (done.stdout + done.stderr).splitlines() if line.strip()]
-    told = [line.strip() for line in printed if "dev" in line][-1:]
-    told += [line.strip() for line in printed if "lambda, beta and period" in line][-1:]
-    return after.ru_utime - start.ru_utime, "; ".join(told)
+        process = subprocess.run(command, input=text, cwd=path, capture_output=True, text=True, check=True)
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    printed = [line for line in (process.stdout + process.stderr).splitlines() if line.strip()]
+    summary = [line.strip() for line in printed if "dev" in line][-1:]
+    summary += [line.strip() for line in printed if "lambda, beta and period" in line][-1:]
+    return end.ru_utime - start.ru_utime, "; ".join(summary)
 
 
 def inverted(data, pole):
-    """Fit from a pole, and return processor time and what was found."""
+    """Fit from a pole, and return the processor time and a summary of the fit."""
     longitude, latitude = pole * u.deg
-    begin = time.process_time()
+    started = time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         start = parameters(PERIOD * u.h, longitude, latitude)
         fit = fullbody.fit(setup, start, [data, fullbody.fitting.closure("Hertha")])
-    seconds = time.process_time() - begin
+    seconds = time.process_time() - started
     rms = float(np.sqrt(np.mean(np.square(fit.residuals[0]))))
     minima = ", ".join(
         f"({minimum.values['longitude'].value % 360:.2f}, {minimum.values['latitude'].value:.2f}) at "
@@ -98,13 +98,13 @@ def main():
     """Print the lines."""
     data = Curves().nights
     print(f"{len(data)} magnitudes of {len(data.nights)} nights, degree 6")
-    seconds, told = inverted(data, POLES[0])
-    print(f"fullbody, both poles, with the covariance: {seconds:.1f} s; {told}")
+    seconds, summary = inverted(data, POLES[0])
+    print(f"fullbody, both poles, with the covariance: {seconds:.1f} s; {summary}")
     if len(sys.argv) > 1:
         text = nights()
         for pole in POLES:
-            seconds, told = convexinv(str(Path(sys.argv[1]).resolve()), text, pole)
-            print(f"convexinv from {pole}: {seconds:.1f} s; {told}")
+            seconds, summary = convexinv(str(Path(sys.argv[1]).resolve()), text, pole)
+            print(f"convexinv from {pole}: {seconds:.1f} s; {summary}")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 With paths of OBJ files of two bodies, such as the radar shapes of 1999 KW4, their light by facets is timed, too.
 
 Prints microseconds an epoch: of one body alone, of a pair during an event, with derivatives, and with their errors of a
-numpy model of facets and, where shapely is installed, of facets from which the outline of the other body is clipped.
+numpy model of facets and, if shapely is installed, of facets from which the outline of the other body is clipped.
 The last row is the time of the mutual events of Didymos in 28 days.
 """
 
@@ -14,14 +14,13 @@ import sys
 
 os.environ["RAYON_NUM_THREADS"] = "1"
 
-import time
-
 import astropy.units as u
 import fullbody
 import numpy as np
 from fullbody import observing
 from fullbody.observing.brightness import Epochs, Photometer
 from scipy.spatial import ConvexHull
+from timing import shortest
 
 try:
     import shapely
@@ -31,22 +30,17 @@ except ImportError:
 COUNT = 2000
 
 
-def best(call, count, repeats=7):
-    """Return the shortest CPU time of a call, in microseconds an epoch."""
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        call()
-        times.append((time.process_time() - start) / count)
-    return min(times) * 1e6
+def per_epoch(call, count, repeats=7):
+    """Return the shortest processor time of a call in microseconds per epoch."""
+    return shortest(call, repeats) / count * 1e6
 
 
 def epochs(count, bodies):
     """Return a satellite that passes before the primary, and its shadow that follows."""
-    way = np.linspace(-1.3, 1.3, count)
+    path = np.linspace(-1.3, 1.3, count)
     position = np.zeros((count, bodies, 3))
     if bodies == 2:
-        position[:, 1] = np.stack([np.full(count, 3.0), way, np.full(count, 0.2)], axis=1)
+        position[:, 1] = np.stack([np.full(count, 3.0), path, np.full(count, 0.2)], axis=1)
     attitude = np.tile([0.9, 0.1, 0.3, 0.2], (count, bodies, 1))
     vectors = (np.tile([1.0, 0.0, 0.0], (count, 1)), np.tile([1.0, 0.15, 0.05], (count, 1)))
     return (np.zeros(count), position, attitude, *vectors)
@@ -57,11 +51,11 @@ def by_facets(points, axes, position, e, s):
     rotation = fullbody.base.rotations.matrices(np.array([[0.9, 0.1, 0.3, 0.2]]))[0]
     (p, q), x = (rotation.T @ d / axes[0] for d in (e, s)), (points * axes[0]) @ rotation.T
     sight, light = points @ p, points @ q
-    on = (sight > 0) & (light > 0)
+    visible = (sight > 0) & (light > 0)
     for d in (e, s):
         y, w = ((x - position) @ rotation) / axes[1], rotation.T @ d / axes[1]
-        on &= (y @ w) ** 2 < w @ w * (np.sum(y * y, axis=1) - 1)
-    part = sight[on] * light[on] / (sight[on] + light[on])
+        visible &= (y @ w) ** 2 < w @ w * (np.sum(y * y, axis=1) - 1)
+    part = sight[visible] * light[visible] / (sight[visible] + light[visible])
     return part.sum() * np.prod(axes[0]) * 4 * np.pi / len(points)
 
 
@@ -72,25 +66,25 @@ def sphere(count):
     points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
     facets = ConvexHull(points).simplices
     a, b, c = np.moveaxis(points[facets], 1, 0)
-    across = np.cross(b - a, c - a)
-    facets[np.sum(across * a, axis=1) < 0] = facets[np.sum(across * a, axis=1) < 0, ::-1]
-    return points * np.sqrt(8 * np.pi / np.linalg.norm(across, axis=1).sum()), facets
+    normals = np.cross(b - a, c - a)
+    facets[np.sum(normals * a, axis=1) < 0] = facets[np.sum(normals * a, axis=1) < 0, ::-1]
+    return points * np.sqrt(8 * np.pi / np.linalg.norm(normals, axis=1).sum()), facets
 
 
 def by_clipping(points, facets, axes, position, e, s):
-    """Return Lommel-Seeliger's brightness of the first of two ellipsoids before which the second stands, by its facets.
+    """Return Lommel-Seeliger's brightness of the first of two ellipsoids with the second in front of it, by its facets.
 
     From each facet the outline of the second one is clipped, as the observer and as the Sun projects it on the facet.
     """
     rotation = fullbody.base.rotations.matrices(np.array([[0.9, 0.1, 0.3, 0.2]]))[0]
     first, second = ((points * a) @ rotation.T for a in axes)
     a, b, c = np.moveaxis(first[facets], 1, 0)
-    across = np.cross(b - a, c - a)
-    area = 0.5 * np.linalg.norm(across, axis=1)
-    normal = across / (2 * area[:, None])
+    normal = np.cross(b - a, c - a)
+    area = 0.5 * np.linalg.norm(normal, axis=1)
+    normal = normal / (2 * area[:, None])
     sight, light = normal @ e, normal @ s
-    on = (sight > 0) & (light > 0)
-    a, b, c, normal, area, sight, light = (x[on] for x in (a, b, c, normal, area, sight, light))
+    visible = (sight > 0) & (light > 0)
+    a, b, c, normal, area, sight, light = (x[visible] for x in (a, b, c, normal, area, sight, light))
     left = np.broadcast_to(shapely.Polygon([(0, 0), (1, 0), (0, 1)]), len(a))
     # Shares of a facet's sides: w is the dual basis in its plane.
     u, v = b - a, c - a
@@ -100,12 +94,12 @@ def by_clipping(points, facets, axes, position, e, s):
         outline = second[ConvexHull(second @ plane.T).vertices] + position
         # Only facets near the outline, as seen along d, are clipped.
         centre, size = second.mean(axis=0) + position, np.linalg.norm(second, axis=1).max()
-        near = np.linalg.norm(((a + b + c) / 3 - centre) @ plane.T, axis=1) < size + np.linalg.norm(u, axis=1).max()
-        way = outline[None] - a[near, None]
-        down = way - d * (np.einsum("fhx,fx->fh", way, normal[near]) / slope[near, None])[..., None]
-        shares = np.einsum("fsx,fhx->fhs", dual[near, :2], down)
+        close = np.linalg.norm(((a + b + c) / 3 - centre) @ plane.T, axis=1) < size + np.linalg.norm(u, axis=1).max()
+        vectors = outline[None] - a[close, None]
+        projected = vectors - d * (np.einsum("fhx,fx->fh", vectors, normal[close]) / slope[close, None])[..., None]
+        shares = np.einsum("fsx,fhx->fhs", dual[close, :2], projected)
         left = left.copy()
-        left[near] = shapely.difference(left[near], shapely.polygons(shares))
+        left[close] = shapely.difference(left[close], shapely.polygons(shares))
     return np.sum(sight * light / (sight + light) * area * 2 * shapely.area(left))
 
 
@@ -115,7 +109,7 @@ def search():
     run = system.integrate(state, "28 day", output=["28 day"], dense=True)
     view = {"to_observer": [0.07, 0.01, 0.01] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
     geometry = observing.Geometry([-1.0, 29.0] * u.day, **view)
-    return len(observing.mutual_events(run, geometry)), best(lambda: observing.mutual_events(run, geometry), 1, 3)
+    return len(observing.mutual_events(run, geometry)), per_epoch(lambda: observing.mutual_events(run, geometry), 1, 3)
 
 
 def by_shapes(paths):
@@ -129,30 +123,30 @@ def by_shapes(paths):
     def hull(shape):
         points = np.asarray(shape.vertices)
         result = ConvexHull(points)
-        kept, facets = np.unique(result.simplices, return_inverse=True)
-        points, facets = points[kept], facets.reshape(-1, 3)
+        vertices, facets = np.unique(result.simplices, return_inverse=True)
+        points, facets = points[vertices], facets.reshape(-1, 3)
         a, b, c = np.moveaxis(points[facets], 1, 0)
         inward = np.sum(np.cross(b - a, c - a) * result.equations[:, :3], axis=1) < 0
         facets[inward] = facets[inward][:, ::-1]
         return fullbody.Polyhedron(points, facets)
 
-    e, aside = (unit(rng.normal(size=(count, 3))) for _ in range(2))
-    s = unit(e + 0.8 * aside)
+    e, offset = (unit(rng.normal(size=(count, 3))) for _ in range(2))
+    s = unit(e + 0.8 * offset)
     for kind, solids in (("", shapes), (", convex hull", [hull(shape) for shape in shapes])):
         bodies = [fullbody.Body(solid, mass=1.0) for solid in solids]
         size = np.linalg.norm(bodies[0].shape.vertices, axis=1).max()
-        apart, hidden = 3.0 * size * unit(rng.normal(size=(count, 3))), e * 3.0 * size + aside * 0.6 * size
+        separate, hidden = 3.0 * size * unit(rng.normal(size=(count, 3))), e * 3.0 * size + offset * 0.6 * size
         cases = [(f"{len(b.shape.faces):,} facets{kind}", [b], None) for b in bodies]
-        cases += [(f"both{kind}, apart", bodies, apart), (f"both{kind}, in events", bodies, hidden)]
-        for name, some, distance in cases:
-            position = np.zeros((count, len(some), 3))
+        cases += [(f"both{kind}, apart", bodies, separate), (f"both{kind}, in events", bodies, hidden)]
+        for name, case_bodies, distance in cases:
+            position = np.zeros((count, len(case_bodies), 3))
             if distance is not None:
                 position[:, 1] = distance
-            sample = Epochs(np.zeros(count), position, unit(rng.normal(size=(count, len(some), 4))), e, s)
-            photometer = Photometer(fullbody.System(some, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
+            sample = Epochs(np.zeros(count), position, unit(rng.normal(size=(count, len(case_bodies), 4))), e, s)
+            photometer = Photometer(fullbody.System(case_bodies, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
             photometer.brightness(sample)
-            rows.append((name, best(lambda p=photometer, g=sample: p.brightness(g), count, 3)))
-            rows.append((f"{name}, derivatives", best(lambda p=photometer, g=sample: p.derivatives(g), count, 3)))
+            rows.append((name, per_epoch(lambda p=photometer, g=sample: p.brightness(g), count, 3)))
+            rows.append((f"{name}, derivatives", per_epoch(lambda p=photometer, g=sample: p.derivatives(g), count, 3)))
     return rows
 
 
@@ -166,9 +160,9 @@ def main():
         single = Photometer(fullbody.System(bodies[:1], G=1.0), law, 1.0, True, 0.0)
         two = Photometer(fullbody.System(bodies, G=1.0), law, 1.0, True, 0.0)
         alone, pair = (Epochs(*epochs(count, n)) for n in (1, 2))
-        rows.append((f"{name}, one body", best(lambda p=single, a=alone: p.brightness(a), count)))
-        rows.append((f"{name}, a pair in an event", best(lambda p=two, a=pair: p.brightness(a), count)))
-        rows.append((f"{name}, the same with derivatives", best(lambda p=two, a=pair: p.derivatives(a), count)))
+        rows.append((f"{name}, one body", per_epoch(lambda p=single, a=alone: p.brightness(a), count)))
+        rows.append((f"{name}, a pair in an event", per_epoch(lambda p=two, a=pair: p.brightness(a), count)))
+        rows.append((f"{name}, the same with derivatives", per_epoch(lambda p=two, a=pair: p.derivatives(a), count)))
     two = Photometer(fullbody.System(bodies, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
     sample = epochs(50, 2)
     exact = two.brightness(Epochs(*sample))[:, 0]
@@ -177,16 +171,16 @@ def main():
         angle = np.pi * (1 + 5**0.5) * np.arange(size)
         points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
         e, s = (vector[0] / np.linalg.norm(vector[0]) for vector in sample[3:])
-        call = lambda points=points, e=e, s=s: [by_facets(points, axes, where, e, s) for where in sample[1][:, 1]]  # noqa: E731
+        call = lambda points=points, e=e, s=s: [by_facets(points, axes, position, e, s) for position in sample[1][:, 1]]  # noqa: E731
         error = np.abs(np.array(call()) / exact - 1).max()
-        rows.append((f"numpy, {size} facets, error {error:.0e}", best(call, 50, 3)))
+        rows.append((f"numpy, {size} facets, error {error:.0e}", per_epoch(call, 50, 3)))
     for size in (200, 800, 3200) if shapely else ():
         points, facets = sphere(size)
         call = lambda points=points, facets=facets: [  # noqa: E731
-            by_clipping(points, facets, axes, where, e, s) for where in sample[1][::5, 1]
+            by_clipping(points, facets, axes, position, e, s) for position in sample[1][::5, 1]
         ]
         error = np.abs(np.array(call()) / exact[::5] - 1).max()
-        rows.append((f"shapely, {len(facets)} facets clipped, error {error:.0e}", best(call, 10, 3)))
+        rows.append((f"shapely, {len(facets)} facets clipped, error {error:.0e}", per_epoch(call, 10, 3)))
     count, duration = search()
     rows.append((f"search for {count} mutual events in 28 days", duration))
     rows += by_shapes(sys.argv[1:]) if len(sys.argv) > 2 else []

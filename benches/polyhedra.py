@@ -10,6 +10,7 @@ import fullbody
 import numpy as np
 from fullbody.errors import BodiesOverlap
 from fullbody.systems import kw4, kw4_ho2021
+from timing import shortest
 
 
 def globe(rings, meridians, axes):
@@ -33,16 +34,6 @@ def globe(rings, meridians, axes):
     return points, np.array(faces)
 
 
-def best(work, repeat=5):
-    """Return the shortest of several times in seconds."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
 def interaction():
     system, state = kw4_ho2021()
     alpha, beta = system.bodies
@@ -53,15 +44,16 @@ def interaction():
         # The moments are computed once.
         pair.interactions(state)
         run = pair.integrate(state, 20.0)
-        taken = best(lambda pair=pair: pair.integrate(state, 20.0), 3)
-        cost = taken / run.statistics.evaluations * 1e6
+        seconds = shortest(lambda pair=pair: pair.integrate(state, 20.0), 3, time.perf_counter)
+        cost = seconds / run.statistics.evaluations * 1e6
         print(f"interaction of {len(faces):6d} faces with an ellipsoid: {cost:6.1f} us")
 
 
 def distances(tolerance=1e-10, pose=0):
     """Print processor time against distance for the radar shapes of 1999 KW4, from 2.55 km to contact.
 
-    An evaluation is that of a run, with the choice of the rule once a step; the first one makes what is kept.
+    The time is that of an evaluation in a run, with the choice of the rule once in a step; the first interaction also
+    computes the moments and trees of the shapes.
     """
     system, _ = kw4(shape="radar")
     alpha, beta = system.bodies
@@ -92,14 +84,14 @@ def distances(tolerance=1e-10, pose=0):
         start = time.process_time()
         result = pair.interactions(at(distance))
         first = time.process_time() - start
-        taken = []
+        times = []
         for _ in range(3):
             simulation = fullbody.Simulation(pair, at(distance), integrator=fullbody.Verner98(rtol=1e-6, atol=1e-6))
             start = time.process_time()
             run = simulation.integrate(1.0)
-            taken.append((time.process_time() - start) / run.statistics.evaluations)
+            times.append((time.process_time() - start) / run.statistics.evaluations)
         print(
-            f"{distance:.4f} km: {min(taken) * 1e3:9.3f} ms, first {first:6.2f} s, bound {result.truncation_error:.1e}"
+            f"{distance:.4f} km: {min(times) * 1e3:9.3f} ms, first {first:6.2f} s, bound {result.truncation_error:.1e}"
         )
 
 

@@ -11,25 +11,14 @@ import sys
 
 os.environ["RAYON_NUM_THREADS"] = "1"
 
-import time
-
 import fullbody
 import numpy as np
 from fullbody import Body, Ellipsoid, observing
 from fullbody.observing.brightness import Epochs
 from fullbody.observing.echoes import Echo, EchoModel, RadarOptions
+from timing import shortest
 
 LAWS = [observing.Cosine(C=C, R=0.3) for C in (0.5, 1.0, 1.6)] + [observing.Gaussian(C=5.0), observing.Hagfors(C=30.0)]
-
-
-def best(call, repeats=20):
-    """Return the shortest CPU time of a call in seconds."""
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        call()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 def echo(count):
@@ -37,9 +26,9 @@ def echo(count):
     position = np.zeros((1, count, 3))
     position[0, 1:] = [3.0, 0.5, 0.1]
     attitude = np.tile([0.5, 0.1, -0.5, 0.7], (1, count, 1))
-    toward = np.array([[1.0, 0.0, 0.0]])
+    direction = np.array([[1.0, 0.0, 0.0]])
     gradients = np.tile([[0.0, 1.0, 0.3], [-2.0, 0.0, 0.0]], (1, count, 1, 1))
-    return Echo(Epochs(np.zeros(1), position, attitude, toward, toward), np.zeros((1, count, 2)), gradients)
+    return Echo(Epochs(np.zeros(1), position, attitude, direction, direction), np.zeros((1, count, 2)), gradients)
 
 
 def row(title, shapes, law):
@@ -49,9 +38,9 @@ def row(title, shapes, law):
     model = EchoModel(
         system, observing.Geometry([0.0], to_observer=[1, 0, 0], light_time=False), RadarOptions(2.38e9, law)
     )
-    seen, frequencies, delays = echo(len(shapes)), np.linspace(-1.1, 1.1, 65), np.linspace(-2.1, 0.1, 65)
-    spectrum = best(lambda: model.power(seen, frequencies))
-    image = best(lambda: model.power(seen, frequencies, delays), 5)
+    radar_echo, frequencies, delays = echo(len(shapes)), np.linspace(-1.1, 1.1, 65), np.linspace(-2.1, 0.1, 65)
+    spectrum = shortest(lambda: model.power(radar_echo, frequencies), 20)
+    image = shortest(lambda: model.power(radar_echo, frequencies, delays), 5)
     print(f"{title:44s} {1e6 * spectrum:10.0f} us {1e3 * image:10.2f} ms")
 
 

@@ -41,19 +41,19 @@ def measured(call, *arguments):
     call(*arguments)
     times = []
     for _ in range(ROUNDS):
-        begin = time.process_time()
+        started = time.process_time()
         call(*arguments)
-        times.append(1e3 * (time.process_time() - begin))
+        times.append(1e3 * (time.process_time() - started))
     return statistics.median(times)
 
 
 def main():
     """Print the table."""
     angle = np.linspace(0.0, 2 * np.pi, 100)
-    around = 1e6 * np.stack([np.cos(angle), np.sin(angle), 0.5 * np.sin(2 * angle)], axis=1)
+    earth = 1e6 * np.stack([np.cos(angle), np.sin(angle), 0.5 * np.sin(2 * angle)], axis=1)
     sun = 1e6 * np.stack([np.cos(angle + 0.4), np.sin(angle + 0.4), 0.3 * np.cos(angle)], axis=1)
     ends = np.linspace(0.0, HOURS, 100)
-    view = observing.Geometry(ends, to_observer=around, to_sun=sun, light_time=False)
+    view = observing.Geometry(ends, to_observer=earth, to_sun=sun, light_time=False)
     times = np.sort(np.random.default_rng(1).uniform(0.0, HOURS, COUNT))
     data = observing.Photometry(times, np.zeros(COUNT), 0.01, geometry=view)
     degrees = np.floor(np.sqrt(np.arange(1, 49) + 0.5))

@@ -2,9 +2,9 @@
 
     python benches/splitting.py
 
-Ratios are what counts: machines differ and are shared. In version 0.2.0 the splitting took 0.62 (ellipsoids) and 0.34
-(spheroids) of a year by the Verner98 of that version. Tops now turn side by side, those with three axes in closed form,
-and a kick takes no root for the Kepler motion: 0.27 and 0.43 of the time of then.
+Only ratios can be compared, since machines differ and are shared. In version 0.2.0 the splitting took 0.62 (ellipsoids)
+and 0.34 (spheroids) of a year by the Verner98 of that version. Free rotations are now computed side by side, triaxial
+ones in closed form, and a kick takes no root for the Kepler motion: 0.27 and 0.43 of that time.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     python benches/table.py
 
-Prints, for the paper's 1999 KW4, the time of one interaction by method and vector path, the same integrals in
-numpy over the same nodes, right-hand sides a second within a run, and the CPU time of a year. Ratios are what counts:
-machines differ and are shared.
+Prints, for the paper's 1999 KW4, the time of one interaction by method and vector path, the same integrals in numpy
+over the same nodes, right-hand sides a second within a run, and the CPU time of a year. Only ratios can be compared,
+since machines differ and are shared.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ PROGRAM = ("target", "release", "examples", "interaction")
 
 
 def interaction(method: str, tolerance: float, path: str, count: int, repeats: int) -> tuple[int, float]:
-    """Return the nodes and the shortest time of an interaction of the bodies turned askew, 2.5 km apart, seconds."""
+    """Return the nodes and the shortest time of an interaction of the rotated bodies, 2.5 km apart, seconds."""
     command = ["/".join(PROGRAM), method, str(tolerance), path, str(count)]
     printed = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(repeats)]
     rows = [line.split() for line in printed]
@@ -64,7 +64,7 @@ def potential(semi_axes: tuple[float, float, float], x: np.ndarray) -> np.ndarra
 
 
 class NumpySurface:
-    """The paper's Eqs. (2) and (3) over the surface of a body in another's potential, vectorised."""
+    """The paper's Eqs. (2) and (3) over the surface of a body in the potential of another one, vectorised."""
 
     def __init__(
         self, axes: tuple[float, float, float], other: tuple[float, float, float], order: tuple[int, int]
@@ -85,7 +85,7 @@ class NumpySurface:
     def __call__(
         self, origin: np.ndarray, rotation: np.ndarray, rotation_other: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the force (inertial) and torque (body frame) on the body at ``origin`` from the other's centre."""
+        """Return the force (inertial) and torque (body frame) on the body, at ``origin`` from the other body."""
         x = rotation_other.T @ (rotation @ self.y + origin[:, None])
         phi = potential(self.other, x)
         return rotation @ (self.normal @ phi), self.lever @ phi
@@ -108,13 +108,13 @@ def main() -> None:
     origin = state.position[1] - state.position[0]
     force, _ = reference(origin, rotation[1], rotation[0])
     strength = system.G * system.masses.prod()
-    ours = system.interactions(state)
-    difference = np.linalg.norm(force * strength - ours.force[1]) / np.linalg.norm(ours.force[1])
+    interactions = system.interactions(state)
+    difference = np.linalg.norm(force * strength - interactions.force[1]) / np.linalg.norm(interactions.force[1])
     numpy_time = best(lambda: reference(origin, rotation[1], rotation[0]), repeats, 20 if quick else 200)
     print(f"same surface integrals in numpy and scipy.special, {rule['points']} nodes {rule['order']}:")
     print(f"  {numpy_time * 1e6:10.2f} us; the forces differ by {difference:.1e}, relative")
 
-    # The core is timed by a program of its own: what a user calls carries no stopwatch.
+    # The core is timed by a program in Rust.
     build = ["cargo", "build", "--quiet", "--release", "--example", PROGRAM[-1]]
     subprocess.run(build, check=True)
     print("\ntime of one interaction (force and both torques), within the core")

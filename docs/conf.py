@@ -1,7 +1,7 @@
 """The documentation site: ``make docs``.
 
-Every code cell of a MyST page is executed by the build; an error or a warning ends it. The notebooks are shown with the
-outputs that they are kept with, which the tests check.
+Every code cell of a MyST page is executed by the build; an error or a warning ends it. The notebooks are shown with
+their stored outputs, which the tests check.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ author = "The fullbody developers"
 project_copyright = "the fullbody developers"
 release = metadata.version("fullbody")
 
-# Where `make study` wrote the results of the studies that have a page; their pages read them there.
+# The folders of the results of `make study` that have a page, by page; the pages read them there.
 OUT = ROOT / "out"
 STUDIES = dict.fromkeys(("report", "full_report"), OUT / "ho2021") | {
     name: OUT / name for name in ("binaries", "kalliope", "hertha", "kw4_radar")
@@ -47,8 +47,8 @@ os.environ["FULLBODY_PEERS"] = str(ROOT / "notebooks" / "10-peers.json")
 os.environ["PYTHONPATH"] = str(ROOT)
 
 
-def without_results(app: Any, page: str, source: list[str]) -> None:
-    """Put a notice in the place of the results of a study that has not run."""
+def note_missing_results(app: Any, page: str, source: list[str]) -> None:
+    """Replace the results of a study that has not run by a notice."""
     if page == "explorer" and not EXPLORER.is_dir():
         head = source[0].partition("\n<iframe")[0]
         source[0] = f"{head}\n:::{{note}}\nThis site was built without the page. `make explorer` builds it.\n:::\n"
@@ -60,17 +60,17 @@ def without_results(app: Any, page: str, source: list[str]) -> None:
     source[0] = f"{re.sub(r'<p>.*?</p>', '', head, flags=re.DOTALL)}\n{notice}"
 
 
-def stage() -> None:
-    """Copy what the site shows and other folders hold, where it has changed."""
+def copy_sources() -> None:
+    """Copy the files of other folders that the site shows, if they have changed."""
     notebooks = DOCS / "notebooks"
     extra = DOCS / "_extra"
     for folder in (notebooks, extra):
         folder.mkdir(exist_ok=True)
-    wanted = {path.name: path for path in (ROOT / "notebooks").glob("*.ipynb")}
+    sources = {path.name: path for path in (ROOT / "notebooks").glob("*.ipynb")}
     for path in notebooks.glob("*.ipynb"):
-        if path.name not in wanted:
+        if path.name not in sources:
             path.unlink()
-    for name, path in wanted.items():
+    for name, path in sources.items():
         copy(path, notebooks / name)
     if (STUDIES["report"] / "report.html").is_file():
         copy(STUDIES["report"] / "report.html", extra / "full-report.html")
@@ -86,13 +86,13 @@ def stage() -> None:
 
 
 def copy(source: Path, target: Path) -> None:
-    """Copy a file unless the target holds the same; an untouched notebook is not read again."""
+    """Copy a file unless the target has the same content; Sphinx does not read an unchanged notebook again."""
     target.parent.mkdir(exist_ok=True)
     if not target.is_file() or source.read_bytes() != target.read_bytes():
         shutil.copyfile(source, target)
 
 
-stage()
+copy_sources()
 write_pages()
 quiet_kernels()
 
@@ -117,11 +117,11 @@ myst_heading_anchors = 3
 mathjax_path = "tex-svg-full.js"
 
 nb_execution_mode = "force"
-# Files that an example writes go to a folder of its own.
+# Each page is executed in a temporary folder, into which its examples write.
 nb_execution_in_temp = True
 nb_execution_show_tb = True
 nb_execution_timeout = 240
-# A widget needs a kernel: the page beside it is shown.
+# A widget needs a kernel, so that its output as HTML is shown.
 nb_mime_priority_overrides = [("html", "text/html", 5)]
 nb_execution_excludepatterns = ["notebooks/*.ipynb"]
 nb_merge_streams = True
@@ -163,7 +163,7 @@ WIDE = (
 )
 html_sidebars = {page: [] for page in WIDE}
 html_show_sourcelink = True
-# Where to get the source: nothing is shown while there is no address.
+# The address of the source, which is shown if there is one.
 ADDRESS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["fullbody"]["address"]
 html_theme_options = {
     "icon_links": [{"name": "Source", "url": ADDRESS, "icon": "fa-brands fa-git-alt"}] if ADDRESS else [],
@@ -197,8 +197,8 @@ class LinkSource(SphinxPostTransform):
             listing = inner if path.endswith(".rs") else f"{inner}/mod.rs"
             target = f"fullbody/{inner}/index.html"
             target = f"rust/{target}" if (RUST / target).is_file() else f"rust/src/fullbody/{listing}.html"
-            here = self.app.builder.get_target_uri(self.env.docname)
-            link = nodes.reference("", "", internal=True, refuri=relative_uri(here, target))
+            page = self.app.builder.get_target_uri(self.env.docname)
+            link = nodes.reference("", "", internal=True, refuri=relative_uri(page, target))
             literal.replace_self(link)
             link += literal
 
@@ -213,9 +213,9 @@ class DescribeImages(SphinxPostTransform):
         for image in self.document.findall(nodes.image):
             if image.get("alt"):
                 continue
-            after = image.next_node(descend=False, siblings=True)
-            if isinstance(after, nodes.paragraph) and isinstance(after[0], nodes.emphasis):
-                image["alt"] = after.astext()
+            following = image.next_node(descend=False, siblings=True)
+            if isinstance(following, nodes.paragraph) and isinstance(following[0], nodes.emphasis):
+                image["alt"] = following.astext()
                 continue
             section: Any = image.parent
             while section is not None and not isinstance(section, nodes.section):
@@ -226,40 +226,40 @@ class DescribeImages(SphinxPostTransform):
 
 def escape_number(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Keep a leading ``(65803)`` from being read as the number of a list's item."""
-    first = next((place for place, line in enumerate(lines) if line.strip()), None)
+    first = next((index for index, line in enumerate(lines) if line.strip()), None)
     if first is not None and lines[first].startswith("("):
         lines[first] = "\\" + lines[first]
 
 
 def add_return(app: object, what: str, name: str, obj: Any, options: object, lines: list[str]) -> None:
-    """Add what a function's signature says that it returns, unless its text has a section about it."""
+    """Add a section with the return type of the signature, unless the docstring has one."""
     if what not in ("function", "method") or {"Parameters", "Returns", "Yields"} & {*lines} != {"Parameters"}:
         return
     kind = inspect.signature(obj).return_annotation
     if kind not in (inspect.Signature.empty, None, "None", "Any"):
-        after = ("Raises", "Warns", "See Also", "Notes", "References", "Examples")
-        place = next((k for k, line in enumerate(lines) if line in after), len(lines))
-        lines[place:place] = ["Returns", "-------", str(kind), ""]
+        later_sections = ("Raises", "Warns", "See Also", "Notes", "References", "Examples")
+        index = next((k for k, line in enumerate(lines) if line in later_sections), len(lines))
+        lines[index:index] = ["Returns", "-------", str(kind), ""]
 
 
-def drop_unread(app: Any) -> list[Any]:
-    """Leave modules without source, such as the extension, out of the index of sources, which would link to nothing."""
+def drop_modules_without_source(app: Any) -> list[Any]:
+    """Remove modules without source, such as the extension, from the index of sources, where their links would fail."""
     modules = app.env._viewcode_modules
     for name in [name for name, entry in modules.items() if not entry]:
         del modules[name]
     return []
 
 
-def mend_back_links(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
-    """Let listings of sources link back to the names under which the reference has their objects.
+def correct_back_links(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """Correct the links from listings of sources to the names under which the reference documents their objects.
 
-    Sphinx takes all objects of a file to be documented as attributes of one module.
+    Sphinx assumes that all objects of a file are documented as attributes of one module.
     """
     if not page.startswith("_modules/fullbody"):
         return
     objects = app.env.domains.python_domain.objects
 
-    def mended(link: re.Match[str]) -> str:
+    def corrected(link: re.Match[str]) -> str:
         head, docname, anchor = link.groups()
         if anchor not in objects:
             for name, entry in objects.items():
@@ -267,23 +267,23 @@ def mend_back_links(app: Any, page: str, template: str, context: dict[str, Any],
                     return f"{head}{docname}.html#{entry.node_id}"
         return link[0]
 
-    context["body"] = re.sub(r"((?:\.\./)+)(reference/[\w/-]+)\.html#([\w.]+)", mended, context["body"])
+    context["body"] = re.sub(r"((?:\.\./)+)(reference/[\w/-]+)\.html#([\w.]+)", corrected, context["body"])
 
 
 def drop_template(app: Any, error: Exception | None) -> None:
-    """Remove a template of the theme's that it copies with its files: it is no page, and its links lead nowhere."""
+    """Remove a template that the theme copies with its files: it is no page, and its links are broken."""
     (Path(app.outdir) / "_static" / "webpack-macros.html").unlink(missing_ok=True)
 
 
 def setup(app: Any) -> None:
-    """Connect what this file defines, before or after numpydoc, which takes the text apart."""
+    """Connect the functions of this file, before or after numpydoc, which parses the docstrings."""
     app.add_post_transform(Thumbnails)
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
-    app.connect("source-read", without_results)
+    app.connect("source-read", note_missing_results)
     app.connect("source-read", expand)
     app.connect("autodoc-process-docstring", add_return, priority=400)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
-    app.connect("html-collect-pages", drop_unread, priority=100)
-    app.connect("html-page-context", mend_back_links)
+    app.connect("html-collect-pages", drop_modules_without_source, priority=100)
+    app.connect("html-page-context", correct_back_links)
     app.connect("build-finished", drop_template, priority=900)

@@ -45,8 +45,8 @@ def focal_ellipse() -> Any:
     figure.colorbar(drawn, ax=right, label="surface density, centre = 1")
     nodes, _ = np.polynomial.legendre.leggauss(9)
     radii = np.sqrt(1.0 - nodes[nodes > 1e-9] ** 2)
-    turn = 2.0 * np.pi * (np.arange(14) + 0.5) / 14
-    right.plot(p * np.outer(radii, np.cos(turn)), q * np.outer(radii, np.sin(turn)), "k.", ms=3)
+    angles = 2.0 * np.pi * (np.arange(14) + 0.5) / 14
+    right.plot(p * np.outer(radii, np.cos(angles)), q * np.outer(radii, np.sin(angles)), "k.", ms=3)
     right.set(title="in the xy-plane, with nodes of the rule", xlabel="x", ylabel="y")
     for axes in (left, right):
         axes.set(aspect="equal", xlim=(-1.1, 1.1), ylim=(-1.0, 1.0))
@@ -63,22 +63,28 @@ def lune() -> Any:
     left.fill(np.concatenate([[0], np.cos(lit)]), np.concatenate([[0], np.sin(lit)]), color=_LIGHT, zorder=2)
     left.plot(1.05 * np.cos(half), 1.05 * np.sin(half), "C0", lw=3, label="visible")
     left.plot(1.11 * np.cos(half + angle), 1.11 * np.sin(half + angle), "C1", lw=3, label="illuminated")
-    for turn, name, colour in ((0.0, r"$\mathbf{p}$, observer", "C0"), (angle, r"$\mathbf{q}$, Sun", "C1")):
-        tip = 1.55 * np.array([np.cos(turn), np.sin(turn)])
+    for direction, name, colour in ((0.0, r"$\mathbf{p}$, observer", "C0"), (angle, r"$\mathbf{q}$, Sun", "C1")):
+        tip = 1.55 * np.array([np.cos(direction), np.sin(direction)])
         left.annotate("", tip, (0, 0), arrowprops={"arrowstyle": "->", "color": colour, "lw": 2}, zorder=3)
         left.text(*(tip + np.array([0.0, 0.1])), name, color=colour, ha="center")
     left.add_patch(Arc((0, 0), 0.6, 0.6, theta1=0, theta2=70, zorder=4))
     left.text(0.36, 0.24, r"$\alpha$", zorder=4)
-    for turn, name in ((angle - np.pi / 2, r"terminator, $l=\alpha-\pi/2$"), (np.pi / 2, r"limb, $l=\pi/2$")):
-        left.plot([0, np.cos(turn)], [0, np.sin(turn)], "k:", zorder=3)
-        left.text(1.3 * np.cos(turn) - 0.1, 1.3 * np.sin(turn), name, ha="right" if turn > 1 else "left", va="center")
+    for longitude, name in ((angle - np.pi / 2, r"terminator, $l=\alpha-\pi/2$"), (np.pi / 2, r"limb, $l=\pi/2$")):
+        left.plot([0, np.cos(longitude)], [0, np.sin(longitude)], "k:", zorder=3)
+        left.text(
+            1.3 * np.cos(longitude) - 0.1,
+            1.3 * np.sin(longitude),
+            name,
+            ha="right" if longitude > 1 else "left",
+            va="center",
+        )
     left.legend(loc="lower left", frameon=False)
     left.set(xlim=(-1.7, 2.4), ylim=(-1.5, 1.8), title=r"from the pole, along $\mathbf{p}\times\mathbf{q}$")
     right.add_patch(Circle((0, 0), 1, fc="0.6", ec="k"))
     tilt = np.linspace(-np.pi / 2, np.pi / 2, 100)
-    # As the observer sees it, along p: longitude l is at sin l across, height z up.
+    # In the view along p the point of longitude l is at sin l, and the height z is upwards.
     edge = np.sin(angle - np.pi / 2)
-    limb, terminator = (np.stack([across * np.cos(tilt), np.sin(tilt)], axis=1) for across in (1.0, edge))
+    limb, terminator = (np.stack([x * np.cos(tilt), np.sin(tilt)], axis=1) for x in (1.0, edge))
     right.add_patch(Polygon(np.concatenate([limb, terminator[::-1]]), fc=_LIGHT, ec="k"))
     for z in (-0.6, -0.3, 0.0, 0.3, 0.6):
         rho = np.sqrt(1.0 - z * z)
@@ -101,23 +107,23 @@ def roll_pitch_yaw() -> Any:
     axes.plot_surface(
         np.cos(u) * np.sin(v), 0.65 * np.sin(u) * np.sin(v), 0.5 * np.cos(v), color=_BODY, alpha=0.9, linewidth=0
     )
-    turn = np.linspace(0.0, 1.6 * np.pi, 60)
-    circle = 0.28 * np.stack([np.cos(turn), np.sin(turn)])
+    arc = np.linspace(0.0, 1.6 * np.pi, 60)
+    circle = 0.28 * np.stack([np.cos(arc), np.sin(arc)])
     texts = (
         (np.array([2.4, 0, 0]), "x, to the other body", "roll", "C0"),
         (np.array([0, 1.9, 0]), "y", "pitch", "C2"),
         (np.array([0, 0, 1.5]), "z, normal of the orbit", "yaw", "C3"),
     )
-    for place, (tip, name, angle, colour) in enumerate(texts):
+    for index, (tip, name, angle, colour) in enumerate(texts):
         axes.quiver(0, 0, 0, *tip, color=colour, arrow_length_ratio=0.08, lw=2)
         axes.text(*(1.06 * tip), name, color=colour)
-        ring = np.zeros((3, len(turn)))
-        ring[(place + 1) % 3], ring[(place + 2) % 3] = circle
+        ring = np.zeros((3, len(arc)))
+        ring[(index + 1) % 3], ring[(index + 2) % 3] = circle
         ring += 0.75 * tip[:, None]
         axes.plot(*ring, color=colour)
         axes.quiver(*ring[:, -1], *(ring[:, -1] - ring[:, -4]), color=colour, length=1.0, arrow_length_ratio=2.0)
-        axes.text(*(0.75 * tip + 0.42 * np.roll([0, 0, 1], place)), angle, color=colour)
-    # The secondary goes round the primary against y: x points back at the primary, z along the normal.
+        axes.text(*(0.75 * tip + 0.42 * np.roll([0, 0, 1], index)), angle, color=colour)
+    # The secondary moves against y: x points to the primary, and z is along the normal of the orbit.
     axes.quiver(0, -0.7, 0, 0, -1.0, 0, color="k", arrow_length_ratio=0.15)
     axes.text(0, -1.8, 0.12, "motion", ha="right")
     axes.set(xlim=(-1.2, 2.2), ylim=(-1.7, 1.7), zlim=(-1.2, 1.6))
@@ -128,7 +134,7 @@ def roll_pitch_yaw() -> Any:
 
 
 def freely_falling() -> Any:
-    """Draw a third body's path, and what is left of its attraction in the freely falling frame."""
+    """Draw the path of a third body, and its acceleration in the freely falling frame."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained", width_ratios=(1.25, 1))
     sun, middle = np.array([3.4, 1.2]), np.zeros(2)
     bodies = ((np.array([-0.25, -0.12]), 0.3), (np.array([0.75, 0.36]), 0.14))
@@ -136,8 +142,8 @@ def freely_falling() -> Any:
     left.plot(*(np.array([3.6, 0.0])[:, None] + np.stack([-0.35 * path**2, 2.0 * path])), "C1--", lw=1)
     left.add_patch(Circle(sun, 0.22, fc=_LIGHT, ec="C1"))
     left.text(sun[0] + 0.3, sun[1] + 0.1, "third body, on a\nprescribed path", color="C1")
-    for place, radius in bodies:
-        left.add_patch(Circle(place, radius, fc=_BODY, ec="k"))
+    for centre, radius in bodies:
+        left.add_patch(Circle(centre, radius, fc=_BODY, ec="k"))
     body = bodies[1][0]
     for start, end, name, colour, shift in (
         (middle, sun, r"$\mathbf{p}$", "C0", (0.0, -0.22)),
@@ -150,16 +156,18 @@ def freely_falling() -> Any:
     left.annotate("nominal barycentre,\nat rest in this frame", (0, 0), (-1.5, -1.35), arrowprops={"arrowstyle": "->"})
     left.set(xlim=(-1.6, 5.4), ylim=(-1.6, 1.9), title="positions")
     x, y = np.meshgrid(np.linspace(-1.2, 1.2, 9), np.linspace(-1.2, 1.2, 9))
-    away = sun / np.linalg.norm(sun)
-    along = x * away[0] + y * away[1]
-    # Far away the difference is 3 (r.p) p - r, in units of mu/p^3.
-    right.quiver(x, y, 3 * along * away[0] - x, 3 * along * away[1] - y, color="C0", scale=28, width=0.006)
-    for place, radius in bodies:
-        right.add_patch(Circle(place, radius, fc=_BODY, ec="k", zorder=3))
+    direction = sun / np.linalg.norm(sun)
+    component = x * direction[0] + y * direction[1]
+    # For a distant body the acceleration is 3 (r.p) p - r with a unit vector p, in units of mu/p^3.
+    right.quiver(
+        x, y, 3 * component * direction[0] - x, 3 * component * direction[1] - y, color="C0", scale=28, width=0.006
+    )
+    for centre, radius in bodies:
+        right.add_patch(Circle(centre, radius, fc=_BODY, ec="k", zorder=3))
     right.plot(0, 0, "k+", ms=10, zorder=4)
-    right.annotate("", 2.3 * away, 1.6 * away, arrowprops={"arrowstyle": "->", "color": "C1", "lw": 1.8})
+    right.annotate("", 2.3 * direction, 1.6 * direction, arrowprops={"arrowstyle": "->", "color": "C1", "lw": 1.8})
     right.text(1.65, 0.35, "to the third body", color="C1")
-    right.set(xlim=(-1.7, 3.0), ylim=(-1.5, 1.5), title="acceleration $\\mathbf{a}$ that is left")
+    right.set(xlim=(-1.7, 3.0), ylim=(-1.5, 1.5), title="acceleration $\\mathbf{a}$ in this frame")
     for axes in (left, right):
         axes.set(aspect="equal")
         axes.axis("off")
@@ -171,11 +179,12 @@ def byorp() -> Any:
     figure, axes = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
     axes.add_patch(Circle((0, 0), 1.0, fc="none", ec="0.6", ls="--"))
     axes.add_patch(Circle((0, 0), 0.28, fc=_BODY, ec="k"))
-    for turn in np.radians([20.0, 110.0, 200.0, 290.0]):
-        radial, forward = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+    for longitude in np.radians([20.0, 110.0, 200.0, 290.0]):
+        cosine, sine = np.cos(longitude), np.sin(longitude)
+        radial, forward = np.array([cosine, sine]), np.array([-sine, cosine])
         # A wedge: its trailing side is broad and flat, its leading side narrow.
         corners = ((1.16, 0.0), (0.84, 0.0), (0.95, 0.16), (1.05, 0.16))
-        axes.add_patch(Polygon([out * radial + on * forward for out, on in corners], fc=_BODY, ec="k", zorder=3))
+        axes.add_patch(Polygon([r * radial + s * forward for r, s in corners], fc=_BODY, ec="k", zorder=3))
         ends = radial + 0.16 * forward, radial + 0.5 * forward
         axes.add_patch(FancyArrowPatch(*ends, color="C3", arrowstyle="-|>", mutation_scale=14))
         axes.plot(*np.stack([0.3 * radial, 0.84 * radial]).T, color="0.7", lw=0.8)
@@ -201,13 +210,15 @@ def radiation_by_obliquity() -> Any:
         "without Alpha": {"towards": (1, 0, 0)},
         "in the shadow of Alpha": {"other": alpha, "position": (2.548, 0, 0)},
     }
-    for color, (label, given) in zip(("C0", "C3"), lines.items(), strict=True):
-        found = fullbody.forces.radiation_coefficients(beta, **given)
-        force = found.synchronous_force(angle)[:, 1] * found.outwards / found.radius**2
+    for color, (label, options) in zip(("C0", "C3"), lines.items(), strict=True):
+        coefficients = fullbody.forces.radiation_coefficients(beta, **options)
+        force = coefficients.synchronous_force(angle)[:, 1] * coefficients.outwards / coefficients.radius**2
         right.plot(np.degrees(angle), force, color, label=label)
         if label == "without Alpha":
-            for torque, name, style in zip(found.spin_torques(angle), ("along", "across"), ("C0", "C1"), strict=True):
-                left.plot(np.degrees(angle), 1e3 * torque / found.radius**3, style, label=f"{name} the spin")
+            for torque, name, style in zip(
+                coefficients.spin_torques(angle), ("along", "across"), ("C0", "C1"), strict=True
+            ):
+                left.plot(np.degrees(angle), 1e3 * torque / coefficients.radius**3, style, label=f"{name} the spin")
     left.set(ylabel="YORP coefficient (10$^{-3}$)")
     right.set(ylabel="BYORP coefficient")
     for axes in (left, right):
@@ -219,12 +230,12 @@ def radiation_by_obliquity() -> Any:
 
 def cost_of_distance() -> Any:
     """Draw the processor time of an interaction of two radar shapes against their distance."""
-    # Measured by benches/polyhedra.py at a tolerance of 1e-10: km and ms.
+    # Measured by benches/polyhedra.py at a tolerance of 1e-10, in km and ms.
     distance = [2.55, 2.0, 1.7, 1.5, 1.35, 1.3, 1.25, 1.2, 1.15, 1.1, 1.08, 1.0598, 1.0006, 0.9799, 0.974]
-    taken = [0.017, 0.022, 0.028, 0.044, 0.091, 0.118, 0.116, 2.237, 4.28, 8.669, 11.255, 17.103, 85.855, 294.9, 838.5]
+    cost = [0.017, 0.022, 0.028, 0.044, 0.091, 0.118, 0.116, 2.237, 4.28, 8.669, 11.255, 17.103, 85.855, 294.9, 838.5]
     contact, touching = 0.9710, 1.08
     figure, axes = plt.subplots(figsize=(7, 3.8), layout="constrained")
-    axes.loglog(np.array(distance) - contact, taken, "C0o-")
+    axes.loglog(np.array(distance) - contact, cost, "C0o-")
     axes.axvline(touching - contact, color="0.6", ls="--")
     axes.text(0.95 * (touching - contact), 0.02, "circumscribed\nspheres touch", color="0.4", ha="right")
     axes.set(xlabel="distance from contact (km)", ylabel="processor time (ms)")

@@ -1,7 +1,7 @@
 """The film at the head of the README and of the site: ``make film`` writes docs/didymos.gif.
 
-Left two days of Didymos and Dimorphos after DART, as seen from a camera that does not turn; right a hundred days of
-Dimorphos' libration and of the orbit's eccentricity, with those two days marked.
+On the left are two days of Didymos and Dimorphos after DART, seen from a fixed direction; on the right a hundred days
+of Dimorphos' libration and of the orbit's eccentricity, with those two days marked.
 """
 
 import io
@@ -14,16 +14,19 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 DAYS = 100.0
-#: The film begins on this day; a picture every 50 minutes, behind Dimorphos a trail of ten hours.
-FROM, PICTURES, EVERY, TRAIL = 20, 60, 5, 60
-LOOK = {"roll": "#D55E00", "yaw": "#0072B2"}
+#: The first day of the film; the number of pictures; and, in steps of ten minutes, the time between two pictures and
+#: the length of the trail behind Dimorphos.
+FIRST_DAY, PICTURES, STEP, TRAIL = 20, 60, 5, 60
+COLOURS = {"roll": "#D55E00", "yaw": "#0072B2"}
 
 
 def main() -> None:
-    """Run, draw, write."""
+    """Make the film."""
     system, state = fullbody.systems.didymos_after_dart(tilt=1e-3, units=True)
     run = system.integrate(state, f"{DAYS} day", output="0.5 h")
-    film = system.integrate(run[48 * FROM], f"{FROM * 1440 + 10 * (TRAIL + PICTURES * EVERY)} min", output="10 min")
+    film = system.integrate(
+        run[48 * FIRST_DAY], f"{FIRST_DAY * 1440 + 10 * (TRAIL + PICTURES * STEP)} min", output="10 min"
+    )
     mpl.rcParams.update({"font.size": 8.0})
     figure = Figure(figsize=(9.0, 4.0))
     scene = figure.add_axes((-0.04, -0.12, 0.58, 1.24), projection="3d")
@@ -37,7 +40,7 @@ def main() -> None:
     scene.view_init(elev=24, azim=-60)
     path = Path(__file__).with_name("didymos.gif")
     pictures: list[Image.Image] = []
-    for k in range(TRAIL, len(film) - 1, EVERY):
+    for k in range(TRAIL, len(film) - 1, STEP):
         day = film.time[k].to_value("day")
         clock.set_text(f"day {day:.1f}")
         artists = scene.plot(*centres[k - TRAIL : k + 1, 1].T, color="#E69F00", linewidth=1.2)
@@ -65,17 +68,17 @@ def write(pictures: list[Image.Image], path: Path) -> None:
     for k in range(6):
         sample.paste(pictures[k * len(pictures) // 6], (0, k * height))
     palette = sample.quantize(64, dither=Image.Dither.NONE)
-    first, *rest = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures)
-    first.save(path, save_all=True, append_images=rest, duration=80, loop=0, optimize=True)
+    first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+    first.save(path, save_all=True, append_images=others, duration=80, loop=0, optimize=True)
 
 
 def draw_history(run: fullbody.Run, panels: list) -> None:
-    """Dimorphos' roll and yaw in its orbit's frame, and the eccentricity, against days."""
+    """Draw Dimorphos' roll and yaw in its orbit's frame, and the eccentricity, against days."""
     days = run.time.to_value("day")
     angles = fullbody.observables.roll_pitch_yaw(run).to_value("deg")
     for name, column in (("yaw", 2), ("roll", 0)):
-        panels[0].plot(days, angles[:, column], color=LOOK[name], linewidth=0.4)
-        panels[0].plot([], [], color=LOOK[name], label=name)
+        panels[0].plot(days, angles[:, column], color=COLOURS[name], linewidth=0.4)
+        panels[0].plot([], [], color=COLOURS[name], label=name)
     panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
     panels[0].set_title("Dimorphos in its orbit's frame", loc="left", fontsize=9)
     panels[0].set_ylabel("degrees")

@@ -21,7 +21,7 @@ def cells(document: nodes.document) -> Iterator[tuple[nodes.literal_block, nodes
 class Thumbnails(SphinxPostTransform):
     """Fills the gallery with all pictures of the how-to pages and the notebooks, and the index with one of each."""
 
-    # The types of outputs are not chosen yet, nor are the images of the page collected.
+    # At this priority the types of outputs have not been chosen, and the images of the page not been collected.
     default_priority = 1
     #: Each page of thumbnails, with the pages whose lists of contents name those that it shows.
     pages: ClassVar = {"gallery": ("howto/index", "notebooks"), "notebooks": ("notebooks",)}
@@ -32,12 +32,12 @@ class Thumbnails(SphinxPostTransform):
         for index in self.pages.get(name, ()):
             cards = []
             for page in self.env.toctree_includes.get(index, ()):
-                shown = list(cells(self.env.get_doctree(page)))
+                pictures = list(cells(self.env.get_doctree(page)))
                 title = self.env.titles[page].astext()
                 if name == "gallery":
-                    cards += [self.card(page, title, code, picture) for code, picture in shown]
+                    cards += [self.card(page, title, code, picture) for code, picture in pictures]
                 else:
-                    picture = self.picture(page, shown[0][1], title) if shown else nodes.inline()
+                    picture = self.picture(page, pictures[0][1], title) if pictures else nodes.inline()
                     self.document += self.box("gallery-row", picture, self.caption(page, title))
             if name == "gallery":
                 self.document += nodes.rubric("", "", self.link(index, self.env.titles[index].astext()))

@@ -1,4 +1,4 @@
-"""Looks for links within the built site that lead nowhere: ``python docs/links.py out/docs``; `make docs` runs it."""
+"""Finds broken links within the built site: ``python docs/links.py out/docs``; `make docs` runs it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-#: Pages of rustdoc, which checks its links itself, and of matplotlib's and the theme's own scripts.
-NOT_OURS = ("rust", "_static")
+#: Folders that are not checked: the pages of rustdoc, which checks its links, and the files of the theme.
+UNCHECKED = ("rust", "_static")
 
 
 class Page(HTMLParser):
@@ -22,15 +22,15 @@ class Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Collect what one element has."""
+        """Collect the anchors and the links of an element."""
         values = dict(attrs)
         self.anchors |= {name for key in ("id", "name") if (name := values.get(key))}
         self.links |= {link for key in ("href", "src") if (link := values.get(key))}
 
 
-def dead(site: Path) -> Iterator[str]:
+def broken(site: Path) -> Iterator[str]:
     """Yield each link to a file or an anchor that does not exist, with the page that has it."""
-    paths = [path for path in site.rglob("*.html") if path.relative_to(site).parts[0] not in NOT_OURS]
+    paths = [path for path in site.rglob("*.html") if path.relative_to(site).parts[0] not in UNCHECKED]
     pages = {path.resolve(): Page(path.read_text(encoding="utf-8")) for path in paths}
     for path, page in pages.items():
         for link in sorted(page.links):
@@ -40,11 +40,11 @@ def dead(site: Path) -> Iterator[str]:
             target = (path.parent / unquote(url.path)).resolve() if url.path else path
             target = target / "index.html" if target.is_dir() else target
             anchor = unquote(url.fragment)
-            lost = anchor and target in pages and anchor not in pages[target].anchors
-            if not target.exists() or lost:
+            has_no_anchor = anchor and target in pages and anchor not in pages[target].anchors
+            if not target.exists() or has_no_anchor:
                 yield f"{path.relative_to(site.resolve())}: {link}"
 
 
 if __name__ == "__main__":
-    links = list(dead(Path(sys.argv[1])))
-    sys.exit("\n".join(["These links lead nowhere:", *links]) if links else 0)
+    links = list(broken(Path(sys.argv[1])))
+    sys.exit("\n".join(["These links are broken:", *links]) if links else 0)

@@ -8,10 +8,10 @@ A page of a subject has blocks of names, each with the module in which the names
     RadarEcho :exclude-members: power
     ```
 
-A block without a title becomes the documentation of its names at its place. Below a title, names become a page of their
-own, for which the block shows a list of the names with their summaries. A member of a class, such as ``Run.fly``, is
-documented at its place instead of with its class. What follows a name are options of Sphinx' autodoc, and a line that
-begins with ``>`` is text of the page.
+A block without a title becomes the documentation of its names. Below a title, names get a separate page, for which the
+block shows a list of the names with their summaries. A member of a class, such as ``Run.fly``, is documented where it
+is listed and not with its class. The text after a name are options of Sphinx' autodoc, and a line that begins with
+``>`` is text of the page.
 """
 
 from __future__ import annotations
@@ -76,13 +76,13 @@ def resolved(module: str, name: str) -> tuple[Any, Any]:
     item: Any = import_module(module)
     for part in name.split("."):
         parent = item
-        # A module that is imported when it is asked for is no attribute before.
+        # A module that is imported on demand is no attribute before that.
         item = getattr(parent, part) if hasattr(parent, part) else import_module(f"{parent.__name__}.{part}")
     return item, parent
 
 
 def documented(group: Group, members: dict[str, list[str]]) -> str:
-    """Return the directives that document the names of a group; ``members`` lists, by class, those with own places."""
+    """Return the directives that document the names of a group, without ``members`` of classes documented elsewhere."""
     lines = [f".. currentmodule:: {group.module}", ""]
     for name, options in group.entries:
         item, parent = resolved(group.module, name)
@@ -95,9 +95,9 @@ def documented(group: Group, members: dict[str, list[str]]) -> str:
         lines.append(f".. auto{kind}:: {group.module}.{name}")
         if kind == "class":
             # The fields of a tuple are described by its class.
-            apart = [*members.get(f"{group.module}.{name}", []), *getattr(item, "_fields", [])]
+            separate = [*members.get(f"{group.module}.{name}", []), *getattr(item, "_fields", [])]
             options += "" if ":members:" in options else " :members:"
-            options += f" :exclude-members: {', '.join(apart)}" if apart else ""
+            options += f" :exclude-members: {', '.join(separate)}" if separate else ""
         lines += [f"   {option.strip()}" for option in re.split(r" (?=:)", options) if option.strip()]
         lines.append("")
     return "\n".join(lines)
@@ -109,16 +109,16 @@ def summaries(module: str, names: list[str]) -> str:
     return head + "".join(f"   {name}\n" for name in names)
 
 
-def members_apart() -> dict[str, list[str]]:
-    """Return, for the full names of classes, their members that are documented at places of their own."""
-    apart: dict[str, list[str]] = {}
+def separate_members() -> dict[str, list[str]]:
+    """Return the members that are documented separately, by the full names of their classes."""
+    separate: dict[str, list[str]] = {}
     for page in subjects():
         for group in all_groups(page):
             for name in group.names:
                 if inspect.isclass(resolved(group.module, name)[1]):
                     kind, _, member = f"{group.module}.{name}".rpartition(".")
-                    apart.setdefault(kind, []).append(member)
-    return apart
+                    separate.setdefault(kind, []).append(member)
+    return separate
 
 
 def rst(text: str) -> str:
@@ -133,13 +133,13 @@ def page_of(subject: Path, group: Group) -> Path:
 
 def write_pages() -> None:
     """Write the pages of all groups with a title, and remove those of former groups."""
-    apart = members_apart()
+    separate = separate_members()
     PAGES.mkdir(exist_ok=True)
     pages = {}
     for subject in subjects():
         for group in (group for group in all_groups(subject) if group.title):
             listed = rst(summaries(group.module, group.names)) if len(group.entries) > 1 else ""
-            parts = f"# {group.title}\n", f"{group.text}\n", listed, rst(documented(group, apart))
+            parts = f"# {group.title}\n", f"{group.text}\n", listed, rst(documented(group, separate))
             pages[page_of(subject, group)] = "\n".join(parts)
     for page in PAGES.glob("*.md"):
         if page not in pages:
@@ -150,17 +150,17 @@ def write_pages() -> None:
 
 
 def expand(app: Any, name: str, source: list[str]) -> None:
-    """Put lists of names, links to their pages or their documentation in the place of the blocks of a page."""
+    """Replace the blocks of a page by lists of names with links to their pages, or by their documentation."""
     subject = REFERENCE / f"{name.removeprefix('reference/')}.md"
     if name == "reference/names":
         source[0] = source[0].replace("```{names}\n```\n", index())
     elif subject in subjects():
-        apart = members_apart()
-        source[0] = _BLOCK.sub(lambda block: shown(subject, groups(*block.groups()), apart), source[0])
+        separate = separate_members()
+        source[0] = _BLOCK.sub(lambda block: block_text(subject, groups(*block.groups()), separate), source[0])
 
 
-def shown(subject: Path, block: list[Group], apart: dict[str, list[str]]) -> str:
-    """Return what a page of a subject shows in the place of a block of names."""
+def block_text(subject: Path, block: list[Group], separate: dict[str, list[str]]) -> str:
+    """Return the text that replaces a block of names on the page of a subject."""
     parts, pages = [], []
     for group in block:
         listed = rst(summaries(group.module, group.names))
@@ -169,7 +169,7 @@ def shown(subject: Path, block: list[Group], apart: dict[str, list[str]]) -> str
             pages.append(f"pages/{page.stem}")
             parts.append(f"**[{group.title}](pages/{page.name})**\n\n{listed}")
         else:
-            parts.append((listed if len(group.entries) > 1 else "") + "\n" + rst(documented(group, apart)))
+            parts.append((listed if len(group.entries) > 1 else "") + "\n" + rst(documented(group, separate)))
     contents = "```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n" if pages else ""
     return contents + "\n" + "\n".join(parts)
 

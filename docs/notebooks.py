@@ -15,7 +15,7 @@ import nbclient
 import nbformat
 from PIL import Image
 
-#: Code for a kernel, after which the text of a figure lists what it shows: what a test compares with what is drawn now.
+#: Code for a kernel that makes the text of a figure a list of its contents, which a test compares with new figures.
 DESCRIBE = """
 def _describe(figure):
     from collections import Counter
@@ -54,14 +54,14 @@ def main() -> None:
     folder = Path(__file__).parents[1] / "notebooks"
     for path in [Path(name) for name in sys.argv[1:]] or sorted(folder.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
-        # What a notebook reads is beside it, and what it writes is not kept.
+        # A notebook reads the files beside it, and the files that it writes are deleted.
         with tempfile.TemporaryDirectory() as work:
             for data in folder.glob("*.json"):
                 shutil.copy(data, work)
-            where = {"metadata": {"path": work}}
+            resources = {"metadata": {"path": work}}
             options = {"timeout": 3600, "record_timing": False, "store_widget_state": False}
             notebook.cells.insert(0, nbformat.v4.new_code_cell(DESCRIBE))
-            client = nbclient.NotebookClient(notebook, resources=where, kernel_name="python3", **options)
+            client = nbclient.NotebookClient(notebook, resources=resources, kernel_name="python3", **options)
             client.execute()
         del notebook.cells[0]
         for count, cell in enumerate((cell for cell in notebook.cells if cell.cell_type == "code"), 1):

@@ -28,17 +28,16 @@ _COLUMNS = (
 
 def names() -> list[str]:
     """Return the systems of real bodies, in the order of the module's table."""
-    order = sorted(set(systems.__all__) - {"Published", "Value", "published", "case1", "case2"}, key=_place)
-    return order
+    return sorted(set(systems.__all__) - {"Published", "Value", "published", "case1", "case2"}, key=_position)
 
 
-def _place(name: str) -> int:
+def _position(name: str) -> int:
     assert systems.__doc__ is not None
     return systems.__doc__.index(f":func:`{name}`")
 
 
 def table() -> str:
-    """Return the table in Markdown: a row for each system as it starts, published values with their errors beside."""
+    """Return the table in Markdown: a row for each system, with published values and their errors."""
     rows = [_row(name) for name in names()]
     lines = ["| " + " | ".join(_COLUMNS) + " |", "|---" * len(_COLUMNS) + "|"]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
@@ -61,14 +60,15 @@ def _row(name: str) -> list[str]:
     ]
 
 
-def _value(facts: Published, what: str) -> str:
-    """Return the published values that begin with a name, those of the other bodies of a triple too."""
-    found = [name for name in facts.values if name == what or name.startswith((f"{what} of", f"{what} (not used)"))]
-    return "<br>".join(str(facts.values[name]) for name in found[:2]) or "-"
+def _value(facts: Published, quantity: str) -> str:
+    """Return the published values of a quantity, also those of the third body of a triple."""
+    prefixes = f"{quantity} of", f"{quantity} (not used)"
+    names = [name for name in facts.values if name == quantity or name.startswith(prefixes)]
+    return "<br>".join(str(facts.values[name]) for name in names[:2]) or "-"
 
 
 def _density(body: Any, facts: Published) -> str:
-    own = f"{body.density / 1e12:.2f}" if body.density else "-"
+    density = f"{body.density / 1e12:.2f}" if body.density else "-"
     published = next(
         (
             facts.values[key]
@@ -77,7 +77,7 @@ def _density(body: Any, facts: Published) -> str:
         ),
         None,
     )
-    return own if published is None else f"{own} ({str(published).removesuffix(' g/cm^3')})"
+    return density if published is None else f"{density} ({str(published).removesuffix(' g/cm^3')})"
 
 
 def _j2(body: Any) -> str:
@@ -90,26 +90,26 @@ def _j2(body: Any) -> str:
 
 def pictures() -> Any:
     """Draw each system from the pole of its orbit, to scale, with the osculating orbits."""
-    shown = names()
+    all_names = names()
     figure, grid = plt.subplots(
-        (len(shown) + 3) // 4, 4, figsize=(10, 2.6 * ((len(shown) + 3) // 4)), layout="constrained"
+        (len(all_names) + 3) // 4, 4, figsize=(10, 2.6 * ((len(all_names) + 3) // 4)), layout="constrained"
     )
-    for axes in grid.flat[len(shown) :]:
+    for axes in grid.flat[len(all_names) :]:
         axes.axis("off")
-    for axes, name in zip(grid.flat, shown, strict=False):
+    for axes, name in zip(grid.flat, all_names, strict=False):
         options = {} if systems.published(name).frame is None else {"frame": "orbit"}
         system, state = getattr(systems, name)(**options)
-        place = state.position - state.position[0]
-        distance = np.linalg.norm(place, axis=1)
+        position = state.position - state.position[0]
+        distance = np.linalg.norm(position, axis=1)
         for body in range(1, len(system)):
-            # About the barycentre of the bodies within, as the orbits of the files.
-            within = distance < distance[body]
-            shares = system.masses[within] / system.masses[within].sum()
-            centre = shares @ place[within]
+            # The orbits of the files are about the barycentre of the inner bodies.
+            inner = distance < distance[body]
+            shares = system.masses[inner] / system.masses[inner].sum()
+            centre = shares @ position[inner]
             orbit = fullbody.KeplerElements.from_cartesian(
-                place[body] - centre,
-                state.velocity[body] - shares @ state.velocity[within],
-                mu=system.G * (system.masses[within].sum() + system.masses[body]),
+                position[body] - centre,
+                state.velocity[body] - shares @ state.velocity[inner],
+                mu=system.G * (system.masses[inner].sum() + system.masses[body]),
             )
             path = np.stack(
                 [
@@ -120,7 +120,7 @@ def pictures() -> Any:
                 ]
             )
             axes.plot(*(path + centre)[:, :2].T, color="0.75", lw=0.8)
-        for body, attitude, centre in zip(system.bodies, state.rotation_matrix, place, strict=True):
+        for body, attitude, centre in zip(system.bodies, state.rotation_matrix, position, strict=True):
             points = _surface(body) @ attitude.T + centre
             if len(points) > 1:
                 corners = points[ConvexHull(points[:, :2]).vertices, :2]

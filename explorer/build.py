@@ -21,8 +21,8 @@ import numpy as np
 from fullbody import systems
 from fullbody.view.scene import scene_data
 
-HERE = Path(__file__).resolve().parent
-ROOT = HERE.parent
+FOLDER = Path(__file__).resolve().parent
+ROOT = FOLDER.parent
 TARGET = "wasm32-unknown-unknown"
 #: The largest size of the whole page in bytes, compressed by gzip as servers do.
 LIMIT = 1_500_000
@@ -39,8 +39,8 @@ ORDER = ("didymos_after_dart", "kw4", "didymos", "kw4_ho2021")
 
 def described(name: str) -> dict[str, Any]:
     """Return the page's description of a ready-made system, in kilometres, hours and kilograms if it has units."""
-    make = getattr(systems, name)
-    system, state = make()
+    setup = getattr(systems, name)
+    system, state = setup()
     core = system.context.core
     arrays = ("position", "velocity", "attitude", "spin")
     description = {
@@ -62,7 +62,7 @@ def described(name: str) -> dict[str, Any]:
     is_ellipsoid = [isinstance(shape, fullbody.Ellipsoid) for shape in shapes]
     return {
         "name": name,
-        "title": make.__doc__.partition("\n")[0].rstrip("."),
+        "title": setup.__doc__.partition("\n")[0].rstrip("."),
         "names": list(system.names),
         "description": description,
         # The page makes the surfaces of ellipsoids from their semi-axes.
@@ -82,7 +82,7 @@ def script() -> str:
     """Return the page's script as one module: the scene, the sliders, and the part for this page."""
     files = resources.files("fullbody.view")
     parts = [files.joinpath(name).read_text(encoding="utf-8") for name in ("viewer.js", "explorer.js")]
-    return "\n".join([*parts, (HERE / "site.js").read_text(encoding="utf-8")])
+    return "\n".join([*parts, (FOLDER / "site.js").read_text(encoding="utf-8")])
 
 
 def core(out: Path) -> None:
@@ -108,7 +108,7 @@ def main(out: Path) -> None:
     files = resources.files("fullbody.view")
     styles = [files.joinpath(name).read_text(encoding="utf-8") for name in ("viewer.css", "explorer.css")]
     (out / "explorer.css").write_text("".join(styles), encoding="utf-8")
-    shutil.copy(HERE / "index.html", out / "index.html")
+    shutil.copy(FOLDER / "index.html", out / "index.html")
     size = sum(len(gzip.compress(path.read_bytes())) for path in out.iterdir() if path.is_file())
     print(f"{out}: {size / 1000:.0f} kB compressed")
     if size > LIMIT:

@@ -1,7 +1,7 @@
-"""Write the address of the project's source wherever it is shown: ``make address``.
+"""Write the address of the project's source into the files that show it: ``make address``.
 
-It is ``address`` in ``[tool.fullbody]`` of pyproject.toml. Where that is empty, the places that show it are removed.
-The site reads it by itself.
+The address is ``address`` in ``[tool.fullbody]`` of pyproject.toml. If it is empty, the texts that show it are removed.
+The site reads it from there.
 """
 
 import re
@@ -20,11 +20,11 @@ PLACES = {
 def main(root: Path) -> None:
     """Write the address into the files of a folder."""
     address = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["fullbody"]["address"]
-    for name, (before, shown, pattern) in PLACES.items():
+    for name, (preceding, format_, pattern) in PLACES.items():
         path = root / name
         text = re.sub(pattern, "", path.read_text(encoding="utf-8"))
         if address:
-            text = text.replace(before, before + shown.format(address), 1)
+            text = text.replace(preceding, preceding + format_.format(address), 1)
         path.write_text(text, encoding="utf-8")
 
 

@@ -26,11 +26,11 @@ STATED = {
 
 
 def with_version(text: str, pattern: str, version: str) -> str:
-    """Return the text of a file with another version in the place of the first one that the pattern finds."""
-    found = re.search(pattern, text, re.MULTILINE)
-    if found is None:
-        raise SystemExit(f"no version is found by the pattern {pattern}")
-    return text[: found.start(1)] + version + text[found.end(1) :]
+    """Return the text of a file with another version instead of the first one that the pattern matches."""
+    match = re.search(pattern, text, re.MULTILINE)
+    if match is None:
+        raise SystemExit(f"no version matches the pattern {pattern}")
+    return text[: match.start(1)] + version + text[match.end(1) :]
 
 
 def write(version: Version) -> None:
@@ -39,12 +39,12 @@ def write(version: Version) -> None:
     for name, pattern in STATED.items():
         path = ROOT / name
         # Cargo writes 0.4.0-dev for Python's 0.4.0.dev0.
-        own = str(version).replace(".dev0", "-dev") if path.suffix == ".toml" else str(version)
-        text = with_version(path.read_text(encoding="utf-8"), pattern, own)
+        written = str(version).replace(".dev0", "-dev") if path.suffix == ".toml" else str(version)
+        text = with_version(path.read_text(encoding="utf-8"), pattern, written)
         if path.suffix == ".cff":
             text = re.sub(r"^date-released: .*\n", "", text, flags=re.MULTILINE)
             if not version.is_devrelease:
-                text = text.replace(f"version: {own}\n", f"version: {own}\ndate-released: {today}\n")
+                text = text.replace(f"version: {written}\n", f"version: {written}\ndate-released: {today}\n")
         path.write_text(text, encoding="utf-8")
     path = ROOT / "CHANGELOG.md"
     text = path.read_text(encoding="utf-8")

@@ -1,76 +1,99 @@
-"""What studies of many runs share: a command, and a folder with a report, its figures and its numbers."""
+"""What all studies share: a command, and a folder with a report, its figures and its numbers."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fullbody import __version__
 from fullbody.base.atomic import replacing
 from fullbody.errors import FullbodyError
 
 __all__ = [
+    "PROGRAM",
     "Study",
     "as_json",
-    "command",
+    "cpu_seconds",
+    "formatted",
     "listed",
     "percent",
+    "pictures",
     "publish",
-    "reported",
+    "run_command",
+    "study_command",
     "table",
     "with_error",
     "write_numbers",
 ]
 
+PROGRAM = f"fullbody {__version__}"
 #: A function that writes a study into a folder (its draft or all of it, with or without a progress bar) and returns
 #: the path of the report.
 Study = Callable[[Path, bool, bool], Path]
 
 
-def command(name: str, text: str, out: str, study: Study, argv: Sequence[str] | None) -> int:
-    """Run the command ``python -m reproduction.NAME``."""
-    parser = argparse.ArgumentParser(prog=f"python -m reproduction.{name}", description=text)
-    parser.add_argument("--out", type=Path, default=Path(out), help="folder (%(default)s)")
-    parser.add_argument("--draft", action="store_true", help="a small grid and short runs")
-    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    arguments = parser.parse_args(argv)
+def study_command(package: str | None, description: str | None, out: str, study: Study) -> Callable[..., int]:
+    """Return the function of arguments that runs the command ``python -m PACKAGE`` and returns its exit code.
 
-    def work() -> None:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        report = study(arguments.out, arguments.draft, sys.stderr.isatty() and not arguments.quiet)
-        if not arguments.quiet:
-            print(report.read_text(encoding="utf-8"))
-            print(f"The report is {report}")
+    ``out`` is the folder into which it writes by default.
+    """
 
-    return reported(work)
+    def main(argv: Sequence[str] | None = None) -> int:
+        parser = argparse.ArgumentParser(prog=f"python -m {package}", description=description)
+        parser.add_argument("--out", type=Path, default=Path(out), help="folder (%(default)s)")
+        parser.add_argument("--draft", action="store_true", help="a small grid and short runs")
+        parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+        arguments = parser.parse_args(argv)
+
+        def run() -> None:
+            arguments.out.mkdir(parents=True, exist_ok=True)
+            report = study(arguments.out, arguments.draft, sys.stderr.isatty() and not arguments.quiet)
+            if not arguments.quiet:
+                print(report.read_text(encoding="utf-8"))
+                print(f"The report is {report}")
+
+        return run_command(run)
+
+    return main
 
 
-def reported(work: Callable[[], None]) -> int:
-    """Do the work of a command; an error is reported as one line on standard error and a non-zero exit code."""
+def run_command(run: Callable[[], None]) -> int:
+    """Run a command; an error is reported as one line on standard error and a non-zero exit code."""
     try:
-        work()
+        run()
     except (FullbodyError, ImportError, OSError) as error:
         print(f"reproduction: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt as interrupt:
-        print(f"reproduction: {interrupt}; the same command goes on from there", file=sys.stderr)
+        message = str(interrupt) or "interrupted"
+        print(f"reproduction: {message}; the same command goes on from what it has saved", file=sys.stderr)
         return 130
     return 0
 
 
-def publish(folder: Path, text: str, figures: Mapping[str, Any], numbers: Mapping[str, Any]) -> Path:
-    """Write ``report.md``, whose text shows the figures by name, the figures as PNG, and ``numbers.json`` at last."""
+def publish(
+    folder: Path, figures: Mapping[str, Any], numbers: Mapping[str, Any], text: Callable[[dict[str, Any]], str]
+) -> Path:
+    """Write ``report.md``, the figures as PNG, and last ``numbers.json``; return the path of the report.
+
+    The numbers get the name and the version of the program as ``program``. ``text`` makes the report of them, which
+    shows the figures by name.
+    """
+    numbers = {"program": PROGRAM, **numbers}
     for name, figure in figures.items():
         with replacing(folder / f"{name}.png") as temporary:
             figure.savefig(temporary, dpi=130)
     with replacing(folder / "report.md") as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    write_numbers(folder / "numbers.json", dict(numbers))
+        temporary.write_text(text(numbers), encoding="utf-8")
+    write_numbers(folder / "numbers.json", numbers)
     return folder / "report.md"
 
 
@@ -90,9 +113,27 @@ def listed(items: Mapping[str, Any]) -> str:
     return "\n".join(f"- **{name}**: {value}." for name, value in items.items())
 
 
+def pictures(captions: Mapping[str, str]) -> str:
+    """Return the figures with these names in Markdown, each above its caption."""
+    return "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in captions.items())
+
+
+def formatted(value: float | None, specification: str) -> str:
+    """Return a number by a format specification; a dash for ``None`` and NaN."""
+    return "-" if value is None or math.isnan(value) else format(value, specification)
+
+
 def percent(share: float) -> str:
-    """Return a share with its sign; a dash for none."""
-    return "-" if np.isnan(share) else f"{100 * share:.1f} %"
+    """Return a share in per cent; a dash for NaN."""
+    return "-" if math.isnan(share) else f"{100 * share:.1f} %"
+
+
+def cpu_seconds(function: Callable[[], Any], calls: int) -> float:
+    """Return the processor time of a function in seconds, the mean over some calls."""
+    started = time.process_time()
+    for _ in range(calls):
+        function()
+    return (time.process_time() - started) / calls
 
 
 def as_json(value: Any) -> Any:

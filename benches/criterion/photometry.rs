@@ -20,11 +20,11 @@ fn photometer(count: usize) -> Option<Photometer> {
 
 fn brightness(c: &mut Criterion) {
     // The second body passes before the first one, and its shadow follows.
-    let place = |k: usize| {
-        let way = -1.3 + 2.6 * k as f64 / (EPOCHS - 1) as f64;
-        [Vec3::zeros(), Vec3::new(3.0, way, 0.2)]
+    let positions_at = |k: usize| {
+        let y = -1.3 + 2.6 * k as f64 / (EPOCHS - 1) as f64;
+        [Vec3::zeros(), Vec3::new(3.0, y, 0.2)]
     };
-    let (positions, attitudes): (Vec<_>, _) = ((0..EPOCHS).map(place).collect(), [[0.9, 0.1, 0.3, 0.2]; 2]);
+    let (positions, attitudes): (Vec<_>, _) = ((0..EPOCHS).map(positions_at).collect(), [[0.9, 0.1, 0.3, 0.2]; 2]);
     let never = &mut InterruptCheck::never();
     let mut group = c.benchmark_group("brightness");
     group.throughput(Throughput::Elements(EPOCHS as u64));

@@ -2,7 +2,7 @@
 
 For any input they return a valid object or raise a :class:`fullbody.FullbodyError`. Another error, a NaN, a crash and a
 computation without end are faults. Each target has a strategy of hypothesis for its input, and a function that checks
-what the package makes of it.
+the result of the package.
 """
 
 from __future__ import annotations

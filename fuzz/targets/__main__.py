@@ -1,7 +1,7 @@
-"""``python -m targets``: wrong input for every target in turn, until the time is over.
+"""``python -m targets``: batches of input for all targets in turn, for some minutes.
 
-Each batch runs in a process of its own, which what it meets may end: a crash, or sixty seconds of computing on one
-input. What led there is kept in a folder, with what was printed.
+Each batch runs in a separate process, which a fault may end: a crash, or sixty seconds of computing on one input. The
+input of a fault is stored in a folder with the printed text.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _MEMORY = 8 * 2**30
 _BATCH = 500
 
 
-def hunt(names: list[str], minutes: float, first: int, folder: Path) -> int:
+def run_batches(names: list[str], minutes: float, first: int, folder: Path) -> int:
     """Send batches through the targets in turn; return the number of faults."""
     folder.mkdir(parents=True, exist_ok=True)
     end = time.monotonic() + 60.0 * minutes
@@ -40,24 +40,26 @@ def hunt(names: list[str], minutes: float, first: int, folder: Path) -> int:
         if time.monotonic() > end:
             break
         command = [sys.executable, "-m", "targets", "--batch", name, "--seed", str(number), "--folder", str(folder)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        process = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         counts[name] += _BATCH
-        if done.returncode != 0:
+        if process.returncode != 0:
             faults += 1
-            print(f"{name}, seed {number}: {_keep(folder, name, done)}", flush=True)
+            print(f"{name}, seed {number}: {_store_fault(folder, name, process)}", flush=True)
     print(", ".join(f"{name} {count}" for name, count in counts.items()), f"inputs; {faults} faults")
     return faults
 
 
-def _keep(folder: Path, name: str, done: subprocess.CompletedProcess[str]) -> str:
-    """Store the last input of a batch, which hypothesis has made as short as it can, and what was printed."""
+def _store_fault(folder: Path, name: str, process: subprocess.CompletedProcess[str]) -> str:
+    """Store the last input of a batch, which hypothesis has minimised, and the printed text."""
     last = _last(folder, name)
     content = last.read_bytes() if last.exists() else b""
     path = folder / f"{name}-{hashlib.sha256(content).hexdigest()[:12]}{last.suffix}"
     path.write_bytes(content)
-    path.with_suffix(".log").write_text(done.stdout)
-    how = f"ended by signal {-done.returncode}" if done.returncode < 0 else done.stdout.strip().splitlines()[-1:]
-    return f"{path}: {how}"
+    path.with_suffix(".log").write_text(process.stdout)
+    cause = (
+        f"ended by signal {-process.returncode}" if process.returncode < 0 else process.stdout.strip().splitlines()[-1:]
+    )
+    return f"{path}: {cause}"
 
 
 def _last(folder: Path, name: str) -> Path:
@@ -65,11 +67,11 @@ def _last(folder: Path, name: str) -> Path:
 
 
 def batch(name: str, number: int, folder: Path) -> None:
-    """Go through one target with many inputs."""
+    """Send many inputs to a target."""
     target, last = TARGETS[name], _last(folder, name)
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     faulthandler.enable()
-    # Once the traceback is told the signal does what it is for: it ends the process, in whatever library that is.
+    # After the traceback is printed the signal ends the process, also within a library.
     faulthandler.register(signal.SIGPROF, chain=True)
 
     @seed(number)
@@ -79,11 +81,11 @@ def batch(name: str, number: int, folder: Path) -> None:
         database=None,
         suppress_health_check=list(HealthCheck),
         phases=(Phase.generate, Phase.shrink),
-        # One fault a batch, so that the last input is the one of the fault that is told.
+        # A batch reports one fault, so that the last input is that of the fault.
         report_multiple_bugs=False,
     )
     @given(target.inputs)
-    def enter(value: Any) -> None:
+    def check(value: Any) -> None:
         last.write_bytes(value if isinstance(value, bytes) else repr(value).encode(errors="backslashreplace"))
         signal.setitimer(signal.ITIMER_PROF, _LIMIT)
         try:
@@ -91,13 +93,13 @@ def batch(name: str, number: int, folder: Path) -> None:
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
 
-    enter()
+    check()
 
 
 def main() -> int:
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m targets", description=__doc__)
-    parser.add_argument("targets", nargs="*", help=f"some of {', '.join(TARGETS)}; all, unless given")
+    parser.add_argument("targets", nargs="*", help=f"some of {', '.join(TARGETS)}; all by default")
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--seed", type=int, default=random.SystemRandom().randrange(10**9))
     parser.add_argument("--folder", type=Path, default=Path("out", "fuzz"))
@@ -108,7 +110,9 @@ def main() -> int:
         return 0
     if unknown := set(arguments.targets) - set(TARGETS):
         parser.error(f"no target {', '.join(unknown)}; expected some of {', '.join(TARGETS)}")
-    return 1 if hunt(arguments.targets or list(TARGETS), arguments.minutes, arguments.seed, arguments.folder) else 0
+    return (
+        1 if run_batches(arguments.targets or list(TARGETS), arguments.minutes, arguments.seed, arguments.folder) else 0
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Targets for arguments: the constructors, and what is done with what they make."""
+"""Targets for arguments: the constructors, and the use of their objects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fullbody import events
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from .target import Target, check_finite, check_object, check_start, check_state, refusing
+from .target import Target, check_finite, check_object, check_start, check_state, package_errors_only
 
 _NUMBERS = st.one_of(
     st.floats(),
@@ -62,9 +62,9 @@ _ANY = st.one_of(
 _POSITIVE = st.floats(1e-3, 10.0)
 
 
-def _or_any(good: Any, often: int = 7) -> Any:
-    """Return a strategy of what is right, and now and then anything."""
-    return st.integers(0, often).flatmap(lambda k: _ANY if k == 0 else good)
+def _or_any(valid: Any, odds: int = 7) -> Any:
+    """Return a strategy of valid values, and with these odds against it of anything."""
+    return st.integers(0, odds).flatmap(lambda k: _ANY if k == 0 else valid)
 
 
 def _rows(width: int, count: int = 2) -> Any:
@@ -130,13 +130,13 @@ _INTEGRATORS = st.one_of(
         ),
     ),
 )
-_PLACE = _or_any(st.sampled_from([0, 1, "A", "B"]))
+_BODY = _or_any(st.sampled_from([0, 1, "A", "B"]))
 _EVENTS = st.tuples(
     st.sampled_from([name for name in events.__all__ if name not in ("Event", "Occurrence")]),
     st.fixed_dictionaries(
         {},
         optional={
-            **dict.fromkeys(("body", "about", "by"), _PLACE),
+            **dict.fromkeys(("body", "about", "by"), _BODY),
             "value": _or_any(_POSITIVE),
             "distance": _or_any(_POSITIVE),
             "normal": _or_any(st.lists(st.floats(-1, 1), min_size=3, max_size=3)),
@@ -182,7 +182,7 @@ def _check_angled(arguments: dict[str, Any]) -> None:
 
 def _check_elements(arguments: tuple[dict[str, Any], Any, Any, Any]) -> None:
     values, mu, r, v = arguments
-    with refusing():
+    with package_errors_only():
         elements = fullbody.KeplerElements(**values)
         check_object(elements)
         check_finite(*elements.to_cartesian(mu))
@@ -191,43 +191,42 @@ def _check_elements(arguments: tuple[dict[str, Any], Any, Any, Any]) -> None:
     check_object(k)
 
 
-class _Enough(fullbody.FullbodyError):
+class _LongEnough(fullbody.FullbodyError):
     """Ends a run that would take long."""
 
 
 def _stop(*_: Any) -> None:
-    raise _Enough("long enough")
+    raise _LongEnough("long enough")
 
 
 def _check_run(arguments: tuple[Any, Any, Any, Any, list[Any]]) -> None:
     """Check a short run of case 1 with any integrator, end, output and events."""
-    (kind, settings), until, output, watched, dense = arguments
+    (kind, settings), until, output, event_arguments, dense = arguments
     integrator = getattr(fullbody, kind)(**settings)
     check_object(integrator)
     system, state = fullbody.systems.case1(gravity="point")
-    asked = []
-    for name, values in watched:
+    run_events = []
+    for name, values in event_arguments:
         event = getattr(events, name)
-        known = event.__dataclass_fields__
-        needed = {"body": 1, "by": 0, "f": lambda state: 1.0} | values
-        asked.append(event(**{key: value for key, value in needed.items() if key in known}))
-        assert repr(asked[-1])
+        values = {"body": 1, "by": 0, "f": lambda state: 1.0} | values
+        run_events.append(event(**{key: value for key, value in values.items() if key in event.__dataclass_fields__}))
+        assert repr(run_events[-1])
     run = system.integrate(
-        state, until, output=output, integrator=integrator, events=asked, dense=dense, progress=_stop
+        state, until, output=output, integrator=integrator, events=run_events, dense=dense, progress=_stop
     )
     check_finite(*run.arrays.values())
-    for happened in run.events:
-        check_finite(happened.time)
+    for occurrence in run.events:
+        check_finite(occurrence.time)
     if run.dense is not None and len(run):
         check_state(run(run.time[-1]))
 
 
 def _target(name: str, inputs: Any, check: Callable[[Any], None]) -> Target:
-    def enter(arguments: Any) -> None:
-        with refusing():
+    def checked(arguments: Any) -> None:
+        with package_errors_only():
             check(arguments)
 
-    return Target(name, inputs, enter)
+    return Target(name, inputs, checked)
 
 
 TARGETS: list[Target] = [

@@ -19,10 +19,10 @@ _UNITS = st.sampled_from([None, u.h, u.km, u.mas, u.mag, u.km / u.s])
 
 
 def _columns(size: int) -> Any:
-    """Return a strategy of the values of a column, with a unit now and then, and anything now and then."""
+    """Return a strategy of the values of a column, some with a unit, and some of any kind."""
     values = st.lists(st.one_of(st.floats(-5.0, 5.0), st.just(np.nan)), min_size=size, max_size=size)
-    united = st.builds(lambda column, unit: column if unit is None else column * unit, values, _UNITS)
-    return _or_any(st.one_of(values, united))
+    with_unit = st.builds(lambda column, unit: column if unit is None else column * unit, values, _UNITS)
+    return _or_any(st.one_of(values, with_unit))
 
 
 _GEOMETRIES = st.fixed_dictionaries(
@@ -33,21 +33,21 @@ _GEOMETRIES = st.fixed_dictionaries(
         "light_time": _or_any(st.just(False)),
     },
 )
-_PLACES = {name: _or_any(st.sampled_from([0, 1, "Alpha", "Beta"])) for name in ("body", "about")}
+_BODIES = {name: _or_any(st.sampled_from([0, 1, "Alpha", "Beta"])) for name in ("body", "about")}
 _SIGMA = _or_any(_POSITIVE)
 _OBSERVED = _TIMES.flatmap(
     lambda times: st.one_of(
         st.tuples(
             st.just("RadarAstrometry"),
             st.fixed_dictionaries(
-                {"times": _or_any(st.just(times)), "sigma": st.one_of(_SIGMA, st.tuples(_SIGMA, _SIGMA)), **_PLACES},
+                {"times": _or_any(st.just(times)), "sigma": st.one_of(_SIGMA, st.tuples(_SIGMA, _SIGMA)), **_BODIES},
                 optional={"range": _columns(len(times)), "range_rate": _columns(len(times))},
             ),
         ),
         st.tuples(
             st.just("Astrometry"),
             st.fixed_dictionaries(
-                {"times": _or_any(st.just(times)), "sigma": _SIGMA, **_PLACES}
+                {"times": _or_any(st.just(times)), "sigma": _SIGMA, **_BODIES}
                 | {name: _columns(len(times)) for name in ("east", "north")},
                 optional={"correlation": _or_any(st.floats(-1.0, 1.0)), "photocentre": _or_any(st.booleans())},
             ),
@@ -66,7 +66,7 @@ _OBSERVED = _TIMES.flatmap(
         ),
     )
 )
-#: 1999 KW4 as two points, or as it is, for which nothing is computed again.
+#: A run of 1999 KW4, which is computed once.
 _SYSTEM, _STATE = fullbody.systems.kw4()
 _SYSTEM = _SYSTEM.with_options(frame="ecliptic")
 _RUN = _SYSTEM.integrate(_STATE, 6.0, dense=True)
@@ -74,16 +74,16 @@ _RUN = _SYSTEM.integrate(_STATE, 6.0, dense=True)
 
 def _check_observed(arguments: tuple[dict[str, Any], tuple[str, dict[str, Any]], Any]) -> None:
     geometry, (kind, options), jitter = arguments
-    made = getattr(observing, kind)(**options, geometry=observing.Geometry(**geometry))
-    assert repr(made)
-    assert len(made) >= 1
+    data = getattr(observing, kind)(**options, geometry=observing.Geometry(**geometry))
+    assert repr(data)
+    assert len(data) >= 1
     if jitter is not None:
-        made = made.with_jitter(jitter)
-    check_finite(made.pulls(_RUN), *made.errors(_SYSTEM))
+        data = data.with_jitter(jitter)
+    check_finite(data.pulls(_RUN), *data.errors(_SYSTEM))
 
 
 def _table(names: tuple[str, ...]) -> Any:
-    """Return a strategy of columns of two rows, which are mostly numbers of a usual size."""
+    """Return a strategy of columns of two rows, most of which are numbers of a usual size."""
     usual = st.lists(st.floats(0.1, 5.0), min_size=2, max_size=2)
     numbers = st.lists(_NUMBERS, min_size=2, max_size=2)
     column = _or_any(st.one_of(usual, usual, numbers), 9)
@@ -95,7 +95,7 @@ def _check_table(arguments: tuple[dict[str, Any], dict[str, Any]]) -> None:
     geometry = observing.Geometry([0.0, 6.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
     for kind in (observing.RadarAstrometry, observing.Astrometry, observing.Photometry):
         try:
-            # pandas may refuse columns, and that is not this package's business.
+            # Columns that pandas refuses do not reach this package.
             table = pd.DataFrame(columns)
         except (ValueError, TypeError, OverflowError):
             return
@@ -108,7 +108,7 @@ def _check_table(arguments: tuple[dict[str, Any], dict[str, Any]]) -> None:
 def _setup(mass: float, a: float) -> Any:
     if not (0.5 < mass < 5.0 and 1.0 < a < 5.0):
         # Close and heavy bodies would take millions of steps.
-        raise ValueError("mass or a is far away")
+        raise ValueError("mass or a is out of range")
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (mass, 0.1)]
     state = fullbody.State([[0.0] * 3, [a, 0.0, 0.0]], [[0.0] * 3, [0.1, 0.9, 0.3]])
     return fullbody.System(bodies, G=1.0, gravity="point"), state
@@ -118,10 +118,10 @@ _VIEW = observing.Geometry([0.0, 9.0], to_observer=[1e3, 2e2, 4e2], light_time=F
 _RANGES = observing.RadarAstrometry(
     [1.0, 2.0, 3.0, 4.0], range=[0.5, 1.5, 1.0, -1.0], sigma=0.5, body=1, about=0, geometry=_VIEW
 )
-_NEAR = _or_any(st.floats(1.5, 3.5))
+_START = _or_any(st.floats(1.5, 3.5))
 _FREE = st.builds(
     lambda start, options: fullbody.fitting.Free(start, **options),
-    _NEAR,
+    _START,
     st.fixed_dictionaries(
         {},
         optional={
@@ -132,7 +132,7 @@ _FREE = st.builds(
     ),
 )
 _FITS = st.fixed_dictionaries(
-    {"parameters": _or_any(st.fixed_dictionaries({"mass": st.one_of(_FREE, _NEAR), "a": st.one_of(_FREE, _NEAR)}))},
+    {"parameters": _or_any(st.fixed_dictionaries({"mass": st.one_of(_FREE, _START), "a": st.one_of(_FREE, _START)}))},
     optional={
         "observations": _or_any(st.sampled_from([_RANGES, [_RANGES, _RANGES]])),
         "loss": _or_any(st.sampled_from(["linear", "huber", fullbody.fitting.Outliers()])),

@@ -96,8 +96,8 @@ def _damaged(draw: Any, kinds: list[str]) -> bytes:
                 data[first : first + size] = bytes(len(data[first : first + size]))
             case "swap":
                 size, other = draw(st.sampled_from([8, 64, 512, 4096])), position()
-                here, there = bytes(data[first : first + size]), bytes(data[other : other + size])
-                data[first : first + len(there)], data[other : other + len(here)] = there, here
+                block, other_block = bytes(data[first : first + size]), bytes(data[other : other + size])
+                data[first : first + len(other_block)], data[other : other + len(block)] = other_block, block
             case "copy":
                 size, other = draw(st.sampled_from([8, 64, 512])), position()
                 data[first : first + size] = data[other : other + size]
@@ -122,13 +122,13 @@ def _rewritten(draw: Any) -> bytes:
             variables = [name for name, variable in file.items() if variable.dtype.kind in "fi"]
             name = draw(st.sampled_from(texts if draw(st.booleans()) else variables))
             if name in texts:
-                file.attrs[name] = _other_text(draw, file.attrs.get(name))
+                file.attrs[name] = _changed_text(draw, file.attrs.get(name))
             else:
                 _write_variable(draw, file, name)
     return _with_checksum(stream.getvalue()[: _hdf5_size(stream.getvalue())])
 
 
-def _other_text(draw: Any, text: Any) -> Any:
+def _changed_text(draw: Any, text: Any) -> Any:
     """Return a replacement for the text of an attribute: JSON with one entry changed or deleted, or any value."""
     try:
         value = json.loads(text)

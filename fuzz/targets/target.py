@@ -45,67 +45,67 @@ class Target:
 
 
 @contextlib.contextmanager
-def refusing() -> Iterator[None]:
-    """Refuse all errors and warnings but the package's own."""
+def package_errors_only() -> Iterator[None]:
+    """Suppress the errors of the package, and turn the warnings of other packages into errors."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # The package's are of this kind, numpy's about numbers that are none are not.
+        # The warnings of the package are of this class; those of numpy about invalid numbers are not.
         warnings.simplefilter("ignore", UserWarning)
         with contextlib.suppress(fullbody.FullbodyError):
             yield
 
 
 class Content(bytes):
-    """What is in a file; told by its length, where hypothesis would print all of it."""
+    """The content of a file, which hypothesis prints as its length and not completely."""
 
     def __repr__(self) -> str:
         return f"<{len(self)} bytes>"
 
 
 def file_target(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Callable[[Path], Any]) -> Target:
-    """Return a target for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
+    """Return a target for files; ``read`` opens a file and checks its content. Errors have to name the file."""
 
-    def enter(content: bytes) -> None:
+    def checked(content: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, f"input{suffix}")
             path.write_bytes(content)
-            with refusing():
+            with package_errors_only():
                 try:
                     read(path)
                 except fullbody.FullbodyError as error:
                     if str(path) not in str(error):
                         raise AssertionError(f"the error does not name the file: {error}") from error
 
-    return Target(name, inputs.map(Content), enter, suffix)
+    return Target(name, inputs.map(Content), checked, suffix)
 
 
 def check_finite(*values: Any) -> None:
-    """Refuse numbers that are none."""
+    """Refuse numbers that are not finite."""
     for value in values:
         array = np.asarray(getattr(value, "value", value), dtype=float)
         assert np.isfinite(array).all(), f"{value} is not finite"
 
 
 def check_object(value: Any) -> None:
-    """Refuse what has no text, is not equal to itself, or does not survive a pickle."""
+    """Refuse an object without text, or that differs from itself or from its copy by pickle."""
     assert repr(value)
     assert value == value
     assert pickle.loads(pickle.dumps(value)) == value
 
 
 def check_start(system: fullbody.System, state: fullbody.State) -> None:
-    """Refuse a system and a state that are not right; that they do not fit each other is an error of the package."""
+    """Refuse an invalid system or state; the package raises an error if they do not fit each other."""
     check_finite(system.masses, system.G)
     check_state(state)
     check_object(system)
-    with refusing():
+    with package_errors_only():
         check_finite(*_parts(system.interactions(state)))
         sim = fullbody.Simulation(system, state)
         check_finite(sim.time, system.energy(state).total, system.angular_momentum(state))
 
 
 def check_state(state: fullbody.State) -> None:
-    """Refuse a state that is not right."""
+    """Refuse an invalid state."""
     check_finite(state.position, state.velocity, state.spin, state.time, state.rotation_matrix, state.tait_bryan)
     assert np.abs(np.linalg.norm(state.attitude, axis=-1) - 1.0).max(initial=0.0) < 1e-6
     check_object(state)

@@ -1,25 +1,17 @@
-"""``python -m reproduction.agrusa2021``: the attitude of Dimorphos after an impact, for many axis ratios."""
+"""Run Didymos and Dimorphos for a year after an impact, for 625 shapes and two impacts.
+
+Writes report.md, a map and numbers.json beside what Agrusa et al. (2021) state. Takes about ten minutes on two cores;
+when it is cut short, the same command goes on from there.
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 
-from ..publishing import command
+from ..publishing import study_command
 from .study import write
 
-__all__ = ["main"]
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Write the report and print it."""
-    text = (
-        "Run Didymos and Dimorphos for a year after an impact, for 625 shapes and two impacts, and write report.md, a "
-        "map and numbers.json beside what Agrusa et al. (2021) state. Takes about ten minutes on two cores; when it is "
-        "cut short, the same command goes on from there."
-    )
-    return command("agrusa2021", text, "out/dimorphos", write, argv)
-
+main = study_command(__package__, __doc__, "out/dimorphos", write)
 
 if __name__ == "__main__":
     sys.exit(main())

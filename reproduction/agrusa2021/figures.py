@@ -28,7 +28,7 @@ def _map(dataset: xarray.Dataset) -> Figure:
     betas = dataset.beta.values
     axes = figure.subplots(len(betas), 3, sharex=True, sharey=True, squeeze=False)
     a_b, b_c = (np.linspace(dataset[name].values[0], dataset[name].values[-1], 300) for name in ("a_b", "b_c"))
-    three = frequencies(*np.meshgrid(a_b, b_c, indexing="ij"))
+    triple = frequencies(*np.meshgrid(a_b, b_c, indexing="ij"))
     image: Any = None
     drawn: dict[str, Line2D] = {}
     for row, beta in zip(axes, betas, strict=True):
@@ -37,10 +37,10 @@ def _map(dataset: xarray.Dataset) -> Figure:
             image = axis.pcolormesh(
                 dataset.a_b, dataset.b_c, values, vmin=0, vmax=180, cmap="viridis", shading="nearest"
             )
-            for colour, (label, vanishing) in zip(_COLOURS, RESONANCES.items(), strict=True):
-                gap = vanishing(*three)
-                if gap.min() < 0.0 < gap.max():
-                    axis.contour(a_b, b_c, gap.T, levels=[0.0], colors=colour, linewidths=1.3)
+            for colour, (label, combination) in zip(_COLOURS, RESONANCES.items(), strict=True):
+                values = combination(*triple)
+                if values.min() < 0.0 < values.max():
+                    axis.contour(a_b, b_c, values.T, levels=[0.0], colors=colour, linewidths=1.3)
                     drawn[label] = Line2D([], [], color=colour, lw=2, label=label)
             axis.set_title(f"largest {name}, beta = {beta:g}", fontsize=10)
     for axis in axes[-1]:

@@ -1,4 +1,4 @@
-"""Numbers that the abstract of Agrusa et al. (2021) states, and assumptions made beside them."""
+"""Statements of the abstract of Agrusa et al. (2021), and the assumptions of this study."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import fullbody
 import numpy as np
 from fullbody import Component, Run, State, System, Verner98, binary, observables
 
-from ..publishing import listed, percent, publish, table
+from ..publishing import formatted, listed, percent, publish, table
 from . import figures, paper, theory
 
 if TYPE_CHECKING:
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 __all__ = ["counts", "setup", "sweep", "write"]
 
-#: km^3 / (kg h^2); km, hours.
+#: The gravitational constant in km^3 / (kg h^2), the separation in km and the orbital period in hours.
 G, DISTANCE, PERIOD = 6.6743e-11 * 1e-9 * 3600.0**2, 1.19, 11.9217
 MASS = 4 * np.pi**2 * DISTANCE**3 / (G * PERIOD**2)
-#: Momentum of the spacecraft, kg km/h; its angle out of the orbit's plane.
+#: The momentum of the spacecraft in kg km/h, and its angle out of the plane of the orbit.
 MOMENTUM, ELEVATION = 535.0 * 6.6 * 3600.0, np.deg2rad(10.0)
-#: The angle from which on the attitude counts as unstable.
+#: The roll, pitch or yaw above which the attitude counts as unstable.
 UNSTABLE = np.deg2rad(60.0)
 RATIOS = np.round(np.arange(1.02, 1.51, 0.02), 2)
 GRID = {"beta": [1.0, 3.0], "a_b": RATIOS, "b_c": RATIOS}
@@ -41,17 +41,17 @@ def setup(beta: float, a_b: float, b_c: float) -> tuple[System, State]:
         G=G,
     )
     change = beta * MOMENTUM / system.masses[1]
-    along = [0.0, -change * np.cos(ELEVATION), change * np.sin(ELEVATION)]
-    return system, state.kick("Dimorphos", along, along="orbit")
+    components = [0.0, -change * np.cos(ELEVATION), change * np.sin(ELEVATION)]
+    return system, state.kick("Dimorphos", components, along="orbit")
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """Return the largest roll, pitch and yaw; when one of them passed the limit; and the drifts."""
+    """Return the largest roll, pitch and yaw, the time at which one of them passed the limit, and the drifts."""
     return observables.tumbles(run, limit=UNSTABLE).as_dict() | observables.drift(run).as_dict()
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
-    """Return the map, kept in the folder while it grows."""
+    """Return the map; runs are saved in the folder as they end."""
     return fullbody.sweep(
         setup,
         DRAFT if draft else GRID,
@@ -66,31 +66,32 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
     )
 
 
-#: How many mean motions a combination of frequencies may be from zero near a resonance.
-NEAR = 0.03
+#: The distance from a resonance, in mean motions, within which a combination of frequencies counts as near it.
+TOLERANCE = 0.03
 
 
 def counts(dataset: xarray.Dataset) -> dict[str, Any]:
     """Count, for each beta, the unstable shapes: among all, near each resonance of the theory, and far from them."""
-    three = theory.frequencies(*np.meshgrid(dataset.a_b, dataset.b_c, indexing="ij"))
-    near = {name: np.abs(vanishing(*three)) < NEAR for name, vanishing in theory.RESONANCES.items()}
-    where = {"all": np.full(three[0].shape, True), **near, "none of these": ~np.any(list(near.values()), axis=0)}
-    told = {}
+    frequencies = theory.frequencies(*np.meshgrid(dataset.a_b, dataset.b_c, indexing="ij"))
+    resonant = {name: np.abs(combination(*frequencies)) < TOLERANCE for name, combination in theory.RESONANCES.items()}
+    regions = {"all": np.full(frequencies[0].shape, True), **resonant}
+    regions["none of these"] = ~np.any(list(resonant.values()), axis=0)
+    result = {}
     for beta in dataset.beta.values:
         part = dataset.sel(beta=beta)
         days = part.tumbling_time.values[part.tumbles.values == 1.0] / 24.0
-        told[f"{beta:g}"] = {
+        result[f"{beta:g}"] = {
             "errors": int((part.error != "").sum()),
             "unstable_day_median": float(np.median(days)) if len(days) else np.nan,
             "yaw_beyond_90": float((part.largest_yaw > np.pi / 2).mean()),
             "largest_drift": float(part.energy_drift_orbital.max()),
-            "near": {name: _shapes(part, region) for name, region in where.items()},
+            "near": {name: _shapes(part, region) for name, region in regions.items()},
         }
-    return told
+    return result
 
 
 def _shapes(part: xarray.Dataset, region: Any) -> dict[str, float]:
-    """Return a sentence on the shapes at some rows of the map; angles in degrees."""
+    """Return the number of shapes in a region of the map, the shares of unstable ones, and the median roll, degrees."""
     roll, tumbles = (part[name].values[region] for name in ("largest_roll", "tumbles"))
     if not len(roll):
         return {"shapes": 0, "unstable": np.nan, "rolls_over": np.nan, "roll_median": np.nan}
@@ -107,14 +108,13 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Run everything and write the report."""
     result = sweep(folder, draft, progress)
     numbers = {
-        "program": f"fullbody {fullbody.__version__}",
         "paper": "Agrusa et al. (2021), Icarus 370, 114624, doi:10.1016/j.icarus.2021.114624",
         "draft": draft,
         "stated": paper.STATED,
         "assumed": paper.ASSUMED,
         "counts": counts(result),
     }
-    return publish(folder, _text(numbers), figures.all_figures(result), numbers)
+    return publish(folder, figures.all_figures(result), numbers, _text)
 
 
 def _text(numbers: dict[str, Any]) -> str:
@@ -125,14 +125,14 @@ def _text(numbers: dict[str, Any]) -> str:
             str(shapes["shapes"]),
             percent(shapes["unstable"]),
             percent(shapes["rolls_over"]),
-            "-" if np.isnan(shapes["roll_median"]) else f"{shapes['roll_median']:.1f}",
+            formatted(shapes["roll_median"], ".1f"),
         ]
         for beta, count in numbers["counts"].items()
         for name, shapes in count["near"].items()
     ]
     head = ["beta", "near", "shapes", "unstable", "rolls over", "largest roll, median, degrees"]
     days = ", ".join(
-        f"{_days(count['unstable_day_median'])} (beta {beta})" for beta, count in numbers["counts"].items()
+        f"{formatted(count['unstable_day_median'], '.0f')} (beta {beta})" for beta, count in numbers["counts"].items()
     )
     drift = max(count["largest_drift"] for count in numbers["counts"].values())
     return f"""# The attitude of Dimorphos: {numbers["paper"]}
@@ -145,7 +145,7 @@ available. Its statements and the assumptions of this study are listed below.
 {table(head, rows)}
 
 A shape is unstable if its roll, pitch or yaw exceeds {np.rad2deg(UNSTABLE):g} degrees within the year; the median day \
-of the first time is {days}. Near means within {NEAR:g} mean motions. The energy of the orbit drifts by at most \
+of the first time is {days}. Near means within {TOLERANCE:g} mean motions. The energy of the orbit drifts by at most \
 {drift:.1g}.
 
 The lines are resonances of the linear theory, on a circular orbit about a point:
@@ -167,7 +167,3 @@ where the roots x are the squares of the frequencies of precession (the larger o
 
 {listed(numbers["assumed"])}
 """
-
-
-def _days(time: float) -> str:
-    return "-" if np.isnan(time) else f"{time:.0f}"

@@ -11,8 +11,8 @@ so that the libration has the frequency sqrt(3 (B - A)/C), and the squares of th
 
     A B x^2 - [4 A (C - A) + B (C - B) + (A + B - C)^2] x + 4 (C - A) (C - B) = 0.
 
-For a nearly round body the larger one is near 1: a pole at rest, seen from the turning frame, with its slow precession.
-The smaller one is the nutation.
+For a nearly round body the larger root is near 1: the slow precession of a pole, seen from the rotating frame. The
+smaller one is the nutation.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = ["RESONANCES", "frequencies"]
 def frequencies(a_b: Any, b_c: Any) -> tuple[Any, Any, Any]:
     """Return the frequencies of libration, precession and nutation of a homogeneous ellipsoid, in mean motions."""
     a, b, c = np.asarray(a_b) * b_c, np.asarray(b_c), 1.0
-    # The moments but for a common factor.
+    # The moments of inertia up to a common factor.
     small, middle, large = b * b + c * c, a * a + c * c, a * a + b * b
     libration = np.sqrt(3 * (middle - small) / large)
     gyric = small + middle - large

@@ -1,4 +1,4 @@
-"""The 27 systems of the catalogue: fits from the published orbits, and why some come out differently."""
+"""The 27 systems of the catalogue: fits from the published orbits, and the reasons for differences."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from fullbody.fitting import Fit, Free
 from scipy.stats import chi2 as chi2_distribution
 
+from ..judging import LIMIT, Verdict, compared, joint
 from . import observations
-from .judging import LIMIT, Verdict, compared, joint
 from .pair import INTEGRATOR, points
 
-__all__ = ["SHAPE", "Refit", "exchanged", "fit", "refit", "verdicts", "within"]
+__all__ = ["DECISIVE", "Refit", "exchanged", "fit", "refit", "verdicts", "within"]
 
-#: The numbers that decide whether a system comes out as published.
-SHAPE = ("a", "period", "e", "i")
+#: The elements that decide whether a fit agrees with the published orbit.
+DECISIVE = ("a", "period", "e", "i")
 UNITS = {"a": "km", "period": "d", "e": "", "i": "deg", "node": "deg", "periapsis": "deg", "longitude": "deg"}
-#: A row whose components are exchanged has a chi2 that falls by more than this factor when they change places.
+#: The factor by which chi2 of a row has to fall for its components to count as exchanged in the file.
 EXCHANGED = 100.0
-#: The published error of the period over that of the fit, below which the published orbit probably needs more data.
-ENOUGH = 0.5
+#: The published error of the period over that of the fit, below which the file probably lacks data.
+LEAST_RATIO = 0.5
 
 
 @dataclass(frozen=True)
@@ -31,21 +31,21 @@ class Refit:
     Attributes
     ----------
     catalogued : Catalogued
-        With the components of ``exchanged`` in the other order.
+        The observations, with the components of the rows ``exchanged`` in the other order, and the published orbit.
     fit : Fit
     exchanged : tuple of int
         Rows in which the components are exchanged.
-    as_given : float
+    file_chi2 : float
         chi2 of the rows as they are in the file, on the fitted orbit.
     rise, p_rise : float
         How much chi2 rises where the published orbit, with its errors, is a prior, and the probability of a larger
-        rise, with seven degrees of freedom. NaN where the published orbit comes out anyway.
+        rise, with seven degrees of freedom. NaN where the fit agrees with the published orbit.
     """
 
     catalogued: observations.Catalogued
     fit: Fit
     exchanged: tuple[int, ...]
-    as_given: float
+    file_chi2: float
     rise: float
     p_rise: float
 
@@ -60,7 +60,7 @@ class Refit:
 
     @property
     def holds(self) -> bool:
-        """Whether a, the period, e and i are all within their limits."""
+        """Whether a, the period, e and i agree with the published values."""
         return within(self.differences)
 
     @property
@@ -70,16 +70,16 @@ class Refit:
 
     @property
     def why(self) -> str:
-        """Why some of its numbers differ."""
+        """The reasons why elements may differ."""
         last = self.catalogued.data.times[-1].decimalyear
         text = []
         if self.exchanged:
             rows = ", ".join(str(row) for row in self.exchanged)
             text.append(
                 f"Rows {rows} of the file have the components exchanged; as given, chi2 on the fitted orbit is "
-                f"{self.as_given:.0f}."
+                f"{self.file_chi2:.0f}."
             )
-        if self.ratio < ENOUGH:
+        if self.ratio < LEAST_RATIO:
             text.append(
                 f"The file probably lacks rows: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} "
                 "times less well than published."
@@ -90,18 +90,18 @@ class Refit:
 
 
 def within(differences: dict[str, float]) -> bool:
-    """Whether those of a, the period, e and i are within their limits."""
-    return all(abs(differences[name]) <= LIMIT for name in SHAPE)
+    """Return whether the differences of a, the period, e and i are within the limit of a verdict."""
+    return all(abs(differences[name]) <= LIMIT for name in DECISIVE)
 
 
 def refit(name: str) -> Refit:
-    """Fit one system; where a row fits the published orbit after an exchange of its components, they are exchanged."""
+    """Fit a system, with the components exchanged in rows that agree with the published orbit only then."""
     published = observations.catalogued(name)
     rows = exchanged(published)
     entry = observations.catalogued(name, rows) if rows else published
     result = fit(entry)
-    as_given = float(np.sum(published.data.pulls(result.run) ** 2))
-    refitted = Refit(entry, result, rows, as_given, np.nan, np.nan)
+    file_chi2 = float(np.sum(published.data.pulls(result.run) ** 2))
+    refitted = Refit(entry, result, rows, file_chi2, np.nan, np.nan)
     if refitted.holds:
         return refitted
     priors = {key: Free(value, prior=(value, entry.errors[key])) for key, value in entry.published.items()}
@@ -123,10 +123,10 @@ def exchanged(entry: observations.Catalogued) -> tuple[int, ...]:
     first = system.integrate(state, times[0], output="ends", integrator=INTEGRATOR)[-1]
     run = system.integrate(first, times[-1], dense=True, integrator=INTEGRATOR)
     offsets, sigma = np.stack([entry.data.east, entry.data.north], axis=1), entry.data.sigma
-    kept, swapped = (
+    chi2, swapped = (
         np.sum(((sign * offsets - entry.data.predict(run)) / sigma).to_value("") ** 2, axis=1) for sign in (1.0, -1.0)
     )
-    return tuple(int(row) for row in entry.data.rows[kept > EXCHANGED * np.maximum(swapped, 1.0)])
+    return tuple(int(row) for row in entry.data.rows[chi2 > EXCHANGED * np.maximum(swapped, 1.0)])
 
 
 def verdicts(result: Refit) -> list[Verdict]:

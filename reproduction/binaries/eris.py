@@ -11,8 +11,8 @@ from fullbody import observing
 from fullbody.fitting import Fit
 from scipy.stats import norm
 
+from ..judging import Verdict, claimed, compared
 from . import observations
-from .judging import Verdict, compared
 from .pair import INTEGRATOR, LOOSE, UNITS, G, orbiting, points
 from .shapes import oblate, upright
 
@@ -26,9 +26,9 @@ PUBLISHED = {
     "i": (45.49, 0.15),
     "node": (126.17, 0.26),
 }
-#: How certainly they exclude a Keplerian orbit, in standard deviations.
+#: The standard deviations at which they exclude a Keplerian orbit.
 EXCLUDED = 6.3
-#: Two-body fits of the same file by programs that share nothing with this one.
+#: The values and errors of two-body fits of the same file by independent programs, and their chi2.
 INDEPENDENT = {
     "a": (37272.3, 61.0),
     "period": (15.785897, 0.000047),
@@ -38,7 +38,7 @@ INDEPENDENT = {
 }
 INDEPENDENT_CHI2 = 107.54
 EPOCH = Time(2453979.0, format="jd", scale="utc")
-#: Near the published orbit, from which the fit starts.
+#: The start of the fit, near the published orbit.
 START = {"a": 37270.0, "period": 15.7859, "e": 0.0062, "i": 45.5, "node": 126.2, "periapsis": 310.0, "longitude": 125.8}
 #: Dysnomia's part of the mass (Brown & Butler 2023), which the relative orbit does not show.
 SHARE = 0.0085
@@ -48,7 +48,7 @@ RADIUS = 1163.0
 
 @dataclass(frozen=True)
 class Eris:
-    """The fits: of two points; with e = 0; without light time; and with a free J2 along the normal of the orbit."""
+    """The fits of two points, with e = 0, without light time, and with a free J2 along the normal of the orbit."""
 
     points: Fit
     circular: Fit
@@ -90,9 +90,9 @@ def _circular(
 def _spheroid(
     J2: float, a: float, period: float, e: float, i: float, node: float, periapsis: float, longitude: float
 ) -> tuple[fullbody.System, fullbody.State]:
-    """Return Eris as a spheroid that turns once an orbit about the orbit's normal.
+    """Return Eris as a spheroid that rotates once in each orbit about the normal of the orbit.
 
-    The period is that of a circular orbit in the equator, n^2 a^3 = G M (1 + 3/2 J2 R^2/a^2), which J2 hardly changes.
+    The mass follows from the period of a circular orbit in the equator, n^2 a^3 = G M (1 + 3/2 J2 R^2/a^2).
     """
     mu, r, v = orbiting(a, period, e, i, node, periapsis, longitude)
     mass = mu / G / (1.0 + 1.5 * J2 * (RADIUS / a) ** 2)
@@ -101,10 +101,10 @@ def _spheroid(
         fullbody.Body(fullbody.PointMass(), mass=SHARE * mass, name="secondary"),
     ]
     system = fullbody.System(bodies, G=G, epoch=EPOCH, units=UNITS, frame="equatorial", gravity="focal")
-    parts = [-SHARE, 1.0 - SHARE]
+    shares = [-SHARE, 1.0 - SHARE]
     state = fullbody.State(
-        position=np.outer(parts, r),
-        velocity=np.outer(parts, v),
+        position=np.outer(shares, r),
+        velocity=np.outer(shares, v),
         attitude=[upright(i, node), [1.0, 0.0, 0.0, 0.0]],
         spin=[[0.0, 0.0, 2.0 * np.pi / period], [0.0, 0.0, 0.0]],
     )
@@ -112,34 +112,22 @@ def _spheroid(
 
 
 def verdicts(result: Eris) -> list[Verdict]:
-    """Compare with the paper, and with fits by other programs."""
+    """Compare the fits with the paper and with fits by other programs."""
     fit, units = result.points, {"a": "a [km]", "period": "period [d]", "i": "i [deg]", "node": "node [deg]"}
-    ours = {name: (fit.values[name], fit.sigma[name]) for name in fit.names}
-    rows = [compared("Eris", units.get(name, name), PUBLISHED[name], ours[name]) for name in PUBLISHED]
-    rows += [
-        compared("Eris", f"{units.get(name, name)}, by other programs", INDEPENDENT[name], ours[name])
-        for name in INDEPENDENT
-    ]
-    same = round(excluded(fit), 1) == EXCLUDED
-    rows.append(
-        Verdict(
+    fitted = {name: (fit.values[name], fit.sigma[name]) for name in fit.names}
+    chi2_agrees = abs(fit.chi2 - INDEPENDENT_CHI2) < 0.01
+    return [
+        *(compared("Eris", units.get(name, name), PUBLISHED[name], fitted[name]) for name in PUBLISHED),
+        *(
+            compared("Eris", f"{units.get(name, name)}, by other programs", INDEPENDENT[name], fitted[name])
+            for name in INDEPENDENT
+        ),
+        claimed(
             "Eris",
             "a Keplerian orbit is excluded at [sigma]",
             f"{EXCLUDED}",
             f"{excluded(fit):.2f}: chi2 {fit.chi2:.2f} of {fit.dof}",
-            None,
-            "holds" if same else "differs",
-        )
-    )
-    close = abs(fit.chi2 - INDEPENDENT_CHI2) < 0.01
-    rows.append(
-        Verdict(
-            "Eris",
-            "chi2, by other programs",
-            f"{INDEPENDENT_CHI2}",
-            f"{fit.chi2:.2f}",
-            None,
-            "holds" if close else "differs",
-        )
-    )
-    return rows
+            round(excluded(fit), 1) == EXCLUDED,
+        ),
+        claimed("Eris", "chi2, by other programs", f"{INDEPENDENT_CHI2}", f"{fit.chi2:.2f}", chi2_agrees),
+    ]

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from . import haumea as haumea_
-from .catalogue import SHAPE, Refit
-from .judging import LIMIT
+from ..judging import LIMIT
+from .catalogue import DECISIVE, Refit
+from .haumea import RING, orbit_pole
 
 if TYPE_CHECKING:
     from .eris import Eris
@@ -31,11 +31,11 @@ CAPTIONS = {
 
 
 def catalogue(refits: Sequence[Refit]) -> Figure:
-    """Draw the differences of each system, and how its errors compare."""
+    """Draw the differences of the elements of each system, and the ratio of the errors of its period."""
     figure = Figure(figsize=(9.0, 7.5), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[2, 1])
     rows = np.arange(len(refits))
-    for name, marker in zip(SHAPE, "osD^", strict=True):
+    for name, marker in zip(DECISIVE, "osD^", strict=True):
         values = np.clip([refit.differences[name] for refit in refits], -15.0, 15.0)
         left.plot(values, rows, marker, ms=4, alpha=0.8, label=name)
     left.axvspan(-LIMIT, LIMIT, color="0.9", zorder=0)
@@ -51,7 +51,7 @@ def catalogue(refits: Sequence[Refit]) -> Figure:
 
 
 def eris(result: Eris) -> Figure:
-    """Draw the observations in the sky and the orbit's places."""
+    """Draw the observed offsets and those of the fitted orbit in the sky."""
     fit = result.points
     (data,) = fit.observations
     figure = Figure(figsize=(5.0, 5.0), layout="constrained")
@@ -72,11 +72,11 @@ def poles(result: Haumea) -> Figure:
     axes = figure.subplots()
     names: Mapping[int, str] = {1: "sign as in the tables", -1: "sign reversed"}
     for (east, fit), marker in zip(result.alone.items(), "sD", strict=True):
-        ra, dec = haumea_.pole(fit.values["i"], fit.values["node"])
+        ra, dec = orbit_pole(fit.values["i"], fit.values["node"])
         if ra < 180.0:
             ra, dec = ra + 180.0, -dec
         axes.plot(ra, dec, marker, label=f"Hi'iaka, {names[east]}: chi2 {fit.chi2:.0f} of {fit.dof}")
-    (ra, ra_error), (dec, dec_error) = haumea_.RING
+    (ra, ra_error), (dec, dec_error) = RING
     axes.errorbar(ra, dec, dec_error, ra_error, "ko", label="ring (Ortiz et al. 2017)")
     values, errors = result.axis.values, result.axis.sigma
     axes.errorbar(

@@ -6,14 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import haumea as haumea_study
-from .catalogue import ENOUGH, Refit
+from ..judging import LIMIT, stated
+from .catalogue import LEAST_RATIO, Refit
 from .eris import RADIUS, Eris, excluded
-from .haumea import Haumea
-from .judging import LIMIT, stated
+from .haumea import RING, TRIAXIAL, Haumea, angle_between, deviation_from_ring, orbit_pole
 from .lempo import Lempo
 
-__all__ = ["findings"]
+__all__ = ["TESTED", "findings"]
+
+#: The text on what agreement with a published orbit shows.
+TESTED = (
+    "The fits start from the published orbits. Agreement therefore tests how the files are read, frames, light time, "
+    "derivatives and the minimum next to the published one, by a program that shares nothing with the authors'. It "
+    "does not test whether there is a better minimum elsewhere, nor whether observations, errors and model are right: "
+    "most of the observations are those of the publication, so that both results share their errors."
+)
 
 
 def findings(
@@ -45,10 +52,10 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
                 f"{', '.join(map(str, refit.exchanged))} (counted from 0) their order is opposite to that in the "
                 f"other rows. With these rows reversed chi2 is {refit.fit.chi2:.1f} for {refit.fit.dof} degrees of "
                 "freedom, and all elements agree with the published ones. As given, chi2 on the same orbit is "
-                f"{refit.as_given:.0f}."
+                f"{refit.file_chi2:.0f}."
             )
-    incomplete = [refit for refit in refits if refit.ratio < ENOUGH]
-    factor = max(max(refit.ratio, 1.0 / refit.ratio) for refit in refits if refit.ratio >= ENOUGH)
+    incomplete = [refit for refit in refits if refit.ratio < LEAST_RATIO]
+    factor = max(max(refit.ratio, 1.0 / refit.ratio) for refit in refits if refit.ratio >= LEAST_RATIO)
     if incomplete:
         text.append(
             "The published errors of the period are smaller than the data in the file allow, so that the file probably "
@@ -135,9 +142,9 @@ def _haumea(haumea: Haumea) -> list[str]:
 
 def _parity(haumea: Haumea) -> list[str]:
     as_published, mirrored = haumea.alone[1], haumea.alone[-1]
-    first, second = (haumea_study.pole(fit.values["i"], fit.values["node"]) for fit in (as_published, mirrored))
-    (ra, ra_error), (dec, dec_error) = haumea_study.RING
-    early, later = haumea.early[1], haumea.early[-1]
+    first, second = (orbit_pole(fit.values["i"], fit.values["node"]) for fit in (as_published, mirrored))
+    (ra, ra_error), (dec, dec_error) = RING
+    early, early_mirrored = haumea.early[1], haumea.early[-1]
     return [
         "The file has offsets along the ecliptic. If they are rotated back to the equator about the file's direction "
         "of Haumea, which is that from the Sun and not from the Earth, nearly all of them have five decimals again, "
@@ -148,12 +155,13 @@ def _parity(haumea: Haumea) -> list[str]:
         f"{haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} for {haumea.axis.dof}. Inferred, since parallax "
         "distinguishes an orbit from its mirror image: the sign of right ascension in the tables is reversed, and "
         "the published orbit of 2009 is the mirror image. The pole with the sign reversed is "
-        f"{haumea_study.apart(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
+        f"{angle_between(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
         f"{dec_error}), which a stellar occultation gave (Ortiz et al. 2017); the other is "
-        f"{haumea_study.apart(first, (ra, dec)):.0f} degrees from it.",
+        f"{angle_between(first, (ra, dec)):.0f} degrees from it.",
         "The observations up to 2008, to which that orbit was fitted, do not show this: both moons as points, with the "
-        f"published masses, leave chi2 {early.chi2:.1f} for {early.dof} as in the tables and {later.chi2:.1f} with the "
-        "sign reversed. The observations of 2010 and 2015, when Haumea was elsewhere in the sky, decide the question.",
+        f"published masses, leave chi2 {early.chi2:.1f} for {early.dof} as in the tables and "
+        f"{early_mirrored.chi2:.1f} with the sign reversed. The observations of 2010 and 2015, when Haumea was "
+        "elsewhere in the sky, decide the question.",
     ]
 
 
@@ -163,14 +171,14 @@ def _figure(haumea: Haumea) -> list[str]:
     correlation = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
     j2 = free.values["J2"], free.sigma["J2"]
     pole = axis.values["ra"], axis.values["dec"]
-    orbit_pole = haumea_study.pole(axis.values["i_hiiaka"], axis.values["node_hiiaka"])
-    (ra, _), (dec, _) = haumea_study.RING
+    hiiaka_pole = orbit_pole(axis.values["i_hiiaka"], axis.values["node_hiiaka"])
+    (ra, _), (dec, _) = RING
     decrease = points.chi2 - free.chi2
-    deviation = abs(j2[0] - haumea_study.TRIAXIAL) / j2[1]
+    deviation = abs(j2[0] - TRIAXIAL) / j2[1]
     masses = [stated(fit.values["hiiaka"], fit.sigma["hiiaka"]) for fit in (axis, free)]
     return [
         f"With both moons as points chi2 is {points.chi2:.1f} for {points.dof} degrees of freedom. Measured: with the "
-        f"J2 of the triaxial figure of the occultation, {haumea_study.TRIAXIAL:.3f} for the radius of equal volume, "
+        f"J2 of the triaxial figure of the occultation, {TRIAXIAL:.3f} for the radius of equal volume, "
         f"and a free axis it is {axis.chi2:.1f} for {axis.dof}. The axis is "
         f"({stated(axis.values['ra'], axis.sigma['ra'])}, {stated(axis.values['dec'], axis.sigma['dec'])}) degrees, "
         f"and Hi'iaka has {masses[0]}e18 kg. If J2 is also free, it is {stated(*j2)} and chi2 is {free.chi2:.1f}. For "
@@ -187,9 +195,9 @@ def _figure(haumea: Haumea) -> list[str]:
         "Hi'iaka depends on J2, since both have nearly the same effect on Namaka's orbit (correlation "
         f"{correlation:.2f}): with a free J2 it is {masses[1]}e18 kg, and as points the moons give "
         f"{points.values['hiiaka']:.1f}e18 kg.",
-        f"The axis is {haumea_study.apart(pole, (ra, dec)):.1f} degrees from the pole of the ring, "
-        f"{haumea_study.off_the_ring(axis):.1f} sigma for the errors of both, and "
-        f"{haumea_study.apart(pole, orbit_pole):.1f} degrees from that of Hi'iaka's orbit; this is not explained. "
+        f"The axis is {angle_between(pole, (ra, dec)):.1f} degrees from the pole of the ring, "
+        f"{deviation_from_ring(axis):.1f} sigma for the errors of both, and "
+        f"{angle_between(pole, hiiaka_pole):.1f} degrees from that of Hi'iaka's orbit; this is not explained. "
         f"With the axis of the ring and the J2 of the figure chi2 is {ring.chi2:.1f} for {ring.dof}, and a free J2 is "
         f"{stated(ring_j2.values['J2'], ring_j2.sigma['J2'])} with chi2 {ring_j2.chi2:.1f}: along that axis these "
         "data show no flattening.",

@@ -1,4 +1,4 @@
-"""How often chance alone lowers chi2 as much as the flattening of Haumea does."""
+"""The probability that chance alone lowers chi2 as much as the flattening of Haumea does."""
 
 from __future__ import annotations
 
@@ -14,27 +14,28 @@ from scipy.stats import norm
 
 from .pair import LOOSE
 
-__all__ = ["Chance", "chance", "exceeded"]
+__all__ = ["Chance", "chance", "exceedance"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The J2 with which the response to a flattening is differenced.
+#: The J2 of the differences that give the response to a flattening.
 _SMALL = 1e-3
+#: Numbers of draws, of draws at a time and of directions of the axis, and the seed.
 _DRAWS, _BLOCK, _DIRECTIONS, _SEED = 1_000_000, 5_000, 2000, 1
 
 
 @dataclass(frozen=True)
 class Chance:
-    """What a simulation of observations of three points gives.
+    """The falls of chi2 in simulated observations of three points.
 
     Attributes
     ----------
     fall : float
-        How far chi2 falls, to first order in J2, for the real observations.
+        By how much chi2 falls, to first order in J2, for the real observations.
     p_first : float
-        Part of the simulated observations for which it falls at least as far to first order.
+        The share of the simulated observations for which it falls by at least as much to first order.
     p_value : float
-        The same for the fall of the fits, which are not of first order.
+        The same share for the fall of the fits, which are not of first order.
     """
 
     fall: float
@@ -83,33 +84,33 @@ def chance(points: Fit, spheroid: Callable[..., tuple[fullbody.System, fullbody.
         plus, minus = (predicted(J2=j2, ra=ra, dec=dec) for j2 in (_SMALL, -_SMALL))
         responses.append((plus - minus) / (2.0 * _SMALL))
     response = np.linalg.lstsq(_quadrupoles(np.array(axes, dtype=float)), np.array(responses), rcond=None)[0].T
-    of_points, _ = np.linalg.qr(jacobian)
-    basis, across = np.linalg.qr(response - of_points @ (of_points.T @ response))
+    points_basis, _ = np.linalg.qr(jacobian)
+    basis, triangular = np.linalg.qr(response - points_basis @ (points_basis.T @ response))
     # A Fibonacci lattice: directions that are spread evenly over half of the sphere.
-    count = np.arange(_DIRECTIONS)
-    height, angle = (count + 0.5) / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * count
-    wide = np.sqrt(1.0 - height**2)
-    directions = np.stack([wide * np.cos(angle), wide * np.sin(angle), height], axis=1)
-    along = _quadrupoles(directions) @ across.T
-    along /= np.linalg.norm(along, axis=1)[:, None]
+    index = np.arange(_DIRECTIONS)
+    z, angle = (index + 0.5) / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * index
+    radius = np.sqrt(1.0 - z**2)
+    axes_of_trial = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+    directions = _quadrupoles(axes_of_trial) @ triangular.T
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
     observed = np.concatenate([_whitened(data_set, _offsets(data_set)) for data_set in data])
-    gain = float((along @ (basis.T @ (observed - start))).max())
+    gain = float((directions @ (basis.T @ (observed - start))).max())
     first = max(0.0, gain) ** 2
-    return Chance(first, exceeded(along, first), exceeded(along, fall))
+    return Chance(first, exceedance(directions, first), exceedance(directions, fall))
 
 
-def exceeded(along: _Array, fall: float) -> float:
-    """Return the probability that independent normal numbers have a square above ``fall`` along one of some directions.
+def exceedance(directions: _Array, fall: float) -> float:
+    """Return the probability that the largest positive component of a normal vector has a square above ``fall``.
 
     Parameters
     ----------
-    along : (K, D)
-        Unit vectors; a square counts on their side only.
-    fall
+    directions : ndarray, (K, D)
+        Unit vectors, along which the components of vectors of D independent normal numbers are taken.
+    fall : float
     """
     rng, above = np.random.default_rng(_SEED), 0
     for _ in range(_DRAWS // _BLOCK):
-        highest = (along @ rng.standard_normal((along.shape[1], _BLOCK))).max(axis=0)
+        highest = (directions @ rng.standard_normal((directions.shape[1], _BLOCK))).max(axis=0)
         above += int((highest >= np.sqrt(fall)).sum())
     return above / _DRAWS
 
@@ -134,6 +135,6 @@ def _predicted(setup: tuple[fullbody.System, fullbody.State], data: Sequence[obs
     system, state = setup
     times = [data_set.emission(system) for data_set in data]
     first = min(data_set[0] for data_set in times)
-    begin = system.integrate(state, first, output="ends", integrator=LOOSE)[-1]
-    run = system.integrate(begin, max(data_set[-1] for data_set in times), dense=True, integrator=LOOSE)
+    start = system.integrate(state, first, output="ends", integrator=LOOSE)[-1]
+    run = system.integrate(start, max(data_set[-1] for data_set in times), dense=True, integrator=LOOSE)
     return np.concatenate([_whitened(data_set, data_set.predict(run).to_value("arcsec")) for data_set in data])

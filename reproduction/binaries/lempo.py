@@ -12,8 +12,8 @@ from fullbody import observing
 from fullbody.fitting import Fit, Free
 from scipy.optimize import brentq
 
+from ..judging import Verdict, claimed, compared
 from . import moons
-from .judging import Verdict, compared
 from .pair import LOOSE, G
 from .shapes import oblate, upright
 from .triple import ORBIT, elements, nested, on_equator
@@ -21,14 +21,15 @@ from .triple import ORBIT, elements, nested, on_equator
 __all__ = ["Lempo", "start", "study", "verdicts"]
 
 EPOCH = Time(2453880.0, format="jd", scale="utc")
-#: A fit of the same files as three points by a program that shares nothing with this one: masses in 1e18 kg.
+#: A fit of the same files as three points by an independent program: masses in 1e18 kg and their errors, and chi2.
 INDEPENDENT = {"lempo": (5.75, 0.25), "hiisi": (7.71, 0.34), "paha": (0.22, 0.07)}
 INDEPENDENT_CHI2 = 47.4
 #: Benecchi et al. (2010): the mass of all three in 1e18 kg, and the radius of Lempo in km.
-WHOLE, RADIUS = (12.75, 0.06), 143.0
+TOTAL_MASS, RADIUS = (12.75, 0.06), 143.0
 #: The rise of chi2 at a one-sided limit of 95 per cent.
-ONE_SIDED = 2.71
-#: Near the minimum, on the ecliptic: period in days, e, and i, node, argument of periapsis and mean anomaly in degrees.
+LIMIT_RISE = 2.71
+#: The start of the fit near its minimum, on the ecliptic: period in days, e, and i, node, argument of periapsis and
+#: mean anomaly in degrees; masses in 1e18 kg.
 INNER = (1.906859, 0.1053, 67.96, 325.39, 82.55, 169.32)
 OUTER = (50.50486, 0.29082, 59.344, 324.711, 358.594, 190.444)
 START = {"lempo": 5.84, "hiisi": 7.85, "paha": 0.03}
@@ -37,18 +38,18 @@ NAMES = ("Lempo", "Hiisi", "Paha")
 
 @dataclass(frozen=True)
 class Lempo:
-    """The fits.
+    """The fits of the study.
 
     Attributes
     ----------
     points : Fit
-        Of three points.
+        Three points.
     uncorrelated : Fit
-        The same with the errors as the collection has them, without their correlation.
+        Three points with the errors as the collection has them, without their correlation.
     heavy : Fit
-        With the mass of Paha that the independent fit has.
+        Three points with the mass of Paha of the independent fit.
     spheroid : Fit
-        With a free J2 of Lempo, which turns once a period of the inner orbit about the normal of that orbit.
+        A free J2 of Lempo, which rotates once in each inner orbit about the normal of that orbit.
     limit : float
         The mass of Paha (1e18 kg) at which chi2 is higher than at its minimum by 2.71 times chi2 per degree of freedom:
         an upper limit at 95 per cent with errors scaled so that chi2 per degree of freedom is one.
@@ -78,9 +79,9 @@ def _rotated(orbit: tuple[float, float, float, float, float, float], mass: float
 
 def study() -> Lempo:
     """Fit everything."""
-    data, begin = moons.lempo(), start()
-    result = fullbody.fit(_points, begin, data, integrator=LOOSE)
-    best = {**result.values, "paha": begin["paha"]}
+    data, parameters = moons.lempo(), start()
+    result = fullbody.fit(_points, parameters, data, integrator=LOOSE)
+    best = {**result.values, "paha": parameters["paha"]}
     without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=LOOSE)
     free = {name: value for name, value in result.values.items() if name != "paha"}
     heavy = fullbody.fit(_heavy, free, data, integrator=LOOSE)
@@ -98,25 +99,24 @@ def _heavy(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System
 
 def _limit(result: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[str, float]) -> float:
     """Return the mass of Paha at which chi2 has risen by 2.71 times chi2 per degree of freedom."""
-    allowed = ONE_SIDED * result.chi2 / result.dof
-
-    begin = dict(free)
+    rise = LIMIT_RISE * result.chi2 / result.dof
+    best = dict(free)
 
     def excess(mass: float) -> float:
-        nonlocal begin
+        nonlocal best
 
         def setup(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
             return _points(lempo, hiisi, mass, **orbits)
 
-        fit = fullbody.fit(setup, begin, data, integrator=LOOSE)
-        begin = dict(fit.values)
-        return fit.chi2 - result.chi2 - allowed
+        fit = fullbody.fit(setup, best, data, integrator=LOOSE)
+        best = dict(fit.values)
+        return fit.chi2 - result.chi2 - rise
 
     low = high = INDEPENDENT["paha"][0]
-    if heavy.chi2 - result.chi2 > allowed:
+    if heavy.chi2 - result.chi2 > rise:
         low = result.values["paha"]
     else:
-        # Up to a third of the mass of all three; without a sign change the search for the root says so.
+        # The masses go up to a third of the total; without a change of sign the root finder raises an error.
         for high in (2.0 * low, 4.0 * low, 8.0 * low, 16.0 * low):
             if excess(high) > 0.0:
                 break
@@ -149,7 +149,7 @@ def _orbits(orbits: dict[str, float]) -> tuple[list[float], list[float]]:
 
 
 def verdicts(result: Lempo) -> list[Verdict]:
-    """Compare with the fit by another program, and with the paper."""
+    """Compare the fits with that by another program and with the paper."""
     fit, rows = result.points, []
     at_zero = (
         f"chi2 is smallest where Paha has no mass; at {INDEPENDENT['paha'][0]}e18 kg it is "
@@ -157,19 +157,18 @@ def verdicts(result: Lempo) -> list[Verdict]:
         f"The data give an upper limit, {result.limit:.2f}e18 kg, and no mass."
     )
     for name, published in INDEPENDENT.items():
-        ours = fit.values[name], fit.sigma[name]
+        fitted = fit.values[name], fit.sigma[name]
         rows.append(
-            compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero)
+            compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, fitted, at_zero)
         )
     chi2 = result.uncorrelated.chi2
     rows.append(
-        Verdict(
+        claimed(
             "Lempo",
             "chi2 of three points, by another program",
             f"{INDEPENDENT_CHI2}",
             f"{chi2:.2f}; {fit.chi2:.2f} with the correlation of the errors",
-            None,
-            "holds" if chi2 <= INDEPENDENT_CHI2 else "differs",
+            chi2 <= INDEPENDENT_CHI2,
         )
     )
     total = float(sum(fit.values[name] for name in START))
@@ -180,5 +179,7 @@ def verdicts(result: Lempo) -> list[Verdict]:
         "kg without Paha: two orbits that do not disturb each other disagree. Here one motion of three bodies fits "
         "both."
     )
-    rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (total, error), why))
+    rows.append(
+        compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", TOTAL_MASS, (total, error), why)
+    )
     return rows

@@ -1,4 +1,4 @@
-"""The astrometry of Lempo and Haumea, which its collectors turned from the equator to the ecliptic."""
+"""The astrometry of Lempo and Haumea, which its collectors rotated from the equator to the ecliptic."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def _read(
 ) -> observing.Astrometry:
     table = pd.read_csv(FOLDER / f"{system}.csv")
     position = pd.read_csv(FOLDER / f"{system}_geocentric.csv")[["x", "y", "z"]].to_numpy()
-    kept = table[f"DeltaLat_{moon}"].notna().to_numpy()
-    table, position = table[kept], position[kept]
+    observed = table[f"DeltaLat_{moon}"].notna().to_numpy()
+    table, position = table[observed], position[observed]
     offsets, sigma = (
         table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err")
     )
@@ -76,16 +76,16 @@ def _read(
 def _on_equator(
     table: pd.DataFrame, offsets: _Array, sigma: _Array, independent: bool
 ) -> tuple[_Array, _Array, _Array]:
-    """Turn offsets and errors (K, 2) back about the direction (longitude, latitude) that the table has.
+    """Rotate offsets and errors (K, 2) back about the direction (longitude, latitude) of the table.
 
     Parameters
     ----------
     table : DataFrame
     offsets, sigma : ndarray, (K, 2)
     independent : bool
-        Whether the errors were independent on the equator. Those along the ecliptic then are roots of mixtures of their
-        squares, which are solved for them. Otherwise those along the ecliptic are taken to be independent, and get a
-        correlation.
+        Whether the errors were independent on the equator. The squares of those along the ecliptic are then sums of
+        their squares with known factors, which are solved for them. Otherwise the errors are taken to be independent
+        along the ecliptic, and are correlated on the equator.
 
     Returns
     -------
@@ -94,10 +94,11 @@ def _on_equator(
     """
     lon, lat = np.radians(table[["Long_Prim", "Lat_Prim"]].to_numpy()).T
     axes = rotation("ecliptic", "equatorial")
-    away = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1) @ axes.T
-    along = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1) @ axes.T
-    cosine = (along[:, 1] * away[:, 0] - along[:, 0] * away[:, 1]) / np.hypot(away[:, 0], away[:, 1])
-    sine = along[:, 2] / np.hypot(away[:, 0], away[:, 1])
+    direction = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1) @ axes.T
+    east = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1) @ axes.T
+    horizontal = np.hypot(direction[:, 0], direction[:, 1])
+    cosine = (east[:, 1] * direction[:, 0] - east[:, 0] * direction[:, 1]) / horizontal
+    sine = east[:, 2] / horizontal
     x, y = offsets.T
     rotated = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
     c, s, squares = cosine[:, None] ** 2, sine[:, None] ** 2, sigma**2

@@ -1,4 +1,4 @@
-"""The published astrometry as observations of the package, with the orbits that were published with it."""
+"""The published astrometry as observations of the package, with the published orbits."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _Array = npt.NDArray[np.float64]
 FOLDER = Path(__file__).parents[2] / "tests" / "data" / "observations"
 #: The systems of the catalogue, by the names of their files.
 NAMES = tuple(sorted(path.name.removesuffix("_orbit.csv") for path in (FOLDER / "tno").glob("*_orbit.csv")))
-#: About the Sun, in the ecliptic of J2000, and the date of the mean anomaly.
+#: The orbit of Eris about the Sun in the ecliptic of J2000, and the date of its mean anomaly.
 ERIS_ORBIT = fullbody.KeplerElements(
     67.67 * u.au, 0.44177, *(angle * u.deg for angle in (44.187, 35.8696, 151.4305, 197.63427))
 )
@@ -48,12 +48,12 @@ class Catalogued:
         The provisional designation.
     data : Astrometry
     epoch : Time
-        Of the elements.
+        The epoch of the elements.
     published, errors : dict
         The published elements (km, days, degrees on the equator of J2000) and their standard errors.
     share : float
-        The secondary's part of the mass, for diameters as published and equal densities. It changes only where the
-        barycentre is, and with it the light time by less than a millisecond per kilometre.
+        The secondary's share of the mass, from the published diameters and equal densities. It changes only the
+        position of the barycentre, and with it the light time by less than a millisecond per kilometre.
     """
 
     name: str
@@ -69,7 +69,7 @@ def _dates(table: pd.DataFrame) -> Time:
 
 
 def catalogued(name: str, exchanged: Sequence[int] = ()) -> Catalogued:
-    """Read a system of the catalogue; in the rows ``exchanged`` the components change places."""
+    """Read a system of the catalogue, with the components of the rows ``exchanged`` in the other order."""
     table = pd.read_csv(FOLDER / "tno" / f"{name}_astrometry.csv", index_col=0)
     orbit = pd.read_csv(FOLDER / "tno" / f"{name}_orbit.csv").iloc[0]
     dates = _dates(table)

@@ -11,7 +11,7 @@ from astropy.time import Time
 
 __all__ = ["INTEGRATOR", "LOOSE", "UNITS", "G", "orbiting", "points"]
 
-#: km^3 / (kg day^2)
+#: The gravitational constant in km^3 / (kg day^2).
 G = 6.6743e-20 * 86400.0**2
 UNITS = ("km", "day", "kg")
 INTEGRATOR = fullbody.Verner98(rtol=1e-9, atol=1e-9)
@@ -36,7 +36,7 @@ def orbiting(
 
 
 def points(epoch: Time, share: float, names: Sequence[str] = ("primary", "secondary")) -> Setup:
-    """Return the setup of a pair of points in the frame of the equator; ``share`` is the second's part of the mass."""
+    """Return the setup of a pair of points in the frame of the equator; ``share`` is the second's share of the mass."""
 
     def setup(
         a: float, period: float, e: float, i: float, node: float, periapsis: float, longitude: float
@@ -45,7 +45,7 @@ def points(epoch: Time, share: float, names: Sequence[str] = ("primary", "second
         masses = (1.0 - share) * mu / G, share * mu / G
         bodies = [fullbody.Body(fullbody.PointMass(), mass=m, name=n) for m, n in zip(masses, names, strict=True)]
         system = fullbody.System(bodies, G=G, epoch=epoch, units=UNITS, frame="equatorial", gravity="point")
-        parts = [-share, 1.0 - share]
-        return system, fullbody.State(position=np.outer(parts, r), velocity=np.outer(parts, v))
+        shares = [-share, 1.0 - share]
+        return system, fullbody.State(position=np.outer(shares, r), velocity=np.outer(shares, v))
 
     return setup

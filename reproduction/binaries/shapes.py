@@ -15,7 +15,7 @@ def oblate(radius: float, j2: float) -> fullbody.Ellipsoid:
     Its semi-axes A, A, C have J2 = (A^2 - C^2)/(5 R^2) and A^2 C = R^3: with x = (A/R)^2 that is x^3 - 5 J2 x^2 = 1.
     """
     roots = np.roots([1.0, -5.0 * j2, 0.0, -1.0])
-    # One root is positive, whatever J2 is.
+    # Exactly one root is positive for any J2.
     x = float(roots.real[np.abs(roots.imag) < 1e-9].max())
     return fullbody.Ellipsoid(radius * x**0.5, radius * x**0.5, radius / x)
 

@@ -13,7 +13,7 @@ from fullbody.frames import rotation
 
 from .pair import UNITS, G
 
-__all__ = ["ORBIT", "elements", "nested", "on_equator", "place"]
+__all__ = ["ORBIT", "elements", "nested", "on_equator", "state_on_orbit"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -39,10 +39,10 @@ def elements(r: _Array, v: _Array, mu: float) -> dict[str, float]:
     return {name: float(value) for name, value in zip(("a", *ORBIT), values, strict=True)}
 
 
-def place(
+def state_on_orbit(
     mass: float, period: float, e: float, i: float, node: float, periapsis: float, longitude: float
 ) -> tuple[_Array, _Array]:
-    """Return position and velocity (3,) on an orbit about a mass (kg); days, degrees, and km."""
+    """Return position and velocity (3,) on an orbit about a mass in kg, with lengths in km, days and degrees."""
     mu = G * mass
     a = (mu * (period / (2.0 * np.pi)) ** 2) ** (1.0 / 3.0)
     return fullbody.KeplerElements(a, e, *np.radians([i, node, periapsis - node, longitude - periapsis])).to_cartesian(
@@ -59,7 +59,7 @@ def nested(
     first: Any = None,
     attitude: Any = None,
     spin: float = 0.0,
-    stronger: float = 1.0,
+    mass_factor: float = 1.0,
 ) -> tuple[fullbody.System, fullbody.State]:
     """Make a system in the frame of the equator.
 
@@ -69,29 +69,29 @@ def nested(
     masses : sequence of float, (3,)
         In kg.
     inner, outer : sequence of float, (6,)
-        Orbits of the second body about the first, and of the third about the barycentre of these two: the arguments
-        of :func:`place` after the mass.
+        Orbits of the second body about the first, and of the third about the barycentre of the other two: arguments
+        of :func:`state_on_orbit` after the mass.
     epoch : Time
     first : shape, optional
-        Of the first body; points unless given.
-    attitude : (4,), optional
-        Of the first body.
+        The shape of the first body, which is a point by default.
+    attitude : array_like, (4,), optional
+        The attitude of the first body.
     spin : float
-        Of the first body about its z-axis, rad/day.
-    stronger : float
-        By which factor the figure of the first body strengthens its gravity at the inner orbit: the period is then that
-        of a circular orbit there, which the figure hardly changes.
+        The spin of the first body about its z-axis in rad/day.
+    mass_factor : float
+        The factor by which the figure of the first body strengthens the gravity at the inner orbit, whose elements
+        refer to the mass times this factor.
     """
     m = np.asarray(masses, dtype=np.float64)
-    (r, v), (r3, v3) = place(stronger * m[:2].sum(), *inner), place(m.sum(), *outer)
-    part = m[1] / m[:2].sum()
+    (r, v), (r3, v3) = state_on_orbit(mass_factor * m[:2].sum(), *inner), state_on_orbit(m.sum(), *outer)
+    share = m[1] / m[:2].sum()
     shapes = [first or fullbody.PointMass(), fullbody.PointMass(), fullbody.PointMass()]
     bodies = [fullbody.Body(shape, mass=mass, name=name) for shape, mass, name in zip(shapes, m, names, strict=True)]
     options: dict[str, Any] = {"gravity": "point"} if first is None else {"gravity": "focal"}
     system = fullbody.System(bodies, G=G, epoch=epoch, units=UNITS, frame="equatorial", **options)
     rotation: dict[str, Any] = {}
     if first is not None:
-        still = [1.0, 0.0, 0.0, 0.0]
-        rotation = {"attitude": [attitude, still, still], "spin": [[0.0, 0.0, spin], [0.0] * 3, [0.0] * 3]}
-    position, velocity = ([-part * x, (1.0 - part) * x, y] for x, y in ((r, r3), (v, v3)))
+        identity = [1.0, 0.0, 0.0, 0.0]
+        rotation = {"attitude": [attitude, identity, identity], "spin": [[0.0, 0.0, spin], [0.0] * 3, [0.0] * 3]}
+    position, velocity = ([-share * x, (1.0 - share) * x, y] for x, y in ((r, r3), (v, v3)))
     return system, fullbody.State(position=position, velocity=velocity, **rotation)

@@ -1,4 +1,4 @@
-"""The first 67 days for a grid of axis ratios: where the motion in the plane of the orbit lasts."""
+"""The first 67 days for a grid of axis ratios: the time at which Dimorphos begins to roll."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ __all__ = ["GRID", "setup", "sweep"]
 
 GRID: Final = {"a_b": np.round(np.arange(1.05, 1.46, 0.04), 2), "b_c": np.round(np.arange(1.02, 1.51, 0.04), 2)}
 DRAFT: Final = {"a_b": [1.13, 1.33], "b_c": [1.10, 1.30]}
-#: Numbers of the start that no axis ratio changes; of what moves the pair across its plane, one standard error.
+#: Values of the start that are the same for all axis ratios; those that move the pair out of its plane are one standard
+#: error.
 FIXED: Final = {
     name: INPUTS[name].value
     for name in ("separation", "equatorial", "polar", "diameter", "density", "along", "radial", "miss_radial", "yaw")
@@ -28,18 +29,18 @@ ACROSS: Final = {name: INPUTS[name].sigma for name in ("normal", "miss_normal")}
 
 
 def setup(a_b: float, b_c: float) -> tuple[System, State]:
-    """Return the start with the values of the table of inputs and a motion across the plane of one standard error."""
+    """Return the start with the values of the table of inputs, with one standard error across the plane."""
     bodies, state = model.start(**FIXED, **ACROSS, a_b=a_b, b_c=b_c)
     return System(bodies, G=model.G, gravity=model.GRAVITY), state
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """Measure when a roll passed the limit, and the orbit that observers would fit."""
+    """Return the time at which the roll passed the limit, and the orbit that observers would fit."""
     return {"tumbling_time": observables.tumbles(run, limit=measures.LIMIT).time} | measures.observed_orbit("", run)
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> xarray.Dataset:
-    """Return the map, kept in the folder while it grows."""
+    """Return the map; runs are saved in the folder as they end."""
     return fullbody.sweep(
         setup,
         DRAFT if draft else GRID,

@@ -1,4 +1,4 @@
-"""What the numbers of the study depend on beside nature: the tolerance, the gravity rule, the number of members."""
+"""The effects of the tolerance, the gravity rule, a triaxial Didymos and the number of members on the results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["CASES", "by_case", "by_number"]
 
-#: Members that are run again, and how: gravity, tolerance, and the difference of Didymos' equatorial axes in m.
+#: The number of members that are run again; and by case the gravity, the tolerance, and the difference of Didymos'
+#: equatorial axes in m.
 COUNT: Final = 12
 CASES: Final = {
     "as in the study": (model.GRAVITY, 1e-9, 0.0),
@@ -39,8 +40,8 @@ def setup(gravity: str, difference: float, **values: float) -> tuple[System, Sta
 
 def by_case(folder: Path, members: xarray.Dataset, progress: bool = False) -> dict[str, dict[str, Any]]:
     """Run some members again in each case to the end of the days observed and to arrival, and compare them."""
-    chosen = weights.resampled(weights.normalized(members.log_weight.values), COUNT)
-    starts = {name: members[name].values[chosen].astype(float) for name in model.NAMES}
+    rows = weights.resampled(weights.normalized(members.log_weight.values), COUNT)
+    starts = {name: members[name].values[rows].astype(float) for name in model.NAMES}
     table: dict[str, dict[str, Any]] = {}
     reference: Any = None
     for k, (name, (gravity, tolerance, difference)) in enumerate(CASES.items()):
@@ -49,16 +50,16 @@ def by_case(folder: Path, members: xarray.Dataset, progress: bool = False) -> di
             folder,
             f"convergence_{k}",
             starts,
-            measures.ARRIVING,
-            partial(measures.measure, end=measures.ARRIVING),
+            measures.ARRIVAL_TIME,
+            partial(measures.measure, end=measures.ARRIVAL_TIME),
             progress,
             integrator=Verner98(tolerance, tolerance),
         )
-        words = measures.arriving(result)
-        reference = (result, words) if reference is None else reference
+        outcomes = measures.outcome_at_arrival(result)
+        reference = (result, outcomes) if reference is None else reference
         table[name] = {
-            "locked": float(np.mean(words == "locked")),
-            "same outcome": float(np.mean(words == reference[1])),
+            "locked": float(np.mean(outcomes == "locked")),
+            "same outcome": float(np.mean(outcomes == reference[1])),
             "period": 3600.0 * _median(result.observed_period - reference[0].observed_period),
             "precession": _median(result.observed_precession - reference[0].observed_precession),
         }
@@ -71,12 +72,9 @@ def _median(difference: xarray.DataArray) -> float:
 
 def by_number(members: xarray.Dataset) -> dict[str, tuple[float, float]]:
     """Return the share of locked members and its sampling error from parts of the members, by their number."""
-    words = members.outcome.values
-    count = members.sizes["row"]
+    locked = members.outcome.values == "locked"
     table = {}
-    for part in (4, 2, 1):
-        few = slice(None, count // part)
-        table[f"{count // part}"] = weights.share(
-            weights.normalized(members.log_weight.values[few]), words[few] == "locked"
-        )
+    for count in (len(locked) // part for part in (4, 2, 1)):
+        weight = weights.normalized(members.log_weight.values[:count])
+        table[f"{count}"] = weights.share(weight, locked[:count])
     return table

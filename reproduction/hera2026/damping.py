@@ -1,4 +1,4 @@
-"""How long the inelastic dissipation that the study leaves out would take to end a roll."""
+"""The time in which the inelastic dissipation that the study leaves out would damp a roll."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .inputs import INPUTS
 
 __all__ = ["SHAPE_FACTORS", "years"]
 
-#: The range taken for "a few times 10^2", the factor D of the shape (S05).
+#: The assumed range of the factor D of the shape, which is "a few times 10^2" (S05).
 SHAPE_FACTORS: Final = (200.0, 400.0)
 G: Final = 6.6743e-11
 YEAR: Final = 365.25 * 86400.0

@@ -4,8 +4,8 @@ The mean motion n is that of the longitude in the mean plane of the orbit. The d
 
     r = a (1 - e cos(nu t - phase)),
 
-with the frequency nu within a band about n, so that the apses advance at n - nu. What an ellipse with a constant
-precession leaves of the variance of the distance says whether the orbit was one.
+with the frequency nu within a band about n, so that the apses advance at n - nu. The share of the variance of the
+distance that such an ellipse explains, its coherence, shows whether the orbit was one.
 """
 
 from __future__ import annotations
@@ -69,17 +69,17 @@ def fitted_ellipse(run: Run) -> Ellipse:
     motion = float(np.polyfit(time, longitude, 1)[0])
     trials = motion - np.linspace(BAND[0], BAND[1], TRIALS)
     step = float(trials[0] - trials[1])
-    least = trials[np.argmin([_residual(time, distance, float(rate)) for rate in trials])]
+    best = trials[np.argmin([_residual(time, distance, float(rate)) for rate in trials])]
     rate = float(
         minimize_scalar(
             lambda trial: _residual(time, distance, trial),
-            bounds=(least - step, least + step),
+            bounds=(best - step, best + step),
             method="bounded",
             options={"xatol": 1e-9},
         ).x
     )
     a, cosine, sine = np.linalg.lstsq(_columns(time, rate), distance, rcond=None)[0]
-    # The longitude contains 2 e sin(M) at the same frequency, which an uneven number of revolutions mixes with n.
+    # The longitude contains 2 e sin(M) at the same frequency, which changes n unless the revolutions are whole.
     columns = np.concatenate([_columns(time, rate), time[:, None]], axis=1)
     motion = float(np.linalg.lstsq(columns, longitude, rcond=None)[0][3])
     variance = float(np.sum((distance - distance.mean()) ** 2))
@@ -92,7 +92,7 @@ def fitted_ellipse(run: Run) -> Ellipse:
 
 
 def _longitude(position: _Array, velocity: _Array) -> _Array:
-    """Return the unwrapped longitude (K,) in the plane across the mean angular momentum."""
+    """Return the unwrapped longitude (K,) in the plane normal to the mean angular momentum."""
     normal = np.cross(position, velocity).mean(axis=0)
     normal /= np.linalg.norm(normal)
     x = np.cross(normal, [normal[1], normal[2], normal[0]])
@@ -105,7 +105,7 @@ def _columns(time: _Array, rate: float) -> _Array:
 
 
 def _residual(time: _Array, distance: _Array, rate: float) -> float:
-    """Return the sum of squares that the best ellipse of a frequency leaves."""
+    """Return the sum of the squared residuals of the best ellipse with a frequency."""
     columns = _columns(time, rate)
     # The normal equations of three columns are well conditioned, and faster than a decomposition of the columns.
     solution = np.linalg.solve(columns.T @ columns, columns.T @ distance)

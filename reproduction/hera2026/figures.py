@@ -1,4 +1,4 @@
-"""The pictures of the study: outcomes over axis ratios, angles of the last days, a night, and inputs that matter."""
+"""The figures of the study: outcomes over axis ratios, angles of the last days, a night, and sensitivities."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["angles", "night", "outcomes", "sensitivity"]
 
-#: Colours that can be told apart without red and green, with marks.
-_LOOK = {
+#: The colour and the marker of each outcome; the colours differ also without red and green.
+_STYLES = {
     "locked": ("#0072b2", "o"),
     "rolling": ("#e69f00", "^"),
     "end over end": ("#cc79a7", "s"),
@@ -32,7 +32,7 @@ _LOOK = {
 
 
 def outcomes(dataset: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
-    """Draw members over their axis ratios, sizes by weight, over how long the first motion lasts."""
+    """Draw members over their axis ratios, with areas by weight, over the day on which the first roll begins."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
     axes = figure.subplots()
     days = np.where(np.isfinite(axes_map.tumbling_time), axes_map.tumbling_time / 24.0, posterior.OBSERVED_DAYS)
@@ -44,19 +44,19 @@ def outcomes(dataset: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     )
     bar.set_ticks([0, 20, 40, 60, 67], labels=["0", "20", "40", "60", "none"])
     weight = weights.normalized(dataset.log_weight.values)
-    for word, (colour, mark) in _LOOK.items():
-        mine = dataset.outcome.values == word
-        if mine.any():
-            size = 6.0 + 5000.0 * weight[mine]
-            edges = [(0.0, 0.0, 0.0, 1.0 if change else 0.0) for change in dataset.changed.values[mine]]
+    for word, (colour, mark) in _STYLES.items():
+        rows = dataset.outcome.values == word
+        if rows.any():
+            size = 6.0 + 5000.0 * weight[rows]
+            edges = [(0.0, 0.0, 0.0, 1.0 if change else 0.0) for change in dataset.changed.values[rows]]
             axes.scatter(
-                dataset.a_b[mine],
-                dataset.b_c[mine],
+                dataset.a_b[rows],
+                dataset.b_c[rows],
                 s=size,
                 facecolors=to_rgba(colour, 0.75),
                 marker=mark,
                 edgecolors=edges,
-                label=f"{word}: {100 * weight[mine].sum():.0f} % of the weight",
+                label=f"{word}: {100 * weight[rows].sum():.0f} % of the weight",
             )
     axes.scatter([], [], s=34, facecolors="none", edgecolors="k", label="orbit changed in days 67 to 120")
     axes.set_xlabel("a/b of Dimorphos")
@@ -68,25 +68,23 @@ def outcomes(dataset: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
 
 
 def angles(dataset: xarray.Dataset, count: int = 12) -> Figure:
-    """Draw yaw and roll over the last days, of members that are locked and that roll; an ellipsoid looks alike
-    after half a turn.
-    """
+    """Draw yaw and roll over the last days of locked and of rolling members, between -90 and 90 degrees."""
     figure = Figure(figsize=(7.4, 4.8), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True, sharey="row", squeeze=False)
     hours = measures.SPACING * (np.arange(dataset.sizes["time"]) - dataset.sizes["time"] + 1)
     fine = np.linspace(hours[0], hours[-1], 20 * len(hours))
     words = dataset.outcome.values[dataset.member.values.astype(int)]
     for column, word in enumerate(("locked", "rolling")):
-        mine = dataset.angles.values[words == word][:count].astype(float)
-        panels[0, column].set_title(f"{len(mine)} {word} members", fontsize=10)
+        angles_of_members = dataset.angles.values[words == word][:count].astype(float)
+        panels[0, column].set_title(f"{len(angles_of_members)} {word} members", fontsize=10)
         panels[1, column].set_xlabel(f"hours before {ARRIVAL[:10]}")
         for axis, panel_row in zip(panels[:, column], (2, 0), strict=True):
-            for member in mine:
-                # Half a turn of roll or yaw is none; lines do not cross from one end of the circle to the other.
+            for member in angles_of_members:
+                # An ellipsoid looks the same after half a rotation, and lines stop at the ends of the axis.
                 angle = CubicSpline(hours, np.unwrap(member[:, panel_row], period=np.pi))(fine)
                 angle = np.rad2deg((angle + np.pi / 2) % np.pi - np.pi / 2)
                 angle[1:][np.abs(np.diff(angle)) > 90] = np.nan
-                axis.plot(fine, angle, color=_LOOK[word][0], lw=0.9, alpha=0.7)
+                axis.plot(fine, angle, color=_STYLES[word][0], lw=0.9, alpha=0.7)
     for row, name in zip(panels, ("yaw", "roll"), strict=True):
         row[0].set_ylabel(f"{name} (degrees)")
         row[0].set_ylim(-90, 90)
@@ -111,7 +109,7 @@ def night(result: dict[str, Any]) -> Figure:
 
 
 def sensitivity(table: dict[str, dict[str, float]]) -> Figure:
-    """Draw rank correlations of what is predicted with the inputs."""
+    """Draw the rank correlations of predicted quantities with the inputs."""
     figure = Figure(figsize=(7.6, 4.6), layout="constrained")
     axes = figure.subplots()
     values = np.array([list(row.values()) for row in table.values()])

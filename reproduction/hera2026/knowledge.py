@@ -1,4 +1,4 @@
-"""One table: what is known of the pair today, and what would be after two weeks of Hera."""
+"""The table of standard errors of the pair today, and after two weeks of Hera."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import xarray
 
-__all__ = ["moments", "of_member", "table"]
+__all__ = ["moments", "table", "truth_of_member"]
 
 
-def of_member(row: xarray.Dataset) -> mission.Truth:
-    """Return the pair of a member at arrival."""
+def truth_of_member(row: xarray.Dataset) -> mission.Truth:
+    """Return the pair of a member at arrival, for a simulation."""
     figure = {name: float(row[name]) for name in ("equatorial", "polar", "diameter")}
-    big, small = model.masses(float(row.separation), density=float(row.density), **figure)
-    return mission.Truth(big, small, **figure, a_b=float(row.a_b), b_c=float(row.b_c), state=row.state.values)
+    masses = model.masses(float(row.separation), density=float(row.density), **figure)
+    return mission.Truth(*masses, **figure, a_b=float(row.a_b), b_c=float(row.b_c), state=row.state.values)
 
 
 def moments(a_b: Any, b_c: Any) -> npt.NDArray[np.float64]:
@@ -31,8 +31,8 @@ def moments(a_b: Any, b_c: Any) -> npt.NDArray[np.float64]:
 def table(dataset: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, Any]:
     """Return standard errors today, which are the scatter of the members, and after the survey.
 
-    The fitted figure of Dimorphos has the volume of the truth, so that its two ratios stand for its moments of inertia.
-    The change of its velocity along the motion, which beta needs beside the mass, stays what is known today.
+    The fitted figure of Dimorphos has the volume of the truth, so that its two ratios determine its moments of inertia.
+    The change of its velocity along the motion, which beta depends on beside the mass, has the error of today.
     """
     columns = {name: dataset[name].values.astype(float) for name in model.NAMES}
     names = ("separation", "equatorial", "polar", "diameter", "density")
@@ -40,54 +40,53 @@ def table(dataset: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, 
     beta = model.beta(columns["along"], columns["density"], columns["diameter"])
     shapes = moments(columns["a_b"], columns["b_c"])
     draws = np.random.default_rng(1).multivariate_normal(
-        [truth.big, truth.small, truth.polar, truth.a_b, truth.b_c],
-        _of(fit, ("big", "small", "polar", "a_b", "b_c")),
+        [getattr(truth, name) for name in mission.FITTED],
+        _covariance(fit, mission.FITTED),
         4000,
     )
-    along = columns["along"].std() / abs(columns["along"].mean())
-    share = draws[:, 1].std() / truth.small
-    after_shapes = moments(draws[:, 3], draws[:, 4])
+    velocity_error = columns["along"].std() / abs(columns["along"].mean())
+    mass_error = draws[:, 1].std() / truth.secondary_mass
+    survey_shapes = moments(draws[:, 3], draws[:, 4])
     rows = {
         "GM of the pair": ("%", _relative(today.sum(axis=1)), _relative(draws[:, :2].sum(axis=1))),
-        "mass of Dimorphos": ("%", _relative(today[:, 1]), share),
-        "beta along the motion": ("%", _relative(beta), float(np.hypot(share, along))),
+        "mass of Dimorphos": ("%", _relative(today[:, 1]), mass_error),
+        "beta along the motion": ("%", _relative(beta), float(np.hypot(mass_error, velocity_error))),
         "polar semi-axis of Didymos, by its J2": ("m", columns["polar"].std(), draws[:, 2].std()),
     }
     for k, name in enumerate(("(B - A)/C", "(C - A)/B", "(C - B)/A")):
-        rows[f"{name} of Dimorphos"] = ("", shapes[:, k].std(), after_shapes[:, k].std())
-    exact = {"big": truth.big, "small": truth.small, "polar": truth.polar, "a_b": truth.a_b, "b_c": truth.b_c}
+        rows[f"{name} of Dimorphos"] = ("", shapes[:, k].std(), survey_shapes[:, k].std())
     return {
         "closest": _closest(truth),
         "chi2": float(fit.chi2),
         "dof": int(fit.dof),
         "fit minus truth, in errors": {
-            name: float((fit.values[name] - true) / fit.sigma[name]) for name, true in exact.items()
+            name: float((fit.values[name] - getattr(truth, name)) / fit.sigma[name]) for name in mission.FITTED
         },
         "beta": [float(beta.mean()), float(beta.std())],
         "rows": {
-            name: {"unit": unit, "today": _told(today, unit), "after": _told(after, unit)}
+            name: {"unit": unit, "today": _text(today, unit), "after": _text(after, unit)}
             for name, (unit, today, after) in rows.items()
         },
     }
 
 
-def _of(fit: Any, names: tuple[str, ...]) -> npt.NDArray[np.float64]:
+def _covariance(fit: Any, names: tuple[str, ...]) -> npt.NDArray[np.float64]:
     indices = [list(fit.names).index(name) for name in names]
     return np.asarray(fit.covariance)[np.ix_(indices, indices)]
 
 
 def _closest(truth: mission.Truth) -> list[float]:
-    """Return the least distance of each pass from Didymos, km."""
+    """Return the smallest distance of each pass from Didymos, km."""
     setup, values = mission.survey(truth)
     system, state = setup(**values)
     run = system.integrate(state, mission.LENGTH, output=1.0)
-    away = np.linalg.norm(run.position[:, 2:] - run.position[:, :1], axis=2)
-    return [float(distance) for distance in away.min(axis=0)]
+    distance = np.linalg.norm(run.position[:, 2:] - run.position[:, :1], axis=2)
+    return [float(smallest) for smallest in distance.min(axis=0)]
 
 
 def _relative(values: npt.NDArray[np.float64]) -> float:
     return float(values.std() / abs(values.mean()))
 
 
-def _told(error: float, unit: str) -> str:
+def _text(error: float, unit: str) -> str:
     return f"{100 * error:.2g}" if unit == "%" else f"{error:.2g}"

@@ -1,4 +1,4 @@
-"""What is recorded of a run: the orbits that observers would fit, and what Dimorphos does at some dates."""
+"""Measurements of a run: the orbits that observers would fit, and the attitude of Dimorphos at some dates."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from .ellipse import fitted_ellipse
 from .inputs import ARRIVAL, DATES, IMPACT
 
 __all__ = [
+    "ARRIVAL_TIME",
     "CHANGE_DAYS",
     "END",
     "SPACING",
@@ -24,6 +25,7 @@ __all__ = [
     "measure",
     "observed_orbit",
     "outcome",
+    "outcome_at_arrival",
     "wrapped",
 ]
 
@@ -33,21 +35,21 @@ def hours(date: str) -> float:
     return float((np.datetime64(date, "ms") - np.datetime64(IMPACT, "ms")) / np.timedelta64(1, "ms") / 3.6e6)
 
 
-#: Hours between samples; from the impact to the end of the runs and to arrival, in whole spacings; of a window.
+#: Hours: between samples; from the impact to the end of the runs and to arrival, multiples of the spacing; of a window.
 SPACING: Final = 2.0
 END: Final = SPACING * round(hours(DATES[-1]) / SPACING)
-ARRIVING: Final = SPACING * round(hours(ARRIVAL) / SPACING)
+ARRIVAL_TIME: Final = SPACING * round(hours(ARRIVAL) / SPACING)
 WINDOW: Final = posterior.OBSERVED_DAYS * model.DAY
 #: The day after the impact at which the second interval of observations ends.
 CHANGE_DAYS: Final = 120.0
-#: Beyond this roll Dimorphos counts as rolling, and beyond this pitch or yaw as tumbling end over end.
+#: The roll above which Dimorphos counts as rolling, and the pitch or yaw above which it tumbles end over end.
 LIMIT: Final = np.deg2rad(60.0)
-#: The hours before arrival of which the angles themselves are kept.
+#: The hours before arrival whose angles are recorded.
 LAST_HOURS: Final = 96.0
 
 
 def early(run: Run) -> dict[str, Any]:
-    """Measure the orbit in both intervals of observations, and when a roll begins; empty for a run that ends before."""
+    """Return the orbits in both intervals of observations, and when a roll begins; nothing for a shorter run."""
     if len(run.time) <= _index(CHANGE_DAYS * model.DAY):
         return {}
     first, second = _index(WINDOW), _index(CHANGE_DAYS * model.DAY)
@@ -59,14 +61,14 @@ def early(run: Run) -> dict[str, Any]:
 
 
 def measure(run: Run, end: float = END) -> dict[str, Any]:
-    """Measure a member, with the reasons for missing numbers in ``unmeasured``."""
-    missing: list[str] = []
+    """Return the measurements of a member, with the reasons for missing ones in ``unmeasured``."""
+    reasons: list[str] = []
 
     def measured(part: Callable[[Run], dict[str, Any]], interval: Run) -> dict[str, Any]:
         try:
             return part(interval)
         except InvalidInput as error:
-            missing.append(str(error))
+            reasons.append(str(error))
             return {}
 
     result = measured(_fate, run) | observables.drift(run).as_dict() | measured(early, run)
@@ -77,14 +79,14 @@ def measure(run: Run, end: float = END) -> dict[str, Any]:
         f"{name}_by_date": np.array([angles[k] for angles in largest])
         for k, name in enumerate(("roll", "pitch", "yaw"))
     }
-    last = _index(min(ARRIVING, end))
+    last = _index(min(ARRIVAL_TIME, end))
     if len(run.time) > last:
         window = run[last - _index(WINDOW) : last + 1]
         angles = zip(("roll", "pitch", "yaw"), _largest(run, last), strict=True)
         result |= {f"last_{name}": angle for name, angle in angles} | _state(window)
         for part in (_rotation, _libration, _orbit):
             result |= measured(part, window)
-    return result | {"unmeasured": "; ".join(missing)}
+    return result | {"unmeasured": "; ".join(reasons)}
 
 
 def wrapped(angle: Any) -> Any:
@@ -108,7 +110,7 @@ def observed_orbit(suffix: str, run: Run) -> dict[str, float]:
 
 
 def _largest(run: Run, last: int) -> npt.NDArray[np.float64]:
-    """Return the largest roll, pitch and yaw in degrees of the window that ends at a sample; nan without it."""
+    """Return the largest roll, pitch and yaw in degrees of the window that ends at a sample; NaN without it."""
     if len(run.time) <= last:
         return np.full(3, np.nan)
     window = run[max(0, last - _index(WINDOW)) : last + 1]
@@ -157,18 +159,18 @@ def _orbit(run: Run) -> dict[str, Any]:
     }
 
 
-def arriving(result: Any) -> npt.NDArray[Any]:
+def outcome_at_arrival(result: Any) -> npt.NDArray[Any]:
     """Return the outcome (M,) of each member of a dataset in the window before arrival."""
     return outcome(result.last_roll.values, result.last_pitch.values, result.last_yaw.values, result.fate.values)
 
 
 def outcome(roll: Any, pitch: Any, yaw: Any, fate: Any) -> npt.NDArray[Any]:
-    """Return one word for each member: what Dimorphos does in a window, or why that is not known.
+    """Return a word for each member: the state of Dimorphos in a window, or why it is not known.
 
     Parameters
     ----------
     roll, pitch, yaw : array_like, (M,)
-        The largest angles of the window, degrees; nan without it.
+        The largest angles of the window, degrees; NaN without it.
     fate : array_like of str, (M,)
         ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.observables.fate`; empty for a
         start that was refused, ``"failed"``.

@@ -1,4 +1,4 @@
-"""Didymos and Dimorphos from the moment after the impact of DART, made from the numbers that are uncertain."""
+"""Didymos and Dimorphos just after the impact of DART, from the uncertain numbers."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from .inputs import INPUTS
 
 __all__ = ["DAY", "GRAVITY", "NAMES", "ORBIT", "beta", "masses", "planar", "rotated_to_pole", "setup"]
 
-#: Hours; km^3/(kg h^2); km/h in a mm/s.
+#: The hours in a day, the gravitational constant in km^3/(kg h^2), and a mm/s in km/h.
 DAY: Final = 24.0
 G: Final = 6.6743e-11 * 1e-9 * 3600.0**2
 MM_S: Final = 1e-6 * 3600.0
 #: The mean motion before the impact, and that of Didymos' rotation, rad/h.
 ORBIT: Final = 2.0 * np.pi / INPUTS["period_before"].value
 SPIN: Final = 2.0 * np.pi / INPUTS["rotation"].value
+#: The quality factor of the tides.
 Q: Final = 10.0
 #: The exact rule for the gravity of two ellipsoids.
 GRAVITY: Final = "focal"
@@ -61,76 +62,51 @@ def masses(separation: float, equatorial: float, polar: float, diameter: float, 
     The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is
     linear in both masses, and the mass of Dimorphos is its density times its volume.
     """
-    small = density * np.pi / 6 * diameter**3
-    at_rest = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
+    secondary = density * np.pi / 6 * diameter**3
+    resting = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
     shapes = Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), ellipsoid(diameter / 1e3, *BEFORE)
     pair = System([Body(shape, mass=1.0) for shape in shapes], G=1.0, gravity=GRAVITY)
-    attraction = -pair.interactions(at_rest).force[1, 0]
-    return ORBIT**2 * separation / 1e3 / (G * attraction) - small, small
+    attraction = -pair.interactions(resting).force[1, 0]
+    return ORBIT**2 * separation / 1e3 / (G * attraction) - secondary, secondary
 
 
 def setup(
-    separation: float,
-    equatorial: float,
-    polar: float,
-    diameter: float,
-    density: float,
-    along: float,
-    radial: float,
-    normal: float,
-    miss_radial: float,
-    miss_normal: float,
-    a_b: float,
-    b_c: float,
-    yaw: float,
+    *,
     log_k2_q: float,
     log_k2_q_primary: float,
     byorp: float,
     pole_longitude: float,
     pole_latitude: float,
+    **values: float,
 ) -> tuple[System, State]:
-    """Make the system and its state just after the impact, km, hours and kg, from the numbers of the table of inputs.
+    """Make the system and its state just after the impact, km, hours and kg, from the numbers :data:`NAMES`.
 
-    Time zero is the impact. The frame is the ecliptic of J2000.
+    Time zero is the impact. The frame is the ecliptic of J2000. ``values`` are the arguments of :func:`start`.
     """
-    bodies, state = start(
-        separation, equatorial, polar, diameter, density, along, radial, normal, miss_radial, miss_normal, a_b, b_c, yaw
-    )
+    bodies, state = start(**values)
     system = System(
         bodies,
         G=G,
         gravity=GRAVITY,
-        forces=_slow(log_k2_q, log_k2_q_primary, byorp),
+        forces=_perturbations(log_k2_q, log_k2_q_primary, byorp),
         epoch=systems.published("didymos_after_dart").epoch,
         frame="ecliptic",
     )
     return system, rotated_to_pole(state, pole_longitude, pole_latitude)
 
 
-def planar(
-    separation: float,
-    equatorial: float,
-    polar: float,
-    diameter: float,
-    density: float,
-    along: float,
-    radial: float,
-    miss_radial: float,
-    a_b: float,
-    b_c: float,
-    yaw: float,
-) -> tuple[System, State]:
-    """Make the system in the axes of its orbit, in which a motion without anything across the plane stays in it.
+def planar(**values: float) -> tuple[System, State]:
+    """Make the system in the axes of its orbit for a motion within the plane of the orbit.
 
-    The forces are left out, since they do next to nothing within months.
+    ``values`` are the arguments of :func:`start` but ``normal`` and ``miss_normal``. The forces are left out, since
+    their effects within months are negligible.
     """
-    bodies, state = start(
-        separation, equatorial, polar, diameter, density, along, radial, 0.0, miss_radial, 0.0, a_b, b_c, yaw
-    )
+    bodies, state = start(**values, normal=0.0, miss_normal=0.0)
     return System(bodies, G=G, gravity=GRAVITY), state
 
 
 def start(
+    *,
     separation: float,
     equatorial: float,
     polar: float,
@@ -146,23 +122,23 @@ def start(
     yaw: float,
 ) -> tuple[list[Body], State]:
     """Return bodies and state just after the impact: x from Didymos to Dimorphos, z along the orbit's pole."""
-    big, small = masses(separation, equatorial, polar, diameter, density)
+    primary, secondary = masses(separation, equatorial, polar, diameter, density)
     bodies = [
-        Body(Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), mass=big, name="Didymos"),
-        Body(ellipsoid(diameter / 1e3, a_b, b_c), mass=small, name="Dimorphos"),
+        Body(Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), mass=primary, name="Didymos"),
+        Body(ellipsoid(diameter / 1e3, a_b, b_c), mass=secondary, name="Dimorphos"),
     ]
     change = np.array([radial, along, normal]) * MM_S
-    share = small / (big + small)
+    share = secondary / (primary + secondary)
     position = np.array([[-share, 0.0, 0.0], [1.0 - share, 0.0, 0.0]]) * separation / 1e3
     velocity = ORBIT * np.stack([-position[:, 1], position[:, 0], position[:, 2]], axis=1)
     velocity[1] += change
     velocity -= share * change
     angle = np.deg2rad(yaw)
     attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]])
-    # The new figure has the angular momentum of the old one, and an impulse m dv beside the centre adds to it.
+    # The reshaping conserves the angular momentum, to which the impulse m dv beside the centre adds.
     inertia = bodies[1].inertia
-    intact = Body(ellipsoid(diameter / 1e3, *BEFORE), mass=small).inertia[2] * ORBIT
-    impulse = np.cross([miss_radial / 1e3, 0.0, miss_normal / 1e3], small * change)
+    intact = Body(ellipsoid(diameter / 1e3, *BEFORE), mass=secondary).inertia[2] * ORBIT
+    impulse = np.cross([miss_radial / 1e3, 0.0, miss_normal / 1e3], secondary * change)
     x, y = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
     spin = np.array([[0.0, 0.0, SPIN], np.array([x @ impulse, y @ impulse, impulse[2] + intact]) / inertia])
     return bodies, State(position, velocity, attitude, spin)
@@ -174,7 +150,7 @@ def beta(along: Any, density: Any, diameter: Any) -> Any:
     return -along * 1e-3 * density * np.pi / 6 * diameter**3 / momentum
 
 
-def _slow(log_k2_q: float, log_k2_q_primary: float, byorp: float) -> list[forces.Force]:
+def _perturbations(log_k2_q: float, log_k2_q_primary: float, byorp: float) -> list[forces.Force]:
     lag = forces.lag_from_quality_factor(Q=Q, mean_motion=ORBIT, tide="libration")
     lag_primary = forces.lag_from_quality_factor(Q=Q, mean_motion=ORBIT, tide="semidiurnal", spin=SPIN)
     sun, pressure = _sunlight()
@@ -204,7 +180,7 @@ def _sunlight() -> tuple[forces.Force, float]:
 def rotated_to_pole(state: State, longitude: float, latitude: float) -> State:
     """Rotate a state from the axes of the orbit into the ecliptic of J2000, by the orbit's pole in degrees.
 
-    The axis x goes along the node of the orbit.
+    The x-axis of the orbit is along its node.
     """
     z = pole_vector(np.deg2rad(longitude), np.deg2rad(latitude))
     x = np.array([-np.sin(np.deg2rad(longitude)), np.cos(np.deg2rad(longitude)), 0.0])

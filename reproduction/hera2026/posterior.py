@@ -4,7 +4,7 @@ A draw from the proposal becomes one of the posterior by the weight
 
     w = prior * likelihood / proposal,
 
-where the likelihood is that of the orbit which the draw itself has in its motion in space. The proposal is made in two
+where the likelihood is that of the orbit of the draw in its motion in space. The proposal is made in two
 steps. A fit of the motion within the plane of the orbit gives a normal distribution of starts. Pilot runs of draws from
 it, in space, are fitted by a quadratic surrogate of the orbit's period, eccentricity and precession; the proposal is
 the prior, with some widths larger, times the likelihood of the surrogate, whose own scatter is added to the errors.
@@ -47,7 +47,7 @@ OBSERVED_DAYS: Final = 67.0
 SAMPLES: Final = np.arange(0.0, OBSERVED_DAYS * model.DAY + 1.0, 2.0)
 #: Quantities of the orbit after the impact that observers published.
 OBSERVED: Final = ("period", "eccentricity", "precession")
-#: The numbers that move the orbit within its plane, which observations of the orbit constrain together.
+#: The numbers on which the motion within the plane of the orbit depends.
 FITTED: Final = (
     "separation",
     "equatorial",
@@ -61,10 +61,10 @@ FITTED: Final = (
     "b_c",
     "yaw",
 )
-#: The numbers that the motion within the plane does not depend on.
+#: The numbers on which the motion within the plane does not depend.
 PRIORS: Final = ("normal", "miss_normal", "log_k2_q", "log_k2_q_primary", "byorp", "pole_longitude", "pole_latitude")
 #: The numbers that the surrogate depends on.
-SHAPED: Final = (*FITTED, "normal", "miss_normal")
+INPUT_NAMES: Final = (*FITTED, "normal", "miss_normal")
 #: Factors of the widths of the priors in the proposal, so that wider priors can be tried by weights.
 WIDER: Final = {"a_b": 2.0, "b_c": 2.0, "normal": 1.5, "log_k2_q": 1.5}
 #: The error of the precession in the planar fit, as a factor: a motion in space has another precession.
@@ -88,7 +88,7 @@ class Surrogate:
     Attributes
     ----------
     centre, scale : ndarray, (P,)
-        Of the numbers :data:`SHAPED`, so that the function takes numbers of order one.
+        The mean and the standard deviation of the numbers :data:`INPUT_NAMES`.
     coefficients : ndarray, (F, 3)
     scatter : ndarray, (3,)
         The standard deviation of the orbits about the function.
@@ -101,8 +101,8 @@ class Surrogate:
 
     def features(self, columns: Mapping[str, Any]) -> npt.NDArray[np.float64]:
         """Return the terms (M, F) of the function: a constant, the numbers, and their products."""
-        x = (np.stack([columns[name] for name in SHAPED], axis=-1) - self.centre) / self.scale
-        first, second = np.triu_indices(len(SHAPED))
+        x = (np.stack([columns[name] for name in INPUT_NAMES], axis=-1) - self.centre) / self.scale
+        first, second = np.triu_indices(len(INPUT_NAMES))
         return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second]], axis=1)
 
     def log_likelihood(
@@ -115,7 +115,7 @@ class Surrogate:
 
     @classmethod
     def fitted(cls, columns: Mapping[str, Any], orbits: Mapping[str, Any]) -> Surrogate:
-        """Fit the function to starts and the orbits that they have, of those that are coherent.
+        """Fit the function to starts and their orbits, of those that are coherent.
 
         Parameters
         ----------
@@ -124,14 +124,16 @@ class Surrogate:
         orbits : mapping of str to ndarray, (M,)
             The fitted ``period``, ``eccentricity``, ``precession`` and ``coherence``.
         """
-        good = np.asarray(orbits["coherence"]) > COHERENT
-        chosen = {name: np.asarray(columns[name])[good] for name in SHAPED}
-        table = np.stack([chosen[name] for name in SHAPED], axis=1)
-        results = np.stack([np.asarray(orbits[name])[good] for name in OBSERVED], axis=1)
+        coherent = np.asarray(orbits["coherence"]) > COHERENT
+        inputs = {name: np.asarray(columns[name])[coherent] for name in INPUT_NAMES}
+        table = np.stack([inputs[name] for name in INPUT_NAMES], axis=1)
+        results = np.stack([np.asarray(orbits[name])[coherent] for name in OBSERVED], axis=1)
         blank = cls(table.mean(axis=0), table.std(axis=0), np.empty((0, 3)), np.empty(3))
-        features = blank.features(chosen)
-        # A weak ridge keeps products that the sample does not determine near zero.
-        weight = np.concatenate([np.zeros(1 + len(SHAPED)), np.full(features.shape[1] - 1 - len(SHAPED), 2.0)])
+        features = blank.features(inputs)
+        # A weak ridge makes the coefficients of products small that the sample does not determine.
+        weight = np.concatenate(
+            [np.zeros(1 + len(INPUT_NAMES)), np.full(features.shape[1] - 1 - len(INPUT_NAMES), 2.0)]
+        )
         coefficients = np.linalg.solve(features.T @ features + np.diag(weight), features.T @ results)
         return cls(blank.centre, blank.scale, coefficients, (results - features @ coefficients).std(axis=0))
 
@@ -202,19 +204,19 @@ def draws(
 def _normal(
     rng: np.random.Generator, names: tuple[str, ...], inputs: Mapping[str, Input], size: int
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """Draw numbers from their priors, some of them wider."""
+    """Draw numbers from their priors, whose widths are multiplied by :data:`WIDER`."""
     return {name: rng.normal(inputs[name].value, inputs[name].sigma * WIDER.get(name, 1.0), size) for name in names}
 
 
 def _possible(sample: Callable[[int], dict[str, npt.NDArray[np.float64]]], count: int) -> dict[str, npt.NDArray[Any]]:
-    """Collect samples until there are enough with axes of Dimorphos in order and possible Love numbers."""
+    """Collect samples until there are ``count`` with axes of Dimorphos in order and possible Love numbers."""
     parts: list[dict[str, npt.NDArray[np.float64]]] = []
     while sum(len(part["a_b"]) for part in parts) < count:
         part = sample(2 * count)
-        good = (np.minimum(part["a_b"], part["b_c"]) > LEAST_RATIO) & (
+        possible = (np.minimum(part["a_b"], part["b_c"]) > LEAST_RATIO) & (
             np.maximum(part["log_k2_q"], part["log_k2_q_primary"]) < LARGEST_K2_Q
         )
-        parts.append({name: column[good] for name, column in part.items()})
+        parts.append({name: column[possible] for name, column in part.items()})
     return {name: np.concatenate([part[name] for part in parts])[:count] for name in parts[0]}
 
 
@@ -230,9 +232,9 @@ def log_weights(
     orbits : mapping of str to ndarray, (M,)
         The fitted ``period``, ``eccentricity`` and ``precession`` of their motion in space.
     surrogate : Surrogate
-        That of the proposal.
+        The surrogate of the proposal.
     inputs : mapping of str to Input
-        The table that the proposal was made from.
+        The table of inputs of the proposal.
     """
     wider = {name: replace(inputs[name], sigma=inputs[name].sigma * factor) for name, factor in WIDER.items()}
     narrower = prior(columns, inputs) - prior(columns, {**inputs, **wider})
@@ -251,7 +253,7 @@ def likelihood(columns: Mapping[str, Any], inputs: Mapping[str, Input] = INPUTS)
     Parameters
     ----------
     columns : mapping of str to array_like, (M,)
-        The fitted ``period``, ``eccentricity`` and ``precession``. Members without an orbit, whose values are nan, have
+        The fitted ``period``, ``eccentricity`` and ``precession``. Members without an orbit, whose values are NaN, have
         the likelihood zero.
     """
     pulls = [(np.asarray(columns[name]) - inputs[name].value) / inputs[name].sigma for name in OBSERVED]

@@ -7,24 +7,24 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import fullbody
 import numpy as np
 from fullbody.base.atomic import replacing
 
+from ..judging import stated
 from ..publishing import listed, percent, publish, table
 from . import axes, convergence, earth, figures, inputs, knowledge, mission, posterior, results, rival, study, weights
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["RESULTS", "after_hera", "write"]
+__all__ = ["RESULTS", "survey_errors", "write"]
 
 #: The results of the study that the repository contains.
-RESULTS: Final = Path(__file__).parent / "kept"
-#: Members whose light curves are computed.
+RESULTS: Final = Path(__file__).parent / "stored"
+#: The number of members whose light curves are computed.
 CURVES: Final = 24
-#: Numbers of runs with the older shape of Didymos.
-OLDER: Final = study.Sizes(300, 500, 60.0)
+#: Numbers of runs with the shape of Didymos of Daly et al. (2023).
+OLDER_SHAPE: Final = study.Sizes(300, 500, 60.0)
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
@@ -33,17 +33,17 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     The variable HERA_WHOLE selects the numbers of runs of the page; without it the study is a small one.
     """
     full = bool(os.environ.get("HERA_WHOLE"))
-    sizes = study.Sizes(200, 60, 4.0) if draft else study.WHOLE if full else study.SMALL
+    sizes = study.Sizes(200, 60, 4.0) if draft else study.FULL if full else study.SMALL
     with study.workers() as executor:
         candidates, result = study.members(folder, sizes, progress=progress, executor=executor)
-        older = study.members(folder, OLDER, "daly2023", progress, executor=executor)[1] if full else None
-        cases = _remembered(folder / "convergence.json", lambda: convergence.by_case(folder, result)) if full else {}
-    members = results.kept(result)
+        older = study.members(folder, OLDER_SHAPE, "daly2023", progress, executor=executor)[1] if full else None
+        cases = _stored(folder / "convergence.json", lambda: convergence.by_case(folder, result)) if full else {}
+    members = results.stored(result)
     results.save(members, folder / "members.nc")
     map_of_axes = axes.sweep(folder, draft, progress)
-    rows = on_rows(members)
-    curves = _remembered(folder / "night.json", lambda: earth.night(rows, np.arange(rows.sizes["row"])[:CURVES]))
-    survey = _remembered(folder / "survey.json", lambda: after_hera(members, progress))
+    rows = with_states(members)
+    curves = _stored(folder / "night.json", lambda: earth.night(rows, np.arange(rows.sizes["row"])[:CURVES]))
+    survey = _stored(folder / "survey.json", lambda: survey_errors(members, progress))
     return assemble(folder, sizes, candidates, members, older, cases, map_of_axes, curves, survey)
 
 
@@ -59,15 +59,14 @@ def assemble(
     survey: dict[str, Any],
 ) -> Path:
     """Write the report, its figures and its numbers from the results of all parts."""
-    everyone = np.ones(dataset.sizes["row"], dtype=bool)
+    all_rows = np.ones(dataset.sizes["row"], dtype=bool)
     weight = weights.normalized(candidates.log_weight.values)
-    groups = {"all": (everyone, 1.0), "all, with the change": (everyone, weights.EVIDENCE)}
+    groups = {"all": (all_rows, 1.0), "all, with the change": (all_rows, weights.EVIDENCE)}
     groups |= {word: (dataset.outcome.values == word, 1.0) for word in ("locked", "rolling")}
     predictions = {name: results.predictions(dataset, *group) for name, group in groups.items()}
     axis = predictions["all"]["semi_major_axis"][0]
     mass, mass_error = results.masses(dataset)
     numbers: dict[str, Any] = {
-        "program": f"fullbody {fullbody.__version__}",
         "dated": inputs.STUDY_DATE,
         "arrival": inputs.ARRIVAL,
         "pilot": sizes.pilot,
@@ -80,11 +79,11 @@ def assemble(
         "by_width": results.by_width(dataset),
         "by_number": convergence.by_number(dataset),
         "convergence": cases,
-        "older shape": None if older is None else results.by_evidence(results.kept(older)),
+        "older shape": None if older is None else results.by_evidence(results.stored(older)),
         "predictions": predictions,
         "criteria": {
-            name: [weights.share(results.normal_weights(dataset, ratio), which) for ratio in (1.0, weights.EVIDENCE)]
-            for name, which in results.criteria(dataset).items()
+            name: [weights.share(results.normal_weights(dataset, ratio), rows) for ratio in (1.0, weights.EVIDENCE)]
+            for name, rows in results.criteria(dataset).items()
         },
         "scores": [results.scores(dataset, ratio) for ratio in (1.0, weights.EVIDENCE)],
         "sensitivities": results.sensitivities(dataset),
@@ -101,23 +100,23 @@ def assemble(
         "night": figures.night(curves),
         "sensitivity": figures.sensitivity(numbers["sensitivities"]),
     }
-    return publish(folder, text(numbers), drawn, numbers)
+    return publish(folder, drawn, numbers, text)
 
 
-def _remembered(file: Path, make: Any) -> dict[str, Any]:
-    """Return what a part has left in a file, or what it makes now."""
+def _stored(file: Path, compute: Any) -> dict[str, Any]:
+    """Return the result of a part from its file, which is written by the first call."""
     if not file.exists():
-        made = make()
+        computed = compute()
         with replacing(file) as temporary:
-            temporary.write_text(json.dumps(made, default=lambda value: np.asarray(value).tolist()))
+            temporary.write_text(json.dumps(computed, default=lambda value: np.asarray(value).tolist()))
     result: dict[str, Any] = json.loads(file.read_text())
     return result
 
 
-def on_rows(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Return the members whose states are kept, with the states along the rows."""
-    few = dataset.isel(row=dataset.member.values.astype(int))
-    return few.drop_dims("kept").assign(state=(("row", "body", "component"), dataset.state.values))
+def with_states(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Return the members whose states are stored, with the states along the rows."""
+    members = dataset.isel(row=dataset.member.values.astype(int))
+    return members.drop_dims("kept").assign(state=(("row", "body", "component"), dataset.state.values))
 
 
 def events(curves: dict[str, Any]) -> dict[str, list[float]]:
@@ -130,9 +129,9 @@ def events(curves: dict[str, Any]) -> dict[str, list[float]]:
     return table_of_events
 
 
-def after_hera(dataset: xarray.Dataset, progress: bool = False) -> dict[str, Any]:
-    """Return what is known of the pair today, and after two weeks of simulated data of one member."""
-    truth = knowledge.of_member(on_rows(dataset).isel(row=0))
+def survey_errors(dataset: xarray.Dataset, progress: bool = False) -> dict[str, Any]:
+    """Return the standard errors of the pair today, and after two weeks of simulated data of one member."""
+    truth = knowledge.truth_of_member(with_states(dataset).isel(row=0))
     return knowledge.table(results.reweighted(dataset), truth, mission.fitted(truth, progress))
 
 
@@ -141,39 +140,30 @@ def shares(value: float, error: float) -> str:
     return f"{100 * value:.0f} ± {100 * error:.0f} %"
 
 
-def with_error(value: float, error: float) -> str:
-    """Return a value and its error, both to two digits of the error."""
-    digits = max(0, 1 - int(np.floor(np.log10(error))))
-    return f"{value:.{digits}f} ± {error:.{digits}f}"
-
-
 def tables(numbers: dict[str, Any]) -> dict[str, str]:
     """Return the tables of the report as Markdown, by name."""
-    rows_by_ratio = [
-        [row["ratio"], shares(row["locked"], row["error"]), f"{row['effective']:.0f}"] for row in numbers["by_evidence"]
-    ]
-    older = [
-        [row["ratio"], shares(row["locked"], row["error"]), f"{row['effective']:.0f}"]
-        for row in numbers["older shape"] or []
-    ]
+    evidence, older = (
+        [[row["ratio"], shares(row["locked"], row["error"]), f"{row['effective']:.0f}"] for row in numbers[name] or []]
+        for name in ("by_evidence", "older shape")
+    )
     head = ["likelihood ratio of the report of a change", "locked", "effective members"]
-    both = ["without the change", f"with it, at {weights.EVIDENCE:.0f} to 1"]
-    pair = (("share", "error"), ("share_changed", "error_changed"))
+    conditions = ["without the change", f"with it, at {weights.EVIDENCE:.0f} to 1"]
+    keys = (("share", "error"), ("share_changed", "error_changed"))
     groups = numbers["predictions"]
     return {
-        "evidence": table(head, rows_by_ratio),
+        "evidence": table(head, evidence),
         "older": table(head, older),
         "dates": table(
-            ["locked on", *both],
-            [[row["date"], *(shares(row[a], row[b]) for a, b in pair)] for row in numbers["by_date"]],
+            ["locked on", *conditions],
+            [[row["date"], *(shares(row[a], row[b]) for a, b in keys)] for row in numbers["by_date"]],
         ),
         "widths": table(
-            ["width of the prior of", "times", *both, "effective members"],
+            ["width of the prior of", "times", *conditions, "effective members"],
             [
                 [
                     row["prior"],
                     f"{row['factor']:g}",
-                    *(shares(row[a], row[b]) for a, b in pair),
+                    *(shares(row[a], row[b]) for a, b in keys),
                     f"{row['effective']:.0f}",
                 ]
                 for row in numbers["by_width"]
@@ -204,7 +194,7 @@ def tables(numbers: dict[str, Any]) -> dict[str, str]:
             ],
         ),
         "criteria": table(
-            ["finding", "", *both],
+            ["finding", "", *conditions],
             [
                 [name, results.CRITERIA[name], *(f"{100 * share:.1f} %" for share, _ in row)]
                 for name, row in numbers["criteria"].items()
@@ -227,7 +217,7 @@ def tables(numbers: dict[str, Any]) -> dict[str, str]:
         "posterior": table(
             ["input", "prior", "posterior"],
             [
-                [name, with_error(row[0], row[1]), with_error(row[2], row[3])]
+                [name, *(stated(*row[k : k + 2]).replace("+-", "±") for k in (0, 2))]
                 for name, row in numbers["posterior"].items()
             ],
         ),
@@ -248,7 +238,7 @@ def text(numbers: dict[str, Any]) -> str:
         "convergence": "Numerical convergence",
         "predictions": "At arrival",
         "criteria": "Findings that the prediction makes improbable",
-        "survey": "Known today, and after Hera",
+        "survey": "Standard errors today, and after Hera",
         "events": f"Mutual events after the first occultation of Dimorphos on {earth.NIGHT[:10]}",
         "posterior": "Inputs before and after the observations",
         "inputs": "Published inputs",
@@ -282,7 +272,7 @@ def inputs_table() -> str:
     return table(["input", "value", "unit", "source", ""], rows)
 
 
-def interval(three: Any, digits: int) -> str:
-    """Return a median and the limits of an interval with a number of decimals; a dash for nan."""
-    middle, low, high = three
+def interval(percentiles: Any, digits: int) -> str:
+    """Return a median and the limits of an interval with a number of decimals; a dash for NaN."""
+    middle, low, high = percentiles
     return "-" if not np.isfinite(middle) else f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"

@@ -1,4 +1,4 @@
-"""The small files that the study leaves for its page and its notebook, and the numbers in them."""
+"""The small files of results for the page and the notebook of the study, and the numbers in them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .inputs import DATES, INPUTS
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["CRITERIA", "by_date", "by_evidence", "by_width", "criteria", "kept", "predictions", "save", "score"]
-__all__ += ["scores", "sensitivities"]
+__all__ = ["CRITERIA", "by_date", "by_evidence", "by_width", "criteria", "predictions", "save", "score"]
+__all__ += ["scores", "sensitivities", "stored"]
 
-#: Inputs whose sign does not matter to what is predicted, but for a mirror image.
+#: Inputs whose sign only mirrors the motion.
 SIGNLESS: Final = ("normal", "miss_normal", "yaw", "radial")
-#: Members whose states and angles are kept, and the equally weighted ones that stand for the posterior.
-KEPT: Final = 60
+#: The numbers of members whose states and angles are stored, and of equally weighted ones that represent the posterior.
+STORED: Final = 60
 EQUAL: Final = 2000
 #: Predicted quantities, with units and the decimals that are shown.
 PREDICTED: Final = {
@@ -36,7 +36,7 @@ PREDICTED: Final = {
     "eccentricity": ("", 3),
     "precession": ("deg/day", 1),
 }
-#: Scored quantities. Their errors stand for Hera's and for the width of the kernel.
+#: Scored quantities with their errors, which contain those of Hera and the width of the kernel.
 SCORED: Final = {
     "libration": 3.0,
     "obliquity": 1.5,
@@ -62,27 +62,26 @@ CRITERIA: Final = {
 }
 
 
-def kept(members: xarray.Dataset) -> xarray.Dataset:
-    """Return the members in single precision, with the states and angles of some that stand for the posterior."""
-    drop = ["state", "angles", "error_text", "error_stage", "unmeasured"]
-    small = members.drop_vars(drop)
-    for name in small.data_vars:
-        if small[name].dtype.kind == "f" and name not in ("period", "observed_period", "log_weight"):
-            small[name] = small[name].astype(np.float32)
-    chosen = np.unique(weights.resampled(weights.normalized(members.log_weight.values), KEPT))
-    few = members.isel(row=chosen)
-    small["member"] = "kept", chosen
-    small["angles"] = ("kept", "time", "angle"), few.angles.values.astype(np.float32)
-    small["state"] = ("kept", "body", "component"), few.state.values
-    small["outcome"] = "row", measures.arriving(members).astype(str)
-    return small
+def stored(members: xarray.Dataset) -> xarray.Dataset:
+    """Return the members in single precision, with the states and angles of some that represent the posterior."""
+    result = members.drop_vars(["state", "angles", "error_text", "error_stage", "unmeasured"])
+    for name in result.data_vars:
+        if result[name].dtype.kind == "f" and name not in ("period", "observed_period", "log_weight"):
+            result[name] = result[name].astype(np.float32)
+    rows = np.unique(weights.resampled(weights.normalized(members.log_weight.values), STORED))
+    # The name of this dimension is that of the files in the repository.
+    result["member"] = "kept", rows
+    result["angles"] = ("kept", "time", "angle"), members.angles.values[rows].astype(np.float32)
+    result["state"] = ("kept", "body", "component"), members.state.values[rows]
+    result["outcome"] = "row", measures.outcome_at_arrival(members).astype(str)
+    return result
 
 
 def save(dataset: xarray.Dataset, path: Path) -> None:
-    """Write the results, compressed."""
-    packed = {name: {"zlib": True, "complevel": 9} for name in dataset.data_vars if dataset[name].dtype.kind == "f"}
+    """Write results, with compression."""
+    encoding = {name: {"zlib": True, "complevel": 9} for name in dataset.data_vars if dataset[name].dtype.kind == "f"}
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, encoding=packed)
+        dataset.to_netcdf(temporary, encoding=encoding)
 
 
 def by_evidence(members: xarray.Dataset) -> list[dict[str, Any]]:
@@ -102,24 +101,27 @@ def by_date(members: xarray.Dataset) -> list[dict[str, Any]]:
     table: list[dict[str, Any]] = []
     for k, date in enumerate(DATES):
         locked = measures.outcome(roll[k], pitch[k], yaw[k], members.fate.values) == "locked"
-        table.append({"date": date[:10], **_both(members, locked, 0.0)})
+        table.append({"date": date[:10], **_shares(members, locked)})
     return table
 
 
 def by_width(members: xarray.Dataset) -> list[dict[str, Any]]:
-    """Return the share of locked members for halved and doubled widths of priors, with both conditions."""
+    """Return the share of locked members for halved and doubled widths of priors, without and with the change."""
     columns = {name: members[name].values.astype(float) for name in model.NAMES}
     locked = members.outcome.values == "locked"
-    table: list[dict[str, Any]] = [{"prior": "as in the table of inputs", "factor": 1.0} | _both(members, locked, 0.0)]
+    table: list[dict[str, Any]] = [{"prior": "as in the table of inputs", "factor": 1.0} | _shares(members, locked)]
     for name in WIDTHS:
         for factor in (0.5, 2.0):
             change = weights.widened(columns, name, factor)
-            table.append({"prior": name, "factor": factor} | _both(members, locked, change))
+            table.append({"prior": name, "factor": factor} | _shares(members, locked, change))
     return table
 
 
-def _both(members: xarray.Dataset, chosen: Any, change: Any) -> dict[str, Any]:
-    """Return the share of some members and its sampling error, without and with the report of a change."""
+def _shares(members: xarray.Dataset, chosen: Any, change: Any = 0.0) -> dict[str, Any]:
+    """Return the share of some members and its sampling error, without and with the report of a change.
+
+    ``change`` is added to the logarithms of the weights.
+    """
     row = {}
     for suffix, ratio in (("", 1.0), ("_changed", weights.EVIDENCE)):
         weight = weights.normalized(members.log_weight.values + change, members.changed.values, ratio)
@@ -142,18 +144,18 @@ def predictions(dataset: xarray.Dataset, chosen: Any, ratio: float = 1.0) -> dic
     weight = weights.normalized(dataset.log_weight.values, dataset.changed.values, ratio) * chosen
     table = {}
     for name, values in derived(dataset).items():
-        good = np.isfinite(values) & (weight > 0.0)
-        if good.sum() < 5:
+        valid = np.isfinite(values) & (weight > 0.0)
+        if valid.sum() < 5:
             table[name] = (np.nan, np.nan, np.nan)
             continue
-        rows = weights.resampled(weight[good] / weight[good].sum(), EQUAL)
-        middle, low, high = np.percentile(values[good][rows], [50, 5, 95])
+        rows = weights.resampled(weight[valid] / weight[valid].sum(), EQUAL)
+        middle, low, high = np.percentile(values[valid][rows], [50, 5, 95])
         table[name] = (float(middle), float(low), float(high))
     return table
 
 
 def sensitivities(dataset: xarray.Dataset) -> dict[str, dict[str, float]]:
-    """Return rank correlations of the predicted numbers with the inputs; nan where nothing varies."""
+    """Return rank correlations of the predicted numbers with the inputs; NaN where nothing varies."""
     from scipy.stats import spearmanr
 
     rows = weights.resampled(weights.normalized(dataset.log_weight.values), EQUAL)
@@ -162,17 +164,17 @@ def sensitivities(dataset: xarray.Dataset) -> dict[str, dict[str, float]]:
     inputs |= {name: np.abs(inputs[name]) for name in SIGNLESS}
     table: dict[str, dict[str, float]] = {}
     for name, values in numbers.items():
-        good = rows[np.isfinite(values[rows])]
-        varies = len(good) > 10 and np.ptp(values[good]) > 0.0
+        valid = rows[np.isfinite(values[rows])]
+        varies = len(valid) > 10 and np.ptp(values[valid]) > 0.0
         table[name] = {
-            key: float(spearmanr(column[good], values[good]).statistic) if varies else np.nan
+            key: float(spearmanr(column[valid], values[valid]).statistic) if varies else np.nan
             for key, column in inputs.items()
         }
     return table
 
 
 def criteria(dataset: xarray.Dataset) -> dict[str, npt.NDArray[np.bool_]]:
-    """Return the members that are as :data:`CRITERIA` says, by its names."""
+    """Return whether each member (M,) meets the findings of :data:`CRITERIA`, by their names."""
     numbers, b_c = derived(dataset), dataset.b_c.values
     locked, rolling = (dataset.outcome.values == word for word in ("locked", "rolling"))
     return {
@@ -201,8 +203,8 @@ def score(dataset: xarray.Dataset, outcome: str, finding: dict[str, float], rati
 
     Parameters
     ----------
-    found : xarray.Dataset
-        The kept members.
+    dataset : xarray.Dataset
+        The stored members.
     outcome : str
         ``"locked"``, ``"rolling"`` or ``"end over end"``.
     finding : dict
@@ -226,16 +228,16 @@ def scores(dataset: xarray.Dataset, ratio: float = 1.0) -> tuple[float, float, f
     distance = np.sum((columns[:, None] - columns[None]) ** 2, axis=2)
     density = np.exp(-0.5 * distance) / (2.0 * np.pi) ** (len(SCORED) / 2) * (words[:, None] == words[None])
     np.fill_diagonal(density, 0.0)
-    # A member alone in its neighbourhood has the density of a normal distribution around itself with its own weight.
-    alone = weight / (2.0 * np.pi) ** (len(SCORED) / 2) * 1e-3
-    values = np.log(density @ weight + alone)
+    # An isolated member has the density of a normal distribution with its weight about itself, times a thousandth.
+    floor = weight / (2.0 * np.pi) ** (len(SCORED) / 2) * 1e-3
+    values = np.log(density @ weight + floor)
     rows = weights.resampled(weight, EQUAL)
     middle, low, least = np.percentile(values[rows], [50, 5, 1])
     return float(middle), float(low), float(least)
 
 
 def reweighted(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Return equally weighted members that stand for the posterior."""
+    """Return equally weighted members that represent the posterior."""
     return dataset.isel(row=weights.resampled(weights.normalized(dataset.log_weight.values), EQUAL))
 
 

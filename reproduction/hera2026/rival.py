@@ -1,4 +1,4 @@
-"""The binary Yarkovsky effect on Dimorphos after Zhou et al. (2024), and what it would change until Hera's survey."""
+"""The binary Yarkovsky effect on Dimorphos after Zhou et al. (2024), and its consequences until Hera arrives."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ RATE: Final = -7.0
 YEAR: Final = 8766.0
 
 
-def consequences(rate: float, semi_major_axis: float, hours: float = measures.ARRIVING) -> dict[str, float]:
-    """Return what a steady drift of the semi-major axis does until arrival.
+def consequences(rate: float, semi_major_axis: float, hours: float = measures.ARRIVAL_TIME) -> dict[str, float]:
+    """Return the changes of period and longitude by a steady drift of the semi-major axis until arrival.
 
     Parameters
     ----------
     rate : float
-        cm a year.
+        The drift in cm a year.
     semi_major_axis : float
-        m.
+        The semi-major axis in m.
     hours : float
         The time since the impact.
 

@@ -1,6 +1,6 @@
-"""The members: pilot runs, candidates over the days observed, and the chosen ones from the impact to Hera's survey.
+"""The stages of the study: pilot runs, candidates over the days observed, and members up to Hera's survey.
 
-Each stage keeps its runs in the folder while they come, so that a study that was interrupted goes on from there.
+Each stage saves its runs in the folder as they end, so that an interrupted study can be resumed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .inputs import inputs_with_shape
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["INTEGRATOR", "SMALL", "WHOLE", "Sizes", "members", "sweep", "workers"]
+__all__ = ["FULL", "INTEGRATOR", "SMALL", "Sizes", "members", "sweep", "workers"]
 
 #: The seed of all draws.
 SEED: Final = 1
@@ -32,22 +32,22 @@ INTEGRATOR: Final = Verner98(1e-9, 1e-9)
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of runs: of the pilot, of candidates, and the expected one of members that are run to the end."""
+    """The numbers of pilot runs and of candidates, and the expected number of members that are run to the end."""
 
     pilot: int
     candidates: int
     members: float
 
 
-#: A study that ends within twenty minutes, and that of the page.
+#: The numbers of a study that takes twenty minutes, and of that of the page.
 SMALL: Final = Sizes(300, 250, 40.0)
-WHOLE: Final = Sizes(500, 1600, 220.0)
+FULL: Final = Sizes(500, 1600, 220.0)
 
 
 def sweep(
     setup: Any, folder: Path, name: str, columns: Any, end: float, measure: Any, progress: bool = False, **options: Any
 ) -> xarray.Dataset:
-    """Run starts to an end and keep what is measured of them in the folder, under a name.
+    """Run starts to an end, and save their measurements in the folder under a name.
 
     Options are those of :func:`fullbody.sweep`, as ``executor``. Only the runs of one chunk are in memory.
     """
@@ -83,8 +83,8 @@ def members(
     Returns
     -------
     candidates, members : xarray.Dataset
-        Variables over ``row``. ``log_weight`` is that of the posterior, and for members that of being chosen is
-        included.
+        Variables over ``row``. ``log_weight`` is the logarithm of the weight in the posterior; that of members includes
+        the probability with which candidates become members.
     """
     inputs = inputs_with_shape(shape)
     starts = posterior.pilot(inputs, sizes.pilot, SEED)

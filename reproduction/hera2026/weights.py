@@ -42,11 +42,11 @@ def normalized(logarithm: Any, change: Any = None, evidence: float = 1.0) -> _Ar
     Parameters
     ----------
     logarithm : array_like, (M,)
-        Logarithms of the weights of the posterior; minus infinity for none.
+        Logarithms of the weights of the posterior; minus infinity for a weight of zero.
     change : array_like of bool, (M,), optional
         Whether the orbit changed after the days observed.
     evidence : float
-        The likelihood of the report that it changed, if it did, over that if it did not; infinite to take the report
+        The likelihood ratio of the report that it changed, of a change to no change; infinite if the report is taken
         for certain.
     """
     values = np.asarray(logarithm, dtype=float)
@@ -62,7 +62,7 @@ def effective(weights: _Array) -> float:
 
 
 def share(weights: _Array, chosen: Any) -> tuple[float, float]:
-    """Return the weighted share of some members and its sampling error, that of this number of members alone."""
+    """Return the weighted share of some members, and its sampling error for this number of members."""
     indicator = np.asarray(chosen, dtype=float)
     value = float(weights @ indicator)
     return value, float(np.sqrt(np.sum((weights * (indicator - value)) ** 2)))
@@ -83,9 +83,9 @@ def inclusion(logarithm: Any, change: Any, count: float) -> _Array:
 
 
 def widened(columns: Mapping[str, Any], name: str, factor: float, inputs: Mapping[str, Input] = INPUTS) -> _Array:
-    """Return what is added to the logarithms of the weights (M,) if a prior is wider by a factor."""
-    other = {**inputs, name: replace(inputs[name], sigma=inputs[name].sigma * factor)}
-    return posterior.prior(columns, other) - posterior.prior(columns, inputs)
+    """Return the change of the logarithms of the weights (M,) if the width of a prior is multiplied by a factor."""
+    wider = {**inputs, name: replace(inputs[name], sigma=inputs[name].sigma * factor)}
+    return posterior.prior(columns, wider) - posterior.prior(columns, inputs)
 
 
 def resampled(weights: _Array, count: int) -> npt.NDArray[np.intp]:

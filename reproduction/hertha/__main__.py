@@ -1,25 +1,17 @@
-"""``python -m reproduction.hertha``: the period, the pole and the shape of Hertha from light, and its size."""
+"""Scan the sidereal period of (135) Hertha in its light curves of 1978 to 2008, and fit its pole and a convex shape.
+
+The fits start from the minima of the scan, and the chords of an occultation scale the shape. Writes report.md, figures
+and numbers.json, with a verdict on the published numbers. Takes a few minutes.
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 
-from ..publishing import command
+from ..publishing import study_command
 from .report import write
 
-__all__ = ["main"]
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Scan, fit and report."""
-    text = (
-        "Scan the sidereal period of (135) Hertha in its light curves of 1978 to 2008, fit its pole and a convex shape "
-        "from the minima of the scan, scale the shape by the chords of an occultation, and write report.md, figures "
-        "and numbers.json, with a verdict on the published numbers. Takes a few minutes."
-    )
-    return command("hertha", text, "out/hertha", write, argv)
-
+main = study_command(__package__, __doc__, "out/hertha", write)
 
 if __name__ == "__main__":
     sys.exit(main())

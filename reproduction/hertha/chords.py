@@ -1,9 +1,9 @@
 """The size of (135) Hertha from the 18 chords of its occultation of 11 December 2008.
 
 The file has the ends of the chords in the plane of the sky that moves with the shadow, to the west and to the north,
-with the vector from Hertha to the Earth and its rate of change. Both show in the numbers themselves: the places move
-within each chord as that rate has it across the line of sight, to 4 %, and the rest is the rotation of the Earth, which
-is to the west of these axes by 0.2 to 0.3 km/s for stations in North America at night.
+with the vector from Hertha to the Earth and its rate of change. The numbers confirm this: within each chord the ends
+move by that rate across the line of sight, to 4 %, and the difference is the rotation of the Earth, which is to the
+west of these axes by 0.2 to 0.3 km/s for stations in North America at night.
 """
 
 from __future__ import annotations
@@ -34,18 +34,16 @@ PUBLISHED = {
 #: 346.
 POLE, PERIOD = (272.0 * u.deg, 52.0 * u.deg), 8.40060 * u.h
 RATIOS = (1.1, 1.5)
-#: An error in s, added to those of the file, for what the shape leaves out: three kilometres at 5.6 km/s.
+#: An error added to those of the file, for the deviations of the shape: three kilometres at 5.6 km/s.
 MODEL_ERROR = 0.5 * u.s
 EPOCH = Time("2008-12-11T07:30:00", scale="utc").tdb
-#: The time from the epoch in s in which the light of all chords leaves Hertha.
-DURATION = 700.0
 #: The diameter in km from which fits start.
 START = 77.0
 
 
 @dataclass(frozen=True)
 class Size:
-    """A diameter in km with its error, which is widened by the root of the reduced chi2, and the fit behind it."""
+    """A diameter in km with its error, which is multiplied by the root of the reduced chi2, and its fit."""
 
     diameter: float
     sigma: float
@@ -88,14 +86,14 @@ def size(
     data: observing.StellarOccultation | None = None,
     proposals: int | None = None,
 ) -> Size:
-    """Return the size of a given shape from the chords.
+    """Return the size of a shape from the chords.
 
-    The ``setup`` takes ``diameter`` in km and what else is free, by the names of ``start``, and returns the body with a
-    shape of that diameter. The offset of ephemeris and star is found too. ``proposals`` is the limit of the fit.
+    The ``setup`` takes ``diameter`` in km and the other free parameters, by the names of ``start``, and returns the
+    body with a shape of that diameter. The offset of ephemeris and star is fitted too. ``proposals`` limits the fit.
     """
     fit = fullbody.fit(setup, start, [occultation() if data is None else data], proposals=proposals)
-    widened = max(1.0, fit.chi2 / fit.dof) ** 0.5
-    return Size(float(fit.values["diameter"]), float(fit.sigma["diameter"] * widened), fit)
+    factor = max(1.0, fit.chi2 / fit.dof) ** 0.5
+    return Size(float(fit.values["diameter"]), float(fit.sigma["diameter"] * factor), fit)
 
 
 def rotation_angle(period: Any) -> float:
@@ -103,8 +101,8 @@ def rotation_angle(period: Any) -> float:
     return float(2.0 * np.pi * ((EPOCH - model.EPOCH).to_value("h") / period.to_value("h") % 1.0))
 
 
-def of_light(values: Mapping[str, Any], free_angle: bool = False, proposals: int | None = None) -> Size:
-    """Return the size of the shape that an inversion of light found, at its pole and its rotation angle.
+def size_of_light_shape(values: Mapping[str, Any], free_angle: bool = False, proposals: int | None = None) -> Size:
+    """Return the size of the shape from an inversion of light curves, at its pole and its rotation angle.
 
     Parameters
     ----------
@@ -129,22 +127,15 @@ def of_light(values: Mapping[str, Any], free_angle: bool = False, proposals: int
     return size(setup, start, proposals=proposals)
 
 
-def of_published_ratios() -> Size:
-    """Return the size of an ellipsoid with the published ratios of axes; its rotation angle is free."""
-    return size(lambda diameter, angle: rotating(ellipsoid(diameter, RATIOS), angle), {"diameter": START, "angle": 1.5})
-
-
-def of_free_equator() -> Size:
-    """Return the size of an ellipsoid whose equator is free too: the outline of that night."""
-    return size(
-        lambda diameter, angle, ratio: rotating(ellipsoid(diameter, (ratio, RATIOS[1])), angle),
-        {"diameter": START, "angle": 1.5, "ratio": 1.5},
-    )
-
-
-def of_ellipsoids() -> dict[str, Size]:
-    """Return the sizes of ellipsoids at the published pole, which need no light curves."""
+def sizes_of_ellipsoids() -> dict[str, Size]:
+    """Return the sizes of ellipsoids at the published pole, with free rotation angles; they need no light curves."""
+    start = {"diameter": START, "angle": 1.5}
     return {
-        "ellipsoid with a/b = 1.1, b/c = 1.5": of_published_ratios(),
-        "ellipsoid with a/b free, b/c = 1.5": of_free_equator(),
+        "ellipsoid with a/b = 1.1, b/c = 1.5": size(
+            lambda diameter, angle: rotating(ellipsoid(diameter, RATIOS), angle), start
+        ),
+        "ellipsoid with a/b free, b/c = 1.5": size(
+            lambda diameter, angle, ratio: rotating(ellipsoid(diameter, (ratio, RATIOS[1])), angle),
+            {**start, "ratio": 1.5},
+        ),
     }

@@ -13,7 +13,7 @@ from .chords import Size
 from .model import shape
 from .study import POLES, Results
 
-__all__ = ["CAPTIONS", "drawn"]
+__all__ = ["CAPTIONS", "all_figures"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,11 +27,11 @@ CAPTIONS = {
     "chords": "The chords of the occultation in the plane of the sky, with the outline of the shape from light at its "
     "best pole (left) and at the mirror pole (right), scaled to fit them.",
 }
-#: The number of light curves that are drawn.
-SHOWN = 16
+#: The number of light curves in their figure.
+CURVES = 16
 
 
-def drawn(results: Results) -> dict[str, Figure]:
+def all_figures(results: Results) -> dict[str, Figure]:
     """Return all figures by name."""
     return {
         "scans": _scans(results),
@@ -52,10 +52,12 @@ def _curves(fit: Fit) -> Figure:
     data = fit.observations[0]
     night = data.to_table()["night"]
     names, counts = np.unique(night, return_counts=True)
-    chosen = sorted(names[np.argsort(-counts, kind="stable")[:SHOWN]], key=lambda name: data.times[night == name][0].jd)
+    longest = sorted(
+        names[np.argsort(-counts, kind="stable")[:CURVES]], key=lambda name: data.times[night == name][0].jd
+    )
     predicted = np.asarray(data.magnitude - fit.residuals[0])
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    for axes, name in zip(figure.subplots(4, 4).flat, chosen, strict=False):
+    for axes, name in zip(figure.subplots(4, 4).flat, longest, strict=False):
         rows = np.flatnonzero(night == name)
         zero = fit.linear[0][f"zero point of {name}"]
         hours = (data.times[rows] - data.times[rows[0]]).to_value("h")
@@ -87,25 +89,25 @@ def _shape(fit: Fit) -> Figure:
 
 
 def _chords(sizes: dict[str, Size]) -> Figure:
-    shown = [sizes[name] for name in (f"shape from light, {pole}" for pole in POLES) if name in sizes]
-    figure = Figure(figsize=(5.0 * len(shown), 4.8), layout="constrained")
-    for axes, size in zip(np.atleast_1d(figure.subplots(1, len(shown))), shown, strict=True):
+    best = [sizes[name] for name in (f"shape from light, {pole}" for pole in POLES) if name in sizes]
+    figure = Figure(figsize=(5.0 * len(best), 4.8), layout="constrained")
+    for axes, size in zip(np.atleast_1d(figure.subplots(1, len(best))), best, strict=True):
         size.fit.observations[0].plot(size.fit.run, axes)
         axes.set_title(f"diameter {size.diameter:.1f} km, chi2 {size.fit.chi2:.0f}", fontsize=9)
     return figure
 
 
 def _draw(axes: object, vertices: Floats, faces: npt.NDArray[np.int64], view: Floats) -> None:
-    """Draw the faces that are seen along a direction, as bright as their cosines of incidence."""
-    toward = fullbody.frames.pole_vector(*view)
+    """Draw the faces visible from a direction (longitude, latitude), as bright as their cosines of incidence."""
+    direction = fullbody.frames.pole_vector(*view)
     sine, cosine = np.sin(view), np.cos(view)
     up = np.array([-sine[1] * cosine[0], -sine[1] * sine[0], cosine[1]])
-    right = np.cross(up, toward)
+    right = np.cross(up, direction)
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    incidence = normals @ toward / np.linalg.norm(normals, axis=1)
-    seen = incidence > 0.0
-    flat = np.stack([corners @ right, corners @ up], axis=-1)[seen]
-    grey = np.repeat(0.2 + 0.75 * incidence[seen, None], 3, axis=1)
+    incidence = normals @ direction / np.linalg.norm(normals, axis=1)
+    visible = incidence > 0.0
+    flat = np.stack([corners @ right, corners @ up], axis=-1)[visible]
+    grey = np.repeat(0.2 + 0.75 * incidence[visible, None], 3, axis=1)
     axes.add_collection(PolyCollection(flat, facecolors=grey, edgecolors=grey, linewidths=0.3))  # type: ignore[attr-defined]
     axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), aspect="equal", xlabel="radii of equal volume")  # type: ignore[attr-defined]

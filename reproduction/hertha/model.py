@@ -1,4 +1,4 @@
-"""Hertha as a convex body alone, and its light curves as two sets of observations."""
+"""Hertha as a single convex body, and its light curves as two sets of observations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fullbody import observing
 __all__ = ["DEGREE", "EPOCH", "SMOOTHNESS", "Curves", "parameters", "setup", "shape"]
 
 PATH = Path(__file__).parents[2] / "tests" / "data" / "observations" / "hertha" / "light_curves.lc"
-#: The time of the angle zero, that of the first magnitude.
+#: The time at which the rotation angle is zero, that of the first magnitude.
 EPOCH = Time(2443845.0, format="jd", scale="tdb")
 #: The scattering law that is usual in the inversion of light curves.
 LAW = observing.LommelSeeligerLambert(lambert=0.1)
@@ -25,7 +25,7 @@ DEGREE, SMOOTHNESS, POWER = 6, 0.5, 1.0
 SPARSE = 30.0
 #: The length of an apparition in days.
 SEASON = 120.0
-#: Standard errors in magnitudes. Those of nights contain what a convex shape with one law leaves.
+#: Standard errors in magnitudes. Those of nights contain the errors of a convex shape with one scattering law.
 ERRORS = {"nights": 0.02, "surveys": 0.15}
 
 
@@ -41,9 +41,10 @@ def setup(
     period : Quantity
         The sidereal period.
     coefficients : ndarray, ((L + 1)^2 - 1,)
-        The coefficients of the areas of the facets, from degree one on. The first of all is zero, since relative light
-        does not tell the size.
+        The coefficients of the areas of the facets, from degree one on. That of degree zero is zero, since relative
+        light does not determine the size.
     faces : int
+        The least number of facets.
     """
     body = fullbody.Body(shape(coefficients, faces), mass="1e18 kg", name="Hertha")
     system = fullbody.System([body], units=("km", "hour", "kg"), frame="ecliptic", epoch=EPOCH)
@@ -86,18 +87,17 @@ class Curves:
     def __init__(self, step: int = 1) -> None:
         self._step = step
         curves = observing.read_damit(PATH, sigma=1.0, law=LAW)
-        long = [float(np.ptp(curve.times.jd)) > SPARSE for curve in curves]
-        self._curves = [curve for curve, is_long in zip(curves, long, strict=True) if not is_long]
+        self._curves = [curve for curve in curves if np.ptp(curve.times.jd) <= SPARSE]
         self.nights = _joined(self._curves, "nights", step)
-        self.surveys = _joined([c for c, is_long in zip(curves, long, strict=True) if is_long], "surveys", step)
+        self.surveys = _joined([curve for curve in curves if np.ptp(curve.times.jd) > SPARSE], "surveys", step)
 
     def apparition(self) -> observing.Photometry:
         """Return the curves of the nights of the apparition that has the most magnitudes."""
         starts = np.array([curve.times[0].jd for curve in self._curves])
-        near = [
+        seasons = [
             [c for c, jd in zip(self._curves, starts, strict=True) if 0.0 <= jd - start < SEASON] for start in starts
         ]
-        return _joined(max(near, key=lambda curves: sum(map(len, curves))), "nights", self._step)
+        return _joined(max(seasons, key=lambda curves: sum(map(len, curves))), "nights", self._step)
 
     @property
     def observations(self) -> list[Any]:

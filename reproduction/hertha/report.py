@@ -1,4 +1,4 @@
-"""The report: the scans, the fits and their mirror poles, the shape, the verdicts, and where the time goes."""
+"""The report: the scans, the fits and their mirror poles, the shape, the verdicts and the processor time."""
 
 from __future__ import annotations
 
@@ -7,23 +7,20 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import fullbody
 from fullbody.fitting import Fit, PeriodScan
 
-from ..binaries.judging import Verdict, counts
-from ..publishing import publish, table, with_error
+from ..judging import counts, verdicts_table
+from ..publishing import pictures, publish, table, with_error
 from . import figures
 from .chords import MODEL_ERROR, PUBLISHED, Size
 from .model import ERRORS
-from .study import USUAL, pole_of, scale, study, timing, verdicts
+from .study import POLE_ERROR, pole_of, scale, study, timing, verdicts
 
-__all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_text", "sizes_table", "verdicts_table"]
-__all__ += ["write"]
-
+__all__ = ["fits_table", "minima_table", "scan_title", "seconds_table", "shape_text", "sizes_table", "write"]
 
 #: The parameters in the table of fits, with their digits after the point.
 DIGITS = {"longitude": 2, "latitude": 2, "period": 8}
-#: What the table of sizes shows.
+#: The text above the table of sizes.
 SIZE_TEXT = (
     "The 18 chords of the stellar occultation of 11 December 2008 scale the shape from light, with its pole and its "
     "rotation angle. Free are the diameter of the sphere of the same volume, and the offset of ephemeris and star. "
@@ -37,7 +34,6 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     results = study(draft, progress)
     rows = verdicts(results)
     numbers = {
-        "program": f"fullbody {fullbody.__version__}",
         "draft": draft,
         "counts": counts(rows),
         "verdicts": [asdict(verdict) for verdict in rows],
@@ -46,12 +42,12 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "fits": {name: _fit(fit) for name, fit in results.fits.items()},
         "shape": asdict(results.figure),
         "sizes": {name: _size(size) for name, size in results.sizes.items()},
-        "published sizes": {source: list(numbers) for source, numbers in PUBLISHED.items()},
+        "published sizes": {source: list(size) for source, size in PUBLISHED.items()},
         "seconds": results.seconds,
         "iteration": timing(results),
         "figures": figures.CAPTIONS,
     }
-    return publish(folder, _text(numbers, rows), figures.drawn(results), numbers)
+    return publish(folder, figures.all_figures(results), numbers, _text)
 
 
 def _size(size: Size) -> dict[str, Any]:
@@ -140,13 +136,13 @@ def fits_table(fits: dict[str, Any]) -> str:
 
 
 def scan_title(name: str, scan: dict[str, Any]) -> str:
-    """Return what a scan was, as a line before its table."""
+    """Return the range, the number of periods and the degrees of freedom of a scan, as a line above its table."""
     first, last = scan["ends"]
     return f"{name}, {scan['periods']} periods from {first:.7g} to {last:.7g} h, {scan['dof']} degrees of freedom:"
 
 
 def shape_text(figure: dict[str, Any]) -> str:
-    """Return what the shape is in a sentence or two."""
+    """Return a description of the shape in two sentences."""
     return (
         "The shape has the ratios of axes a/b = {:.3f} and b/c = {:.3f}, ".format(*figure["ratios"]) + "those of "
         "the homogeneous ellipsoid with the same moments of inertia. Its axis of largest inertia is "
@@ -175,23 +171,8 @@ def seconds_table(numbers: dict[str, Any]) -> str:
     return table(["part", "seconds"], rows)
 
 
-def verdicts_table(rows: list[dict[str, Any]]) -> str:
-    """Return the table of the verdicts in Markdown."""
-    columns = ("system", "quantity", "published", "fitted", "difference", "verdict", "why")
-    cells = [
-        [
-            "" if row[name] is None else f"{row[name]:+.2f}" if name == "difference" else str(row[name])
-            for name in columns
-        ]
-        for row in rows
-    ]
-    return table(["source", *columns[1:]], cells)
-
-
-def _text(numbers: dict[str, Any], rows: list[Verdict]) -> str:
-    pictures = "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in numbers["figures"].items())
-    fits = numbers["fits"]
-    one, every = numbers["scans"]["one apparition"], numbers["scans"]["all nights"]
+def _text(numbers: dict[str, Any]) -> str:
+    apparition, all_nights = numbers["scans"]["one apparition"], numbers["scans"]["all nights"]
     magnitudes = numbers["magnitudes"]
     return f"""# The rotation and the shape of Hertha
 
@@ -203,21 +184,21 @@ the fit times the root of chi2 over the degrees of freedom. Angles are in degree
 
 ## Scans
 
-{scan_title("One apparition", one)}
+{scan_title("One apparition", apparition)}
 
-{minima_table(one)}
+{minima_table(apparition)}
 
-{scan_title("All nights", every)}
+{scan_title("All nights", all_nights)}
 
-{minima_table(every)}
+{minima_table(all_nights)}
 
 ## Fits
 
-{fits_table(fits)}
+{fits_table(numbers["fits"])}
 
 {shape_text(numbers["shape"])}
 
-{pictures}
+{pictures(numbers["figures"])}
 
 ## Size
 
@@ -227,10 +208,10 @@ the fit times the root of chi2 over the degrees of freedom. Angles are in degree
 
 ## Verdicts
 
-A number *holds* if it is within two joint standard errors, and a pole if it is within {USUAL:g} degrees, the error \
-that is usual for inversions.
+A number *holds* if it is within two joint standard errors, and a pole if it is within {POLE_ERROR:g} degrees, the \
+usual error of inversions.
 
-{verdicts_table([asdict(row) for row in rows])}
+{verdicts_table(numbers["verdicts"], "source")}
 
 ## Time
 

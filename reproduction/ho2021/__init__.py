@@ -1,1 +1,1 @@
-"""Everything that Ho, Wold, Conway & Poursina (2021) show, computed again and compared with the printed values."""
+"""All computations of Ho, Wold, Conway & Poursina (2021), repeated and compared with the printed values."""

@@ -1,4 +1,4 @@
-"""What the figures show: one caption each, for the report and for whoever reads ``numbers.json``."""
+"""The captions of the figures, for the report and for ``numbers.json``."""
 
 from __future__ import annotations
 

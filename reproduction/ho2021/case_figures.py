@@ -9,13 +9,13 @@ from fullbody import Run
 from fullbody.base.figures import LINES, grid, legend
 
 from . import cases
-from .drawing import figure, floor, largest, positive, power
+from .drawing import floor, largest, new_figure, positive, power
 from .results import Runs
 
 __all__ = ["all_figures"]
 
 _BODIES = ("A", "B")
-#: The paper's colours, each with dashes of its own.
+#: The energies with the paper's colours, each with different dashes.
 _ENERGIES = (
     ("potential $U$", "potential_energy", LINES[3]),
     ("translational $E_k$", "translational_energy", LINES[4]),
@@ -23,23 +23,23 @@ _ENERGIES = (
     ("total $E_{tot}$", "energy", LINES[0]),
 )
 _TIME = "time (dimensionless)"
-#: Case 2's angles go round some 60 times; this much of them is drawn at large.
+#: The length of time in which case 2's angles, which make some 60 revolutions, are enlarged.
 _ZOOM = 20.0
-#: Every so many of the fine samples are drawn.
-_THINNED = 5
-#: Errors of the angular momentum are the largest in windows of this length.
+#: The step between the fine samples that are drawn.
+_THINNING = 5
+#: The length of the windows in which the largest errors of the angular momentum are drawn.
 _WINDOW = 4.0
 
 
 def all_figures(runs: Runs) -> dict[str, Any]:
     """Return the figures by name."""
     steps = runs.cases
-    drawn = {number: run[::_THINNED] for number, run in runs.fine.items()}
+    thinned = {number: run[::_THINNING] for number, run in runs.fine.items()}
     return {
-        "case1": motion(drawn[1], 1),
-        "case1_force": force(drawn[1], cases.forces(drawn[1])),
+        "case1": motion(thinned[1], 1),
+        "case1_force": force(thinned[1], cases.forces(thinned[1])),
         "case1_energy": energy(steps[1], 1),
-        "case2": motion(drawn[2], 2),
+        "case2": motion(thinned[2], 2),
         "case2_energy": energy(steps[2], 2),
     }
 
@@ -48,7 +48,7 @@ def motion(run: Run, number: int) -> Any:
     """Draw (a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins; the fast angles of case 2 also in part."""
     fast = number == 2
     heights = (1.0, 0.45, 1.0, 1.0) if fast else (1.0, 1.0, 1.0)
-    drawn, axes = figure(len(heights), 2, (9.0, 10.5 if fast else 9.0), height_ratios=heights)
+    figure, axes = new_figure(len(heights), 2, (9.0, 10.5 if fast else 9.0), height_ratios=heights)
     exponent = power(run.position[..., 2])
     sine_values = np.sin(cases.angles(run))
     for body, name in enumerate(_BODIES):
@@ -57,13 +57,13 @@ def motion(run: Run, number: int) -> Any:
         axes[0, 1].plot(run.time, z / 10.0**exponent, linewidth=0.9, label=name, **LINES[body])
         sines = sine_values[:, body]
         # Like the paper, the figure leaves out psi of case 2, which circulates, and its spin about z, which stays at 2.
-        shown = 2 if fast else 3
+        count = 2 if fast else 3
         rows = (axes[1, body], axes[2, body]) if fast else (axes[1, body],)
-        for k, angle in enumerate((r"$\phi$", r"$\theta$", r"$\psi$")[:shown]):
+        for k, angle in enumerate((r"$\phi$", r"$\theta$", r"$\psi$")[:count]):
             for ax in rows:
                 ax.plot(run.time, sines[:, k], linewidth=0.9, label=rf"$\sin$ {angle}", **LINES[k])
         rows[-1].set_ylabel(f"sines of the angles of {name}\n(dimensionless)")
-        for k, axis in enumerate("xyz"[:shown]):
+        for k, axis in enumerate("xyz"[:count]):
             spin = run.spin[:, body, k]
             axes[-1, body].plot(run.time, spin, linewidth=0.9, label=rf"$\hat\omega_{axis}$", **LINES[k])
         axes[-1, body].set_ylabel(f"spin of {name}\n[rad per unit time]")
@@ -85,13 +85,13 @@ def motion(run: Run, number: int) -> Any:
         for ax, letter in zip(axes[2], "cd", strict=True):
             ax.set_xlim(0.0, _ZOOM)
             ax.set_title(f"({letter}) until {_ZOOM:g}", loc="left", fontsize="medium")
-    drawn.suptitle(f"Case {number}: motion of the two spheroids")
-    return drawn
+    figure.suptitle(f"Case {number}: motion of the two spheroids")
+    return figure
 
 
 def force(run: Run, forces: Any) -> Any:
     """Draw f_z on A."""
-    drawn, axes = figure(1, 1, (7.0, 3.2))
+    figure, axes = new_figure(1, 1, (7.0, 3.2))
     ax = axes[0, 0]
     exponent = power(forces[:, 2])
     ax.plot(run.time, forces[:, 2] / 10.0**exponent, linewidth=0.9, **LINES[0])
@@ -99,14 +99,14 @@ def force(run: Run, forces: Any) -> Any:
     ax.set_ylabel(rf"$F_z$ on A [$10^{{{exponent}}}$]" + "\n(dimensionless)")
     ax.margins(x=0)
     grid(ax)
-    reached = np.abs(forces[:, :2]).max()
-    drawn.suptitle(f"Case 1: the force along z is round-off; along x and y it reaches {reached:.2f}")
-    return drawn
+    largest_force = np.abs(forces[:, :2]).max()
+    figure.suptitle(f"Case 1: the force along z is round-off; along x and y it reaches {largest_force:.2f}")
+    return figure
 
 
 def energy(run: Run, number: int) -> Any:
     """Draw energies, and the errors from step to step (the paper's) and from the start."""
-    drawn, axes = figure(3, 1, (7.0, 8.5), sharex=True)
+    figure, axes = new_figure(3, 1, (7.0, 8.5), sharex=True)
     top, middle, bottom = axes[:, 0]
     for name, values, style in _ENERGIES:
         top.plot(run.time, getattr(run, values), linewidth=1.3, label=name, **style)
@@ -124,9 +124,9 @@ def energy(run: Run, number: int) -> Any:
     for ax in axes[:, 0]:
         grid(ax)
         legend(ax)
-    drawn.align_ylabels()
-    drawn.suptitle(f"Case {number}: energies and errors")
-    return drawn
+    figure.align_ylabels()
+    figure.suptitle(f"Case {number}: energies and errors")
+    return figure
 
 
 def _energy_errors(ax: Any, run: Run) -> None:
@@ -134,11 +134,11 @@ def _energy_errors(ax: Any, run: Run) -> None:
     total, orbital = np.abs(run.energy_drift), np.abs(run.energy_drift_orbital)
     dots = {"linestyle": "none", "marker": ".", "markersize": 5.0, "markeredgewidth": 0.0, "color": "0.55"}
     ax.plot(*positive(run.time[1:], step), label=f"step to step ({np.mean(step == 0):.0%} are 0)", **dots)
-    # Without spin at the start all energy is orbital, and the two errors coincide.
+    # Without initial spins all energy is orbital, and the two errors coincide.
     same = np.allclose(total, orbital, rtol=1e-6, atol=0.0)
     label = "from the start; all energy is orbital" if same else "from the start"
-    if none := np.mean(total == 0):
-        label += f" ({none:.0%} are 0)"
+    if share := np.mean(total == 0):
+        label += f" ({share:.0%} are 0)"
     ax.plot(*positive(run.time, total), linewidth=1.2, label=label, **LINES[0])
     if not same:
         label = "from the start, relative to the orbital energy"

@@ -1,4 +1,4 @@
-"""The year of 1999 KW4 in numbers: what section 4 of the paper prints, measured on a run of ``fullbody kw4``."""
+"""The year of 1999 KW4 in numbers: the quantities of section 4 of the paper, measured on a run of ``fullbody kw4``."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
     """Measure the quantities that the paper prints, on a run in km, hour, kg, with or without Quantities."""
     hours, energy = plain(run.time), plain(run.energy)
     momentum = momentum_of_samples(run)
-    tops = slow_maxima(hours, plain(run.elements().i))
+    maxima = slow_maxima(hours, plain(run.elements().i))
     return Numbers(
         **kw4.measure(run, seconds),
         inclination_period=between_maxima(hours, inclination_to_first(run)),
-        inclination_return=float(tops[0]) if len(tops) else float("nan"),
+        inclination_return=float(maxima[0]) if len(maxima) else float("nan"),
         energy_step=float(np.max(np.abs(np.diff(energy) / energy[:-1]))),
         angular_momentum_step=float(np.max(np.abs(np.diff(momentum, axis=0) / momentum[:-1]))),
     )
@@ -78,8 +78,8 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
 def momentum_of_samples(run: Run) -> _Array:
     """Return the angular momentum about the origin from the bodies' recorded positions, as plain numbers (K, 3).
 
-    It is the sum of r x m v + R I w, as computed from a table of positions, velocities, attitudes and spins. A run's
-    own ``angular_momentum`` treats the barycentre's part separately.
+    It is the sum of r x m v + R I w, as computed from a table of positions, velocities, attitudes and spins. The
+    ``angular_momentum`` of a run treats the part of the barycentre separately.
     """
     from scipy.spatial.transform import Rotation
 
@@ -101,27 +101,27 @@ def inclination_to_first(run: Run) -> _Array:
     """Return the angle between the orbit's normal and that at the start, degrees (K,)."""
     r, v = plain(run.position), plain(run.velocity)
     normal = np.cross(r[:, 1] - r[:, 0], v[:, 1] - v[:, 0])
-    across = np.linalg.norm(np.cross(normal, normal[0]), axis=1)
-    return np.asarray(np.rad2deg(np.arctan2(across, normal @ normal[0])))
+    sine = np.linalg.norm(np.cross(normal, normal[0]), axis=1)
+    return np.asarray(np.rad2deg(np.arctan2(sine, normal @ normal[0])))
 
 
 def slow_maxima(hours: _Array, values: _Array, smoothing: float = 200.0) -> _Array:
     """Return the times of the maxima of a slow oscillation, averaged over ``smoothing`` hours, which is many orbits."""
-    even = np.arange(hours[0], hours[-1], 1.0)
+    regular = np.arange(hours[0], hours[-1], 1.0)
     width = int(smoothing)
-    if len(even) < 4 * width:
+    if len(regular) < 4 * width:
         return np.zeros(0)
-    smooth = np.convolve(np.interp(even, hours, values), np.ones(width) / width, mode="valid")
-    middle = even[: len(smooth)] + 0.5 * (width - 1)
+    smooth = np.convolve(np.interp(regular, hours, values), np.ones(width) / width, mode="valid")
+    middle = regular[: len(smooth)] + 0.5 * (width - 1)
     rising = np.diff(smooth) > 0
     high = smooth[1:-1] > 0.5 * (smooth.min() + smooth.max())
-    tops = middle[1:-1][rising[:-1] & ~rising[1:] & high]
-    # Ripples at the top of one maximum count as one maximum, whose time is their middle.
-    groups = np.split(tops, np.flatnonzero(np.diff(tops) > 5 * smoothing) + 1)
+    maxima = middle[1:-1][rising[:-1] & ~rising[1:] & high]
+    # The ripples of a maximum count as one, whose time is their middle.
+    groups = np.split(maxima, np.flatnonzero(np.diff(maxima) > 5 * smoothing) + 1)
     return np.array([0.5 * (group[0] + group[-1]) for group in groups if len(group)])
 
 
 def between_maxima(hours: _Array, values: _Array) -> float:
     """Return the time between the first two maxima of a slow oscillation; NaN if there are not two."""
-    tops = slow_maxima(hours, values)
-    return float(tops[1] - tops[0]) if len(tops) > 1 else float("nan")
+    maxima = slow_maxima(hours, values)
+    return float(maxima[1] - maxima[0]) if len(maxima) > 1 else float("nan")

@@ -1,4 +1,4 @@
-"""The figures of the year of 1999 KW4, laid out like the paper's."""
+"""The figures of the year of 1999 KW4, with the panels of the paper's."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fullbody import Run
 from fullbody.base.figures import LINES, grid, legend, matplotlib
 
 from . import kw4, paper
-from .drawing import SHAPES, figure, floor, largest, windows
+from .drawing import SHAPES, floor, largest, new_figure, windows
 
 __all__ = ["all_figures"]
 
@@ -20,25 +20,25 @@ _WINDOW = 100.0
 
 
 def all_figures(runs: dict[kw4.Shape, Run]) -> dict[str, Any]:
-    """Make the three figures, by name."""
+    """Return the three figures by name."""
     return {"elements": elements(runs), "beta_spin": beta_spin(runs), "errors": errors(runs)}
 
 
 def elements(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
-    drawn = matplotlib("figure").Figure(figsize=(8.0, 7.5), layout="constrained")
+    figure = matplotlib("figure").Figure(figsize=(8.0, 7.5), layout="constrained")
     names = list(runs)
-    axes = drawn.subplot_mosaic([[f"e {s}" for s in names], [f"a {s}" for s in names], ["inclination"] * len(names)])
+    axes = figure.subplot_mosaic([[f"e {s}" for s in names], [f"a {s}" for s in names], ["inclination"] * len(names)])
     width = _ORBITS * paper.YEAR["ellipsoid"].period
     # In a short run the oscillation itself can be seen.
-    long = min(float(kw4.plain(run.time)[-1]) for run in runs.values()) > 10 * width
+    is_long = min(float(kw4.plain(run.time)[-1]) for run in runs.values()) > 10 * width
     tilt = axes["inclination"]
     for shape, run in runs.items():
         hours, orbit, style = kw4.plain(run.time), run.elements(), SHAPES[shape]
         line = {"color": style["color"], "linewidth": 0.9}
         for name, values in (("e", orbit.e), ("a", kw4.plain(orbit.a))):
             ax = axes[f"{name} {shape}"]
-            if long:
+            if is_long:
                 middle, low, high = windows(hours, values, width)
                 ax.fill_between(middle, low, high, color=style["color"], alpha=0.3, linewidth=0.0)
                 for edge in (low, high):
@@ -53,9 +53,9 @@ def elements(runs: dict[kw4.Shape, Run]) -> Any:
             ax.margins(x=0)
             ax.locator_params(axis="x", nbins=5)
             grid(ax)
-        over = f"range over {_ORBITS} orbits" if long else "each step"
-        axes[f"e {shape}"].set_title(f"{style['label']}: {over}", fontsize="medium")
-        thinned = run[::16] if long else run
+        title = f"range over {_ORBITS} orbits" if is_long else "each step"
+        axes[f"e {shape}"].set_title(f"{style['label']}: {title}", fontsize="medium")
+        thinned = run[::16] if is_long else run
         tilt.plot(kw4.plain(thinned.time), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
     axes[f"e {names[0]}"].set_ylabel("eccentricity\n(dimensionless)")
     axes[f"a {names[0]}"].set_ylabel("semi-major axis [km]")
@@ -64,14 +64,14 @@ def elements(runs: dict[kw4.Shape, Run]) -> Any:
     tilt.margins(x=0)
     grid(tilt)
     legend(tilt)
-    drawn.align_ylabels()
-    drawn.suptitle("1999 KW4: Beta's osculating orbit about Alpha")
-    return drawn
+    figure.align_ylabels()
+    figure.suptitle("1999 KW4: Beta's osculating orbit about Alpha")
+    return figure
 
 
 def beta_spin(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw Beta's angular velocity in its own frame over the first 200 hours."""
-    drawn, axes = figure(3, 1, (7.0, 6.5), sharex=True)
+    figure, axes = new_figure(3, 1, (7.0, 6.5), sharex=True)
     until = 0.0
     for shape, run in runs.items():
         hours = kw4.plain(run.time)
@@ -87,24 +87,24 @@ def beta_spin(runs: dict[kw4.Shape, Run]) -> Any:
     legend(axes[0, 0])
     axes[2, 0].set_xlim(0.0, until)
     axes[2, 0].set_xlabel("time [h]")
-    drawn.suptitle("1999 KW4: Beta's spin in its own frame")
-    return drawn
+    figure.suptitle("1999 KW4: Beta's spin in its own frame")
+    return figure
 
 
 def errors(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw errors of energy and angular momentum: from step to step, as in the paper, and since the start."""
-    drawn, axes = figure(2, 2, (10.0, 7.0), sharex=True)
+    figure, axes = new_figure(2, 2, (10.0, 7.0), sharex=True)
     end = max(float(kw4.plain(run.time)[-1]) for run in runs.values())
     width = min(_WINDOW, end / 20)
     for shape, run in runs.items():
         hours, energy, style = kw4.plain(run.time), kw4.plain(run.energy), SHAPES[shape]
         axes[0, 0].plot(*largest(hours[1:], np.diff(energy) / energy[:-1], width), linewidth=1.2, **style)
-        for drift, name, thick in (
+        for drift, name, width_of_line in (
             (run.energy_drift_orbital, "of the orbital energy", 2.0),
             (run.energy_drift, "of the total", 1.0),
         ):
             label = f"{style['label']}, {name}"
-            axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
+            axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": width_of_line, "label": label})
     run = runs["ellipsoid"]
     hours, momenta = kw4.plain(run.time), kw4.momentum_of_samples(run)
     step = np.diff(momenta, axis=0) / momenta[:-1]
@@ -112,8 +112,8 @@ def errors(runs: dict[kw4.Shape, Run]) -> Any:
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
     for k, (drift, name) in enumerate(
         (
-            (kw4.drift(momenta), "r x m v of the bodies' places"),
-            (run.angular_momentum_drift, "the barycentre's part kept apart"),
+            (kw4.drift(momenta), "r x m v of the bodies' positions"),
+            (run.angular_momentum_drift, "barycentre's part separate"),
         )
     ):
         axes[1, 1].plot(*largest(hours, drift, width), linewidth=1.2, label=name, **LINES[k])
@@ -130,6 +130,6 @@ def errors(runs: dict[kw4.Shape, Run]) -> Any:
     floor(axes[0, 0], min(abs(kw4.plain(run.energy)[0]) for run in runs.values()))
     for ax in axes[1]:
         ax.set_xlabel("time [h]")
-    drawn.align_ylabels()
-    drawn.suptitle(f"1999 KW4: the largest errors in each {width:.3g} h")
-    return drawn
+    figure.align_ylabels()
+    figure.suptitle(f"1999 KW4: the largest errors in each {width:.3g} h")
+    return figure

@@ -1,4 +1,4 @@
-"""``python -m reproduction.ho2021.millennia``: 1999 KW4 for ten thousand years, in parts that are saved one by one."""
+"""``python -m reproduction.ho2021.millennia``: 1999 KW4 for ten thousand years, in parts, each of which is saved."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from fullbody.errors import InvalidInput
 from fullbody.files.reading import netcdf
 from fullbody.systems import kw4_ho2021
 
-from ..publishing import reported, write_numbers
-from .drawing import figure, largest, windows
+from ..publishing import run_command, write_numbers
+from .drawing import largest, new_figure, windows
 
 __all__ = ["main", "measure"]
 
@@ -28,7 +28,7 @@ _YEAR = 8766.0
 #: The approximate number of samples per year.
 _SAMPLES = 10.0
 #: The name of the file with the simulation at the end of the last part.
-_KEPT = "simulation.sim"
+_SIMULATION = "simulation.sim"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -36,33 +36,35 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m reproduction.ho2021.millennia",
         description="Run the paper's (66391) 1999 KW4 for ten thousand years by the symplectic splitting, whose step "
-        "is chosen by short trials, and write samples, numbers and a figure of the energy's error. A run that was "
-        "cut short goes on where it was by the same command, and a longer one from the end of a shorter one.",
+        "is chosen by short trials, and write samples, numbers and a figure of the error of the energy. The same "
+        "command resumes an interrupted run, and a longer one continues a shorter one.",
     )
     parser.add_argument("--out", type=Path, default=Path("out/millennia"), help="folder (%(default)s)")
     parser.add_argument("--years", type=float, default=10_000.0, help="of 365.25 days (%(default)g)")
     parser.add_argument("--shape", choices=("spheroid", "ellipsoid"), default="spheroid", help="(%(default)s)")
-    parser.add_argument("--energy-error", type=float, default=1e-9, help="largest, of the orbit's (%(default)g)")
-    parser.add_argument("--step", type=float, help="hours, instead of the trials")
-    parser.add_argument("--part", type=float, default=100.0, help="years that are run at once and kept (%(default)g)")
+    parser.add_argument(
+        "--energy-error", type=float, default=1e-9, help="largest, relative to the orbital energy (%(default)g)"
+    )
+    parser.add_argument("--step", type=float, help="the step in hours, without trials")
+    parser.add_argument("--part", type=float, default=100.0, help="years of a part (%(default)g)")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     arguments = parser.parse_args(argv)
-    return reported(lambda: run(arguments))
+    return run_command(lambda: run(arguments))
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run the missing parts, and print and draw the whole run."""
+    """Run the missing parts, and print and draw the numbers of all parts."""
     for name in ("years", "part"):
         value = getattr(arguments, name)
         if not 0.0 < value < float("inf"):
             raise InvalidInput(f"--{name} is {value:g}; expected a number above zero")
-    # A missing package is reported before the work, not after it.
+    # A missing package is reported before the runs.
     netcdf()
     matplotlib("figure")
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
     started = time.process_time()
-    sim = _simulation(out / _KEPT, arguments)
+    sim = _simulation(out / _SIMULATION, arguments)
     step: float = sim.integrator.step  # type: ignore[attr-defined]
     # Samples and ends of parts coincide with ends of steps, so that all steps have the same size.
     spacing = max(1, round(_YEAR / _SAMPLES / step))
@@ -81,7 +83,7 @@ def run(arguments: argparse.Namespace) -> None:
         # bits.
         result.save(out / f"part-{len(runs):04d}.nc")
         runs.append(result)
-        sim.save(out / _KEPT)
+        sim.save(out / _SIMULATION)
         done = end
     seconds = time.process_time() - started
     measured = measure(runs)
@@ -101,7 +103,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _parts(out: Path, end: float) -> list[Run]:
-    """Return the saved parts until a time; later ones were written, but not finished, when the command ended."""
+    """Return the saved parts up to a time; the simulation at the end of a part beyond it was not saved."""
     runs: list[Run] = []
     previous = 0.0
     for path in sorted(out.glob("part-[0-9]*.nc")):
@@ -114,15 +116,15 @@ def _parts(out: Path, end: float) -> list[Run]:
     return runs
 
 
-def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:
+def _simulation(path: Path, arguments: argparse.Namespace) -> Simulation:
     """Return the simulation that was saved, or a new one."""
     system, state = kw4_ho2021(arguments.shape)
-    if kept.exists():
-        sim = Simulation.load(kept)
+    if path.exists():
+        sim = Simulation.load(path)
         same = sim.system == system and isinstance(sim.integrator, SymplecticSplitting)
         if not same or arguments.step not in (None, sim.integrator.step):  # type: ignore[attr-defined]
             raise InvalidInput(
-                f"{kept} is of {sim!r}; expected the shape and the step of this command, or another --out"
+                f"{path} is of {sim!r}; expected the shape and the step of this command, or another --out"
             )
         return sim
     if arguments.step is not None:
@@ -151,15 +153,15 @@ def measure(runs: list[Run]) -> dict[str, Any]:
 
 def _rows(result: dict[str, Any]) -> list[tuple[str, str]]:
     years, energy = result["years"], np.abs(result["energy"])
-    early = years <= 0.01 * years[-1]
-    late = years >= 0.9 * years[-1]
+    first = years <= 0.01 * years[-1]
+    last = years >= 0.9 * years[-1]
     return [
         ("years", f"{years[-1]:.2f}"),
         ("samples", str(len(years))),
         ("energy error, largest, of the orbit's", f"{energy.max():.1e}"),
-        ("  in the first hundredth", f"{energy[early].max():.1e}"),
-        ("  in the last tenth", f"{energy[late].max():.1e}"),
-        ("  mean of the last tenth, with its sign", f"{result['energy'][late].mean():+.1e}"),
+        ("  in the first hundredth", f"{energy[first].max():.1e}"),
+        ("  in the last tenth", f"{energy[last].max():.1e}"),
+        ("  mean of the last tenth, with its sign", f"{result['energy'][last].mean():+.1e}"),
         ("angular momentum error, largest", f"{result['angular_momentum'].max():.1e}"),
         ("eccentricity", f"{result['e'].min():.4f} to {result['e'].max():.4f}"),
         ("semi-major axis [km]", f"{result['a'].min():.4f} to {result['a'].max():.4f}"),
@@ -170,7 +172,7 @@ def _figure(result: dict[str, Any]) -> Any:
     """Return a figure of the errors in windows, and of the range of the eccentricity."""
     years = result["years"]
     width = max(years[-1] / 400, 2 / _SAMPLES)
-    drawn, axes = figure(2, 1, (8.0, 6.0), sharex=True)
+    figure, axes = new_figure(2, 1, (8.0, 6.0), sharex=True)
     errors, orbit = axes[:, 0]
     for row, (name, label) in enumerate(
         (("energy", "energy, of the orbit's"), ("angular_momentum", "angular momentum"))
@@ -186,7 +188,7 @@ def _figure(result: dict[str, Any]) -> Any:
     for ax in (errors, orbit):
         ax.margins(x=0)
         grid(ax)
-    return drawn
+    return figure
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""All orientations of Beta at the start, searched for the printed ranges of its spin."""
+"""The search for initial orientations of Beta that give the printed ranges of its spin."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
 from .kw4 import spin_range
-from .spin import COARSE, FAMILIES, PRINTED, ROUNDING, Scan, misfit, shared
+from .spin import COARSE, FAMILIES, PRINTED, ROUNDING, Scan, in_threads, misfit
 from .starts import normal, rotated
 
 __all__ = ["Minimum", "Search", "search"]
@@ -30,10 +30,10 @@ class Minimum:
 
     #: The paper's phi, theta, psi, degrees.
     angles: tuple[float, float, float]
-    #: Angle of the rotation from the stated orientation, above zero in the sense of the orbital motion, and of its axis
-    #: from the orbit's normal, degrees.
-    turn: float
-    off_normal: float
+    #: The angle of the rotation from the stated orientation, positive in the sense of the orbital motion, and the angle
+    #: of its axis from the orbit's normal, degrees.
+    rotation: float
+    axis_tilt: float
     #: Ranges of Beta's spin (3, 2), and their largest difference from the printed numbers, 1e-5 rad/s.
     ranges: _Array
     misfit: float
@@ -43,87 +43,87 @@ class Minimum:
 class Search:
     """The orientations whose spin comes nearest to the printed ranges."""
 
-    #: How many, spread evenly over all there are, were tried before the best were refined.
-    tried: int
-    #: The best first.
+    #: The number of evenly spread orientations that were tried.
+    count: int
+    #: The refined minima, the best one first.
     minima: list[Minimum]
-    #: About the best one: the least and the largest turn that gives all six numbers as printed, and the farthest that
-    #: the axis of such a turn lies from the orbit's normal, degrees; NaN where the best one does not give all six.
-    turn: tuple[float, float]
-    off_normal: float
+    #: The smallest and the largest rotation about the best minimum with which all six numbers are as printed, and the
+    #: largest angle of the axis of such a rotation from the orbit's normal, degrees; NaN if the best one does not give
+    #: all six.
+    rotation_range: tuple[float, float]
+    largest_tilt: float
 
 
-def search(scans: list[Scan], tried: int, refined: int) -> Search:
-    """Try orientations spread evenly, and refine the best of them and of the scans that turn Beta.
+def search(scans: list[Scan], count: int, refined: int) -> Search:
+    """Try ``count`` evenly spread orientations, and refine the best of them and of the scans that rotate Beta.
 
-    Its spin goes along its own z-axis, as stated.
+    The spin of Beta is along its z-axis, as stated.
     """
-    # Shoemake's uniform quaternions from evenly spread points.
-    a, b, c = 2 * np.pi * qmc.Sobol(3, rng=1).random(tried).T
+    # Uniform quaternions from evenly spread points (Shoemake 1992).
+    a, b, c = 2 * np.pi * qmc.Sobol(3, rng=1).random(count).T
     low, high = np.sqrt(1 - a / (2 * np.pi)), np.sqrt(a / (2 * np.pi))
     quaternions = np.stack([low * np.sin(b), low * np.cos(b), high * np.sin(c), high * np.cos(c)], axis=1)
-    everywhere = [Rotation.from_quat(q) for q in quaternions]
-    misfits = shared(lambda attitude: misfit(_ranges(attitude, 0.1)), everywhere)
-    guesses = [everywhere[k] for k in np.argsort(misfits)[:refined]]
+    orientations = [Rotation.from_quat(q) for q in quaternions]
+    misfits = in_threads(lambda attitude: misfit(_ranges(attitude, 0.1)), orientations)
+    guesses = [orientations[k] for k in np.argsort(misfits)[:refined]]
     for scan in scans:
         if scan.name.startswith("Beta rotated"):
             best = FAMILIES[scan.name][3](_SYSTEM, _STATE, scan.best[0])
             guesses.append(Rotation.from_quat(best.attitude[1], scalar_first=True))
-    minima = sorted(shared(_nearest, guesses), key=lambda minimum: minimum.misfit)
+    minima = sorted(in_threads(_local_minimum, guesses), key=lambda minimum: minimum.misfit)
     if minima[0].misfit > ROUNDING:
-        return Search(tried, minima, (float("nan"), float("nan")), float("nan"))
-    about = Rotation.from_euler("ZYX", minima[0].angles[::-1], degrees=True)
-    ends: list[Callable[[Rotation], float]] = [
-        lambda attitude: _turn(attitude)[0],
-        lambda attitude: -_turn(attitude)[0],
-        lambda attitude: _turn(attitude)[1],
+        return Search(count, minima, (float("nan"), float("nan")), float("nan"))
+    best_orientation = Rotation.from_euler("ZYX", minima[0].angles[::-1], degrees=True)
+    functions: list[Callable[[Rotation], float]] = [
+        lambda attitude: _rotation(attitude)[0],
+        lambda attitude: -_rotation(attitude)[0],
+        lambda attitude: _rotation(attitude)[1],
     ]
-    most, least, off = shared(lambda of: _farthest(of, about), ends)
-    return Search(tried, minima, (-least, most), off)
+    largest, smallest, tilt = in_threads(lambda function: _largest(function, best_orientation), functions)
+    return Search(count, minima, (-smallest, largest), tilt)
 
 
 def _ranges(attitude: Rotation, spacing: float) -> _Array:
     return spin_range(_SYSTEM, rotated(_STATE, attitude), COARSE, spacing)
 
 
-def _turn(attitude: Rotation) -> tuple[float, float]:
-    """Return the angle from the stated orientation in the sense of the motion, its axis from the normal, degrees."""
-    turn = attitude.as_rotvec(degrees=True)
-    size, along = float(np.linalg.norm(turn)), float(turn @ _NORMAL)
-    return float(np.copysign(size, along)), float(np.rad2deg(np.arccos(np.clip(abs(along) / size, 0.0, 1.0))))
+def _rotation(attitude: Rotation) -> tuple[float, float]:
+    """Return the angle of the rotation from the stated orientation, and that of its axis from the normal, degrees."""
+    vector = attitude.as_rotvec(degrees=True)
+    angle, component = float(np.linalg.norm(vector)), float(vector @ _NORMAL)
+    return float(np.copysign(angle, component)), float(np.rad2deg(np.arccos(np.clip(abs(component) / angle, 0.0, 1.0))))
 
 
-def _nearest(guess: Rotation) -> Minimum:
-    """Return the smallest of the largest differences from the printed numbers near a guess."""
+def _local_minimum(guess: Rotation) -> Minimum:
+    """Return the minimum of the largest difference from the printed numbers near a guess."""
 
     def margins(x: _Array) -> _Array:
-        misses = (_ranges(Rotation.from_rotvec(x[:3]) * guess, 0.05) - PRINTED).ravel()
-        return np.concatenate([x[3] - misses, x[3] + misses])
+        differences = (_ranges(Rotation.from_rotvec(x[:3]) * guess, 0.05) - PRINTED).ravel()
+        return np.concatenate([x[3] - differences, x[3] + differences])
 
     # The fourth variable bounds all six differences, and is made small.
     first = [0.0, 0.0, 0.0, float(misfit(_ranges(guess, 0.05)))]
-    attitude = Rotation.from_rotvec(_least(lambda x: float(x[3]), first, margins, 0.05)[:3]) * guess
+    attitude = Rotation.from_rotvec(_minimized(lambda x: float(x[3]), first, margins, 0.05)[:3]) * guess
     psi, theta, phi = (float(x) for x in attitude.as_euler("ZYX", degrees=True))
     ranges = _ranges(attitude, 0.02)
-    return Minimum((phi, theta, psi), *_turn(attitude), ranges, float(misfit(ranges)))
+    return Minimum((phi, theta, psi), *_rotation(attitude), ranges, float(misfit(ranges)))
 
 
-def _farthest(of: Callable[[Rotation], float], about: Rotation) -> float:
-    """Return the largest value of a function among the orientations about one that give all six printed numbers."""
+def _largest(function: Callable[[Rotation], float], centre: Rotation) -> float:
+    """Return the largest value of a function near an orientation, where all six printed numbers are reproduced."""
 
     def margins(x: _Array) -> _Array:
-        misses = _ranges(Rotation.from_rotvec(x) * about, 0.02) - PRINTED
-        return np.asarray((ROUNDING - np.abs(misses)).ravel() / ROUNDING)
+        differences = _ranges(Rotation.from_rotvec(x) * centre, 0.02) - PRINTED
+        return np.asarray((ROUNDING - np.abs(differences)).ravel() / ROUNDING)
 
-    return of(
-        Rotation.from_rotvec(_least(lambda x: -of(Rotation.from_rotvec(x) * about), [0.0] * 3, margins, 3e-3)) * about
-    )
+    best = _minimized(lambda x: -function(Rotation.from_rotvec(x) * centre), [0.0] * 3, margins, 3e-3)
+    return function(Rotation.from_rotvec(best) * centre)
 
 
-def _least(
+def _minimized(
     target: Callable[[_Array], float], first: list[float], margins: Callable[[_Array], _Array], step: float
 ) -> _Array:
-    """Minimise where no margin is negative; extremes of a spin change place, so derivatives do not help."""
+    """Return the minimum where no margin is negative; ranges of a spin have no derivatives where their ends change."""
     options = {"rhobeg": step, "tol": 1e-5, "maxiter": 200}
     constraints = {"type": "ineq", "fun": margins}
     return np.asarray(minimize(target, first, method="COBYLA", constraints=constraints, options=options).x)

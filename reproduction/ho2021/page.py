@@ -13,12 +13,13 @@ from fullbody.errors import InvalidInput
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from ..judging import counts
 from ..publishing import write_numbers
 from ..typesetting import typeset
 from . import case_figures, evidence_figures, kw4_figures
 from .captions import CAPTIONS
 from .findings import TITLES, findings
-from .judging import Verdict, counts
+from .judging import WORDS, Verdict
 from .results import Results, as_numbers, compute
 from .tables import tables
 from .verdicts import judge
@@ -28,7 +29,7 @@ __all__ = ["Report", "write_report"]
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What was written: ``report.html``, with the figures in it; ``numbers.json``; the figures as PNG and PDF."""
+    """The files of a report, ``report.html`` with its figures, ``numbers.json`` and the figures, and its verdicts."""
 
     page: Path
     numbers: Path
@@ -37,15 +38,15 @@ class Report:
 
 
 def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Report:
-    """Run everything that the paper shows and write a report beside its numbers.
+    """Repeat all computations of the paper and write the report.
 
     Parameters
     ----------
     out : str or Path
-        Folder; made where there is none. ``report.html`` needs no other file; ``figures/`` holds the same figures as
-        PNG and PDF, ``numbers.json`` every number, the verdicts and the findings.
+        The folder, which is made if it does not exist. ``report.html`` needs no other file; ``figures/`` has the same
+        figures as PNG and PDF, and ``numbers.json`` has every number, verdict and finding.
     draft : bool
-        Coarser scans and shorter long runs; the page says so.
+        Whether to make coarser scans and shorter long runs; the page states this.
     progress : bool
         Whether to show a bar.
 
@@ -57,20 +58,20 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
     if folder.exists() and not folder.is_dir():
         raise InvalidInput(f"out is {str(out)!r}, a file; expected a folder")
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    # Written last, so that whoever finds the numbers finds the rest.
+    # The numbers are written last, so that the other files exist when they do.
     numbers, page = folder / "numbers.json", folder / "report.html"
     numbers.unlink(missing_ok=True)
     check_target(page)
     results = compute(draft=draft, progress=progress)
     verdicts, paragraphs = judge(results), findings(results)
-    drawn = {
+    all_figures = {
         **case_figures.all_figures(results.runs),
         **kw4_figures.all_figures(results.runs.year),
         **evidence_figures.all_figures(results),
     }
     written = []
-    for name, figure in drawn.items():
-        # Laid out once for both kinds of file.
+    for name, figure in all_figures.items():
+        # The layout is computed once for both kinds of file.
         if layout := figure.get_layout_engine():
             layout.execute(figure)
             figure.set_layout_engine("none")
@@ -107,8 +108,8 @@ def _render(results: Results, verdicts: list[Verdict], paragraphs: dict[str, lis
         picture=picture,
         captions=CAPTIONS,
         titles=TITLES,
-        found=paragraphs,
+        findings=paragraphs,
         verdicts=verdicts,
-        counts=counts(verdicts),
+        counts=counts(verdicts, WORDS),
         version=__version__,
     )

@@ -1,4 +1,4 @@
-"""What the paper prints: Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35."""
+"""The statements and numbers of the paper: Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 __all__ = [
     "CASES_END",
-    "CASES_LATE",
+    "CASES_LONG_END",
     "CASE_ERRORS",
     "CPU_TIME",
     "ERRORS",
@@ -21,12 +21,12 @@ __all__ = [
     "Year",
 ]
 
-#: Semi-axes as Table 2 prints them, km. The authors' published input has more digits, which the runs here take.
+#: The semi-axes in km as Table 2 prints them. The runs here use the authors' published input, with more digits.
 KW4_AXES = ((0.766, 0.748, 0.674), (0.285, 0.232, 0.175))
 
-#: Length of the dimensionless cases, and the later time of which section 3.1 speaks.
+#: The end of the dimensionless cases, and that of the long run of section 3.1.
 CASES_END = 200.0
-CASES_LATE = 2200.0
+CASES_LONG_END = 2200.0
 
 #: CPU time in seconds, Table 3.
 CPU_TIME = {"case1": 22.8, "case2": 129.0, "ellipsoid": 4.6 * 3600.0, "spheroid": 1.1 * 3600.0}
@@ -34,7 +34,7 @@ CPU_TIME = {"case1": 22.8, "case2": 129.0, "ellipsoid": 4.6 * 3600.0, "spheroid"
 #: Largest errors of the cases from step to step: relative of the energy, absolute of the angular momentum.
 CASE_ERRORS = 1e-12
 
-#: Eccentricity that the excited state of Fahnestock & Scheeres (2008) surpasses, as section 4 quotes it.
+#: The eccentricity above which the excited state of Fahnestock & Scheeres (2008) is, as section 4 quotes it.
 EXCITED_E = 0.03
 
 
@@ -81,9 +81,9 @@ ERRORS = {"energy": 1e-14, "angular_momentum": 1e-11}
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A statement of the paper: its section or figure, the quantity, and the printed number or the words in short."""
+    """A statement of the paper: its section or figure, the quantity, and the printed number or text."""
 
-    where: str
+    section: str
     quantity: str
     text: str
 
@@ -91,15 +91,15 @@ class Statement:
 def _statements() -> dict[str, Statement]:
     statements: dict[str, Statement] = {}
 
-    def add(key: str, where: str, quantity: str, text: str) -> None:
-        statements[key] = Statement(where, quantity, text)
+    def add(key: str, section: str, quantity: str, text: str) -> None:
+        statements[key] = Statement(section, quantity, text)
 
     add("all.machine", "Abstract", "accuracy of the simulations", "machine accuracy level")
     add("all.pole", "2", "singularity of the angles at theta = 90 degrees", "not a problem for these cases")
     first = "3.1, Fig. 2"
     add("case1.z", first, "motion along z compared with that along x and y", "11 orders of magnitude smaller")
-    add("case1.z_late", "3.1", "motion along z at t = 2200", "of order 1e-1")
-    add("case1.xy_late", "3.1", "motion along x and y until t = 2200", "no significant changes")
+    add("case1.z_long", "3.1", "motion along z at t = 2200", "of order 1e-1")
+    add("case1.xy_long", "3.1", "motion along x and y until t = 2200", "no significant changes")
     add("case1.force", "3.1, Fig. 3", "F_x and F_y on A", "of order 1e-1")
     add("case1.force_z", "3.1, 5, Fig. 3", "force along z on A", "present, because of the tilt")
     add("case1.tumbling", first, "turns about x and z", "multiple")

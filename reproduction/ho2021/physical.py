@@ -1,4 +1,4 @@
-"""The paper's bodies on the physical, prograde orbit beside the paper's set-up: relaxed, nominal and excited."""
+"""The paper's bodies on the physical, prograde orbit (relaxed, nominal, excited), beside the paper's own state."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from scipy.spatial.transform import Rotation
 
 from .starts import ORBIT, normal, rotated, start
 
-__all__ = ["FLAT", "HOURS", "PAPER", "TURNED", "Motion", "motions", "states"]
+__all__ = ["EQUATOR_IN_ORBIT", "HOURS", "ORBIT_IN_EQUATOR", "PAPER", "Motion", "motions", "states"]
 
 _Array = npt.NDArray[np.float64]
 
 #: The paper's start; the same with its orbit in the plane of Beta's equator; with Beta's equator in that of its orbit.
-PAPER, FLAT, TURNED = "the paper's", "the paper's, i = 180 deg", "the paper's, Beta turned"
-#: How long the states are watched: some 115 revolutions.
+PAPER, ORBIT_IN_EQUATOR = "the paper's", "the paper's, i = 180 deg"
+EQUATOR_IN_ORBIT = "the paper's, Beta rotated"
+#: The length of the runs in hours, some 115 revolutions.
 HOURS = 2000.0
-#: Eccentricity and libration that the excited state starts with.
+#: The initial eccentricity of the excited state, and the initial angle of its libration in degrees.
 _EXCITED_E, _EXCITED_LIBRATION = 0.03, 10.0
 
 
@@ -30,10 +31,10 @@ class Motion:
     """The motion from a state over ``HOURS``."""
 
     #: A description of the start.
-    begins: str
+    start: str
     #: Range of the osculating eccentricity.
     e: tuple[float, float]
-    #: Half of peak to peak, degrees; NaN where Beta turns round under Alpha.
+    #: Half of peak to peak, degrees; NaN if Beta circulates.
     libration: float
     #: Range of Beta's spin, 1e-5 rad/s, (3, 2).
     spin: _Array
@@ -42,17 +43,17 @@ class Motion:
 
 
 def states() -> dict[str, tuple[str, Any, State]]:
-    """Return, by their names, what the states start from, their systems and states."""
+    """Return the states by name: a description, the system and the state."""
     paper_system, paper_state = systems.kw4_ho2021()
     system, nominal = _prograde(paper_system, paper_state)
     return {
         PAPER: ("retrograde to both spins, Beta's axes along the inertial ones", paper_system, paper_state),
-        FLAT: (
+        ORBIT_IN_EQUATOR: (
             "the same, the orbit rotated into the plane of Beta's equator",
             paper_system,
             start(paper_state, paper_system.mu(), i=180.0),
         ),
-        TURNED: (
+        EQUATOR_IN_ORBIT: (
             "the same, Beta's equator rotated into the plane of the orbit",
             paper_system,
             _equator_in_orbit(paper_state),
@@ -95,14 +96,14 @@ def _prograde(system: System, state: State) -> tuple[System, State]:
 
 
 def _equator_in_orbit(state: State) -> State:
-    """Return the start with Beta turned, the short way, so that its pole is the orbit's; the orbit is as it was."""
+    """Return the start with Beta rotated by the smallest angle that brings its pole to that of the orbit."""
     pole = -normal(state)
     axis = np.cross([0.0, 0.0, 1.0], pole)
     return rotated(state, Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2])))
 
 
 def _relaxed(system: Any, state: State) -> State:
-    """Return the circular orbit for the force that acts, averaged over a turn of Alpha."""
+    """Return the circular orbit for the actual force, averaged over a rotation of Alpha."""
     alpha, beta = system.bodies
     rotation = 2 * np.pi / state.spin[0, 2]
     return binary(
@@ -115,7 +116,7 @@ def _relaxed(system: Any, state: State) -> State:
 
 
 def _excited(system: Any, state: State) -> State:
-    """Return an eccentric orbit and a Beta that starts off the line."""
+    """Return an eccentric orbit with the long axis of Beta at an angle to the line of the centres."""
     orbit = KeplerElements(a=ORBIT["a"], e=_EXCITED_E, i=0.0, Omega=0.0, omega=0.0, M=0.0)
     r, v = orbit.to_cartesian(system.mu())
     m = [body.mass for body in system.bodies]
@@ -128,13 +129,13 @@ def _excited(system: Any, state: State) -> State:
 def motions() -> tuple[dict[str, Motion], dict[str, Run]]:
     """Return all states by name, run and measured, and their runs."""
     results, runs = {}, {}
-    for name, (begins, system, state) in states().items():
+    for name, (description, system, state) in states().items():
         run = runs[name] = system.integrate(state, HOURS, output=0.1)
         e = run.elements().e
         amplitude = libration(run).amplitude
         spin = run.spin[:, 1] * 1e5 / 3600.0
         results[name] = Motion(
-            begins=begins,
+            start=description,
             e=(float(e.min()), float(e.max())),
             libration=float("nan") if amplitude is None else float(np.rad2deg(amplitude)),
             spin=np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1),

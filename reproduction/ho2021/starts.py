@@ -1,4 +1,4 @@
-"""The paper's start of 1999 KW4, changed in one thing."""
+"""The paper's initial state of 1999 KW4 with single changes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fullbody import KeplerElements, State, System, systems
 from scipy.spatial.transform import Rotation
 
-__all__ = ["ORBIT", "RATE", "SKY", "ahead", "normal", "rotated", "start"]
+__all__ = ["ORBIT", "RATE", "SKY", "advanced", "normal", "rotated", "start"]
 
 _PUBLISHED = systems.published("kw4_ho2021")
 #: Beta's stated rate of spin, rad/h, and its stated orbit: size and shape, and the angles in degrees.
@@ -36,26 +36,26 @@ def start(state: State, mu: float, *, spin: float | None = None, **elements: flo
 
 
 def rotated(state: State, attitude: Rotation) -> State:
-    """Return the start with another attitude of Beta; its spin stays along its own z-axis."""
+    """Return the start with another attitude of Beta, whose spin remains along its z-axis."""
     return state.replace(attitude=[state.attitude[0], attitude.as_quat(scalar_first=True)])
 
 
-def ahead(system: System, state: State, hours: float, *, alpha: bool = True) -> State:
-    """Return the start with all but Beta's attitude and spin taken some hours later from the motion itself.
+def advanced(system: System, state: State, hours: float, *, alpha: bool = True) -> State:
+    """Return the start with all but the attitude and the spin of Beta advanced by the motion of some hours.
 
-    ``alpha`` tells whether Alpha's attitude and spin go on too.
+    Without ``alpha`` the attitude and the spin of Alpha are those of the start.
     """
-    later = system.integrate(state, hours, output=[hours])[-1] if hours else state
-    first = later if alpha else state
+    advanced_state = system.integrate(state, hours, output=[hours])[-1] if hours else state
+    alpha_source = advanced_state if alpha else state
     return state.replace(
-        position=later.position,
-        velocity=later.velocity,
-        attitude=[first.attitude[0], state.attitude[1]],
-        spin=[first.spin[0], state.spin[1]],
+        position=advanced_state.position,
+        velocity=advanced_state.velocity,
+        attitude=[alpha_source.attitude[0], state.attitude[1]],
+        spin=[alpha_source.spin[0], state.spin[1]],
     )
 
 
 def normal(state: State) -> npt.NDArray[np.float64]:
     """Return the orbit's normal, a unit vector."""
-    across = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
-    return np.asarray(across / np.linalg.norm(across))
+    normal_vector = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
+    return np.asarray(normal_vector / np.linalg.norm(normal_vector))

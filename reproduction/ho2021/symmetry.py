@@ -1,4 +1,4 @@
-"""Case 1's motion along z: zero by symmetry, and what arithmetic makes of it."""
+"""The motion along z in case 1, which is zero by symmetry, for several kinds of arithmetic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from . import paper
 from .drawing import windows
 
-__all__ = ["NOISE", "WINDOW", "Motion", "late_separation", "z_motion"]
+__all__ = ["NOISE", "WINDOW", "Motion", "separation_ranges", "z_motion"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -30,11 +30,11 @@ class Motion:
     z: _Array
 
 
-def z_motion(until: float = paper.CASES_LATE) -> tuple[dict[str, Motion], Run]:
+def z_motion(until: float = paper.CASES_LONG_END) -> tuple[dict[str, Motion], Run]:
     """Return case 1's motion along z by kind of arithmetic, and the run by the default integrator.
 
     ``"double"`` is SciPy's DOP853 in plain double precision; ``"symmetric"`` the same with the rates made exactly
-    symmetric under the half turn about z that swaps the bodies, so that z stays zero by construction;
+    symmetric under the rotation by 180 degrees about z that exchanges the bodies, so that z stays zero by construction;
     ``"compensated"`` the default integrator here, whose sums carry their round-off along; ``"seeded"`` that integrator
     with A and B moved apart along z by the size of the motion that the paper shows.
     """
@@ -60,29 +60,29 @@ def dop853(system: System, state: State, until: float, symmetric: bool) -> tuple
     """Return times and z of A by an independent integrator; its rates are written out here in plain doubles."""
     mass = np.array([body.mass for body in system.bodies])[:, None]
     inertia = np.array([body.inertia for body in system.bodies])
-    half_turn = np.array([-1.0, -1.0, 1.0])
+    half_rotation = np.array([-1.0, -1.0, 1.0])
 
     def rates(_: float, y: _Array) -> _Array:
         r, v, q, spin = y[:6].reshape(2, 3), y[6:12].reshape(2, 3), y[12:20].reshape(2, 4), y[20:].reshape(2, 3)
         if symmetric:
-            # B is A turned by half a turn about z: (w, x, y, z) of the product with that turn; its own spin is A's.
-            r, v = np.array([r[0], half_turn * r[0]]), np.array([v[0], half_turn * v[0]])
+            # B is A rotated by 180 degrees about z: its quaternion is the product with that rotation, its spin is A's.
+            r, v = np.array([r[0], half_rotation * r[0]]), np.array([v[0], half_rotation * v[0]])
             w, i, j, k = q[0]
             q, spin = np.array([q[0], (-k, -j, i, w)]), np.array([spin[0], spin[0]])
         q = q / np.linalg.norm(q, axis=1)[:, None]
-        acting = system.interactions(State(position=r, velocity=v, attitude=q, spin=spin))
-        turning = (np.asarray(acting.torque) - np.cross(spin, inertia * spin)) / inertia
-        acceleration = np.asarray(acting.force) / mass
+        interactions = system.interactions(State(position=r, velocity=v, attitude=q, spin=spin))
+        spin_rates = (np.asarray(interactions.torque) - np.cross(spin, inertia * spin)) / inertia
+        acceleration = np.asarray(interactions.force) / mass
         if symmetric:
-            # The mean of A's own and B's turned back: exactly opposite along z, so zero.
-            pull = 0.5 * (acceleration[0] + half_turn * acceleration[1])
-            acceleration = np.array([pull, half_turn * pull])
+            # The mean of A's acceleration and that of B rotated back; along z they are opposite, so that it is zero.
+            mean = 0.5 * (acceleration[0] + half_rotation * acceleration[1])
+            acceleration = np.array([mean, half_rotation * mean])
         w, i, j, k = q.T
         a, b, c = spin.T
         quaternion_rates = 0.5 * np.stack(
             [-i * a - j * b - k * c, w * a + j * c - k * b, w * b + k * a - i * c, w * c + i * b - j * a], axis=1
         )
-        return np.concatenate([v.ravel(), acceleration.ravel(), quaternion_rates.ravel(), turning.ravel()])
+        return np.concatenate([v.ravel(), acceleration.ravel(), quaternion_rates.ravel(), spin_rates.ravel()])
 
     start = np.concatenate(
         [np.asarray(x).ravel() for x in (state.position, state.velocity, state.attitude, state.spin)]
@@ -91,7 +91,7 @@ def dop853(system: System, state: State, until: float, symmetric: bool) -> tuple
     return solved.t, solved.y[2]
 
 
-def late_separation(run: Run) -> tuple[tuple[float, float], tuple[float, float]]:
+def separation_ranges(run: Run) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the range of case 1's separation until t = 200 and in the last 200 of a run to t = 2200."""
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     first, last = distance[run.time <= paper.CASES_END], distance[run.time >= run.time[-1] - paper.CASES_END]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..publishing import formatted
 from . import paper, spin
 from .kw4 import SHAPES
 from .results import Results
 
 __all__ = ["tables"]
 
-#: A table is its header and its rows.
+#: The header and the rows of a table.
 _Table = tuple[list[str], list[list[str]]]
 
 _AXES = ("x [1e-5 rad/s]", "y", "z")
@@ -26,12 +27,12 @@ _ORBIT = (
 
 def tables(r: Results) -> dict[str, _Table]:
     """Return all tables, by name."""
-    made = (_years, _ways, _readings, _families, _physical)
-    return {table.__name__.lstrip("_"): table(r) for table in made}
+    builders = (_years, _variants, _readings, _families, _physical)
+    return {table.__name__.lstrip("_"): table(r) for table in builders}
 
 
 def _fixed(value: float, digits: int) -> str:
-    return "-" if value != value else f"{value:.{digits}f}"
+    return formatted(value, f".{digits}f")
 
 
 def _range(ends: Sequence[float], digits: int) -> str:
@@ -40,7 +41,7 @@ def _range(ends: Sequence[float], digits: int) -> str:
 
 
 def _years(r: Results) -> _Table:
-    ways = ("surface", "other_g", "printed_axes")
+    runs = ("surface", "other_g", "printed_axes")
     head = [
         "",
         *(
@@ -54,26 +55,26 @@ def _years(r: Results) -> _Table:
         cells = [text]
         for shape in SHAPES:
             cells.append(_fixed(getattr(paper.YEAR[shape], name), digits))
-            cells += [_fixed(getattr(r.year[way][shape], name), digits) for way in ways]
+            cells += [_fixed(getattr(r.year[run][shape], name), digits) for run in runs]
         rows.append(cells)
     spins = ["Beta's spin z in 200 h, 1e-5 rad/s"]
     for shape in SHAPES:
         spins.append(_range(paper.SPIN["z"], 2) if shape == "ellipsoid" else "constant")
-        spins += [_range(r.year[way][shape].spin_z, 2) for way in ways]
+        spins += [_range(r.year[run][shape].spin_z, 2) for run in runs]
     return head, [*rows, spins]
 
 
-def _ways(r: Results) -> _Table:
+def _variants(r: Results) -> _Table:
     head = ["gravity", "integrator", "attitudes", *_AXES, "between maxima of the inclination [h]"]
     rows = [
         [
-            way.gravity,
-            way.integrator,
-            way.chart,
-            *(_range(ends, 4) for ends in way.ranges),
-            _fixed(way.inclination_period, 0),
+            variant.gravity,
+            variant.integrator,
+            variant.chart,
+            *(_range(ends, 4) for ends in variant.ranges),
+            _fixed(variant.inclination_period, 0),
         ]
-        for way in r.ways
+        for variant in r.variants
     ]
     return head, rows
 
@@ -99,7 +100,11 @@ def _families(r: Results) -> _Table:
     rows = []
     for scan in r.scans:
         digits = 1 if scan.unit == "deg" else 3
-        ends = " to ".join(_fixed(end, digits + 1) for end in scan.near) if scan.near[0] == scan.near[0] else "nowhere"
+        ends = (
+            " to ".join(_fixed(end, digits + 1) for end in scan.near_range)
+            if scan.near_range[0] == scan.near_range[0]
+            else "nowhere"
+        )
         value, misfit = scan.best
         rows.append(
             [scan.name, f"{scan.stated:g} {scan.unit}", f"{value:.{digits}f} {scan.unit}", f"{misfit:.4f}", ends]
@@ -112,7 +117,7 @@ def _physical(r: Results) -> _Table:
     rows = [
         [
             name,
-            m.begins,
+            m.start,
             f"{m.e[0]:.4f} to {m.e[1]:.4f}",
             "none: circulates" if m.libration != m.libration else f"{m.libration:.1f}",
             *(_range(ends, 2) for ends in m.spin),

@@ -31,8 +31,8 @@ def _fates(part: xarray.Dataset) -> Figure:
         selected = part.sel(case=case)
         coordinates = (selected.tilt.values, selected.mass_ratio.values)
         for fate, colour in _COLOURS.items():
-            shown = np.where(selected.fate.values == fate, 1.0, np.nan)
-            axis.pcolormesh(*coordinates, shown, cmap=ListedColormap([colour]), shading="nearest")
+            mask = np.where(selected.fate.values == fate, 1.0, np.nan)
+            axis.pcolormesh(*coordinates, mask, cmap=ListedColormap([colour]), shading="nearest")
         ends = np.where(selected.fate.values == "contact", selected.fate_time.values, np.nan)
         image = axis.pcolormesh(*coordinates, ends, cmap="Greens_r", norm=LogNorm(5e-3, 5e3), shading="nearest")
         share = 100 * float((selected.fate == "contact").mean())

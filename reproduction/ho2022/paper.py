@@ -1,4 +1,4 @@
-"""What Ho, Wold, Poursina & Conway (2022) state, as far as their abstract does, and what is assumed beside it."""
+"""Statements of the abstract of Ho, Wold, Poursina & Conway (2022), and the assumptions of this study."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Final
 
 __all__ = ["ASSUMED", "GAP", "STATED", "G"]
 
-#: km^3 / (kg h^2).
+#: The gravitational constant in km^3 / (kg h^2).
 G: Final = 6.6743e-11 * 1e-9 * 3600.0**2
-#: Between the surfaces at the start: 1 cm, in km.
+#: The gap between the surfaces at the start in km: 1 cm.
 GAP: Final = 1e-5
 
 STATED: Final = {
     "model": "both bodies are ellipsoids with exact mutual gravity; a contact binary at its spin fission limit",
     "gap": "the closest distance between the surfaces at the start is 1 cm",
-    "tilt": "the secondary is turned about its body-fixed y-axis: 45 tilts",
+    "tilt": "the secondary is rotated about its body-fixed y-axis: 45 tilts",
     "mass ratio": "37 mass ratios for each tilt",
     "cases": "six: three densities of the secondary and three shapes of it; 9,990 runs in all",
     "impacts": "more than 80 per cent of the runs end with an impact",

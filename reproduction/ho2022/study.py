@@ -9,7 +9,8 @@ import fullbody
 import numpy as np
 from fullbody import Run, State, System, Verner98, events, observables
 
-from ..publishing import listed, percent, publish, table
+from ..judging import word
+from ..publishing import formatted, listed, percent, publish, table
 from . import figures, paper
 from .starts import CASES, fission, spin_limit
 
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["counts", "sweep", "write"]
 
-DAYS = 24.0
+#: Hours in a day.
+DAY = 24.0
 GRID = {
     "excess": [0.0, 0.01],
     "case": list(CASES),
@@ -31,27 +33,28 @@ ENDS = (events.Contact(0, 1, terminal=True), events.Escape(0, 1, distance=100.0,
 
 
 def setup(excess: float, case: str, mass_ratio: float, tilt: float) -> tuple[System, State]:
-    """Return the start, with the spin and the motion a little faster than the limit."""
+    """Return the start, with spin and velocity larger by ``excess`` than those of the limit, relative to them."""
     system, state = fission(case, mass_ratio, tilt)
     return system, state.replace(velocity=state.velocity * (1 + excess), spin=state.spin * (1 + excess))
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """Return how and when a run ended, how far apart the bodies were, and when the secondary turned too fast."""
-    gap = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
+    """Return the fate of a run, the largest separation, and when the secondary reached its spin limit."""
+    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     secondary: Any = run.system["secondary"]
     spin = np.linalg.norm(run.spin[:, 1], axis=1) / spin_limit(secondary.shape.semi_axes, secondary.density)
     fast = np.flatnonzero(spin >= 1.0)
-    values = {"farthest": gap.max() / gap[0], "spin": spin.max(), "fission": run.time[fast[0]] if len(fast) else None}
+    values = {"farthest": distance.max() / distance[0], "spin": spin.max()}
+    values["fission"] = run.time[fast[0]] if len(fast) else None
     return observables.fate(run).as_dict() | observables.drift(run).as_dict() | values
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
-    """Return the map, kept in the folder while it grows."""
+    """Return the map; runs are saved in the folder as they end."""
     return fullbody.sweep(
         setup,
         DRAFT if draft else GRID,
-        (2.0 if draft else 200.0) * DAYS,
+        (2.0 if draft else 200.0) * DAY,
         measure=measure,
         output=None,
         integrator=Verner98(1e-10, 1e-10),
@@ -65,12 +68,12 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
 
 def counts(dataset: xarray.Dataset) -> dict[str, Any]:
     """Return the shares of fates and of secondary fission, by excess and case; times in hours."""
-    told: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for excess in dataset.excess.values:
         part = dataset.sel(excess=excess)
         cases = {str(case): _counts(part.sel(case=case)) for case in dataset.case.values}
-        told[f"{excess:g}"] = {"all": _counts(part), **cases}
-    return told
+        result[f"{excess:g}"] = {"all": _counts(part), **cases}
+    return result
 
 
 def _counts(part: xarray.Dataset) -> dict[str, float]:
@@ -82,8 +85,8 @@ def _counts(part: xarray.Dataset) -> dict[str, float]:
         "impact": float(impact.mean()),
         **{fate: float((part.fate == fate).mean()) for fate in ("escape", "bound")},
         "errors": float((part.error != "").mean()),
-        # The share of impacts in runs whose bodies first came apart by a tenth of their distance.
-        "impact_after_parting": float((impact & (part.farthest > 1.1)).mean()),
+        # The share of runs with an impact after the separation had grown by a tenth.
+        "impact_after_separation": float((impact & (part.farthest > 1.1)).mean()),
         "impact_within_a_minute": float((impact & (part.fate_time < 1 / 60)).mean()),
         "impact_hours_median": float(np.median(ends)) if len(ends) else np.nan,
         "fission": float(fission.mean()),
@@ -96,56 +99,51 @@ def _counts(part: xarray.Dataset) -> dict[str, float]:
 def write(folder: Path, draft: bool, progress: bool) -> Path:
     """Run everything and write the report."""
     result = sweep(folder, draft, progress)
-    told = counts(result)
+    shares = counts(result)
     numbers = {
-        "program": f"fullbody {fullbody.__version__}",
         "paper": "Ho, Wold, Poursina & Conway (2022), A&A 665, A43, doi:10.1051/0004-6361/202243706",
         "draft": draft,
         "stated": paper.STATED,
         "assumed": paper.ASSUMED,
-        "counts": told,
-        "verdicts": verdicts(told),
+        "counts": shares,
+        "verdicts": verdicts(shares),
     }
-    return publish(folder, _text(numbers), figures.all_figures(result), numbers)
+    return publish(folder, figures.all_figures(result), numbers, _text)
 
 
-def verdicts(told: dict[str, Any]) -> list[dict[str, str]]:
-    """Return the abstract's statements beside what comes out, at the limit and above it."""
+def verdicts(shares: dict[str, Any]) -> list[dict[str, str]]:
+    """Compare the statements of the abstract with the shares of runs, at the limit and above it."""
     results = []
-    for excess, part in told.items():
-        where = "at the limit" if float(excess) == 0.0 else f"{100 * float(excess):g} per cent above it"
+    for excess, part in shares.items():
+        start = "at the limit" if float(excess) == 0.0 else f"{100 * float(excess):g} per cent above it"
         total = part["all"]
-        early = f"{percent(total['fission_within_5_hours'])} of {percent(total['fission'])} of the runs"
+        rapid = f"{percent(total['fission_within_5_hours'])} of {percent(total['fission'])} of the runs"
         rows = [("impacts", "more than 80 %", percent(total["impact"]), total["impact"] > 0.8)]
         for quantity, name in (("impact", "impacts"), ("fission", "secondary fission")):
             for cases, by in ((("A1", "A2", "A3"), "less dense"), (("B3", "B2", "B1"), "more elongated")):
-                shares = [part[case][quantity] for case in cases]
-                text = ", ".join(f"{case} {percent(value)}" for case, value in zip(cases, shares, strict=True))
-                more = shares[0] > shares[1] > shares[2] if any(shares) else None
-                rows.append((f"{name}, {by}", "more common", text, more))
+                first, second, third = values = [part[case][quantity] for case in cases]
+                text = ", ".join(f"{case} {percent(value)}" for case, value in zip(cases, values, strict=True))
+                rows.append((f"{name}, {by}", "more common", text, first > second > third if any(values) else None))
         within = total["fission_within_5_hours"]
-        rows.append(("secondary fission within 5 h", "typically", early, within > 0.5 if total["fission"] else None))
-        words = {True: "holds", False: "differs", None: "open"}
-        names = ("what", "stated", "ours")
-        results += [{"where": where, **dict(zip(names, row, strict=False)), "verdict": words[row[3]]} for row in rows]
+        rows.append(("secondary fission within 5 h", "typically", rapid, within > 0.5 if total["fission"] else None))
+        results += [
+            {"start": start, "quantity": quantity, "stated": stated, "result": text, "verdict": word(holds)}
+            for quantity, stated, text, holds in rows
+        ]
     return results
 
 
-def _hours(time: float) -> str:
-    return "-" if np.isnan(time) else f"{time:.3g}"
-
-
 def _text(numbers: dict[str, Any]) -> str:
-    rows = [[v["where"], v["what"], v["stated"], v["ours"], v["verdict"]] for v in numbers["verdicts"]]
-    shares = ("impact", "impact_after_parting", "escape", "bound")
+    rows = [list(verdict.values()) for verdict in numbers["verdicts"]]
+    shares = ("impact", "impact_after_separation", "escape", "bound")
     fates = [
         [
             excess,
             case,
             *(percent(counts[name]) for name in shares),
-            _hours(counts["impact_hours_median"]),
+            formatted(counts["impact_hours_median"], ".3g"),
             percent(counts["fission"]),
-            _hours(counts["fission_hours_median"]),
+            formatted(counts["fission_hours_median"], ".3g"),
         ]
         for excess, part in numbers["counts"].items()
         for case, counts in part.items()
@@ -156,7 +154,7 @@ def _text(numbers: dict[str, Any]) -> str:
 {numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract was \
 available. The table compares its statements with the results of this study; what it does not state is assumed.
 
-{table(["start", "what", "the paper", "here", "verdict"], rows)}
+{table(["start", "quantity", "the paper", "here", "verdict"], rows)}
 
 ![Fates at the limit](fates-0.png)
 

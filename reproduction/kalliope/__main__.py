@@ -1,25 +1,17 @@
-"""``python -m reproduction.kalliope``: the light of Kalliope and Linus fitted, and the table of their mutual events."""
+"""Fit four light curves of (22) Kalliope and Linus of November 2021, with their mutual events.
+
+A Fourier series of Kalliope's rotation or a free form of Kalliope describes the rest. Writes report.md, figures, tables
+of events and numbers.json, with a verdict on the published numbers. Takes about a quarter of an hour.
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 
-from ..publishing import command
+from ..publishing import study_command
 from .report import write
 
-__all__ = ["main"]
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Fit and report."""
-    text = (
-        "Fit four light curves of (22) Kalliope and Linus of November 2021, with their mutual events and a Fourier "
-        "series of Kalliope's rotation or a free form of it, and write report.md, figures, tables of events and "
-        "numbers.json, with a verdict on the published numbers. Takes about a quarter of an hour."
-    )
-    return command("kalliope", text, "out/kalliope", write, argv)
-
+main = study_command(__package__, __doc__, "out/kalliope", write)
 
 if __name__ == "__main__":
     sys.exit(main())

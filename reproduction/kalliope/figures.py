@@ -1,4 +1,4 @@
-"""Figures of the light curves with the fit, and of the light that is lost in the events."""
+"""Figures of the light curves with the fit, of the loss of light in the events, and of the free form."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def curves(light: Light, fit: Fit) -> Figure:
     for column, (night, rows) in zip(axes.T, _nights(light), strict=True):
         upper, lower = column
         for panel in column:
-            across = panel.get_xaxis_transform()
-            panel.fill_between(hours[rows], 0.0, 1.0, in_event[rows], transform=across, color="0.9", lw=0)
+            transform = panel.get_xaxis_transform()
+            panel.fill_between(hours[rows], 0.0, 1.0, in_event[rows], transform=transform, color="0.9", lw=0)
         upper.plot(hours[rows], data.magnitude[rows], ".", ms=2.5, color="0.45")
         upper.plot(hours[rows], predicted[rows], color="C3", lw=1.0)
         upper.set_title(f"series {night}, JD {np.floor(table['jd_tdb'].to_numpy()[rows][0]):.0f}", fontsize=9)
@@ -62,7 +62,7 @@ def curves(light: Light, fit: Fit) -> Figure:
 
 
 def _loss(light: Light, fit: Fit) -> tuple[Floats, Floats]:
-    """Return the observed and the predicted loss of light in magnitudes, against the model without events."""
+    """Return the observed and the predicted loss of light in magnitudes, relative to the model without events."""
     data = fit.observations[0]
     order = 0 if data.rotation is None else data.rotation.order
     model = light.data(order=order, mutual=False, albedo=fit.values["albedo"])
@@ -91,22 +91,22 @@ def shape(polyhedron: fullbody.Polyhedron, radius: float) -> Figure:
     corners = np.asarray(solid.vertices)[np.asarray(solid.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    reach = max(float(np.abs(corners).max()), max(AXES))
+    extent = max(float(np.abs(corners).max()), max(AXES))
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     circle = np.array([np.cos(angle), np.sin(angle)])
     figure = Figure(figsize=(11.0, 3.8), layout="constrained")
-    for axes, along in zip(figure.subplots(1, 3, sharey=True), (2, 1, 0), strict=True):
-        right, up = [(0, 1), (0, 2), (1, 2)][2 - along]
+    for axes, viewed in zip(figure.subplots(1, 3, sharey=True), (2, 1, 0), strict=True):
+        right, up = [(0, 1), (0, 2), (1, 2)][2 - viewed]
         # Seen along y, x points to the left.
-        side = -1.0 if along == 1 else 1.0
-        seen = normals[:, along] > 0.0
-        order = np.argsort(corners[seen][:, :, along].mean(axis=1))
-        grey = (0.25 + 0.7 * normals[seen, along])[order]
-        flat = corners[seen][order][:, :, [right, up]] * [side, 1.0]
+        sign = -1.0 if viewed == 1 else 1.0
+        visible = normals[:, viewed] > 0.0
+        order = np.argsort(corners[visible][:, :, viewed].mean(axis=1))
+        grey = (0.25 + 0.7 * normals[visible, viewed])[order]
+        flat = corners[visible][order][:, :, [right, up]] * [sign, 1.0]
         colours = np.repeat(grey[:, None], 3, axis=1)
         axes.add_collection(PolyCollection(list(flat), facecolors=colours, edgecolors=colours, linewidths=0.3))
         axes.plot(AXES[right] * circle[0], AXES[up] * circle[1], "--", color="C3", lw=1.0)
-        axes.add_patch(Circle((reach + 1.5 * radius, -reach + radius), radius, facecolor="0.75", edgecolor="0.3"))
-        axes.set(xlabel=f"{'-' if side < 0 else ''}{'xyz'[right]} [km]", ylabel=f"{'xyz'[up]} [km]", aspect="equal")
-        axes.set(xlim=(-1.1 * reach, 1.1 * reach + 3.0 * radius), ylim=(-1.1 * reach, 1.1 * reach))
+        axes.add_patch(Circle((extent + 1.5 * radius, -extent + radius), radius, facecolor="0.75", edgecolor="0.3"))
+        axes.set(xlabel=f"{'-' if sign < 0 else ''}{'xyz'[right]} [km]", ylabel=f"{'xyz'[up]} [km]", aspect="equal")
+        axes.set(xlim=(-1.1 * extent, 1.1 * extent + 3.0 * radius), ylim=(-1.1 * extent, 1.1 * extent))
     return figure

@@ -1,4 +1,4 @@
-"""Kalliope as a body of free form, Linus as a sphere: their shapes, and the state from which they start."""
+"""Kalliope as a body of free form and Linus as a sphere: their shapes and their initial state."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class FreeForm:
     def terms(self) -> list[tuple[int, int]]:
         """The degrees and orders of the free coefficients.
 
-        That of degree 0 is the size. Those of degree 1 would move the shape in its frame, and the three that are
-        missing here would turn it there.
+        That of degree 0 is the size. Those of degree 1 would displace the shape in its frame, and the three of degree 2
+        that are left out would rotate it.
         """
         terms = [(degree, order) for degree in range(2, self.degree + 1) for order in range(-degree, degree + 1)]
         return [term for term in terms if term not in [(2, -2), (2, -1), (2, 1)]]
@@ -73,8 +73,8 @@ class FreeForm:
     def nearest(self, axes: Any) -> tuple[float, Floats]:
         """Return the size and the coefficients of the shape nearest to an ellipsoid with these semi-axes in km."""
         zero, unit = np.zeros(len(self.terms)), np.eye(len(self.terms))
-        ones = [self.shape(1.0, zero), *(self.shape(0.0, row) for row in unit)]
-        design = np.stack([np.log(np.linalg.norm(one.vertices, axis=1) / RADIUS) for one in ones], axis=1)
+        shapes = [self.shape(1.0, zero), *(self.shape(0.0, row) for row in unit)]
+        design = np.stack([np.log(np.linalg.norm(shape.vertices, axis=1) / RADIUS) for shape in shapes], axis=1)
         directions = np.asarray(self.shape(0.0, zero).vertices) / RADIUS
         radius = np.sum((directions / np.asarray(axes)) ** 2, axis=1) ** -0.5
         size, *coefficients = np.linalg.lstsq(design, np.log(radius / RADIUS), rcond=None)[0]

@@ -1,4 +1,4 @@
-"""What the fitted shape says about Kalliope's gravity, and what the light says about an iron core."""
+"""Kalliope's gravity from the fitted shape, and chi2 of the light with an iron core."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Figure:
         The numbers of :data:`QUANTITIES`, and their standard deviations over draws from the normal distribution of the
         fit.
     by_prior : dict of float
-        The standard deviations over draws of the coefficients from their prior, with all else as fitted.
+        The standard deviations over draws of the coefficients from their prior, with the other values of the fit.
     """
 
     values: dict[str, float]
@@ -74,11 +74,11 @@ def figure_of_fit(form: FreeForm, fit: Fit, scale: float, draws: int) -> Figure:
     values = {name: fit.values[name] for name in fit.parameters.arguments}
     random = np.random.default_rng(2)
     drawn = [figure(form, fit.parameters.named(row)) for row in fit.draws_as_array(draws, random)]
-    alone = [figure(form, {**values, "coefficients": random.normal(scale=form.prior)}) for _ in range(draws)]
+    by_prior = [figure(form, {**values, "coefficients": random.normal(scale=form.prior)}) for _ in range(draws)]
     return Figure(
         dict(zip(QUANTITIES, figure(form, values).tolist(), strict=True)),
         dict(zip(QUANTITIES, (scale * np.std(drawn, axis=0, ddof=1)).tolist(), strict=True)),
-        dict(zip(QUANTITIES, np.std(alone, axis=0, ddof=1).tolist(), strict=True)),
+        dict(zip(QUANTITIES, np.std(by_prior, axis=0, ddof=1).tolist(), strict=True)),
     )
 
 
@@ -96,7 +96,7 @@ class Core:
     c20 : float
         C20 for the radius of equal volume.
     chi2 : float
-        That of the light with all else as the fit of the free form found it.
+        Chi2 of the light, with the shape and the orbit of the fit of the free form.
     """
 
     name: str
@@ -109,13 +109,13 @@ class Core:
 def cored(shape: fullbody.Polyhedron, mass: float, radius: float) -> fullbody.Composite:
     """Return a shape with a sphere of iron about its centre of mass, and a mantle that gives it a mass in kg.
 
-    The parts are in the body frame of the homogeneous shape, whose principal axes remain those of the whole.
+    The parts are in the body frame of the homogeneous shape, whose principal axes are also those of the composite.
     """
-    moved = principal(shape)
-    body = fullbody.Body(moved, density=1.0)
+    solid = principal(shape)
+    body = fullbody.Body(solid, density=1.0)
     volume = 4.0 / 3.0 * np.pi * radius**3
     mantle = (mass - IRON * volume) / (body.mass - volume)
-    parts = [fullbody.Part(moved, density=mantle), fullbody.Part(fullbody.Sphere(radius), density=IRON - mantle)]
+    parts = [fullbody.Part(solid, density=mantle), fullbody.Part(fullbody.Sphere(radius), density=IRON - mantle)]
     return fullbody.Composite(parts)
 
 
@@ -132,15 +132,15 @@ def cores(form: FreeForm, light: Light, fit: Fit) -> list[Core]:
     if iron > 0.0:
         interiors["a sphere of iron in silicates"] = float(np.cbrt(iron))
     data = light.data(order=0, albedo=albedo)
-    found = []
+    result = []
     for name, core in interiors.items():
         kalliope = cored(shape, mass, core) if core else shape
         simulation = fullbody.Simulation(system.with_body("Kalliope", kalliope), state, integrator=INTEGRATOR)
         times = np.sort(data.emission(system).to_value("day"))
         simulation.integrate(times[0])
         run = simulation.integrate(times[-1], dense=True)
-        made = fullbody.Body(kalliope) if core else body
         volume = 4.0 / 3.0 * np.pi * core**3
         mantle = (mass - IRON * volume) / (body.mass - volume) / 1e12
-        found.append(Core(name, core, mantle, oblateness(made, mean), data.chi2(run)))
-    return found
+        c20 = oblateness(fullbody.Body(kalliope) if core else body, mean)
+        result.append(Core(name, core, mantle, c20, data.chi2(run)))
+    return result

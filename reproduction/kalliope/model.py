@@ -101,7 +101,7 @@ class Light:
 
     Attributes
     ----------
-    whole : bool
+    is_complete : bool
         Whether all magnitudes are used.
     table : DataFrame
         The magnitudes with their nights, errors and geometry.
@@ -110,7 +110,7 @@ class Light:
     """
 
     def __init__(self, step: int = 1) -> None:
-        self.whole = step == 1
+        self.is_complete = step == 1
         self.table = pd.read_csv(PATH)[::step]
         column = {name: self.table[name].to_numpy() for name in self.table}
         self._times = Time(column["jd_tdb"], format="jd", scale="tdb")

@@ -6,16 +6,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import fullbody
 import numpy as np
 from astropy.table import QTable
 
-from ..binaries.judging import LIMIT, Verdict, counts, stated
-from ..publishing import publish, table, with_error
+from ..judging import LIMIT, counts, stated, verdicts_table
+from ..publishing import pictures, publish, table, with_error
 from . import figures
 from .interior import QUANTITIES
 from .model import Light
-from .study import DRAFT, LONGITUDES, PHASES, SHAPE, Results, scale, shown, study, timing, verdicts
+from .study import DRAFT, LONGITUDES, PHASES, SHAPE, scale, study, timing, verdicts
 
 __all__ = ["COLUMNS", "write"]
 
@@ -41,7 +40,6 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     exact = results.fits["a series and events, in exact gravity"]
     parts = timing(light, exact.minima[0].values)
     numbers = {
-        "program": f"fullbody {fullbody.__version__}",
         "draft": draft,
         "counts": counts(rows),
         "verdicts": [asdict(verdict) for verdict in rows],
@@ -56,7 +54,7 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     }
     results.table.write(folder / "events.ecsv", overwrite=True)
     results.shape_table.write(folder / "shape_events.ecsv", overwrite=True)
-    return publish(folder, _text(numbers, rows, results), drawn, numbers)
+    return publish(folder, drawn, numbers, lambda numbers: _text(numbers, results.form.degree))
 
 
 def _numbers(fit: Any) -> dict[str, Any]:
@@ -148,30 +146,19 @@ def seconds_table(seconds: dict[str, Any]) -> str:
     return table(["part of an iteration", "seconds"], [[name, f"{value:.3f}"] for name, value in parts])
 
 
-def _text(numbers: dict[str, Any], rows: list[Verdict], results: Results) -> str:
-    head = ["system", "quantity", "published", "here", "difference", "verdict", "why"]
-    cells = [
-        [
-            row.system,
-            row.quantity,
-            row.published,
-            row.fitted,
-            "" if row.difference is None else f"{row.difference:+.2f}",
-            row.verdict,
-            row.why,
-        ]
-        for row in rows
-    ]
-    pictures = "\n\n".join(f"![{caption}]({name}.png)\n\n*{caption}*" for name, caption in numbers["figures"].items())
-    best = results.fits["with Linus' albedo"]
-    event_table, shape_events, shape = numbers["events"], numbers["shape_events"], results.fits[SHAPE]
+def _text(numbers: dict[str, Any], degree: int) -> str:
+    best, shape = numbers["fits"]["with Linus' albedo"], numbers["fits"][SHAPE]
+    radius, albedo = (
+        stated(best["values"][name], best["scale"] * best["sigma"][name]) for name in ("radius", "albedo")
+    )
+    event_table, shape_events = numbers["events"], numbers["shape_events"]
     return f"""# The mutual events of Kalliope and Linus
 
 {numbers["program"]}{", a draft with a part of the magnitudes" if numbers["draft"] else ""}. Four light curves of \
 27 to 29 November 2021, fitted by a Fourier series of order 10 in the rotation angle of Kalliope, a zero \
 point for each curve, and the events of two ellipsoids that move in their exact gravity. Linus has a radius of \
-{shown(best, "radius")} km and {shown(best, "albedo")} of the albedo of Kalliope. Errors are those of the fit times \
-the root of chi2 over the degrees of freedom, here {scale(best):.2f}, in parentheses where a fit stopped before a \
+{radius} km and {albedo} of the albedo of Kalliope. Errors are those of the fit times \
+the root of chi2 over the degrees of freedom, here {best["scale"]:.2f}, in parentheses where a fit stopped before a \
 minimum. Nothing is tuned. Radii are in km, angles in \
 degrees, poles in the ecliptic.
 
@@ -192,7 +179,7 @@ the largest loss of the light of both bodies.
 
 ## A free form
 
-Kalliope is a series of harmonics of degree {results.form.degree} of the logarithm of its radius, with a prior on its \
+Kalliope is a series of harmonics of degree {degree} of the logarithm of its radius, with a prior on its \
 coefficients that makes it smooth, and Linus a sphere; both move in their exact gravity. There is \
 no series in the rotation angle. The published diameter is the prior of the size. The pole, the period of the orbit \
 and the size are free too, and the separation is \
@@ -200,22 +187,22 @@ the published one. The posterior is the normal distribution of the fit: no sampl
 
 {figure_table(numbers["figure"])}
 
-Errors are those of draws from the fit, times the root of chi2 over the degrees of freedom, {scale(shape):.2f}. \
+Errors are those of draws from the fit, times the root of chi2 over the degrees of freedom, {shape["scale"]:.2f}. \
 Half an extent is no semi-axis of an ellipsoid. The last column has the errors of draws from the prior alone.
 
 {cores_table(numbers["cores"])}
 
-All but the interior is as the fit found it: chi2 would rise less if the orbit were fitted again.
+Shape and orbit are those of the fit: chi2 would rise less if the orbit were fitted again.
 
 {table(shape_events["head"], shape_events["rows"])}
 
-{pictures}
+{pictures(numbers["figures"])}
 
 ## Verdicts
 
 A number *holds* if it is within {LIMIT:g} joint standard errors, and *differs* otherwise.
 
-{table(head, cells)}
+{verdicts_table(numbers["verdicts"])}
 
 ## Time
 

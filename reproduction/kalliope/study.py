@@ -18,24 +18,25 @@ from fullbody.fitting.inner import InnerSolution, model_of
 from fullbody.fitting.losses import LINEAR
 from fullbody.fitting.problem import Problem
 
-from ..binaries.judging import Verdict, compared, stated
+from ..judging import Verdict, claimed, compared
+from ..publishing import cpu_seconds
 from .freeform import DIAMETER as SIZE
 from .freeform import FreeForm
 from .interior import Core, Figure, cores, figure_of_fit
 from .model import AXES, INTEGRATOR, PERIOD, START, Light, setup
 
-__all__ = ["FORM", "OTHER", "SHAPE", "Results", "events", "scale", "shown", "study", "timing", "verdicts"]
+__all__ = ["FORM", "INDEPENDENT_CHI2", "SHAPE", "Results", "events", "scale", "study", "timing", "verdicts"]
 
-#: Starting values in degrees: two opposite sides of the orbit, and four phases of the rotation over half a turn, after
-#: which an ellipsoid looks the same.
+#: Starting values in degrees: two opposite sides of the orbit, and four phases over half a rotation, after which an
+#: ellipsoid looks the same.
 LONGITUDES, PHASES = (176.0, 356.0), (0.0, 45.0, 90.0, 135.0)
 #: The limit on proposals from each start.
 PROPOSALS = 80
 #: Broz et al. (2023): the diameter of Linus in km with its error, the pole in degrees, and the albedos of Linus and of
-#: Kalliope, of which the abstract says that Linus is darker in most solutions.
+#: Kalliope; by the abstract Linus is the darker one in most solutions.
 DIAMETER, POLE, ALBEDOS = (28.0, 1.0), (195.6, 2.2), (0.40, 0.44)
 #: Chi2 of fits of the same magnitudes by another program, which uses this package for the brightness only.
-OTHER = {
+INDEPENDENT_CHI2 = {
     "ellipsoids alone": 357302.0,
     "a series, without events": 18909.0,
     "a series and events, on a circle": 2537.0,
@@ -64,7 +65,8 @@ class Results:
     light : Light
         The light curves.
     fits : dict of Fit
-        The fits by the names of :data:`OTHER`, one at the published pole, and one with a free albedo of Linus.
+        The fits by the names of :data:`INDEPENDENT_CHI2`, one at the published pole, one with a free albedo of Linus,
+        and one of a free form of Kalliope.
     seconds, iterations : float, int
         Processor time and iterations of the fit in exact gravity from the best of the starts, without the others.
     table : QTable
@@ -172,12 +174,10 @@ def _chi2(start: Mapping[str, Any], data: observing.Photometry) -> float:
 
 def _at_pole(start: Mapping[str, Any], data: observing.Photometry, free: Sequence[str], *, proposals: int) -> Fit:
     """Fit the parameters ``free`` and fix the others, among them the published pole."""
-    with_fixed: Callable[..., Any] = functools.partial(
-        setup, **{name: value for name, value in start.items() if name not in free}
-    )
+    fixed: dict[str, Any] = {name: value for name, value in start.items() if name not in free}
 
-    def setup_of_free(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
-        return with_fixed(**parameters)
+    def setup_of_free(**parameters: Any) -> tuple[fullbody.System, fullbody.State]:
+        return setup(**fixed, **parameters)
 
     return fullbody.fit(
         setup_of_free, {name: start[name] for name in free}, data, integrator=INTEGRATOR, proposals=proposals
@@ -236,12 +236,12 @@ def _spread(ends: list[list[float]], event: observing.MutualEvent, k: int) -> fl
 def verdicts(results: Results) -> list[Verdict]:
     """Compare the results with the paper and with the fits by another program."""
     rows = []
-    for name, chi2 in OTHER.items() if results.light.whole else ():
+    for name, chi2 in INDEPENDENT_CHI2.items() if results.light.is_complete else ():
         fit = results.fits[name]
         agrees = abs(fit.chi2 / chi2 - 1.0) < 0.01
         why = "" if agrees else "a lower minimum" if fit.chi2 < chi2 else "a higher minimum"
         texts = f"{chi2:.0f}, another program", f"{fit.chi2:.0f} of {fit.dof}"
-        rows.append(Verdict("chi2", name, *texts, None, "holds" if agrees else "differs", why))
+        rows.append(claimed("chi2", name, *texts, agrees, why))
     for name, fit in results.fits.items():
         if "pole_longitude" not in fit.names:
             continue
@@ -249,68 +249,65 @@ def verdicts(results: Results) -> list[Verdict]:
         value, error = 2.0 * fit.values["radius"], 2.0 * factor * fit.sigma["radius"]
         why = "the published errors are of other data too" if name == SHAPE else "Kalliope is no ellipsoid"
         rows.append(compared(name, "diameter of Linus [km]", DIAMETER, (value, error), why))
-        for what, published in zip(("longitude", "latitude"), POLE, strict=True):
-            ours = fit.values[f"pole_{what}"], factor * fit.sigma[f"pole_{what}"]
+        for angle, published in zip(("longitude", "latitude"), POLE, strict=True):
+            fitted = fit.values[f"pole_{angle}"], factor * fit.sigma[f"pole_{angle}"]
             why = (
                 "no error is published"
                 if name == SHAPE
                 else "the shadows are those of an ellipsoid; no error is published"
             )
-            rows.append(compared(name, f"{what} of the pole [deg]", (published, 0.0), ours, why))
+            rows.append(compared(name, f"{angle} of the pole [deg]", (published, 0.0), fitted, why))
         if "albedo" in fit.names:
             ratio = ALBEDOS[0] / ALBEDOS[1]
-            ours = fit.values["albedo"], factor * fit.sigma["albedo"]
-            rows.append(compared(name, "albedo of Linus over Kalliope's", (ratio, 0.0), ours, "no error is published"))
+            fitted = fit.values["albedo"], factor * fit.sigma["albedo"]
+            why = "no error is published"
+            rows.append(compared(name, "albedo of Linus over Kalliope's", (ratio, 0.0), fitted, why))
     fixed, free = (results.fits[name] for name in ("at the published pole", "a series and events, in exact gravity"))
     rise = (fixed.chi2 - free.chi2) / scale(free) ** 2
     rows.append(
-        Verdict(
+        claimed(
             "exact gravity",
             "rise of chi2 to the published pole, by chi2 over dof",
             "less than 6.2: within 95 % in two angles",
             f"{rise:.1f}",
-            None,
-            "holds" if rise < 6.2 else "differs",
+            rise < 6.2,
             ""
             if rise < 6.2
-            else "at a given latitude the longitude is known to hundredths of a degree, by the shadows of an ellipsoid",
+            else "at a given latitude the shadows of an ellipsoid determine the longitude to hundredths of a degree",
         )
     )
-    rows += _of_figure(results)
-    return rows
+    return rows + _figure_verdicts(results)
 
 
-def _of_figure(results: Results) -> list[Verdict]:
+def _figure_verdicts(results: Results) -> list[Verdict]:
     """Compare the figure of the free form and the interior with the papers."""
-    found, fit = results.figure, results.fits[SHAPE]
+    figure, fit = results.figure, results.fits[SHAPE]
     rows = []
-    for name, what, published in (
+    for name, quantity, published in (
         ("diameter", "diameter of Kalliope [km]", SIZE),
         ("density", "density [g/cm3]", DENSITY),
     ):
-        ours = found.values[name], found.errors[name]
-        rows.append(compared(SHAPE, what, published, ours, "the size is in units of the separation, 1063 +- 23 km"))
-    ours = fit.values["period"], scale(fit) * fit.sigma["period"]
-    rows.append(compared(SHAPE, "period of the orbit at the start [day]", (ORBIT, 0.0), ours, "an osculating period"))
-    spread = found.errors["C20"]
-    narrowed = spread < 0.5 * found.by_prior["C20"]
-    for core, coefficient in zip(results.cores, C20[::-1], strict=False):
-        row = compared("figure", f"C20, {core.name}", (coefficient, 0.0), (core.c20, spread))
+        fitted = figure.values[name], figure.errors[name]
         rows.append(
-            row
-            if narrowed
-            else replace(row, verdict="open", why=f"the prior alone gives +- {found.by_prior['C20']:.2f}")
+            compared(SHAPE, quantity, published, fitted, "the size is in units of the separation, 1063 +- 23 km")
         )
+    fitted = fit.values["period"], scale(fit) * fit.sigma["period"]
+    rows.append(compared(SHAPE, "period of the orbit at the start [day]", (ORBIT, 0.0), fitted, "an osculating period"))
+    error, prior = figure.errors["C20"], figure.by_prior["C20"]
+    for core, coefficient in zip(results.cores, C20[::-1], strict=False):
+        row = compared("figure", f"C20, {core.name}", (coefficient, 0.0), (core.c20, error))
+        if error >= 0.5 * prior:
+            row = replace(row, verdict="open", why=f"the prior alone gives +- {prior:.2f}")
+        rows.append(row)
     rise = results.cores[-1].chi2 - results.cores[0].chi2
     rows.append(
-        Verdict(
+        claimed(
             "interior",
             "rise of chi2 with a core of iron, by chi2 over dof",
             "a homogeneous body is excluded",
             f"{rise / scale(fit) ** 2:+.2f}",
             None,
-            "open",
-            "the light of three nights has no part in it: the published astrometry of 20 years has",
+            "the published result is that of astrometry of 20 years, not of the light of three nights",
         )
     )
     return rows
@@ -324,24 +321,21 @@ def timing(light: Light, start: Mapping[str, Any]) -> dict[str, float]:
     problem.jacobian(problem.point(values))
     point = problem.point(values, differentiated=True)
 
-    def seconds(work: Callable[[], Any], n: int = 3) -> float:
-        started = time.process_time()
-        for _ in range(n):
-            work()
-        return (time.process_time() - started) / n
+    def seconds(function: Callable[[], Any]) -> float:
+        return cpu_seconds(function, 3)
 
     run, names = point.run, list(point.run.parameters)
     times = np.unique(data.emission(point.made.system).value)
-    before_epoch, after_epoch = times[times < 0.0][::-1], times[times >= 0.0]
 
     def motion(ends: bool) -> None:
-        for part in (before_epoch, after_epoch):
+        # The start is at time zero, between the data.
+        for part in (times[times < 0.0][::-1], times[times >= 0.0]):
             if len(part):
                 output = "ends" if ends else part
                 options: dict[str, Any] = {"integrator": INTEGRATOR, "derivatives": names or True}
                 point.made.system.integrate(point.made.state, part[-1], output=output, **options)
 
-    whole = seconds(lambda: problem.jacobian(problem.point(values, differentiated=True)))
+    iteration = seconds(lambda: problem.jacobian(problem.point(values, differentiated=True)))
     parts = {
         "motion with derivatives": seconds(lambda: motion(False)),
         "of which without samples at the data": seconds(lambda: motion(True)),
@@ -350,9 +344,4 @@ def timing(light: Light, start: Mapping[str, Any]) -> dict[str, float]:
         "derivatives of light and design": seconds(lambda: data.linear_derivatives(run, point.inner.held[0])),
         "the setup, twice for each parameter": 2 * len(values) * seconds(lambda: problem.make(values)),
     }
-    return {**parts, "all of an iteration": whole}
-
-
-def shown(fit: Fit, name: str) -> str:
-    """Return a value of a fit with its scaled error as text."""
-    return stated(fit.values[name], scale(fit) * fit.sigma[name])
+    return {**parts, "all of an iteration": iteration}

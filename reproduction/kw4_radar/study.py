@@ -12,7 +12,7 @@ import numpy as np
 from fullbody import Run, System, Verner98, observables
 from fullbody.base.figures import LINES, legend, matplotlib
 
-from ..publishing import publish, table
+from ..publishing import formatted, publish, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,10 +23,10 @@ __all__ = ["CAPTION", "by_degree", "measure", "runs", "tables", "write"]
 YEAR, QUARTER, SPACING = 8766.0, 2191.5, 0.5
 #: The tolerance of the gravity and of the integration.
 TOLERANCE = 1e-13
-#: Total degrees at which the mutual potential of the radar shapes is cut off to see what each adds.
+#: Total degrees to which the mutual potential of the radar shapes is computed, to see what each degree adds.
 DEGREES = (2, 3, 4, 6)
-#: Quantities of a run that are shown for each degree.
-SHOWN = ("mean period, h", "largest eccentricity", "nodal rate, deg/day", "libration amplitude, deg")
+#: Quantities of a run in the table of degrees.
+COLUMNS = ("mean period, h", "largest eccentricity", "nodal rate, deg/day", "libration amplitude, deg")
 CAPTION = "Libration of Beta in the first 200 hours."
 
 
@@ -91,27 +91,24 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     result = runs(200.0 if draft else YEAR, progress)
     measured = {name: measure(run) | {"CPU time, s": seconds} for name, (run, seconds) in result.items()}
     numbers = {
-        "program": f"fullbody {fullbody.__version__}",
         "draft": draft,
         "year": measured,
         "degrees": by_degree(200.0 if draft else QUARTER),
     }
-    return publish(folder, _text(numbers), {"libration": _figure(result)}, numbers)
+    return publish(folder, {"libration": _figure(result)}, numbers, _text)
 
 
 def tables(numbers: Mapping[str, Any]) -> dict[str, str]:
     """Return the tables of the report as Markdown, by name; a dash for a rate that a run does not define."""
     radar, smooth = (numbers["year"][name] for name in ("radar shapes", "ellipsoids"))
-    rows = [[name, _stated(radar[name]), _stated(smooth[name])] for name in radar]
-    degrees = [[name, *(_stated(row[what]) for what in SHOWN)] for name, row in numbers["degrees"].items()]
+    rows = [[name, *(formatted(run[name], ".5g") for run in (radar, smooth))] for name in radar]
+    degrees = [
+        [name, *(formatted(row[column], ".5g") for column in COLUMNS)] for name, row in numbers["degrees"].items()
+    ]
     return {
         "year": table(["", "radar shapes", "ellipsoids"], rows),
-        "degrees": table(["mutual potential", *SHOWN], degrees),
+        "degrees": table(["mutual potential", *COLUMNS], degrees),
     }
-
-
-def _stated(value: float | None) -> str:
-    return "-" if value is None or np.isnan(value) else f"{value:.5g}"
 
 
 def _text(numbers: Mapping[str, Any]) -> str:

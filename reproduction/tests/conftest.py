@@ -12,12 +12,12 @@ def drafted(tmp_path_factory):
 
     compute, result = page.compute, []
 
-    def keep(**options):
+    def compute_and_record(**options):
         result.append(compute(**options))
         return result[0]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "compute", keep)
+        patch.setattr(page, "compute", compute_and_record)
         report = page.write_report(tmp_path_factory.mktemp("report"), draft=True)
     return report, result[0]
 

@@ -35,15 +35,15 @@ def test_frequencies_are_those_of_linearised_equations(a_b, b_c):
         relative = spin - frame.T @ [0.0, 0.0, 1.0]
         return np.concatenate([relative, (torque - across) / moments])
 
-    still, step = np.array([0.0, 0, 0, 0, 0, 1.0]), 1e-6
-    jacobian = np.array([(rates(still + step * e) - rates(still - step * e)) / (2 * step) for e in np.eye(6)]).T
+    rest, step = np.array([0.0, 0, 0, 0, 0, 1.0]), 1e-6
+    jacobian = np.array([(rates(rest + step * e) - rates(rest - step * e)) / (2 * step) for e in np.eye(6)]).T
     values = eigvals(jacobian)
     result = np.sort(np.abs(values.imag))[::2]
     np.testing.assert_allclose(result, np.sort(theory.frequencies(a_b, b_c)), rtol=2e-5)
     assert np.abs(values.real).max() < 1e-4
 
 
-def test_the_libration_meets_the_orbit_at_its_axis_ratio():
+def test_libration_and_orbit_are_resonant_at_the_axis_ratio_sqrt_2():
     """The condition 3 (B - A)/C = 1 holds at a/b = sqrt(2), whatever b/c is."""
     libration, *remaining = theory.frequencies(np.sqrt(2.0), np.array([1.1, 1.4]))
     np.testing.assert_allclose(theory.RESONANCES["libration = 1"](libration, *remaining), 0.0, atol=1e-15)
@@ -54,9 +54,9 @@ def test_the_impact_adds_momentum_and_angular_momentum():
     _, previous = study.setup(0.0, 1.2, 1.1)
     change = (state.velocity - previous.velocity)[1]
     assert np.linalg.norm(change) / 3600 * 1e6 == pytest.approx(3 * 535 * 6.6e6 / system.masses[1], rel=1e-12)
-    along = previous.velocity[1] / np.linalg.norm(previous.velocity[1])
+    direction = previous.velocity[1] / np.linalg.norm(previous.velocity[1])
     assert np.degrees(np.arcsin(change[2] / np.linalg.norm(change))) == pytest.approx(10.0)
-    assert change @ along == pytest.approx(-np.linalg.norm(change) * np.cos(np.radians(10.0)), rel=1e-9)
+    assert change @ direction == pytest.approx(-np.linalg.norm(change) * np.cos(np.radians(10.0)), rel=1e-9)
     # A circle at that distance takes the stated period, but for the figures.
     assert np.linalg.norm(previous.position[1] - previous.position[0]) == pytest.approx(1.19)
 
@@ -68,7 +68,7 @@ def report(tmp_path_factory):
     return folder
 
 
-def test_a_small_map(report):
+def test_a_small_map_has_unstable_shapes(report):
     numbers = json.loads((report / "numbers.json").read_text())
     weak, strong = numbers["counts"]["1"], numbers["counts"]["3"]
     assert weak["errors"] == strong["errors"] == 0

@@ -10,16 +10,16 @@ from scipy.stats import norm
 
 from reproduction.binaries import catalogue, eris, findings, flattening, haumea, moons, observations, shapes
 from reproduction.binaries.__main__ import main
-from reproduction.binaries.judging import compared, counts, stated
 from reproduction.binaries.pair import INTEGRATOR, G, points
-from reproduction.binaries.triple import elements, on_equator, place
+from reproduction.binaries.triple import elements, on_equator, state_on_orbit
+from reproduction.judging import compared, counts, stated
 
 
 @pytest.mark.parametrize(
     ("name", "chi2", "a", "period"),
     [("1998_ww31", 26.3, (22616.0, 43.0), (587.268, 0.176)), ("2004_dw", 31.7, (8996.0, 17.0), (9.53915, 0.00002))],
 )
-def test_fits_are_those_of_other_programs(name, chi2, a, period):
+def test_fits_agree_with_other_programs(name, chi2, a, period):
     result = catalogue.refit(name)
     assert result.holds
     assert not result.exchanged
@@ -29,8 +29,8 @@ def test_fits_are_those_of_other_programs(name, chi2, a, period):
         assert result.fit.sigma[key] == pytest.approx(error, rel=0.1)
 
 
-def test_a_verdict_tells_that_a_file_lacks_data():
-    """Its period is four published errors off, which is within the joint error of a fit to the few rows."""
+def test_a_verdict_states_that_a_file_lacks_data():
+    """The period differs by four published errors, which is within the joint error of a fit to the few rows."""
     result = catalogue.refit("2000_cm105")
     # All observations are before the epoch of the elements, and their derivatives are exact.
     assert not result.fit.differenced
@@ -53,17 +53,17 @@ def test_exchanged_components_are_found():
     fit = catalogue.fit(again)
     assert fit.p_value > 0.05
     assert catalogue.within(
-        {name: (fit.values[name] - again.published[name]) / again.errors[name] for name in catalogue.SHAPE}
+        {name: (fit.values[name] - again.published[name]) / again.errors[name] for name in catalogue.DECISIVE}
     )
     assert catalogue.exchanged(observations.catalogued("2001_xr254")) == ()
     refit = catalogue.refit("2003_qy90")
     assert refit.exchanged == rows
     assert refit.fit.chi2 < 30.0
     # Offsets of a tenth of a second of arc have errors of a few thousandths.
-    assert refit.as_given > 1e4
+    assert refit.file_chi2 > 1e4
 
 
-def test_eris_comes_out_to_each_digit():
+def test_the_fit_of_eris_agrees_to_each_digit():
     fit = eris.keplerian(observations.eris())
     for name, (value, error) in eris.INDEPENDENT.items():
         digits = {"a": 1, "period": 6, "e": 5, "i": 2, "node": 2}[name]
@@ -78,13 +78,13 @@ def test_the_sign_of_right_ascension_of_haumeas_moons():
     mu = G * 4.026e21
     hiiaka = on_equator(*haumea.HIIAKA, mu)
     chi2 = {}
-    for east, state in ((1, hiiaka), (-1, haumea.half_turned(*hiiaka))):
+    for east, state in ((1, hiiaka), (-1, haumea.mirrored(*hiiaka))):
         setup = points(haumea.EPOCH, 0.0045, ("Haumea", "Hiiaka"))
         fit = fullbody.fit(setup, elements(*state, mu), moons.haumea(east)[1], integrator=INTEGRATOR)
         chi2[east] = fit.chi2 / fit.dof
-        pole = haumea.pole(fit.values["i"], fit.values["node"])
+        pole = haumea.orbit_pole(fit.values["i"], fit.values["node"])
         # The ring's pole, from a stellar occultation.
-        assert (haumea.apart(pole, (285.1, -10.6)) < 3.0) == (east == -1)
+        assert (haumea.angle_between(pole, (285.1, -10.6)) < 3.0) == (east == -1)
     assert chi2[-1] < 2.0
     assert chi2[1] > 10.0
 
@@ -108,37 +108,35 @@ def test_the_axis_of_haumea_from_its_moons():
     ra, dec = np.radians([283.2, -6.5])
     axis = [np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)]
     np.testing.assert_allclose(state.rotation_matrix[0][:, 2], axis, atol=1e-12)
-    (wide, other, high), (a, b, c) = (
-        [getattr(system[0].shape, name).to_value("km") for name in "abc"],
-        haumea.SEMI_AXES,
-    )
-    assert wide == other
+    first, second, polar = (getattr(system[0].shape, name).to_value("km") for name in "abc")
+    a, b, c = haumea.SEMI_AXES
+    assert first == second
     # The average over a turn of the square of the distance along an axis of the equator is (a^2 + b^2)/10.
-    assert wide**2 - high**2 == pytest.approx((a**2 + b**2) / 2 - c**2, rel=1e-9)
+    assert first**2 - polar**2 == pytest.approx((a**2 + b**2) / 2 - c**2, rel=1e-9)
     # Were right ascension and declination independent, the squares of 2.45 and of 2.97 errors would add up.
-    off = haumea.off_the_ring(fit)
-    assert norm.isf(0.5 * np.exp(-0.5 * (2.45**2 + 2.97**2))) == pytest.approx(off, abs=0.15)
+    deviation = haumea.deviation_from_ring(fit)
+    assert norm.isf(0.5 * np.exp(-0.5 * (2.45**2 + 2.97**2))) == pytest.approx(deviation, abs=0.15)
 
 
-def test_the_largest_of_some_directions_has_its_distribution():
+def test_the_largest_component_along_some_directions_has_its_distribution():
     """One direction has a one-sided normal distribution, all of a plane have chi2 of two degrees of freedom."""
     angles = 2 * np.pi * np.arange(400) / 400
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    for along, fall, expected in (
+    for directions, fall, expected in (
         (plane[:1], 9.0, norm.sf(3.0)),
         (plane[[0, 200]], 9.0, 2 * norm.sf(3.0)),
         (plane, 8.0, np.exp(-4.0)),
     ):
         # Four deviations of a count of a million draws.
-        assert flattening.exceeded(along, fall) == pytest.approx(expected, abs=4e-3 * np.sqrt(expected))
+        assert flattening.exceedance(directions, fall) == pytest.approx(expected, abs=4e-3 * np.sqrt(expected))
     # The effect of a quadrupole is linear in five numbers; those of the axes along x, y and z have the sum zero.
     rng = np.random.default_rng(2)
-    made = flattening._quadrupoles(rng.normal(size=(40, 3)))
-    assert np.linalg.matrix_rank(made) == 5
+    quadrupoles = flattening._quadrupoles(rng.normal(size=(40, 3)))
+    assert np.linalg.matrix_rank(quadrupoles) == 5
     np.testing.assert_allclose(flattening._quadrupoles(np.eye(3)).sum(axis=0), 0.0, atol=1e-15)
 
 
-def test_offsets_are_rotated_back_to_the_published_table():
+def test_offsets_are_rotated_back_to_those_of_the_published_table():
     # Benecchi et al. (2010): offsets to the east and north and their errors.
     hiisi = [[-0.0247, 0.0367], [0.0324, 0.0244], [-0.0238, -0.0084], [-0.0210, 0.0154], [0.0236, 0.0040]]
     errors = [[0.0182, 0.0124], [0.0113, 0.0218], [0.0008, 0.0010], [0.0007, 0.0008], [0.0013, 0.0017]]
@@ -169,7 +167,7 @@ def test_offsets_are_rotated_back_to_the_published_table():
 
 def test_orbits_and_spheroids():
     mu = G * 1e19
-    r, v = place(1e19, 5.0, 0.2, 70.0, 40.0, 100.0, 200.0)
+    r, v = state_on_orbit(1e19, 5.0, 0.2, 70.0, 40.0, 100.0, 200.0)
     result = elements(r, v, mu)
     expected = {"period": 5.0, "e": 0.2, "i": 70.0, "node": 40.0, "periapsis": 100.0, "longitude": 200.0}
     assert {name: result[name] % 360.0 for name in expected} == pytest.approx(expected)
@@ -182,7 +180,7 @@ def test_orbits_and_spheroids():
         # (C - A)/(M R^2) of a homogeneous ellipsoid.
         assert (axes.a**2 - axes.c**2) / 500.0 == pytest.approx(j2, abs=1e-12)
     # A half turn about the north of the sky leaves the offset to the north, and reverses the others.
-    rotated, _ = haumea.half_turned(r, v)
+    rotated, _ = haumea.mirrored(r, v)
     ra, dec = np.radians([204.1, 19.2])
     north = np.array([-np.sin(dec) * np.cos(ra), -np.sin(dec) * np.sin(ra), np.cos(dec)])
     assert rotated @ north == pytest.approx(r @ north)
@@ -190,11 +188,11 @@ def test_orbits_and_spheroids():
 
 
 def test_verdicts():
-    near = compared("X", "a [km]", (100.0, 2.0), (103.9, 1.0), "the reason")
-    far = compared("X", "a [km]", (100.0, 2.0), (104.6, 1.0), "the reason")
-    assert (near.verdict, near.why, far.verdict, far.why) == ("holds", "", "differs", "the reason")
-    assert far.difference == pytest.approx(4.6 / 5**0.5)
-    assert counts([near, far, far]) == {"holds": 1, "differs": 2, "open": 0}
+    agreeing = compared("X", "a [km]", (100.0, 2.0), (103.9, 1.0), "the reason")
+    differing = compared("X", "a [km]", (100.0, 2.0), (104.6, 1.0), "the reason")
+    assert (agreeing.verdict, agreeing.why, differing.verdict, differing.why) == ("holds", "", "differs", "the reason")
+    assert differing.difference == pytest.approx(4.6 / 5**0.5)
+    assert counts([agreeing, differing, differing]) == {"holds": 1, "differs": 2, "open": 0}
     assert stated(37272.32, 61.04) == "37272 +- 61"
     assert stated(0.006242, 0.0010056) == "0.0062 +- 0.0010"
 

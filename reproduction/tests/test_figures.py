@@ -37,8 +37,8 @@ def evidence(halves):
     motions |= {"compensated": symmetry.Motion(t, 1e-17 * t), "symmetric": symmetry.Motion(t, 0 * t)}
     spins = spin.PRINTED + 0.1 * np.sin(np.arange(5.0))[:, None, None]
     scans = [
-        spin.Scan(name, unit, stated, stated + reach * np.linspace(-1, 1, 5), spins)
-        for name, (unit, stated, reach, _) in spin.FAMILIES.items()
+        spin.Scan(name, unit, stated, stated + half_range * np.linspace(-1, 1, 5), spins)
+        for name, (unit, stated, half_range, _) in spin.FAMILIES.items()
     ]
     tilts, periods = np.array([45.0, 120.0, 156.1]), np.array([3000.0, 6000.0, 4000.0])
     nodal = {shape: years.Nodal(tilts, periods - k) for k, shape in enumerate(kw4.SHAPES)}
@@ -58,7 +58,7 @@ def figures(runs, halves, evidence):
     }
 
 
-def test_windows_and_what_is_largest_in_them():
+def test_windows_have_their_smallest_and_largest_values():
     x = np.arange(8.0)
     middle, low, high = drawing.windows(x, np.array([3.0, -5.0, 1.0, 2.0, 0.0, 0.0, 7.0, -8.0]), 2.0)
     assert middle.tolist() == [0.5, 2.5, 4.5, 6.5]
@@ -68,7 +68,7 @@ def test_windows_and_what_is_largest_in_them():
     assert (middle.tolist(), high.tolist()) == ([0.5, 2.5, 6.5], [5.0, 2.0, 8.0])
 
 
-def test_every_axis_says_its_unit(figures):
+def test_every_axis_has_its_unit(figures):
     for name, figure in figures.items():
         labels = [text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
         assert len(labels) >= 2, name
@@ -78,7 +78,7 @@ def test_every_axis_says_its_unit(figures):
             ), (name, text)
 
 
-def test_what_is_in_a_legend_is_drawn(figures):
+def test_every_entry_of_a_legend_is_drawn(figures):
     for name, figure in figures.items():
         for ax in figure.axes:
             for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -116,8 +116,8 @@ def test_a_short_run_shows_the_elements_themselves(figures, halves):
         np.testing.assert_array_equal(line.get_ydata(), getattr(elements, "value", elements))
 
 
-def test_a_year_shows_the_range_of_one_shape_a_panel(halves):
-    """The bands of both shapes cover each other, so that each has a panel of its own; the scales are the same."""
+def test_a_year_has_a_panel_for_the_range_of_each_shape(halves):
+    """The bands of the two shapes would cover each other; the panels have the same scale."""
     coarse = fullbody.SymplecticSplitting(1.0)
     runs = {s: half.system.integrate(half[0], 1000.0, integrator=coarse) for s, half in halves.items()}
     figure = kw4_figures.elements(runs)
@@ -132,7 +132,7 @@ def test_a_year_shows_the_range_of_one_shape_a_panel(halves):
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
 
 
-def test_errors_of_one_digit_are_clear_of_the_frame(figures, runs):
+def test_errors_of_one_digit_are_inside_the_limits_of_the_axis(figures, runs):
     """Case 2's energy changes by the spacing of doubles near it, at its size 2**-51."""
     ax = figures["energy 2"].axes[1]
     low, high = ax.get_ylim()
@@ -143,7 +143,7 @@ def test_errors_of_one_digit_are_clear_of_the_frame(figures, runs):
     assert smallest == pytest.approx(spacing, rel=1e-12)
 
 
-def test_scans_mark_the_papers_start(figures, evidence):
+def test_scans_mark_the_start_of_the_paper(figures, evidence):
     axes = np.reshape(figures["spin_starts"].axes, (4, -1))
     for column, scan in zip(axes.T, evidence.scans, strict=True):
         assert f"[{scan.unit}]" in column[3].get_xlabel().replace("\n", " ")

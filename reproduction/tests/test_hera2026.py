@@ -1,4 +1,4 @@
-"""The prediction for Hera: the start after the impact, simulated data, a small study, and the results that are kept."""
+"""The prediction for Hera: the start after the impact, simulated data, a small study, and the stored results."""
 
 import json
 import os
@@ -38,13 +38,13 @@ ROOT = Path(__file__).parents[2]
 NOMINAL = {name: inputs.INPUTS[name].value for name in model.NAMES}
 
 
-def test_masses_follow_from_the_orbit_before():
+def test_masses_follow_from_the_orbit_before_the_impact():
     """Kepler's third law has the first term of the oblateness; the next one is of the order of its square."""
-    big, small = model.masses(1189.0, 425.0, 310.0, 151.5, 2400.0)
+    primary, secondary = model.masses(1189.0, 425.0, 310.0, 151.5, 2400.0)
     oblateness = (425.0**2 - 310.0**2) / 5 / 1189.0**2
     kepler = 4 * np.pi**2 * 1189.0**3 / (6.6743e-11 * (11.921473 * 3600) ** 2)
-    assert big + small == pytest.approx(kepler / (1 + 1.5 * oblateness), rel=2e-3)
-    assert small == pytest.approx(2400 * np.pi / 6 * 151.5**3)
+    assert primary + secondary == pytest.approx(kepler / (1 + 1.5 * oblateness), rel=2e-3)
+    assert secondary == pytest.approx(2400 * np.pi / 6 * 151.5**3)
 
 
 def test_inelastic_damping_by_the_rigidity_and_radius_of_a_sphere():
@@ -99,9 +99,9 @@ def test_derivatives_of_landmarks_are_differences_of_the_directions():
     times = np.array([20.0, 60.0, 100.0])
     options = {"integrator": fullbody.Verner98(1e-10, 1e-10), "derivatives": ["mass of Dimorphos"]}
     run = system.integrate(state, times[-1], output=times, **options)
-    lines = mission.Landmarks.directions(run, "Dimorphos", "Hera 1", 0.07 * mission.PLACES)
+    directions = mission.Landmarks.predicted(run, "Dimorphos", "Hera 1", 0.07 * mission.LANDMARKS)
     data = mission.Landmarks(
-        times, 0.07 * mission.PLACES, "Dimorphos", "Hera 1", lines, np.full(lines.shape[:2], True), 1e-4
+        times, 0.07 * mission.LANDMARKS, "Dimorphos", "Hera 1", directions, np.full(directions.shape[:2], True), 1e-4
     )
     assert np.abs(data.pulls(run)).max() < 1e-9
     result, expected = data.derivatives(run), run.derivative_of(data.pulls)
@@ -118,13 +118,13 @@ def test_moments_are_those_of_a_body():
     np.testing.assert_allclose(knowledge.moments(1.3, 1.2), [(b - a) / c, (c - a) / b, (c - b) / a])
 
 
-def test_reshaping_keeps_the_angular_momentum():
+def test_reshaping_conserves_the_angular_momentum():
     """A prolate body of equal mass and angular momentum spins slower by the ratio of a^2 + b^2."""
     _, state = model.setup(**NOMINAL)
-    c_before, c_after = 1.0 / (1.054 * 1.477**2) ** (1 / 3), 1.0 / (1.3 * 1.23**2) ** (1 / 3)
-    previous = (c_before * 1.477) ** 2 * (1.0 + 1.054**2)
-    after = (c_after * 1.23) ** 2 * (1.0 + 1.3**2)
-    expected = 2.0 * np.pi / 11.921473 * previous / after
+    c_intact, c_reshaped = 1.0 / (1.054 * 1.477**2) ** (1 / 3), 1.0 / (1.3 * 1.23**2) ** (1 / 3)
+    intact = (c_intact * 1.477) ** 2 * (1.0 + 1.054**2)
+    reshaped = (c_reshaped * 1.23) ** 2 * (1.0 + 1.3**2)
+    expected = 2.0 * np.pi / 11.921473 * intact / reshaped
     np.testing.assert_allclose(state.spin[1], [0.0, 0.0, expected], rtol=1e-9, atol=1e-12)
 
 
@@ -172,9 +172,9 @@ def test_prior_and_likelihood_are_normal():
     np.testing.assert_allclose(posterior.likelihood(orbits), [0.0, expected, -np.inf])
 
 
-def test_weights_turn_the_proposal_into_the_posterior():
+def test_weighted_draws_from_the_proposal_have_the_posterior():
     """With an exact surrogate, the weighted mean of a narrower prior is that of the normal distribution."""
-    names = posterior.SHAPED
+    names = posterior.INPUT_NAMES
     value, sigma = inputs.INPUTS["along"].value, inputs.INPUTS["along"].sigma
     count = len(names)
     coefficients = np.zeros((1 + count + count * (count + 1) // 2, 3))
@@ -267,11 +267,11 @@ def full(tmp_path_factory):
 
 def test_members_with_reasons(full):
     assert list(full.error.values) == ["", "", "BodiesOverlap", ""]
-    good = full.isel(row=[0, 1, 3])
-    assert (good.fate == "bound").all()
-    assert ((good.observed_period > 11.2) & (good.observed_period < 11.5)).all()
-    assert (good.energy_drift_orbital < 1e-7).all()
-    assert np.isfinite(good.observed_eccentricity_later).all()
+    completed = full.isel(row=[0, 1, 3])
+    assert (completed.fate == "bound").all()
+    assert ((completed.observed_period > 11.2) & (completed.observed_period < 11.5)).all()
+    assert (completed.energy_drift_orbital < 1e-7).all()
+    assert np.isfinite(completed.observed_eccentricity_later).all()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a process is killed by a signal")
@@ -287,37 +287,37 @@ def test_killed_and_resumed(full, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def kept():
+def stored():
     return xarray.load_dataset(report.RESULTS / "members.nc")
 
 
-def test_results_that_are_kept(kept):
-    assert kept.sizes["row"] >= 200
-    assert (kept.error == "").all()
+def test_stored_results_are_complete_and_small(stored):
+    assert stored.sizes["row"] >= 200
+    assert (stored.error == "").all()
     reference, likely = (
-        weights.share(results.normal_weights(kept, ratio), kept.outcome.values == "locked") for ratio in (1, 10)
+        weights.share(results.normal_weights(stored, ratio), stored.outcome.values == "locked") for ratio in (1, 10)
     )
     # The page states that the report of a change makes a roll likelier.
     assert reference[0] > likely[0] + likely[1]
     assert sum((report.RESULTS / name).stat().st_size for name in os.listdir(report.RESULTS)) < 1_400_000
 
 
-def test_criteria_are_improbable(kept):
-    result = results.criteria(kept)
+def test_criteria_are_improbable(stored):
+    result = results.criteria(stored)
     assert set(result) == set(results.CRITERIA)
-    assert all(weights.share(results.normal_weights(kept, 1.0), entry)[0] < 0.2 for entry in result.values())
+    assert all(weights.share(results.normal_weights(stored, 1.0), entry)[0] < 0.2 for entry in result.values())
 
 
-def test_score_prefers_what_members_have(kept):
-    first = kept.isel(row=int(np.argmax(kept.log_weight.values)))
+def test_a_finding_near_a_member_scores_higher(stored):
+    first = stored.isel(row=int(np.argmax(stored.log_weight.values)))
     finding = {"eccentricity": float(first.eccentricity), "a_b": float(first.a_b)}
-    near = results.score(kept, str(first.outcome.values), finding)
-    far = results.score(kept, str(first.outcome.values), finding | {"eccentricity": 0.1})
+    near = results.score(stored, str(first.outcome.values), finding)
+    far = results.score(stored, str(first.outcome.values), finding | {"eccentricity": 0.1})
     assert near > far + 10.0
-    assert results.score(kept, "end over end", finding) == -np.inf
+    assert results.score(stored, "end over end", finding) == -np.inf
 
 
-def test_report(kept):
+def test_report(stored):
     numbers = json.loads((report.RESULTS / "numbers.json").read_text())
     text = report.text(numbers)
     assert numbers["dated"] in text
@@ -325,4 +325,4 @@ def test_report(kept):
     for name in inputs.INPUTS:
         assert f"| {name} |" in text
     assert {entry.source for entry in inputs.INPUTS.values()} <= {*inputs.SOURCES, "assumed"}
-    assert numbers["members"] == kept.sizes["row"]
+    assert numbers["members"] == stored.sizes["row"]

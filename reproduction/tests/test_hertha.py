@@ -43,7 +43,7 @@ def test_a_draft_finds_the_period_and_the_pole(tmp_path):
     minima = numbers["fits"][study.BEST]["minima"]
     assert minima[0]["period"] == pytest.approx(8.4006, abs=1e-4)
     poles = [(minimum["longitude"], minimum["latitude"]) for minimum in minima]
-    assert min(study.pole_apart(pole, study.TORPPA_POLES[0]) for pole in poles) < 20.0
+    assert min(study.angle_between(pole, study.TORPPA_POLES[0]) for pole in poles) < 20.0
     sizes = numbers["sizes"]
     assert set(sizes) >= {f"shape from light, {pole}" for pole in study.POLES[: len(minima)]}
     for name, size in sizes.items():

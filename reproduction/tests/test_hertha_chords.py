@@ -1,4 +1,4 @@
-"""Hertha's chords: how their file is to be read, and sizes from chords of a known body."""
+"""Hertha's chords: the frame of their file, and sizes from simulated chords."""
 
 import astropy.units as u
 import numpy as np
@@ -12,8 +12,8 @@ def test_stations_of_the_file_move_with_the_rotation_of_the_earth():
     data = observing.StellarOccultation.read_koala(chords.CHORDS)
     times, _ = data.chords
     seconds = (times[:, 1] - times[:, 0]).to_value("s")
-    places = data.stations.vectors.to_value("km")
-    east, north = ((places[:, 1] - places[:, 0]) / seconds[:, None]).T
+    positions = data.stations.vectors.to_value("km")
+    east, north = ((positions[:, 1] - positions[:, 0]) / seconds[:, None]).T
     # The equator turns at 0.465 km/s; at midnight a station at latitude 32 degrees moves to the east by up to 0.39.
     assert (east > 0.15).all()
     assert (east < 0.39).all()
@@ -23,7 +23,7 @@ def test_stations_of_the_file_move_with_the_rotation_of_the_earth():
     assert not (data.sign == 0.0).any()
 
 
-def test_the_size_of_a_known_ellipsoid_comes_back_from_its_chords():
+def test_the_size_of_an_ellipsoid_follows_from_its_simulated_chords():
     real = observing.StellarOccultation.read_koala(chords.CHORDS, body="Hertha")
     system, state = chords.rotating(chords.ellipsoid(81.0, chords.RATIOS), 1.5)
     predicted = real.predict(system.integrate(state, 700.0, dense=True))
@@ -31,16 +31,16 @@ def test_the_size_of_a_known_ellipsoid_comes_back_from_its_chords():
         [predicted[real.sign == sign][np.argsort(real.station[real.sign == sign])] for sign in (-1.0, 1.0)]
     )
     seconds = np.array([[(time - predicted[0]).to_value("s") for time in side] for side in exact]).T
-    # Contacts that are continued beyond a graze are none.
+    # Contacts that are continued beyond a graze are no chords.
     wide = seconds[:, 1] - seconds[:, 0] > 4.0
-    times, places = real.chords[0], real.stations.vectors.to_value("km")
-    since = (times - predicted[0]).to_value("s")
-    share = ((seconds - since[:, :1]) / (since[:, 1:] - since[:, :1]))[..., None]
-    moved = places[:, :1] + share * (places[:, 1:] - places[:, :1])
+    times, positions = real.chords[0], real.stations.vectors.to_value("km")
+    elapsed = (times - predicted[0]).to_value("s")
+    share = ((seconds - elapsed[:, :1]) / (elapsed[:, 1:] - elapsed[:, :1]))[..., None]
+    stations = positions[:, :1] + share * (positions[:, 1:] - positions[:, :1])
     middle = times[0, 0] + np.mean((times - times[0, 0]).to_value("s")) * u.s
     data = observing.StellarOccultation(
         star=-real.geometry.to_observer(middle).value,
-        stations=moved[wide] * u.km,
+        stations=stations[wide] * u.km,
         disappearance=predicted[0] + seconds[wide, 0] * u.s,
         reappearance=predicted[0] + seconds[wide, 1] * u.s,
         sigma=0.05 * u.s,
@@ -60,13 +60,12 @@ def test_a_polyhedron_rotates_about_the_pole_as_the_shape_of_the_inversion():
     convex = model.setup(*pole, period, coefficients)
     solid = model.shape(coefficients).polyhedron()
     system, state = chords.rotating(solid, chords.rotation_angle(period), pole, period)
-    since = (chords.EPOCH - model.EPOCH).to_value("h")
-    run = convex[0].integrate(convex[1], since, output=[since])
-    toward = [0.6, 0.5, 0.3], [0.5, 0.6, 0.2]
+    elapsed = (chords.EPOCH - model.EPOCH).to_value("h")
+    run = convex[0].integrate(convex[1], elapsed, output=[elapsed])
+    directions = [0.6, 0.5, 0.3], [0.5, 0.6, 0.2]
     light = [
-        observing.brightness(which, at, *toward)[0].to_value("km2")
-        for which, at in ((convex[0], run[-1]), (system, state))
+        observing.brightness(*pair, *directions)[0].to_value("km2") for pair in ((convex[0], run[-1]), (system, state))
     ]
     assert light[0] == pytest.approx(light[1], rel=0.02)
-    turned = chords.rotating(solid, chords.rotation_angle(period) + 0.5, pole, period)
-    assert observing.brightness(*turned, *toward)[0].to_value("km2") != pytest.approx(light[1], rel=0.02)
+    rotated = chords.rotating(solid, chords.rotation_angle(period) + 0.5, pole, period)
+    assert observing.brightness(*rotated, *directions)[0].to_value("km2") != pytest.approx(light[1], rel=0.02)

@@ -25,15 +25,15 @@ def test_the_gap_of_a_tilted_body_is_that_of_its_nearest_points():
     second, tilt, gap = (0.5, 0.4, 0.3), 0.7, 0.05
     distance = closest(PRIMARY, second, tilt, gap)
     u, v = np.meshgrid(np.linspace(0.0, np.pi, 91), np.linspace(-0.5, 0.5, 41))
-    near = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1).reshape(-1, 3)
+    points = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1).reshape(-1, 3)
     rotation = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
-    facing = near * [-1, 1, 1] * second @ rotation.T + [distance, 0, 0]
-    result = cdist(near * PRIMARY, facing).min()
+    facing = points * [-1, 1, 1] * second @ rotation.T + [distance, 0, 0]
+    result = cdist(points * PRIMARY, facing).min()
     assert gap <= result < gap + 2e-3
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_start(case):
+def test_a_start_has_the_fission_rate_and_the_gap(case):
     system, state = fission(case, 0.2, 30.0)
     first, second = system.masses
     assert second / first == pytest.approx(0.2, rel=1e-14)
@@ -43,28 +43,28 @@ def test_a_start(case):
     np.testing.assert_allclose(spins, [[0, 0, spins[0, 2]]] * 2, atol=1e-15)
     np.testing.assert_allclose(state.velocity, np.cross(spins, state.position), rtol=1e-14)
     assert np.abs(system.masses @ state.velocity).max() < 1e-12 * first
-    # Along the line of the centres, attraction is what a circle takes.
+    # Along the line of the centres, the attraction is the centripetal force.
     pull = system.interactions(state).force[1, 0]
     assert pull == pytest.approx(-second * spins[0, 2] ** 2 * state.position[1, 0], rel=1e-13)
     # The gap is 1 cm along the common normal, which is not far from the line of the centres.
     for closer, overlap in ((0.99e-5, False), (1.2e-5, True)):
-        moved = state.replace(position=state.position - [[0, 0, 0], [closer, 0, 0]])
+        closer_state = state.replace(position=state.position - [[0, 0, 0], [closer, 0, 0]])
         try:
-            system.interactions(moved)
+            system.interactions(closer_state)
             assert not overlap
         except BodiesOverlap:
             assert overlap
 
 
-def test_a_sphere_of_dust_comes_apart_at_the_closed_form():
+def test_the_spin_limit_of_a_sphere_is_the_closed_form():
     """The square of the rate is 4/3 pi G rho; a needle has less."""
     limit = np.sqrt(4 / 3 * np.pi * paper.G * DENSITY)
     assert spin_limit((1.0, 1.0, 1.0), DENSITY) == pytest.approx(limit, rel=1e-14)
     assert spin_limit((1.0, 0.5, 0.5), DENSITY) < limit
 
 
-def test_an_ellipsoid_of_dust_comes_apart_where_its_tip_weighs_nothing():
-    """The attraction at the tip is what the program attracts a point with."""
+def test_the_spin_limit_of_an_ellipsoid_balances_the_attraction_at_its_tip():
+    """The attraction at the tip is the force of the program on a point."""
     axes, density = (0.5, 0.4, 0.3), 2e12
     body = fullbody.Body(fullbody.Ellipsoid(*axes), density=density)
     speck = fullbody.Body(fullbody.PointMass(), mass=1.0)
@@ -80,7 +80,7 @@ def report(tmp_path_factory):
     return folder
 
 
-def test_a_small_map(report):
+def test_a_small_map_counts_all_fates(report):
     numbers = json.loads((report / "numbers.json").read_text())
     for part in numbers["counts"].values():
         for entry in part.values():

@@ -31,7 +31,7 @@ def test_momentum_of_samples_is_that_of_the_states():
     assert run.angular_momentum.value == pytest.approx(np.array(expected), rel=1e-13)
 
 
-def test_docstring_of_the_start_quotes_the_paper():
+def test_the_docstring_of_the_system_quotes_the_paper():
     text = fullbody.systems.kw4_ho2021.__doc__
     for shape in paper.YEAR.values():
         assert f"{shape.period:.4f}" in text
@@ -40,7 +40,7 @@ def test_docstring_of_the_start_quotes_the_paper():
         assert f"{value:.2f}" in text
 
 
-def test_short_years_have_numbers_that_every_reader_takes(tmp_path, capsys):
+def test_a_short_year_has_numbers_of_valid_json(tmp_path, capsys):
     assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--until", "12.5 day"]) == 0
     read = json.loads((tmp_path / "numbers.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert read["spheroid"]["focal"]["inclination_period"] is None

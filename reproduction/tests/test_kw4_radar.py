@@ -29,7 +29,7 @@ def test_shapes_and_their_ellipsoids_differ_from_degree_three_on():
 
 
 def test_a_rate_that_a_run_does_not_define_is_a_dash():
-    numbers = dict.fromkeys(study.SHOWN, 1.0) | {"apsidal rate, deg/day": None}
+    numbers = dict.fromkeys(study.COLUMNS, 1.0) | {"apsidal rate, deg/day": None}
     result = study.tables({"year": {"radar shapes": numbers, "ellipsoids": numbers}, "degrees": {"exact": numbers}})
     assert "| apsidal rate, deg/day | - | - |" in result["year"]
     assert result["degrees"].endswith("| exact | 1 | 1 | 1 | 1 |")

@@ -16,7 +16,7 @@ def test_rounding_follows_the_printed_decimals():
     assert as_printed(3928.5, "3900") == "3928"
 
 
-def test_energy_of_the_tops_dominates():
+def test_rotational_energy_of_case_2_dominates():
     """Case 2 starts with 2 * 1/2 I w^2 of rotation, I = 2/5 m a^2, and the least it can have is nearly that."""
     run, _ = cases.case(2)
     measured = cases.measure(run, cases.fine(run))
@@ -29,8 +29,8 @@ def test_growth_with_the_tilt_follows_the_sine_of_twice_the_angle(theta):
     assert cases.growth(theta) == pytest.approx(np.sin(2 * theta) / np.sin(np.pi / 16), rel=0.06)
 
 
-def test_fine_samples_miss_no_peak():
-    """Case 2's spins turn fast: the accepted steps alone miss the largest by a hundredth."""
+def test_fine_samples_contain_all_peaks():
+    """Case 2's spins vary fast: the accepted steps alone miss the largest by a hundredth."""
     run, _ = cases.case(2)
     dense = run.system.integrate(run[0], 200.0, dense=True)
     largest = np.abs(dense(np.linspace(0.0, 200.0, 40001)).spin[..., :2]).max()
@@ -46,7 +46,7 @@ def test_motion_along_z_by_arithmetic():
     assert np.abs(run.position[:, 0, 2]).max() == curves["compensated"].z.max()
 
 
-def test_double_precision_follows_the_default_integrator():
+def test_dop853_agrees_with_the_default_integrator():
     """An independent integrator, started off the symmetry, finds the same motion along z."""
     system, state = fullbody.systems.case1()
     state = state.replace(position=np.add(state.position, [[0, 0, 1e-3], [0, 0, -1e-3]]))
@@ -57,8 +57,8 @@ def test_double_precision_follows_the_default_integrator():
 
 
 @pytest.mark.parametrize("inclination", [150.0, 179.0])
-def test_node_goes_round_as_the_quadrupole_says(inclination):
-    """Spin S and orbit L go round their sum J at 3/2 (G m_B (C - A)/a^3) cos J/(L S) under the averaged quadrupole."""
+def test_the_node_precesses_by_the_quadrupole(inclination):
+    """Spin S and orbit L precess about J = S + L at 3/2 (G m_B (C - A)/a^3) cos J/(L S) by the mean quadrupole."""
     (result,) = years.nodal("spheroid", np.array([inclination])).period
     system, _ = fullbody.systems.kw4_ho2021("spheroid")
     m, axes = [b.mass for b in system.bodies], [b.shape.semi_axes for b in system.bodies]
@@ -82,9 +82,9 @@ def test_physical_states(drafted):
     assert np.isnan(motions[physical.PAPER].libration)
     # Two starts: the same angles with the orbit in the plane of Beta's equator, and the same orbit with that equator
     # in its plane.
-    assert np.abs(motions[physical.FLAT].spin[:2]).max() < 0.05
-    assert np.abs(motions[physical.TURNED].spin[:2]).max() < 0.1
-    assert np.array_equal(runs[physical.TURNED][0].position, runs[physical.PAPER][0].position)
+    assert np.abs(motions[physical.ORBIT_IN_EQUATOR].spin[:2]).max() < 0.05
+    assert np.abs(motions[physical.EQUATOR_IN_ORBIT].spin[:2]).max() < 0.1
+    assert np.array_equal(runs[physical.EQUATOR_IN_ORBIT][0].position, runs[physical.PAPER][0].position)
     # Prograde: Beta's pole stays; retrograde and inclined: it does not.
     assert np.abs(motions["excited"].spin[:2]).max() < 0.2 < 2.0 < np.abs(motions[physical.PAPER].spin[:2]).max()
     # A circular orbit's osculating eccentricity is what the quadrupoles add to the attraction: Alpha's 3/2 J2 (R/r)^2,
@@ -95,14 +95,14 @@ def test_physical_states(drafted):
     assert np.mean(motions["relaxed"].e) == pytest.approx(forced, rel=0.05)
 
 
-def test_the_axes_of_table_2_miss_digits_of_the_year(numbers):
-    """With its axes the year misses digits that the authors' own axes give; the spin's range stays."""
-    rounded, year = (numbers["year"][which]["ellipsoid"] for which in ("printed_axes", "surface"))
+def test_the_rounded_axes_of_table_2_change_digits_of_the_year(numbers):
+    """With them the year differs in digits that the unrounded axes reproduce; the range of the spin is the same."""
+    rounded, year = (numbers["year"][run]["ellipsoid"] for run in ("printed_axes", "surface"))
     assert as_printed(rounded["a_min"], "2.5418") != "2.5418" == as_printed(year["a_min"], "2.5418")
     assert rounded["spin_z"] == pytest.approx(year["spin_z"], abs=0.02)
 
 
-def test_six_ways_agree(numbers):
-    ranges = np.array([way["ranges"] for way in numbers["ways"]])
+def test_all_methods_give_the_same_spin(numbers):
+    ranges = np.array([variant["ranges"] for variant in numbers["variants"]])
     assert len(ranges) == 6
     assert np.ptp(ranges, axis=0).max() < 1e-9

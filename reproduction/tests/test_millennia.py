@@ -1,4 +1,4 @@
-"""Ten thousand years of 1999 KW4: the command goes on where it was cut short, to the same bits."""
+"""Ten thousand years of 1999 KW4: a resumed run has the same bits."""
 
 import json
 
@@ -14,8 +14,8 @@ def millennia(folder, years, *more):
     return main(["--out", str(folder), "--years", str(years), *OPTIONS, *more])
 
 
-def test_a_run_cut_short_goes_on_to_the_same_bits(tmp_path, capsys):
-    unbroken, broken = tmp_path / "whole", tmp_path / "broken"
+def test_a_resumed_run_has_the_same_bits(tmp_path, capsys):
+    unbroken, broken = tmp_path / "unbroken", tmp_path / "broken"
     assert millennia(unbroken, 0.3) == 0
     printed = capsys.readouterr().out
     assert millennia(broken, 0.1) == 0
@@ -35,7 +35,7 @@ def test_a_run_cut_short_goes_on_to_the_same_bits(tmp_path, capsys):
     assert numbers["eccentricity"] in printed
 
 
-def test_a_run_is_as_long_as_asked_and_goes_on_in_parts_of_another_length(tmp_path, capsys):
+def test_a_run_has_the_given_length_and_continues_in_parts_of_another_length(tmp_path, capsys):
     assert millennia(tmp_path, 0.2, "--part", "100") == 0
     assert float(json.loads((tmp_path / "numbers.json").read_text())["years"]) == pytest.approx(0.2, rel=1e-3)
     assert millennia(tmp_path, 0.7, "--part", "0.3") == 0
@@ -46,7 +46,7 @@ def test_a_run_is_as_long_as_asked_and_goes_on_in_parts_of_another_length(tmp_pa
     capsys.readouterr()
 
 
-def test_another_run_in_the_folder_is_refused(tmp_path, capsys):
+def test_a_run_of_other_settings_in_the_folder_is_refused(tmp_path, capsys):
     assert millennia(tmp_path, 0.1) == 0
     for more in (["--shape", "ellipsoid"], ["--step", "0.5"]):
         assert millennia(tmp_path, 0.3, *more) == 1

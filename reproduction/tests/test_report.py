@@ -17,45 +17,45 @@ from reproduction.typesetting import typeset
 
 def test_each_statement_has_its_verdict(draft):
     assert [verdict.key for verdict in draft.verdicts] == list(paper.STATEMENTS)
-    assert all(verdict.ours for verdict in draft.verdicts)
-    assert all(verdict.why or verdict.see for verdict in draft.verdicts if verdict.verdict == "differs")
+    assert all(verdict.computed for verdict in draft.verdicts)
+    assert all(verdict.why or verdict.finding for verdict in draft.verdicts if verdict.verdict == "differs")
 
 
-def test_verdicts_are_the_known_ones(draft):
+def test_verdicts_are_those_of_earlier_versions(draft):
     by_word = {}
     for verdict in draft.verdicts:
         by_word.setdefault(verdict.verdict, set()).add(verdict.key)
     differ = {"case1.z", "case2.z", "case1.force_z", "case2.four_times", "kw4.spheroid.spin_xy", "kw4.synchronous"}
     differ |= {"kw4.period_order_5", "kw4.period_power", *(f"kw4.spin_{axis}" for axis in "xyz")}
-    differ |= {f"kw4.{shape}.{what}" for shape in paper.YEAR for what in ("period", "inclination_period")}
+    differ |= {f"kw4.{shape}.{name}" for shape in paper.YEAR for name in ("period", "inclination_period")}
     assert by_word["differs"] == differ
     # A draft stops short of t = 2200.
     assert by_word["open"] == {
         *("case1.rotational", "case1.rise", "kw4.between_states", "kw4.similar_spin", "kw4.shape_e"),
-        *("case1.z_late", "case1.xy_late"),
+        *("case1.z_long", "case1.xy_long"),
     }
     assert {key.rpartition(".")[2] for key in by_word["faster"]} == {"cpu"}
 
 
-def test_words_are_counted_as_something(draft):
+def test_claims_in_words_have_an_interpretation(draft):
     compared = {"larger for spheroids", "longer for spheroids", "longer for ellipsoids", "below 0.03", "synchronous"}
     for verdict in draft.verdicts:
         number = re.match(r"[\[<\d]", verdict.printed) and not re.search("[a-z]{4}", verdict.printed)
         if verdict.verdict in ("holds", "differs") and not number:
-            assert bool(verdict.counted) != (verdict.printed in compared), verdict
+            assert bool(verdict.interpretation) != (verdict.printed in compared), verdict
 
 
 @pytest.mark.parametrize("key", ["case1.rotational", "case1.rise"])
-def test_what_a_threshold_decides_is_open(draft, key):
+def test_a_claim_that_a_threshold_would_decide_is_open(draft, key):
     (verdict,) = (verdict for verdict in draft.verdicts if verdict.key == key)
     assert verdict.verdict == "open"
-    assert len(re.findall(r"\d+", verdict.ours)) == 6
+    assert len(re.findall(r"\d+", verdict.computed)) == 6
 
 
-def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
+def test_the_mean_periods_are_computed_with_both_values_of_g(draft, numbers):
     for shape, published in paper.YEAR.items():
-        ours, other = (numbers["year"][way][shape]["period"] for way in ("surface", "other_g"))
-        assert f"{other:.4f}" == f"{published.period:.4f}" != f"{ours:.4f}"
+        computed, other = (numbers["year"][run][shape]["period"] for run in ("surface", "other_g"))
+        assert f"{other:.4f}" == f"{published.period:.4f}" != f"{computed:.4f}"
         stated, _ = fullbody.systems.kw4_ho2021(shape)
         system = fullbody.System(stated.bodies, G=6.674e-11 * 1e-9 * 3600**2)
         angles = {name: angle * 3.141592653589793 / 180 for name, angle in starts.SKY.items()}
@@ -71,7 +71,7 @@ def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
         assert value in text
 
 
-def test_findings_are_told_once_and_everywhere_alike(draft, numbers):
+def test_the_page_has_each_finding_once_as_in_the_numbers(draft, numbers):
     read = _Page()
     read.feed(draft.page.read_text(encoding="utf-8"))
     assert len(numbers["findings"]) == 8
@@ -80,17 +80,19 @@ def test_findings_are_told_once_and_everywhere_alike(draft, numbers):
             # The page has the paragraph with its numbers and symbols typeset.
             assert read.text.count(html.unescape(re.sub("<[^>]*>", "", typeset(paragraph)))) == 1
             assert not re.search(r"\b(nan|inf|None)\b|[{}]", paragraph)
-    assert {verdict.see for verdict in draft.verdicts} - {""} <= {finding["name"] for finding in numbers["findings"]}
+    assert {verdict.finding for verdict in draft.verdicts} - {""} <= {
+        finding["name"] for finding in numbers["findings"]
+    }
     assert {source[1:] for source in read.sources if source.startswith("#")} <= set(read.names)
 
 
-def test_equal_means_the_printed_digits(draft):
+def test_equal_numbers_have_the_printed_digits(draft):
     equal = [verdict for verdict in draft.verdicts if verdict.verdict == "equal"]
     assert len(equal) == 8
-    assert all(verdict.ours == verdict.printed for verdict in equal)
+    assert all(verdict.computed == verdict.printed for verdict in equal)
 
 
-def test_kw4_command_and_report_measure_alike(numbers, tmp_path):
+def test_the_kw4_command_and_the_report_have_the_same_numbers(numbers, tmp_path):
     assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
     command = json.loads((tmp_path / "numbers.json").read_text())
     for shape in paper.YEAR:
@@ -100,7 +102,7 @@ def test_kw4_command_and_report_measure_alike(numbers, tmp_path):
         assert first == second
 
 
-def test_statements_carry_the_numbers_of_the_tables():
+def test_statements_have_the_numbers_of_the_tables():
     assert paper.STATEMENTS["kw4.ellipsoid.a_min"].text == "2.5418"
     assert paper.STATEMENTS["kw4.spheroid.period"].text == "17.4177"
     assert paper.STATEMENTS["kw4.spin_z"].text == "[9.55, 11.16]"
@@ -137,13 +139,13 @@ def test_page_needs_no_other_file(draft):
     assert not re.search(r"\b(nan|inf|None)\b", page.text)
 
 
-def test_figures_are_written_twice(draft):
+def test_figures_are_written_as_png_and_pdf(draft):
     assert sorted({path.suffix for path in draft.figures}) == [".pdf", ".png"]
     assert all(path.stat().st_size > 5000 for path in draft.figures)
     assert not [path for path in draft.page.parent.rglob("*") if ".part" in path.name]
 
 
-def test_out_is_a_folder(tmp_path):
+def test_a_file_as_out_is_refused(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
     with pytest.raises(InvalidInput, match=r"out is '.*file', a file; expected a folder"):
@@ -151,7 +153,7 @@ def test_out_is_a_folder(tmp_path):
     assert file.read_text() == "mine"
 
 
-def test_numbers_of_an_earlier_report_do_not_outlive_it(tmp_path, monkeypatch):
+def test_numbers_of_an_earlier_report_are_removed_first(tmp_path, monkeypatch):
     (tmp_path / "numbers.json").write_text("{}")
 
     def fails(**options):
@@ -171,7 +173,7 @@ def test_command_prints_the_verdicts(monkeypatch, capsys, draft, tmp_path):
     assert str(draft.page) in output
 
 
-def test_command_says_why_it_cannot(capsys, tmp_path):
+def test_the_command_reports_an_error(capsys, tmp_path):
     (tmp_path / "file").write_text("mine")
     assert report(["--out", str(tmp_path / "file")]) == 1
     assert "a file; expected a folder" in capsys.readouterr().err

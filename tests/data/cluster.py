@@ -1,4 +1,4 @@
-"""A sweep by a worker of dask that dies and by its successor: ``python cluster.py FOLDER``. Its functions are its own."""
+"""A sweep by a worker of dask that is killed and by its successor: ``python cluster.py FOLDER``."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ ROWS = {"row": range(12)}
 
 
 def setup(row, rng):
-    """The worker that comes to row 5 first dies there."""
+    """Return the setup of a row; the first worker that computes row 5 is killed."""
     with open(f"{FOLDER}/log", "a") as log:
         log.write(f"{row} {os.getpid()}\n")
     if row == 5:
@@ -30,12 +30,12 @@ def setup(row, rng):
 
 
 def measure(run):
-    """Where both are, and where they were computed."""
+    """Return the positions at the end."""
     return {"place": run.position[-1]}
 
 
 def main():
-    """With a store, then without dask."""
+    """Run the sweep with dask and a store, and then without dask."""
     from dask.distributed import Client, LocalCluster
 
     with (

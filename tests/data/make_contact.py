@@ -2,7 +2,7 @@
 
 Independent of the code: Perram & Wertheim's function s (1-s) r^T [(1-s) A + s B]^-1 r with exact rotations of the
 quaternions, its maximum by bisection of its slope. `condition` says how the rounding of an input counts in the factor:
-(separation / factor + largest semi-axes) / (reach of both bodies along their common normal).
+(separation / factor + largest semi-axes) / (extents of both bodies along their common normal).
 Run: python tests/data/make_contact.py
 """
 
@@ -26,19 +26,20 @@ def rotation(q):
 
 
 def contact(a, b, separation, p, q):
-    """Growth factor and condition."""
+    """Return the growth factor and the condition."""
     spreads = [
-        turn * mp.diag([mp.mpf(float(v)) ** 2 for v in axes]) * turn.T
-        for axes, turn in ((a, rotation(p)), (b, rotation(q)))
+        matrix * mp.diag([mp.mpf(float(v)) ** 2 for v in axes]) * matrix.T
+        for axes, matrix in ((a, rotation(p)), (b, rotation(q)))
     ]
     r = mp.matrix([float(v) for v in separation])
     first, second = spreads
 
     def at(u):
-        s, rest = 1 / (1 + mp.exp(-u)), 1 / (1 + mp.exp(u))
-        w = mp.lu_solve(rest * first + s * second, r)
-        reach = [mp.sqrt((w.T * m * w)[0]) for m in (first, second)]
-        return rest * reach[0] - s * reach[1], mp.sqrt(s * rest * (r.T * w)[0]), mp.fsum(reach) / mp.norm(w)
+        s, complement = 1 / (1 + mp.exp(-u)), 1 / (1 + mp.exp(u))
+        w = mp.lu_solve(complement * first + s * second, r)
+        extents = [mp.sqrt((w.T * m * w)[0]) for m in (first, second)]
+        slope = complement * extents[0] - s * extents[1]
+        return slope, mp.sqrt(s * complement * (r.T * w)[0]), mp.fsum(extents) / mp.norm(w)
 
     low, high = mp.mpf(-80), mp.mpf(80)
     while high - low > mp.mpf("1e-15"):
@@ -59,14 +60,14 @@ def product(p, q):
 
 
 def shape(rng, thinnest):
-    """Discs, needles, blades and what lies between."""
+    """Return the semi-axes of a disc, a needle, a blade or a shape between these."""
     c = 10 ** rng.uniform(np.log10(thinnest), 0)
     b = 10 ** rng.uniform(np.log10(c), 0)
     return np.array([[1, 1, c], [1, c, c], [1, b, c], [1, 1 - b / 2, c], [1, c * (1 + b), c]][rng.integers(5)])
 
 
 def pose(rng, thinnest):
-    """Two bodies near contact along a normal that is often the thinnest direction of one or both."""
+    """Return two bodies near contact along a normal that is often the thinnest direction of one or both."""
     a = shape(rng, thinnest)
     b = a.copy() if rng.random() < 0.5 else shape(rng, thinnest)
     if rng.random() < 0.5:
@@ -74,7 +75,7 @@ def pose(rng, thinnest):
     p = rng.normal(size=4)
     p /= np.linalg.norm(p)
     small, angle = 10 ** rng.uniform(-12, 0), rng.uniform(0, 2 * np.pi)
-    turns = [
+    rotations_of_second = [
         about([1, 0, 0], 0.0),
         about(rng.normal(size=3), small),
         about(rng.normal(size=3), angle),
@@ -82,8 +83,8 @@ def pose(rng, thinnest):
         about(np.eye(3)[rng.integers(3)], np.pi / 2),
         product(about([0, 0, 1], angle), about([1, 0, 0], small)),
     ]
-    q = product(p, turns[rng.choice(len(turns), p=[0.3, 0.2, 0.1, 0.1, 0.1, 0.2])])
-    frames = [np.array(rotation(turn).tolist(), dtype=float) for turn in (p, q)]
+    q = product(p, rotations_of_second[rng.choice(len(rotations_of_second), p=[0.3, 0.2, 0.1, 0.1, 0.1, 0.2])])
+    frames = [np.array(rotation(quaternion).tolist(), dtype=float) for quaternion in (p, q)]
     normals = [
         frames[0][:, 2],
         frames[1][:, rng.integers(3)],
@@ -94,12 +95,12 @@ def pose(rng, thinnest):
     n = normals[rng.choice(len(normals), p=[0.45, 0.1, 0.1, 0.15, 0.2])]
     n /= np.linalg.norm(n)
     arms = [frame.T @ n * axes for frame, axes in zip(frames, (a, b), strict=True)]
-    reach = [np.linalg.norm(arm) for arm in arms]
-    touching = sum(frame @ (arm * axes) / h for frame, arm, axes, h in zip(frames, arms, (a, b), reach, strict=True))
+    extents = [np.linalg.norm(arm) for arm in arms]
+    touching = sum(frame @ (arm * axes) / h for frame, arm, axes, h in zip(frames, arms, (a, b), extents, strict=True))
     # From far inside to a thousand thicknesses apart, half of the poses within a hundredth of contact.
     gap = 10 ** rng.uniform(-3, -2) * rng.choice([-1, 1]) if rng.random() < 0.5 else 10 ** rng.uniform(-2, 3)
     gap = -rng.uniform(0, 1) if gap > 0.01 and rng.random() < 0.3 else gap
-    return a, b, touching + gap * sum(reach) * n, p, q
+    return a, b, touching + gap * sum(extents) * n, p, q
 
 
 def main():

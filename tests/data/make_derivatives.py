@@ -1,4 +1,4 @@
-"""Writes pair_jacobians.json: derivatives of force and torques of pairs near by and far away, in 25 digits.
+"""Writes pair_jacobians.json: derivatives of force and torques of near and of distant pairs, in 25 digits.
 
     python tests/data/make_derivatives.py
 
@@ -24,7 +24,7 @@ POSES = {
 
 
 def field(x, axes):
-    """g = grad Phi of a body of unit GM at a point outside."""
+    """Return g = grad Phi of a body of unit GM at an exterior point."""
     squares = [a * a for a in axes]
     r2 = sum(v * v for v in x)
     kappa = findroot(lambda k: sum(v * v / (s + k) for v, s in zip(x, squares, strict=True)) - 1, r2 - squares[0] / 2)
@@ -40,8 +40,8 @@ def rotation(phi, theta, psi):
     return rz * ry * rx
 
 
-def turn(v):
-    """exp([v]x) of a small vector along an axis."""
+def small_rotation(v):
+    """Return exp([v]x) of a small vector along an axis."""
     (axis,) = [k for k in range(3) if v[k] != 0] or [0]
     angles = [v[k] if k == axis else mpf(0) for k in range(3)]
     return rotation(*angles)
@@ -56,7 +56,7 @@ def column(v):
 
 
 def rule(gauss, angles):
-    """Points of the unit disc with weights in proportion to sqrt(1 - x^2 - y^2)."""
+    """Return points of the unit disc with weights in proportion to sqrt(1 - x^2 - y^2)."""
     nodes, weights = legendre(2 * gauss + 1)
     points = []
     for t, w in zip(nodes, weights, strict=True):
@@ -69,7 +69,7 @@ def rule(gauss, angles):
 
 
 def legendre(n):
-    """Gauss's nodes and weights on [-1, 1]."""
+    """Return Gauss's nodes and weights on [-1, 1]."""
     guesses = np.polynomial.legendre.leggauss(n)[0]
     nodes = [findroot(lambda x: mp.legendre(n, x), mpf(float(g))) if abs(g) > 1e-12 else mpf(0) for g in guesses]
     slopes = [n * (x * mp.legendre(n, x) - mp.legendre(n - 1, x)) / (x * x - 1) for x in nodes]
@@ -77,7 +77,7 @@ def legendre(n):
 
 
 def loads(a, b, points, separation, ra, rb):
-    """Force on A, torques on A and B: B stands by its focal ellipse in the field of A."""
+    """Return the force on A and the torques on A and B, by the field of A on the focal ellipse of B."""
     p, q = sqrt(b[0] ** 2 - b[2] ** 2), sqrt(b[1] ** 2 - b[2] ** 2)
     force, torque = [mpf(0)] * 3, [mpf(0)] * 3
     for u, v, w in points:
@@ -91,7 +91,7 @@ def loads(a, b, points, separation, ra, rb):
 
 
 def jacobian(a, b, separation, angles_a, angles_b, order):
-    """Rows: force on A, torques on A and B. Columns: separation, rotation vectors of A and B."""
+    """Return the Jacobian of the force on A and the torques on A and B by separation and rotation vectors of A and B."""
     a, b, separation = ([mpf(str(v)) for v in values] for values in (a, b, separation))
     ra, rb = (rotation(*[mpf(str(v)) for v in angles]) for angles in (angles_a, angles_b))
     points = rule(*order)
@@ -101,8 +101,8 @@ def jacobian(a, b, separation, angles_a, angles_b, order):
         for m in (-2, -1, 1, 2):
             move = [[mpf(0)] * 3 for _ in range(3)]
             move[k // 3][k % 3] = m * STEP
-            moved = [s + d for s, d in zip(separation, move[0], strict=True)]
-            ends[m] = loads(a, b, points, moved, ra * turn(move[1]), rb * turn(move[2]))
+            displaced = [s + d for s, d in zip(separation, move[0], strict=True)]
+            ends[m] = loads(a, b, points, displaced, ra * small_rotation(move[1]), rb * small_rotation(move[2]))
         columns.append(
             [
                 (8 * (p - q) - (pp - qq)) / (12 * STEP)

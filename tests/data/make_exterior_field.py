@@ -17,7 +17,7 @@ mp.mp.dps = 40
 
 
 def kappa_of(axes, x):
-    """Largest root of sum x_i^2/(a_i^2+kappa) = 1, bracketed from the pole of the smallest axis."""
+    """Return the largest root of sum x_i^2/(a_i^2+kappa) = 1, bracketed from the pole of the smallest axis."""
 
     def f(k):
         return mp.fsum(xi**2 / (ai**2 + k) for ai, xi in zip(axes, x, strict=False)) - 1
@@ -31,7 +31,7 @@ def kappa_of(axes, x):
 
 
 def exterior(axes, x):
-    """kappa, potential and field; the substitution u + c^2 = v^2 removes the root's singularity."""
+    """Return kappa, potential and field; the substitution u + c^2 = v^2 removes the root's singularity."""
     axes, x = [mp.mpf(a) for a in axes], [mp.mpf(v) for v in x]
     kappa, c = kappa_of(axes, x), min(axes)
     start = mp.sqrt(kappa + c * c)
@@ -44,10 +44,10 @@ def exterior(axes, x):
         return mp.quad(lambda t: f(1 / t) / t**2, cuts)
 
     smallest = axes.index(c)
-    rest = [s for i, s in enumerate(shifted) if i != smallest]
+    other_shifts = [s for i, s in enumerate(shifted) if i != smallest]
 
     def weight(v):
-        return 2 / mp.sqrt((v * v + rest[0]) * (v * v + rest[1]))
+        return 2 / mp.sqrt((v * v + other_shifts[0]) * (v * v + other_shifts[1]))
 
     potential = (
         mp.mpf(3)
@@ -61,7 +61,7 @@ def exterior(axes, x):
 
 
 def volume_potential(axes, x, n=40):
-    """Mean of 1/|x - y| over the volume by a product rule; for points well away."""
+    """Return the mean of 1/|x - y| over the volume by a product rule, for distant points."""
     t, wt = np.polynomial.legendre.leggauss(n)
     radius, wr = (t + 1) / 2, wt / 2
     angle = 2 * np.pi * (np.arange(2 * n) + 0.5) / (2 * n)
@@ -109,13 +109,13 @@ def main():
             "far": [-31.0, 17.0, 55.0],
             "very_far": [4e5, -6e5, 7e5],
         }
-        for where, x in points.items():
+        for point_name, x in points.items():
             kappa, potential, field = exterior(axes, x)
-            if where == "away":
-                assert abs(volume_potential(axes, x) / float(potential) - 1) < 1e-13, (name, where)
+            if point_name == "away":
+                assert abs(volume_potential(axes, x) / float(potential) - 1) < 1e-13, (name, point_name)
             cases.append(
                 {
-                    "name": f"{name}/{where}",
+                    "name": f"{name}/{point_name}",
                     "axes": [repr(a) for a in axes],
                     "point": [repr(v) for v in x],
                     "kappa": mp.nstr(kappa, 25),

@@ -18,7 +18,7 @@ from mpmath import atan, cos, matrix, mp, mpf, polyroots, quad, sqrt, tan
 from mpmath.calculus.quadrature import GaussLegendre
 
 mp.dps = 22
-HERE = pathlib.Path(__file__).parent
+FOLDER = pathlib.Path(__file__).parent
 NODES = GaussLegendre(mp).calc_nodes(4, 90)
 #: The cosine and the sine of an angle, and one, times 1 + t^2 with t the tangent of half the angle.
 COS, SIN, ONE = ([mpf(x) for x in row] for row in ([1, 0, -1], [0, 2, 0], [1, 0, 1]))
@@ -50,7 +50,7 @@ def rotation(quaternion):
 
 
 def combined(factors, polynomials):
-    """The sum of polynomials of one degree with factors."""
+    """Return the sum of polynomials of one degree with factors."""
     return [dot(factors, column) for column in zip(*polynomials, strict=True)]
 
 
@@ -74,10 +74,10 @@ def gauss(f, a, b):
     return half * sum(w * f(middle + half * x) for x, w in NODES)
 
 
-def adaptive(f, a, b, whole=None):
+def adaptive(f, a, b, estimate=None):
     middle = (a + b) / 2
     low, high = gauss(f, a, middle), gauss(f, middle, b)
-    if whole is not None and abs(low + high - whole) < mpf(10) ** -21:
+    if estimate is not None and abs(low + high - estimate) < mpf(10) ** -21:
         return low + high
     return adaptive(f, a, middle, low) + adaptive(f, middle, b, high)
 
@@ -92,21 +92,21 @@ class Scene:
         m, other = (
             self.shape(axes, q, frame) for axes, q in zip(nights["axes"][::-1], row["attitude"][::-1], strict=True)
         )
-        apart = [a - b for a, b in zip(*(vector(x) for x in row["position"]), strict=True)]
-        self.sun, self.apart = ([dot(axis, v) for axis in frame] for v in (s, apart))
+        offset = [a - b for a, b in zip(*(vector(x) for x in row["position"]), strict=True)]
+        self.sun, self.offset = ([dot(axis, v) for axis in frame] for v in (s, offset))
         directions = [vector([0, 0, 1]), self.sun] if mutual else []
-        self.hiding = [self.cylinder(other, d) for d in directions if dot(self.apart, d) > 0]
+        self.hiding = [self.cylinder(other, d) for d in directions if dot(self.offset, d) > 0]
         self.m = m
         # The coordinates (z, y) of a line's ellipse: L L^T = [[m22, m12], [m12, m11]].
         low = sqrt(m[2][2])
-        aside = m[1][2] / low
-        self.high = sqrt(m[1][1] - aside**2)
+        shear = m[1][2] / low
+        self.high = sqrt(m[1][1] - shear**2)
         determinant = m[2][2] * m[1][1] - m[1][2] ** 2
         z = -(m[1][1] * m[0][2] - m[1][2] * m[0][1]) / determinant
         y = -(m[2][2] * m[0][1] - m[1][2] * m[0][2]) / determinant
         self.middle, self.square = [mpf(1), y, z], m[0][0] + m[0][1] * y + m[0][2] * z
         self.end = 1 / sqrt(self.square)
-        self.axes = [[mpf(0), mpf(0), 1 / low], [mpf(0), 1 / self.high, -aside / (low * self.high)]]
+        self.axes = [[mpf(0), mpf(0), 1 / low], [mpf(0), 1 / self.high, -shear / (low * self.high)]]
 
     @staticmethod
     def shape(axes, quaternion, frame):
@@ -119,7 +119,7 @@ class Scene:
         return [[m[i][j] - md[i] * md[j] / dot(d, md) for j in range(3)] for i in range(3)]
 
     def line(self, x):
-        """The radius of a line's ellipse, its normals, and the functions that are positive on what is seen."""
+        """Return the radius of a line's ellipse, its normals, and the functions that are positive on the visible part."""
         radius = sqrt(max(1 - self.square * x * x, mpf(0)))
         points = [
             combined([x * self.middle[i], radius * self.axes[0][i], radius * self.axes[1][i]], [ONE, COS, SIN])
@@ -127,25 +127,25 @@ class Scene:
         ]
         normal = [combined(row, points) for row in self.m]
         conditions = [combined(self.sun, normal)]
-        away = [
+        from_other = [
             [p - a * one for p, one in zip(point, ONE, strict=True)]
-            for point, a in zip(points, self.apart, strict=True)
+            for point, a in zip(points, self.offset, strict=True)
         ]
         for c in self.hiding:
-            terms = [product(away[i], away[j]) for i in range(3) for j in range(3)]
+            terms = [product(from_other[i], from_other[j]) for i in range(3) for j in range(3)]
             conditions.append(combined([*functools.reduce(operator.iadd, c, []), mpf(-1)], [*terms, product(ONE, ONE)]))
         return radius, normal, conditions
 
     def cuts(self, conditions):
-        """The roots of the conditions between the limbs, each with the number of its condition."""
-        found = [(mpf(-1), -1), (mpf(1), -1)]
+        """Return the roots of the conditions between the limbs, each with the number of its condition."""
+        cuts = [(mpf(-1), -1), (mpf(1), -1)]
         for number, condition in enumerate(conditions):
             p, largest = list(condition), max(abs(c) for c in condition)
             while len(p) > 1 and abs(p[-1]) < mpf(10) ** -mp.dps * largest:
                 p.pop()
             roots = polyroots(p[::-1], maxsteps=300, extraprec=60) if len(p) > 1 else []
-            found += [(t.real, number) for t in map(mp.mpc, roots) if abs(t.imag) < mpf(10) ** -16 and abs(t.real) < 1]
-        return sorted(found)
+            cuts += [(t.real, number) for t in map(mp.mpc, roots) if abs(t.imag) < mpf(10) ** -16 and abs(t.real) < 1]
+        return sorted(cuts)
 
     def parts(self, x):
         radius, normal, conditions = self.line(x)
@@ -161,7 +161,7 @@ class Scene:
         return [n for _, n in cuts], [all(value(c, t) > 0 for c in conditions) for t in middles]
 
     def across(self, x):
-        """The integral along a line."""
+        """Return the integral along a line."""
         radius, normal, light, seen = self.parts(x)
 
         def brightness(angle):
@@ -197,8 +197,8 @@ class Scene:
 
 
 if __name__ == "__main__":
-    nights = json.loads((HERE / "light_curve.json").read_text())
-    path = HERE / "hidden_light.json"
+    nights = json.loads((FOLDER / "light_curve.json").read_text())
+    path = FOLDER / "hidden_light.json"
     data = json.loads(path.read_text())
     for row in data["rows"]:
         row["exact"] = float(Scene(nights, row, True).total())

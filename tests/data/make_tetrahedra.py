@@ -54,7 +54,7 @@ def volume(corners):
 
 
 def potential(corners, x):
-    """The potential of a homogeneous tetrahedron of unit mass at a point outside, positive."""
+    """Return the positive potential of a homogeneous tetrahedron of unit mass at an exterior point."""
     out = mp.mpf(0)
     for face in FACES:
         ends = [less(corners[k], x) for k in face]
@@ -68,15 +68,15 @@ def potential(corners, x):
             length = mp.sqrt(dot(edge, edge))
             outward = dot(cross(scaled(1 / length, edge), normal), a)
             out += height * outward * mp.log((p + q + length) / (p + q - length))
-        top = dot(ends[0], cross(ends[1], ends[2]))
-        bottom = lengths[0] * lengths[1] * lengths[2]
-        bottom += mp.fsum(lengths[k] * dot(ends[(k + 1) % 3], ends[(k + 2) % 3]) for k in range(3))
-        out -= height * height * 2 * mp.atan2(top, bottom)
+        numerator = dot(ends[0], cross(ends[1], ends[2]))
+        denominator = lengths[0] * lengths[1] * lengths[2]
+        denominator += mp.fsum(lengths[k] * dot(ends[(k + 1) % 3], ends[(k + 2) % 3]) for k in range(3))
+        out -= height * height * 2 * mp.atan2(numerator, denominator)
     return out / 2 / volume(corners)
 
 
 def gauss(n):
-    """Nodes and weights of Gauss's rule on the interval from 0 to 1."""
+    """Return the nodes and weights of Gauss's rule on the interval from 0 to 1."""
     out = []
     for k in range(n):
         x = mp.cos(mp.pi * (k + mp.mpf(3) / 4) / (n + mp.mpf(1) / 2))
@@ -91,7 +91,7 @@ def gauss(n):
 
 
 def interaction(first, second, n):
-    """The force on the second body and the torques about both centres of mass, of unit masses and G."""
+    """Return the force on the second body and the torques about both centres of mass, for unit masses and G."""
     force, torque = [], []
     middle = centre(second)
     rule = gauss(n)
@@ -101,11 +101,11 @@ def interaction(first, second, n):
         for s, u in rule:
             for t, v in rule:
                 y = total([scaled(1 - s, a), scaled(s * (1 - t), b), scaled(s * t, c)])
-                there = u * v * s * potential(first, y)
-                force.append(scaled(there, normal))
-                torque.append(scaled(there, cross(less(y, middle), normal)))
+                weight = u * v * s * potential(first, y)
+                force.append(scaled(weight, normal))
+                torque.append(scaled(weight, cross(less(y, middle), normal)))
     density = 1 / volume(second)
-    force, torque = (scaled(density, total(what)) for what in (force, torque))
+    force, torque = (scaled(density, total(terms)) for terms in (force, torque))
     arm = less(middle, centre(first))
     return force, scaled(-1, total([torque, cross(arm, force)])), torque
 
@@ -121,7 +121,7 @@ def main():
         second = [total([vector(corner), vector(separation)]) for corner in SECOND]
         rough, fine = (interaction(first, second, n) for n in (22, 28))
         size = mp.sqrt(dot(fine[0], fine[0]))
-        error = max(abs(p - q) for one, other in zip(rough, fine, strict=True) for p, q in zip(one, other, strict=True))
+        error = max(abs(p - q) for pair in zip(rough, fine, strict=True) for p, q in zip(*pair, strict=True))
         force, torque_first, torque_second = fine
         cases.append(
             {

@@ -78,7 +78,7 @@ def cross(a, b):
 
 
 def field(axes, x):
-    """Potential and field at a point of the body's frame."""
+    """Return potential and field at a point in the frame of the body."""
     squares, x2 = [a * a for a in axes], [v * v for v in x]
     # sum x_i^2/(a_i^2 + kappa) falls through one.
     low, high = mp.mpf(0), mp.fsum(x2)
@@ -99,21 +99,21 @@ def gauss_legendre(n):
     for x in np.polynomial.legendre.leggauss(n)[0]:
         x = mp.mpf(float(x))
         for _ in range(4):
-            before, now = mp.mpf(1), x
+            previous, value = mp.mpf(1), x
             for k in range(2, n + 1):
-                before, now = now, ((2 * k - 1) * x * now - (k - 1) * before) / k
-            slope = n * (x * now - before) / (x * x - 1)
-            x -= now / slope
+                previous, value = value, ((2 * k - 1) * x * value - (k - 1) * previous) / k
+            slope = n * (x * value - previous) / (x * x - 1)
+            x -= value / slope
         nodes.append(x)
         weights.append(2 / ((1 - x * x) * slope**2))
     return nodes, weights
 
 
 def interaction(pair, radii, angles):
-    """Force on A (inertial), torques (body frames), energy: means over the focal ellipse of one body."""
+    """Return the force on A (inertial), torques (body frames) and energy, means over the focal ellipse of one body."""
     _, axes_a, axes_b, separation, angles_a, angles_b, integrated = pair
-    bodies = [([mp.mpf(v) for v in axes], rotation(turn)) for axes, turn in ((axes_a, angles_a), (axes_b, angles_b))]
-    (carrier, turn), (source, frame) = bodies[integrated], bodies[1 - integrated]
+    bodies = [([mp.mpf(v) for v in axes], rotation(euler)) for axes, euler in ((axes_a, angles_a), (axes_b, angles_b))]
+    (carrier, rotation_matrix), (source, frame) = bodies[integrated], bodies[1 - integrated]
     r = mp.matrix([mp.mpf(v) for v in separation]) * (1 if integrated else -1)
     shortest = min(range(3), key=lambda i: carrier[i])
     p, q = (i for i in range(3) if i != shortest)
@@ -127,12 +127,12 @@ def interaction(pair, radii, angles):
             y = mp.matrix(3, 1)
             y[p] = focal[p] * rho * mp.cos(2 * mp.pi * (k + mp.mpf(1) / 2) / angles)
             y[q] = focal[q] * rho * mp.sin(2 * mp.pi * (k + mp.mpf(1) / 2) / angles)
-            y = turn * y
+            y = rotation_matrix * y
             phi, g = field(source, frame.T * (r + y))
             g, share = frame * g, 3 * t * t * weight / angles
             force, torque, energy = force + share * g, torque + share * cross(y, g), energy - share * phi
     other = frame.T * -(torque + cross(r, force))
-    torques = [turn.T * torque, other] if integrated == 0 else [other, turn.T * torque]
+    torques = [rotation_matrix.T * torque, other] if integrated == 0 else [other, rotation_matrix.T * torque]
     return force if integrated == 0 else -force, *torques, energy
 
 

@@ -1,7 +1,7 @@
-"""Writes tides_spin.json: a pair under a tide by the effect tides_spin of REBOUNDx, with the bulges that do not lag taken off.
+"""Writes tides_spin.json: a pair under a tide by the effect tides_spin of REBOUNDx, without the bulges that do not lag.
 
 REBOUNDx has the part that lags and the bulges of tide and rotation (Eggleton et al. 1998; Lu et al. 2023). The first goes with
-k2 times the lag, the others with k2: with k2 = 1e-12 and the lag 1e12 times as long they are not seen.
+k2 times the lag, the others with k2: with k2 = 1e-12 and the lag 1e12 times as long they are negligible.
 Its tau is half the lag: its sigma = 4 tau G/(3 R^5 k2) makes 6 k2 G m^2 R^5 tau of the 3 k2 G m^2 R^5 lag of Mignard and Hut, while
 its bulge that does not lag is that of k2. In its own words 1/Q = 2 n tau, where Mignard's lag has 1/Q = n lag.
 Its orbit sees the spin of the last step: the error goes with the step and is extrapolated from two.
@@ -23,7 +23,7 @@ ORBITS = [(1.0, 0.25, i, 0.4, 1.0, 2.0) for i in (0.35, 1.6, 2.8)]
 
 
 def end(orbit, step):
-    """Relative position and velocity, and the spin."""
+    """Return the relative position and velocity, and the spin."""
     a, e, i, Omega, omega, M = orbit
     sim = rebound.Simulation()
     sim.integrator = "bs"

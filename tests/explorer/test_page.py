@@ -1,6 +1,6 @@
-"""The page in a headless Chromium: what it shows are the numbers of Python's runs, also after a slider has moved.
+"""The page in a headless Chromium: it shows the numbers of Python's runs, also after a slider has been dragged.
 
-``make test-explorer`` builds the page and runs these tests. Pictures go into out/explorer-pictures, to be looked at.
+``make test-explorer`` builds the page and runs these tests, and writes pictures of it into out/explorer-pictures.
 """
 
 import functools
@@ -17,8 +17,8 @@ from playwright.sync_api import sync_playwright
 
 PAGE = Path(__file__).parents[2] / "out" / "explorer"
 PICTURES = PAGE.with_name("explorer-pictures")
-#: Keeps the newest result of the explorer, with lists in place of typed arrays, which Playwright does not return.
-KEEP = """() => document.getElementById("explorer").addEventListener("fullbody-result", ({ detail }) => {
+#: Stores the newest result of the explorer, with lists instead of typed arrays, which Playwright does not return.
+STORE = """() => document.getElementById("explorer").addEventListener("fullbody-result", ({ detail }) => {
   const curves = Object.fromEntries(detail.curves.map(({ label, values }) => [label, Array.from(values)]));
   window.newest = { values: detail.values, time: Array.from(detail.time), notice: detail.notice, curves };
 })"""
@@ -62,12 +62,12 @@ def page(browser):
     page.close()
 
 
-def opened(page, address):
+def open_page(page, address):
     """Open the page; return its first result."""
     page.goto("about:blank")
     page.goto(address)
     page.wait_for_selector("#explorer canvas")
-    page.evaluate(KEEP)
+    page.evaluate(STORE)
     page.evaluate(
         "() => document.getElementById('reset').click()"
         if "#" not in address
@@ -77,7 +77,7 @@ def opened(page, address):
     return page.evaluate("window.newest")
 
 
-def moved(page, name, value):
+def drag_slider(page, name, value):
     """Drag a slider to a value; return the result."""
     page.evaluate("window.newest = null")
     page.evaluate(
@@ -104,7 +104,7 @@ def python_run(page):
     return names["run"]
 
 
-def same_numbers(result, run, body=1):
+def check_numbers(result, run, body=1):
     """Check the curves of a result against the observables of a run of Python."""
     relative = run.position[:, body] - run.position[:, 0]
     curves = {name: np.array(values) for name, values in result["curves"].items()}
@@ -118,11 +118,11 @@ def same_numbers(result, run, body=1):
     assert np.abs(curves["energy drift"]).max() < 1e-12
 
 
-def test_1999_kw4_over_200_hours_is_pythons(page, address):
-    result = opened(page, address + "#system=kw4&duration=200")
+def test_1999_kw4_over_200_hours_has_the_numbers_of_python(page, address):
+    result = open_page(page, address + "#system=kw4&duration=200")
     run = python_run(page)
     assert run.time[-1] == 200.0
-    same_numbers(result, run)
+    check_numbers(result, run)
     # The page's observer and Sun stand in the first orbit's plane, ten degrees apart.
     toward = [np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in (0.0, np.radians(10.0))]
     light = [fullbody.observing.brightness(run.system, run[k], *toward).sum() for k in range(0, len(run), 50)]
@@ -130,32 +130,32 @@ def test_1999_kw4_over_200_hours_is_pythons(page, address):
     assert np.allclose(np.diff(result["curves"]["light curve"][::50]), np.diff(expected), atol=1e-9)
 
 
-def test_a_dragged_slider_shows_the_run_that_python_makes_with_its_value(page, address):
-    opened(page, address + "#system=kw4&duration=50")
-    result = moved(page, "e of Beta", 0.2)
+def test_a_dragged_slider_shows_the_run_of_python_with_its_value(page, address):
+    open_page(page, address + "#system=kw4&duration=50")
+    result = drag_slider(page, "e of Beta", 0.2)
     assert result["values"]["e of Beta"] == 0.2
-    same_numbers(result, python_run(page))
-    result = moved(page, "semi-axis a of Beta", 0.31)
-    result = moved(page, "tilt of Beta", 20.0)
+    check_numbers(result, python_run(page))
+    result = drag_slider(page, "semi-axis a of Beta", 0.31)
+    result = drag_slider(page, "tilt of Beta", 20.0)
     run = python_run(page)
     assert np.isclose(run.system.bodies[1].shape.a, 0.31)
-    same_numbers(result, run)
+    check_numbers(result, run)
     page.screenshot(path=PICTURES / "kw4.png", full_page=True)
 
 
-def test_an_impact_changes_the_orbit_of_dimorphos_as_observed(page, address):
-    """The momentum enhancement that Cheng et al. (2023) find, 3.61, goes with a period shorter by half an hour."""
-    opened(page, address + "#system=didymos&duration=100")
-    before = np.array(page.evaluate("window.newest")["curves"]["semi-major axis"]).mean()
-    result = moved(page, "beta", 3.61)
-    after = np.array(result["curves"]["semi-major axis"]).mean()
-    assert np.isclose(11.92 * (1.0 - (after / before) ** 1.5), 0.55, atol=0.08)
-    same_numbers(result, python_run(page))
+def test_an_impact_shortens_the_period_of_dimorphos_as_observed(page, address):
+    """The momentum enhancement of Cheng et al. (2023), 3.61, corresponds to a period shorter by half an hour."""
+    open_page(page, address + "#system=didymos&duration=100")
+    initial = np.array(page.evaluate("window.newest")["curves"]["semi-major axis"]).mean()
+    result = drag_slider(page, "beta", 3.61)
+    changed = np.array(result["curves"]["semi-major axis"]).mean()
+    assert np.isclose(11.92 * (1.0 - (changed / initial) ** 1.5), 0.55, atol=0.08)
+    check_numbers(result, python_run(page))
 
 
-def test_what_the_core_refuses_stands_beside_the_slider_and_the_last_run_stays(page, address):
-    opened(page, address + "#system=kw4&duration=20")
-    page.evaluate("window.before = window.newest")
+def test_a_refused_value_has_its_error_beside_the_slider_and_keeps_the_run(page, address):
+    open_page(page, address + "#system=kw4&duration=20")
+    page.evaluate("window.previous = window.newest")
     page.evaluate(
         """() => {
           const number = document.querySelector('input[name="semi-axis a of Beta"]').nextSibling;
@@ -166,44 +166,44 @@ def test_what_the_core_refuses_stands_beside_the_slider_and_the_last_run_stays(p
     page.wait_for_function(
         "() => document.querySelector('input[name=\"semi-axis a of Beta\"]').nextSibling.nextSibling.textContent"
     )
-    assert page.evaluate("window.newest === window.before")
+    assert page.evaluate("window.newest === window.previous")
     text = page.evaluate(
         "document.querySelector('input[name=\"semi-axis a of Beta\"]').nextSibling.nextSibling.textContent"
     )
     assert "semi-axis" in text
 
 
-def test_bodies_that_touch_end_the_run_with_a_reason(page, address):
-    opened(page, address + "#system=kw4&duration=50")
-    moved(page, "M of Beta", 180.0)
-    result = moved(page, "e of Beta", 0.75)
+def test_a_contact_ends_the_run_with_a_notice(page, address):
+    open_page(page, address + "#system=kw4&duration=50")
+    drag_slider(page, "M of Beta", 180.0)
+    result = drag_slider(page, "e of Beta", 0.75)
     assert "touch" in result["notice"] or "overlap" in result["notice"]
     assert result["time"][-1] < 50.0
 
 
-def test_a_run_that_takes_too_long_ends_and_says_so(page, address):
-    result = opened(page, address + "#system=haumea&duration=10000000")
+def test_a_run_that_takes_too_long_ends_with_a_notice(page, address):
+    result = open_page(page, address + "#system=haumea&duration=10000000")
     assert "after 5 seconds" in result["notice"]
     assert 0.0 < result["time"][-1] < 1e7
 
 
-def test_every_system_starts_and_a_link_keeps_its_values(page, address):
-    opened(page, address)
+def test_every_system_runs_and_a_link_contains_its_values(page, address):
+    open_page(page, address)
     first = page.evaluate("document.getElementById('system').value")
     assert first == "didymos_after_dart"
     for name in page.evaluate("[...document.getElementById('system').options].map(option => option.value)"):
-        result = opened(page, address + f"#system={name}")
+        result = open_page(page, address + f"#system={name}")
         assert not result["notice"], name
         assert np.abs(result["curves"]["energy drift"]).max() < 1e-11, name
-    result = opened(page, address + "#system=kw4&duration=30&e+of+Beta=0.1")
+    result = open_page(page, address + "#system=kw4&duration=30&e+of+Beta=0.1")
     assert result["values"]["e of Beta"] == 0.1
     assert "e+of+Beta=0.1" in page.get_attribute("#link", "href")
 
 
-def test_the_first_view_is_dimorphos_that_begins_to_roll(page, address):
+def test_the_first_view_shows_dimorphos_beginning_to_roll(page, address):
     page.goto(address)
     page.wait_for_selector("#explorer canvas")
-    page.evaluate(KEEP)
+    page.evaluate(STORE)
     page.evaluate("() => dispatchEvent(new Event('hashchange'))")
     page.wait_for_function(IDLE, timeout=60_000)
     result = page.evaluate("window.newest")
@@ -212,8 +212,8 @@ def test_the_first_view_is_dimorphos_that_begins_to_roll(page, address):
     page.set_viewport_size({"width": 390, "height": 844})
     page.screenshot(path=PICTURES / "phone.png", full_page=True)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    tops = [page.locator(f".fullbody-{part}").bounding_box()["y"] for part in ("view", "controls", "curves")]
-    assert tops == sorted(tops)
+    heights = [page.locator(f".fullbody-{part}").bounding_box()["y"] for part in ("view", "controls", "curves")]
+    assert heights == sorted(heights)
 
 
 def test_the_widget_of_a_notebook_shows_the_runs_of_its_kernel(page):
@@ -252,7 +252,7 @@ def test_the_widget_of_a_notebook_shows_the_runs_of_its_kernel(page):
     )
     page.wait_for_function(IDLE, timeout=60_000)
     assert page.evaluate("window.newest.values") == {"tilt": 0.0}
-    result = moved(page, "tilt", 0.3)
+    result = drag_slider(page, "tilt", 0.3)
     assert result["values"] == {"tilt": 0.3}
     assert np.allclose(result["roll"], np.degrees(fullbody.observables.roll_pitch_yaw(explorer.run)[:, 0]))
     page.screenshot(path=PICTURES / "widget.png", full_page=True)
@@ -265,7 +265,7 @@ def test_the_widget_of_a_notebook_shows_the_runs_of_its_kernel(page):
 
 
 def test_the_scene_is_seen_from_the_observer_and_from_the_sun(page, address):
-    opened(page, address + "#system=kw4&duration=20")
+    open_page(page, address + "#system=kw4&duration=20")
     views = []
     for name in ("", "observer", "sun"):
         page.select_option(".fullbody-from", name)

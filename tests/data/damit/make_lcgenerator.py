@@ -14,7 +14,7 @@ FOLDER = Path(__file__).parent
 
 
 def curves(path):
-    """The lines of each curve of a file."""
+    """Yield the lines of each curve of a file."""
     lines = path.read_text().splitlines()[1:]
     while lines:
         count = int(lines[0].split()[0])
@@ -23,29 +23,32 @@ def curves(path):
 
 
 def shape():
-    """An ellipsoid of triangles whose long axis is 25 degrees from x, off the origin."""
-    rows, turns = 8, 14
-    places = [(0.0, 0.0)] + [(np.pi * i / rows, 2 * np.pi * j / turns) for i in range(1, rows) for j in range(turns)]
-    places.append((np.pi, 0.0))
-    point = np.array([[np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)] for t, p in places])
-    turn = np.radians(25.0)
-    matrix = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    """Return the vertices and faces of an ellipsoid whose long axis is 25 degrees from x, displaced from the origin."""
+    rows, meridians = 8, 14
+    angles = [(0.0, 0.0)] + [
+        (np.pi * i / rows, 2 * np.pi * j / meridians) for i in range(1, rows) for j in range(meridians)
+    ]
+    angles.append((np.pi, 0.0))
+    point = np.array([[np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)] for t, p in angles])
+    tilt = np.radians(25.0)
+    matrix = np.array([[np.cos(tilt), -np.sin(tilt), 0], [np.sin(tilt), np.cos(tilt), 0], [0, 0, 1]])
     vertices = point * [30.0, 18.0, 14.0] @ matrix.T + [1.0, 2.0, 0.5]
-    faces = [(0, 1 + j, 1 + (j + 1) % turns) for j in range(turns)]
+    faces = [(0, 1 + j, 1 + (j + 1) % meridians) for j in range(meridians)]
     for i in range(rows - 2):
-        for j in range(turns):
-            a, b = 1 + i * turns + j, 1 + i * turns + (j + 1) % turns
-            faces += [(a, a + turns, b), (b, a + turns, b + turns)]
+        for j in range(meridians):
+            a, b = 1 + i * meridians + j, 1 + i * meridians + (j + 1) % meridians
+            faces += [(a, a + meridians, b), (b, a + meridians, b + meridians)]
     faces += [
-        (len(places) - 1, len(places) - 1 - turns + (j + 1) % turns, len(places) - 1 - turns + j) for j in range(turns)
+        (len(angles) - 1, len(angles) - 1 - meridians + (j + 1) % meridians, len(angles) - 1 - meridians + j)
+        for j in range(meridians)
     ]
     return vertices, np.array(faces) + 1
 
 
 def main(source):
     relative, calibrated = (list(curves(source / f"test_lcs_{kind}")) for kind in ("rel", "abs"))
-    taken = [relative[k] for k in (1, 9, 20)] + [calibrated[k] for k in (9, 23)]
-    text = "\n".join([str(len(taken)), *(line for one in taken for line in one)]) + "\n"
+    chosen = [relative[k] for k in (1, 9, 20)] + [calibrated[k] for k in (9, 23)]
+    text = "\n".join([str(len(chosen)), *(line for curve in chosen for line in curve)]) + "\n"
     (FOLDER / "lc.txt").write_text(text)
     vertices, faces = shape()
     rows = [f"{len(vertices)} {len(faces)}", *(" ".join(f"{x:.6f}" for x in row) for row in vertices)]
