@@ -15,7 +15,7 @@ from .units import ANY, Units, gathered, is_quantity
 from .values import ScalarFields
 
 
-def whole(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
+def whole_number(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
     """Return a whole number within bounds as an ``int``; ``other`` says what else an argument may be."""
     number = integer(value)
     if number is None or not least <= number <= most:
@@ -55,7 +55,7 @@ def instance(value: Any, what: str, kind: Any, expected: str = "") -> Any:
     return value
 
 
-def united(value: Any, dimension: str, units: Units) -> Any:
+def with_unit(value: Any, dimension: str, units: Units) -> Any:
     """Return a plain number as a Quantity in a system's units, and a Quantity or ``None`` unchanged."""
     return value if value is None or is_quantity(value) else units.attach(value, dimension)
 

@@ -54,7 +54,7 @@ def is_quantity(value: object) -> bool:
     return hasattr(value, "unit") and hasattr(value, "to_value")
 
 
-def plain(value: Any) -> Floats:
+def without_unit(value: Any) -> Floats:
     """Return the numbers of a Quantity in its own unit, or plain numbers as they are, as an array of floats."""
     return np.asarray(getattr(value, "value", value), dtype=np.float64)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.arguments import argument_names
 from ..base.foreign import array_or_quantity
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
@@ -88,7 +88,7 @@ def draws(n: int, **distributions: Any) -> Draws:
     >>> fullbody.ensembles.draws(100, mass_ratio=lambda rng: rng.uniform(0.01, 0.3)).n
     100
     """
-    number = whole(n, "n")
+    number = whole_number(n, "n")
     for name, distribution in distributions.items():
         if not callable(distribution) and not hasattr(distribution, "rvs"):
             raise InvalidInput(

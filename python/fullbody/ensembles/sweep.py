@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import observables
 from ..base.arguments import normal, seed_of, suggestion
-from ..base.kinds import function, whole
+from ..base.kinds import function, whole_number
 from ..base.progress import Progress, Report
 from ..base.units import need
 from ..base.version import version
@@ -181,7 +181,7 @@ def sweep(
     job = Job(setup, functions["measure"], end, options | {"threads": workers}, seed, _draws(setup, table, seed))
     of_threads = max(_LEAST, _OF_THREAD * (workers or os.cpu_count() or 1))
     size = of_threads if executor is None else _OF_WORKER
-    size = size if chunk is None else whole(chunk, "chunk")
+    size = size if chunk is None else whole_number(chunk, "chunk")
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"rng": seed})

@@ -57,7 +57,7 @@ class Text:
                 return value
         self.fail(line, f"{what} is {text!r}; expected {expected}")
 
-    def whole(self, line: int, text: str, what: str, least: int = 0) -> int:
+    def whole_number(self, line: int, text: str, what: str, least: int = 0) -> int:
         """Return the whole number that a text states, after checking that it is not below ``least``."""
         with suppress(ValueError):
             if (value := int(refuse_underscores(text))) >= least:

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity, plain
+from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity, without_unit
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..model.bodies import Body
 from ..model.freeform import ConvexShape
@@ -45,7 +45,7 @@ class Curves:
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
         sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
-        self.normals, self.areas = sphere.normals, plain(sphere.areas)
+        self.normals, self.areas = sphere.normals, without_unit(sphere.areas)
         self._system = System([Body(sphere, mass="1e12 kg" if self.united else 1.0)], **options)
         models, times, lights = [], [], []
         for item in data:

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
 from ..base.tables import Table, Tabled
-from ..base.units import UNITLESS, need, plain
+from ..base.units import UNITLESS, need, without_unit
 from ..errors import InvalidInput, interruptible
 from ..frames import pole_angles
 from ..observing import Photometry
@@ -107,10 +107,10 @@ class PeriodScan(Tabled):
         from ..base.figures import grid, line, single, unit_of
 
         ax = single(ax, (7.0, 3.5))
-        periods = plain(self.periods)
+        periods = without_unit(self.periods)
         ax.plot(periods, self.chi2 / self.dof, **line(0, {"linewidth": 0.8} | kwargs))
         best = self.minima[0]
-        period = float(plain(best.period))
+        period = float(without_unit(best.period))
         ax.plot([period], [best.chi2 / self.dof], "o", color="C3", markersize=5.0)
         ax.annotate(f"{period:.7g}", (period, best.chi2 / self.dof), (6, -3), textcoords="offset points", fontsize=8)
         ax.set_xlabel(f"sidereal period [{unit_of(self.periods)}]")
@@ -234,12 +234,12 @@ def period_scan(
         instance(item, "data", Photometry, "light curves: Photometry, or a list of them")
         if item.rotation is not None:
             raise InvalidInput("data has a RotationSeries, which describes any rotation; expected light curves without")
-    whole(degree, "degree", 1, 12)
+    whole_number(degree, "degree", 1, 12)
     UNITLESS.number(step, "number", "step", Limits(least=1e-3, most=1.0, text="a number from 0.001 to 1"))
     UNITLESS.number(smoothness, "number", "smoothness", POSITIVE)
     curves = Curves(listed, frame)
     unit, hours = scanned_periods(periods, curves, step)
-    longitude, latitude = lattice(whole(poles, "poles"))
+    longitude, latitude = lattice(whole_number(poles, "poles"))
     settings = (hours, longitude, latitude, np.array([degree, smoothness]))
     stored = PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
     unknowns = (degree + 1) ** 2 - 1

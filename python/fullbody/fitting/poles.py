@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.differences import REFUSALS
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.rotations import matrices, towards
 from ..base.units import need
 from ..frames import rotation
@@ -58,7 +58,7 @@ def pole_grid(n: int) -> Poles:
     with need("units", "a grid of poles"):
         import astropy.units as u
 
-    longitude, latitude = lattice(whole(n, "n"))
+    longitude, latitude = lattice(whole_number(n, "n"))
     return Poles(np.degrees(longitude) * u.deg, np.degrees(latitude) * u.deg)
 
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.limits import NOT_NEGATIVE, POSITIVE
 from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput
@@ -55,7 +55,7 @@ def smoothness(degree: int, sigma: Any, power: float = 2.0) -> Floats:
     """
     size = UNITLESS.number(sigma, "number", "sigma", POSITIVE)
     exponent = UNITLESS.number(power, "number", "power", NOT_NEGATIVE)
-    by_coefficient = degrees(whole(degree, "degree", 0, 60))
+    by_coefficient = degrees(whole_number(degree, "degree", 0, 60))
     return np.divide(size, by_coefficient**exponent, out=np.full(len(by_coefficient), np.inf), where=by_coefficient > 0)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import generator
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
 from ..base.values import same
@@ -244,7 +244,7 @@ class Fit(Tabled):
 
     def draws_as_array(self, n: Any, rng: Any) -> Floats:
         """Draw numbers (n, P) of the parameters, without linear unknowns, in their units; see :meth:`draw`."""
-        count = whole(n, "n")
+        count = whole_number(n, "n")
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import generator
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.progress import Progress
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
@@ -122,7 +122,7 @@ def fit(
     (2.0, 39)
     """
     with once():
-        limit = None if proposals is None else whole(proposals, "proposals")
+        limit = None if proposals is None else whole_number(proposals, "proposals")
         with need("fit", "a fit"):
             from .solver import Solver
         free = Parameters(parameters)
@@ -173,7 +173,7 @@ def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:
             if ((begin < free.lower) | (begin > free.upper)).any():
                 raise InvalidInput(f"starts has {free.named(begin)}, which is not within the bounds")
         return begins
-    count = whole(starts, "starts", other=", or a list of starts")
+    count = whole_number(starts, "starts", other=", or a list of starts")
     random = None if rng is None else generator(rng)
     if count == 1:
         return [free.start]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..base.arguments import generator
-from ..base.kinds import choice, whole
+from ..base.kinds import choice, whole_number
 from ..base.units import need
 from ..errors import InvalidInput, once
 from ..observing.measured import Measured
@@ -128,7 +128,7 @@ def derived(
             raise InvalidInput(
                 f"rng is None, but {n} draws of samples are chosen; expected a whole number or a Generator"
             )
-        chosen = generator(rng).choice(len(rows), whole(n, "n", 2, len(rows)), replace=False)
+        chosen = generator(rng).choice(len(rows), whole_number(n, "n", 2, len(rows)), replace=False)
         with once():
             draws = [measured.predict(sampled(row)) for row in rows[np.sort(chosen)]]
         stacked = np.stack(draws).reshape(len(draws), *np.shape(value))
@@ -187,8 +187,8 @@ def sample(
         import xarray
 
     names = fit.parameters.names
-    length, least = whole(steps, "steps"), 2 * len(names)
-    count = 2 * least if walkers is None else whole(walkers, "walkers", least)
+    length, least = whole_number(steps, "steps"), 2 * len(names)
+    count = 2 * least if walkers is None else whole_number(walkers, "walkers", least)
     ensemble = emcee.EnsembleSampler(count, len(names), fit.log_posterior)
     random = generator(rng)
     with once():

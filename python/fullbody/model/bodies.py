@@ -12,7 +12,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import name_of, refuse_mixture
 from ..base.attributes import Attribute
-from ..base.kinds import Number, instance, united
+from ..base.kinds import Number, instance, with_unit
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.unit_names import unit_named
@@ -245,7 +245,7 @@ class Body(ScalarFields, Tabled):
         numbers = (value for value, _ in self._numbers().values())
         if not has_GM and (not units.defined or all(map(is_quantity, numbers))):
             return self
-        mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
+        mass, density = with_unit(self._mass, "mass", units), with_unit(self._density, "density", units)
         if self._GM is not None:
             mass = units.attach(units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE) / G, "mass")
         return Body(self._shape._with(units, G), mass=mass, density=density, name=self._name)

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import sequence
-from ..base.kinds import Declared, Number, instance, of_kind, united
+from ..base.kinds import Declared, Number, instance, of_kind, with_unit
 from ..base.limits import NONZERO, POSITIVE, Limits
 from ..base.units import UNITLESS, Units, is_quantity
 from ..base.values import ArrayFields
@@ -97,7 +97,7 @@ class Part(Declared):
 
     def _with(self, units: Units, G: float) -> Part:
         numbers = Declared._numbers(self)
-        arguments = {name: united(value, dimension, units) for name, (value, dimension) in numbers.items()}
+        arguments = {name: with_unit(value, dimension, units) for name, (value, dimension) in numbers.items()}
         if self.GM is not None:
             mass = units.number(self.GM, "mu", "GM of a part") / G
             arguments |= {"mass": units.attach(mass, "mass"), "GM": None}

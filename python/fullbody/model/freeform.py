@@ -7,9 +7,9 @@ from typing import Any, Self
 import numpy as np
 
 from ..base.attributes import Attribute
-from ..base.kinds import Number, united, whole
+from ..base.kinds import Number, whole_number, with_unit
 from ..base.limits import POSITIVE
-from ..base.units import UNITLESS, Units, is_quantity, plain, strip_to
+from ..base.units import UNITLESS, Units, is_quantity, strip_to, without_unit
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -98,16 +98,16 @@ class HarmonicShape(_Series, Polyhedron):
         made._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
         mesh = geodesic_mesh(parts)
         expected = _exponential(made._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
-        size = float(np.linalg.norm(plain(vertices)[0]) / np.linalg.norm(expected[0]))
+        size = float(np.linalg.norm(without_unit(vertices)[0]) / np.linalg.norm(expected[0]))
         same = np.shape(vertices) == expected.shape and np.array_equal(faces, mesh.faces)
-        if not same or not np.allclose(plain(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
+        if not same or not np.allclose(without_unit(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
             raise InvalidInput("coefficients of HarmonicShape do not give its vertices; expected those of one shape")
         made._reference_radius = size if reference_radius is None else reference_radius
         return made
 
     def _with(self, units: Units, G: float) -> Self:
         other = super()._with(units, G)
-        other._reference_radius = united(self._reference_radius, "length", units)
+        other._reference_radius = with_unit(self._reference_radius, "length", units)
         return other
 
     def __repr__(self) -> str:
@@ -167,7 +167,7 @@ class ConvexShape(_Series, ScalarFields):
         self._mesh = geodesic_mesh(parts)
         factors = _exponential(self._coefficients, parts, _RATIO[1], "areas of ConvexShape per solid angle")
         #: The areas in the square of the unit of the reference radius.
-        self._areas: Floats = factors * self._mesh.solid_angles * float(plain(self._reference_radius)) ** 2
+        self._areas: Floats = factors * self._mesh.solid_angles * float(without_unit(self._reference_radius)) ** 2
 
     normals = Attribute[Floats]("_mesh.points", "The outward unit normals (F, 3) of the facets.")
     areas = Attribute[Any](lambda shape: shape._areas * shape._unit**2, "The areas (F,) of the facets.")
@@ -238,7 +238,7 @@ class ConvexShape(_Series, ScalarFields):
 
     def _with(self, units: Units, G: float) -> ConvexShape:
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
-        return self._changed(self._areas, united(self._reference_radius, "length", units))
+        return self._changed(self._areas, with_unit(self._reference_radius, "length", units))
 
     def __repr__(self) -> str:
         return self._text(f"{len(self.normals)} facets")
@@ -268,7 +268,7 @@ def _series(coefficients: Any, degree: int | None, of: str) -> Floats:
     count, size = len(series), int(np.sqrt(len(series)) + 0.5)
     expected = "(L + 1)^2 for a degree L from 0 to 60"
     if degree is not None:
-        size = whole(degree, f"degree of {of}", 0, 60) + 1
+        size = whole_number(degree, f"degree of {of}", 0, 60) + 1
         expected = f"{size**2} for degree {degree}"
     if not count or size**2 != count or size > 61:
         raise InvalidInput(f"coefficients of {of} has {count} numbers; expected {expected}")
@@ -281,7 +281,7 @@ def _degree(coefficients: Floats) -> int:
 
 
 def _parts(faces: int, per_square: int, more: int) -> int:
-    return parts_of(whole(faces, "faces", 12, 10**6), per_square, more)
+    return parts_of(whole_number(faces, "faces", 12, 10**6), per_square, more)
 
 
 def _exponential(coefficients: Floats, parts: int, most: float, what: str) -> Floats:

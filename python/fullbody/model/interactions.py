@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.arguments import names_of
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.units import plain
+from ..base.units import without_unit
 from ..base.values import ArrayFields, ByName, ScalarFields, block
 from ..typing import Array, Floats, Scalar
 from .context import SystemLike
@@ -44,7 +44,7 @@ class Interactions(ArrayFields, Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of force and torque, one body per row."""
-        columns = [plain(value) for value in (self.force, self.torque)]
+        columns = [without_unit(value) for value in (self.force, self.torque)]
         units = [getattr(value, "unit", "") for value in (self.force, self.torque)]
         header = ("body", head("force", units[0]), head("torque, body frame", units[1]))
         rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(columns[0]))]

@@ -13,7 +13,7 @@ from .. import _core
 from ..base.atomic import other_reader
 from ..base.attributes import Attribute
 from ..base.kinds import Number
-from ..base.units import Units, is_quantity, need, plain
+from ..base.units import Units, is_quantity, need, without_unit
 from ..base.values import same
 from ..errors import InvalidInput
 from ..typing import Floats, Scalar
@@ -72,7 +72,7 @@ class Polyhedron:
             raise InvalidInput(f"faces is not a table of numbers; {expected}") from error
         if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind == "b" or not np.all(self._faces == table):
             raise InvalidInput(f"faces is of shape {table.shape} and type {table.dtype}; {expected}")
-        self._made = _core.Polyhedron(np.ascontiguousarray(plain(points)), np.ascontiguousarray(self._faces))
+        self._made = _core.Polyhedron(np.ascontiguousarray(without_unit(points)), np.ascontiguousarray(self._faces))
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 

@@ -7,7 +7,7 @@ from typing import Any, Self, cast, get_args
 
 from ..base.arguments import refuse_mixture
 from ..base.attributes import Attribute
-from ..base.kinds import Declared, Number, of_kind, united
+from ..base.kinds import Declared, Number, of_kind, with_unit
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
 from ..base.units import Units, gathered
@@ -39,7 +39,7 @@ class _Ellipsoidal(Declared):
 
     def _with(self, units: Units, G: float) -> Self:
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
-        return type(self)(*(united(length, "length", units) for length in self._parts()))
+        return type(self)(*(with_unit(length, "length", units) for length in self._parts()))
 
     def _core(self, units: Units, name: str) -> tuple[float, ...]:
         """Return the core's form of the shape in a system's units."""

@@ -15,7 +15,7 @@ from ..base.kinds import Number, choice
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.unit_names import unit_named
-from ..base.units import ANY, UNITLESS, Units, gathered, is_quantity, numbers, plain, scalar
+from ..base.units import ANY, UNITLESS, Units, gathered, is_quantity, numbers, scalar, without_unit
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Floats, Scalar
@@ -270,7 +270,7 @@ class State(Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
-        columns = [plain(getattr(self, name)) for name in PARTS]
+        columns = [without_unit(getattr(self, name)) for name in PARTS]
         header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in PARTS)]
         bodies = self.names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]

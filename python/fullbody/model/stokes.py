@@ -11,7 +11,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import refuse_mixture
 from ..base.attributes import Attribute
-from ..base.kinds import Number, choice, united, whole
+from ..base.kinds import Number, choice, whole_number, with_unit
 from ..base.limits import POSITIVE
 from ..base.units import Units, gathered, is_quantity, need, numbers
 from ..base.values import ScalarFields
@@ -170,7 +170,7 @@ class StokesCoefficients(ScalarFields):
         from astropy import units as u
 
         path = Path(path)
-        most = None if degree is None else whole(degree, "degree", 2, 60)
+        most = None if degree is None else whole_number(degree, "degree", 2, 60)
         try:
             if path.suffix.lower() == ".gfc":
                 table, mu, reference = read_icgem_gfc(str(path), lmax=most, quiet=True)
@@ -251,8 +251,8 @@ class StokesCoefficients(ScalarFields):
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
         if is_quantity(self._reference_radius):
             return self
-        reference, radius = (united(value, "length", units) for value in (self._reference_radius, self._radius))
-        inertia = united(self._inertia, "area", units)
+        reference, radius = (with_unit(value, "length", units) for value in (self._reference_radius, self._radius))
+        inertia = with_unit(self._inertia, "area", units)
         return StokesCoefficients(self._C, self._S, reference_radius=reference, inertia=inertia, radius=radius)
 
     def __repr__(self) -> str:
@@ -281,7 +281,7 @@ def harmonics_of(body: _core.Body, degree: int, units: Units, radius: float | No
 
     They refer to the radius of the sphere around the body, or to another ``radius`` that is not below that.
     """
-    packed, reference, inertia, largest = body.harmonics(whole(degree, "degree", 2, 60)).given
+    packed, reference, inertia, largest = body.harmonics(whole_number(degree, "degree", 2, 60)).given
     if radius is not None:
         packed = packed * (reference / radius) ** degrees(degree)
         reference = largest = radius

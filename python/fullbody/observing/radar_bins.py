@@ -10,11 +10,11 @@ import numpy as np
 
 from ..base.differences import difference
 from ..base.figures import unit_of
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.limits import FINITE, Limits
 from ..base.rotations import of_vectors, products
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, plain, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, strip_to, without_unit
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -151,14 +151,14 @@ class RadarEchoes(Observations):
 
     def _row(self, run: Record, row: int, linear: Mapping[str, Any] | None) -> tuple[Any, Any]:
         """Return the prediction and the residuals of one row, in the unit and the shape of the data."""
-        row = whole(row, "row", least=0, most=len(self) - 1)
+        row = whole_number(row, "row", least=0, most=len(self) - 1)
         predicted, residuals, _ = self._solved(run, linear)
         return self._attach(predicted, run.system)[row], self._attach(residuals, run.system)[row]
 
     def _edge_numbers(self, name: str, text: str) -> tuple[Floats, str]:
         """Return the edges of bins as they were given, and the label of their axis."""
         given = gathered(self._edges[name], name)
-        return plain(given), f"{text} [{unit_of(given)}]"
+        return without_unit(given), f"{text} [{unit_of(given)}]"
 
     def _attach(self, values: Floats, system: SystemLike) -> Any:
         return self._shaped(values / self._scale(system))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.figures import LINES, grid, legend, single
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.unit_names import unit_named
 from ..base.units import gathered, is_quantity, strip_to
 from ..errors import InvalidInput, interruptible
@@ -195,7 +195,7 @@ def shadow_paths(
     ('Didymos', ['time', 'longitude', 'latitude'])
     """
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
-    whole(n, "n", 2)
+    whole_number(n, "n", 2)
     source = Star(star, geometry)
     lines = SightLines(run, geometry, source, None)
     span = lines.span(span_of(span, run.system, in_system))

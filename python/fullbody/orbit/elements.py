@@ -11,7 +11,7 @@ from .. import _core
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, numbers, plain, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, numbers, strip_to, without_unit
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
@@ -350,7 +350,7 @@ class KeplerElements(Generic[_T], Tabled):
             if name not in "ae":
                 value = np.rad2deg(value.to_value("rad") if unit else value)
                 unit = "deg"
-            flat = np.ravel(plain(value))
+            flat = np.ravel(without_unit(value))
             shown = [flat[0]] if flat.size == 1 else [flat[0], flat[-1], flat.min(), flat.max()] if flat.size else []
             count = max(count, flat.size)
             rows.append((head(name, unit), *(f"{x:.8g}" for x in shown)))

@@ -9,7 +9,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import generator, warn_if_degrees
 from ..base.attributes import Attribute
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.limits import FINITE, LATITUDE, NOT_NEGATIVE, Limits
 from ..base.rotations import towards
 from ..base.units import UNITLESS, AnyUnits, Units, fits, gathered
@@ -210,7 +210,7 @@ class Particles:
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
         """
-        count, units, random = whole(n, "n"), system.context.units, generator(rng)
+        count, units, random = whole_number(n, "n"), system.context.units, generator(rng)
         cones = Limits(least=0.0, most=np.pi, text="an angle from 0 to pi")
         half = 0.5 * units.number(opening_angle, "angle", "opening_angle", cones)
         site = {"longitude": longitude, "latitude": latitude}

@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from ..base.arguments import generator, options_of, refuse_unknown
-from ..base.kinds import choice, whole
+from ..base.kinds import choice, whole_number
 from ..base.tables import number
 from ..base.unit_names import error_of
 from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
@@ -73,7 +73,7 @@ class Binary(tuple[System, State]):
         """
         source, binaries = generator(rng), []
         with once(), interruptible("draws of a binary"):
-            for _ in range(whole(n, "n")):
+            for _ in range(whole_number(n, "n")):
                 drawn = {name: _drawn(value, name, source) for name, value in self._arguments.items()}
                 if all(drawn[name] is value for name, value in self._arguments.items()):
                     raise InvalidInput("no argument has a standard error; expected one such as '11.92 ± 0.01 h'")

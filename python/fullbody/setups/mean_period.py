@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ..base.units import plain
+from ..base.units import without_unit
 from ..errors import BodiesOverlap, FullbodyError, NotConverged
 from ..model.composite import Composite
 from ..model.failures import explaining
@@ -157,7 +157,7 @@ def _errors(
     integrator = Verner98(rtol=tolerance, atol=tolerance)
     run = system.integrate(start, lengths[-1] * period, output=period / samples, integrator=integrator)
     means = [mutual_period(run[: length * samples + 1]).mean for length in lengths]
-    return [float(plain(mean)) / period - 1.0 for mean in means]
+    return [float(without_unit(mean)) / period - 1.0 for mean in means]
 
 
 def _revolutions(system: System, locked: Sequence[int]) -> int:
