@@ -14,7 +14,7 @@ from astropy.table import QTable
 from fullbody import observing
 from fullbody.fitting import Fit
 from fullbody.fitting.free import Parameters
-from fullbody.fitting.inner import InnerSolution, model_of
+from fullbody.fitting.point import InnerSolution, model_of
 from fullbody.fitting.losses import LINEAR
 from fullbody.fitting.problem import Problem
 

@@ -91,8 +91,8 @@ class Chain:
         if times.any():
             if "ThirdBody" in context.forces.values():
                 # The barycentre of an earlier start would have another velocity than the nominal one.
-                later = (name for name, time in zip(names, times, strict=True) if time)
-                undifferentiable |= dict.fromkeys(later, "the time of the start beside a third body")
+                moving = (name for name, time in zip(names, times, strict=True) if time)
+                undifferentiable |= dict.fromkeys(moving, "the time of the start beside a third body")
             # A start that is later by dt corresponds to one whose state is behind by f dt, with f the rates of change.
             start = start - np.outer(context.core.jacobian(base.core, [])[3], times)
         deformations: dict[str, Deformation] = {}

@@ -42,19 +42,19 @@ class ConvexMinimum(NamedTuple):
 class ConvexSeries:
     """The light of a convex body at the K times of light curves, for poles near the last of some axes (3, 3).
 
-    The prior standard deviation of a coefficient of degree l is ``smoothness`` / l, and ``reach`` has the largest tilt
-    of the pole, and the largest change of the rotation angle over the span of the times.
+    The prior standard deviation of a coefficient of degree l is ``smoothness`` / l, and the ``limits`` are the largest
+    tilt of the pole, and the largest change of the rotation angle over the span of the times.
     """
 
     def __init__(
-        self, curves: Curves, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]
+        self, curves: Curves, axes: Floats, degree: int, smoothness: float, limits: tuple[float, float]
     ) -> None:
         harmonics = Harmonics.at(curves.normals, degree)
         weights = curves.areas[:, None] * harmonics.values
         #: Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
         self._bisector = curves.lights.sum(axis=0) @ axes.T
         self._times, self._pulls, self._basis = curves.times, curves.pulls, curves.basis
-        self._scale, self._reach = _MAGNITUDES / curves.sigma, reach
+        self._scale, self._limits = _MAGNITUDES / curves.sigma, limits
         self._orders, self._has_sine = harmonics.orders, harmonics.orders > 0
 
         def reduced_integrals(tilt: Floats) -> Any:
@@ -70,7 +70,7 @@ class ConvexSeries:
         ]
         unknown = np.concatenate([harmonics.degrees[1:], harmonics.degrees[self._has_sine]])
         #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
-        self._weight = np.append((unknown / smoothness) ** 2, np.array([reach[0], reach[0], reach[1]]) ** -2.0)
+        self._weight = np.append((unknown / smoothness) ** 2, np.array([limits[0], limits[0], limits[1]]) ** -2.0)
         #: The times from the middle, in units of the span.
         self._span = float(np.ptp(curves.times))
         self._relative_times = (curves.times - 0.5 * (curves.times.min() + curves.times.max())) / self._span
@@ -85,9 +85,13 @@ class ConvexSeries:
             evaluated = self._evaluated(frequency[active], trial[active])
             better = evaluated.total < least[active]
             gain = least[active] - evaluated.total
-            kept = active[better]
-            x[kept], least[kept], chi2[kept] = trial[kept], evaluated.total[better], evaluated.chi2[better]
-            matrix[kept], gradient[kept] = evaluated.matrix[better], evaluated.gradient[better]
+            accepted = active[better]
+            x[accepted], least[accepted], chi2[accepted] = (
+                trial[accepted],
+                evaluated.total[better],
+                evaluated.chi2[better],
+            )
+            matrix[accepted], gradient[accepted] = evaluated.matrix[better], evaluated.gradient[better]
             damping[active] *= np.where(better, 0.2, 8.0)
             done = better & (gain <= _TOLERANCE * evaluated.total) | (damping[active] > _MAX_DAMPING)
             active = active[~done]
@@ -98,8 +102,8 @@ class ConvexSeries:
             step = -np.linalg.solve(damped, gradient[active, :, None])[..., 0]
             trial[active] = x[active] + step
             tilt = np.linalg.norm(trial[active, -3:-1], axis=1, keepdims=True)
-            trial[active, -3:-1] *= self._reach[0] / np.maximum(tilt, self._reach[0])
-            trial[active, -1] = np.clip(trial[active, -1], -self._reach[1], self._reach[1])
+            trial[active, -3:-1] *= self._limits[0] / np.maximum(tilt, self._limits[0])
+            trial[active, -1] = np.clip(trial[active, -1], -self._limits[1], self._limits[1])
         return ConvexMinimum(chi2, frequency + x[:, -1] / self._span, x[:, -3:-1])
 
     def _evaluated(self, frequency: Floats, x: Floats) -> _Evaluated:

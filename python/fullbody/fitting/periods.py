@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import time
+from collections.abc import Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.atomic import as_path, content, replacing
 from ..base.kinds import instance, whole_number
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
@@ -19,11 +25,12 @@ from ..observing import Photometry
 from ..typing import Floats
 from .convex import ConvexSeries
 from .curves import Curves, scanned_periods
-from .period_store import PeriodStore
 from .poles import axes_along, lattice, tilted
 
 #: The largest numbers of periods times data times coefficients of a batch.
 _BATCH = 2**20
+#: The seconds after which the file of a scan is written again.
+_SAVED = 5.0
 
 
 class PeriodMinimum(NamedTuple):
@@ -241,7 +248,7 @@ def period_scan(
     unit, hours = scanned_periods(periods, curves, step)
     longitude, latitude = lattice(whole_number(poles, "poles"))
     settings = (hours, longitude, latitude, np.array([degree, smoothness]))
-    stored = PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
+    stored = _PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
     unknowns = (degree + 1) ** 2 - 1
     dof = len(curves.sigma) - curves.basis.shape[1] - unknowns
     if dof < 1:
@@ -249,13 +256,13 @@ def period_scan(
             f"data has {len(curves.sigma)} magnitudes for {curves.basis.shape[1]} linear unknowns and {unknowns} "
             f"coefficients of degree {degree}; expected more"
         )
-    # A grid of n poles is at most about this far from any pole.
-    reach = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
+    # Any pole is at most about this far from a grid of n poles.
+    limits = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
     batch = max(1, _BATCH // (len(curves.sigma) * unknowns))
-    with Progress(progress) as report, stored.kept():
+    with Progress(progress) as report, closing(stored):
         for pole in np.flatnonzero(np.isnan(stored.minima).any(axis=(0, 2))).tolist():
             axes = axes_along(longitude[pole], latitude[pole])
-            series = ConvexSeries(curves, axes, degree, smoothness, reach)
+            series = ConvexSeries(curves, axes, degree, smoothness, limits)
             column = np.empty((len(hours), 4))
             for first in range(0, len(hours), batch):
                 part = slice(first, first + batch)
@@ -265,12 +272,57 @@ def period_scan(
                 if report is not None:
                     done = pole * len(hours) + min(first + batch, len(hours))
                     report(done, stored.minima[..., 0].size, f"pole {pole + 1} of {len(longitude)}")
-            stored.take(pole, column)
+            stored.add(pole, column)
     with need("units", "a scan of periods"):
         import astropy.units as u
 
-    def united(periods: Floats) -> Any:
+    def in_given_unit(periods: Floats) -> Any:
         return periods if unit is None else (periods * u.h).to(unit)
 
     chi2, fitted, lon, lat = np.moveaxis(stored.minima, -1, 0)
-    return PeriodScan(united(hours), chi2, united(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof)
+    return PeriodScan(
+        in_given_unit(hours), chi2, in_given_unit(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof
+    )
+
+
+class _PeriodStore:
+    """The minima of a scan, and the file from which an interrupted scan continues, if there is a path.
+
+    The array ``minima`` (N, n, 4) has chi2, period, longitude and latitude near each of N periods and n poles, and NaN
+    where they are not computed yet. The scan depends on the ``numbers``; the file of other numbers is refused.
+    """
+
+    def __init__(self, path: Any, numbers: Iterable[Floats], shape: tuple[int, ...]) -> None:
+        self._path: Path | None = None if path is None else as_path(path, "store")
+        digest = hashlib.sha256()
+        for array in numbers:
+            digest.update(np.ascontiguousarray(array).tobytes())
+        self._key, self._saved = digest.hexdigest(), time.monotonic()
+        self.minima = np.full(shape, np.nan)
+        if self._path is not None and self._path.exists():
+            self.minima = self._read(self._path)
+
+    def _read(self, path: Path) -> Floats:
+        try:
+            with np.load(BytesIO(content(path)), allow_pickle=False) as file:
+                key, minima = str(file["key"]), file["minima"]
+        except (ValueError, KeyError, OSError, EOFError) as error:
+            raise InvalidInput(f"{path} is no store of a scan of periods; expected one, or a new name") from error
+        if key != self._key or minima.shape != self.minima.shape:
+            raise InvalidInput(
+                f"{path} is the store of a scan of other data or with other arguments; expected a new name"
+            )
+        return np.asarray(minima, dtype=np.float64)
+
+    def add(self, pole: int, minima: Floats) -> None:
+        """Store the minima (N, 4) near a pole."""
+        self.minima[:, pole] = minima
+        if time.monotonic() - self._saved > _SAVED:
+            self.close()
+
+    def close(self) -> None:
+        """Write the file, if there is one."""
+        if self._path is not None:
+            with replacing(self._path) as temporary, temporary.open("wb") as file:
+                np.savez(file, key=np.array(self._key), minima=self.minima)
+        self._saved = time.monotonic()

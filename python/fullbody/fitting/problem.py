@@ -17,11 +17,10 @@ from ..record.record import Record, joined
 from ..typing import Floats
 from .chain import Chain, SetupDerivatives
 from .free import Parameters
-from .inner import InnerSolution, model_of, padded
 from .inputs import Entries, Setup, refuse_unused
 from .losses import LINEAR, Loss
 from .noise import relative_change
-from .point import EvaluatedPoint, PullJacobian
+from .point import EvaluatedPoint, InnerSolution, PullJacobian, model_of, padded
 from .setup_result import ROUNDING, SetupResult
 
 if TYPE_CHECKING:
@@ -112,11 +111,12 @@ class Problem:
         else:
             self.differentiated += 1
             options["derivatives"] = list(derivatives) or True
-        later, earlier = times[times >= epoch], times[times < epoch][::-1]
+        following, previous = times[times >= epoch], times[times < epoch][::-1]
         integrate, state = made.system.integrate, made.state
-        back = integrate(state, earlier[-1], output=earlier, **options) if earlier.size else None
-        ahead = integrate(state, later[-1] if later.size else epoch, output=later, **options)
-        return ahead if back is None else joined(ahead, back)
+        forward = integrate(state, following[-1] if following.size else epoch, output=following, **options)
+        if not previous.size:
+            return forward
+        return joined(forward, integrate(state, previous[-1], output=previous, **options))
 
     def residuals(self, point: EvaluatedPoint) -> list[Any]:
         """Return the residuals of each of the observations, in their units, or their pulls if it has no others."""
@@ -278,17 +278,17 @@ class Problem:
             raise InvalidInput(f"the predictions do not change evenly with {where}")
         return derivative
 
-    def reach(self, values: Floats) -> Floats:
-        """Return the lengths (P,) over which parameters may change at first.
+    def step_lengths(self, values: Floats) -> Floats:
+        """Return the lengths (P,) over which parameters may change in the first step.
 
         A value is as good as zero if nothing changed over steps of its size in the last derivatives.
         """
-        reach = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
+        sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         steps = np.array([differences.length for differences in self._differences])
         for k, differences in zip(self.setup.indices, self._chain.differences, strict=True):
             steps[k] = max(steps[k], differences.length)
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
-        return np.where(steps > 2e-3 * reach, widths, reach)
+        return np.where(steps > 2e-3 * sizes, widths, sizes)
 
     def unchanged(self, values: Floats, shifted: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""

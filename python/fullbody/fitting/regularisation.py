@@ -206,9 +206,9 @@ def _concavity(surface: Surface, faces: _Faces) -> Any:
     first, second, opposite = _edges(faces)
     # The vertex of the second face that is not on the edge lies above the plane of the first one.
     above = np.sum(normals[first] * (surface.working[opposite] - a[first]), axis=1).real > 0.0
-    bends = 1.0 - np.sum(normals[first] * normals[second], axis=1)
+    sharpness = 1.0 - np.sum(normals[first] * normals[second], axis=1)
     areas = (double[first] + double[second]) / double.sum()
-    return np.atleast_1d(np.sum((bends * areas)[above]))
+    return np.atleast_1d(np.sum((sharpness * areas)[above]))
 
 
 def _edges(faces: _Faces) -> tuple[_Faces, _Faces, _Faces]:

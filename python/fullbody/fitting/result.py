@@ -127,10 +127,10 @@ class Fit(Tabled):
     minima: tuple[Minimum, ...]
     starts: int
 
-    def __init__(self, objective: Objective, here: Linearised, message: str, iterations: int) -> None:
+    def __init__(self, objective: Objective, linearised: Linearised, message: str, iterations: int) -> None:
         from scipy.special import chdtrc
 
-        problem, point, parameters = objective.problem, here.point, objective.parameters
+        problem, point, parameters = objective.problem, linearised.point, objective.parameters
         self._objective: Objective | None = objective
         self.parameters = parameters
         self._unknowns = tuple((unknown.name, unknown.unit) for unknown in point.inner.unknowns)
@@ -143,25 +143,25 @@ class Fit(Tabled):
         self.linear = [point.linear_values(i) for i in range(len(point.observations))]
         self.times = [observation.emission(self.system) for observation in point.observations]
         self.labels = tuple(repr(observation).partition("(")[0] for observation in point.observations)
-        self.differenced = here.jacobian.differenced
-        self.differenced_observations = here.jacobian.differenced_observations
+        self.differenced = linearised.jacobian.differenced
+        self.differenced_observations = linearised.jacobian.differenced_observations
         self.message, self.iterations = message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
-        at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(here.matrix, axis=0)))
+        at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(linearised.matrix, axis=0)))
         self.at_bounds = tuple(name for name, is_at in zip(parameters.names, at, strict=True) if is_at)
         rows, priors = point.rows, np.isfinite(parameters.sigma)
-        self.loss = 2.0 * here.cost
+        self.loss = 2.0 * linearised.cost
         pull = (point.values[priors] - parameters.mean[priors]) / parameters.sigma[priors]
         self.chi2 = float(np.sum(rows**2) + np.sum(pull**2))
         self.dof = len(rows) + int(priors.sum()) - len(self.names)
         linear = objective.loss.linear
-        is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
+        is_distributed = linear and self.dof >= 1 and not linearised.jacobian.noise
         self.p_value = float(chdtrc(self.dof, self.chi2)) if is_distributed else None
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
         # Beside all others the linear unknowns have the correlations that they would have as parameters.
-        explicit = np.concatenate([here.jacobian.explicit, -point.inner.design], axis=1)
-        prior_rows = np.pad(here.rows, ((0, 0), (0, len(self._unknowns))))
+        explicit = np.concatenate([linearised.jacobian.explicit, -point.inner.design], axis=1)
+        prior_rows = np.pad(linearised.rows, ((0, 0), (0, len(self._unknowns))))
         covariance = Covariance(np.concatenate([shrink * explicit, prior_rows]), self.described)
         self.covariance, self.condition = covariance.matrix, covariance.condition
         self.unconstrained = covariance.unconstrained
@@ -298,8 +298,8 @@ class Fit(Tabled):
         density = objective.log_density(point)
         if not gradient:
             return density
-        here = objective.linearised(point)
-        return density, -here.matrix.T @ here.vector - here.jacobian.log_determinant
+        linearised = objective.linearised(point)
+        return density, -linearised.matrix.T @ linearised.vector - linearised.jacobian.log_determinant
 
     def _minimised(self) -> Objective:
         if self._objective is None:

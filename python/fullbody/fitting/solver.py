@@ -50,23 +50,25 @@ class Solver:
             self._last = self._problem.point(start)
             _check_count(self._problem, self._last)
             first = [self._linearised(start)]
-            reach = self._problem.reach(start)
+            lengths = self._problem.step_lengths(start)
             # The first trust region allows changes by all of the parameters' sizes.
-            scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
-            begin = reach / scale
+            scale = np.divide(1.0, first[0].norms, out=lengths.copy(), where=first[0].norms > 0.0)
+            scaled_start = lengths / scale
 
             def residuals(x: Floats) -> Floats:
-                return self._residuals(start + scale * (x - begin))
+                return self._residuals(start + scale * (x - scaled_start))
 
             def jacobian(x: Floats) -> Floats:
-                return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
+                return (first.pop() if first else self._linearised(start + scale * (x - scaled_start))).matrix * scale
 
-            bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
+            bounds = tuple(
+                (item - start) / scale + scaled_start for item in (self._parameters.lower, self._parameters.upper)
+            )
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "max_nfev": self._proposals}
             # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
             # minimum is judged below by the distance that is left, not by these warnings.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                solution = least_squares(residuals, begin, jacobian, bounds, **options)
+                solution = least_squares(residuals, scaled_start, jacobian, bounds, **options)
             why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
             if why and self.best is not None:
                 why += self._problem.limits(self.best.point.values)
@@ -97,16 +99,16 @@ class Solver:
     def _linearised(self, values: Floats) -> Linearised:
         if self._last is None or not np.array_equal(self._last.values, values):
             self._last = self._problem.point(values)
-        here = self._objective.linearised(self._last)
-        if self.best is None or here.cost <= self.best.cost:
-            self.best = here
+        linearised = self._objective.linearised(self._last)
+        if self.best is None or linearised.cost <= self.best.cost:
+            self.best = linearised
         self.iterations += 1
         self._accepted = True
         self._show()
-        self._distance = self._step(here)
-        if self._distance < _CLOSE or (here.jacobian.kinks and self._is_stalled(here.cost)):
+        self._distance = self._step(linearised)
+        if self._distance < _CLOSE or (linearised.jacobian.kinks and self._is_stalled(linearised.cost)):
             raise _Converged
-        return here
+        return linearised
 
     def _is_stalled(self, cost: float) -> bool:
         """Return whether chi2 no longer changes by what counts, although derivatives with kinks lead further."""
@@ -115,15 +117,15 @@ class Solver:
         settled = len(recent) > _ITERATIONS and 2.0 * (recent[0] - recent[-1]) < _STALLED
         return settled and self._distance < _KINKED
 
-    def _step(self, here: Linearised) -> float:
+    def _step(self, linearised: Linearised) -> float:
         """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
-        norms = np.linalg.norm(here.matrix, axis=0)
+        norms = np.linalg.norm(linearised.matrix, axis=0)
         free = norms > 0.0
-        scaled = here.matrix / np.where(free, norms, 1.0)
-        low, high = self._parameters.at_bounds(here.point.values, norms)
+        scaled = linearised.matrix / np.where(free, norms, 1.0)
+        low, high = self._parameters.at_bounds(linearised.point.values, norms)
         for _ in range(len(norms)):
             step = np.zeros(len(norms))
-            step[free] = np.linalg.lstsq(scaled[:, free], -here.vector, rcond=1e-12)[0]
+            step[free] = np.linalg.lstsq(scaled[:, free], -linearised.vector, rcond=1e-12)[0]
             out = free & (((step < 0.0) & low) | ((step > 0.0) & high))
             if not out.any():
                 break
