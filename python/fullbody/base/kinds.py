@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InvalidInput
 from .arguments import directions, integer
 from .limits import FINITE, Limits
-from .units import ANY, Units, gathered, is_quantity
+from .units import ANY, Units, as_quantity, is_quantity
 from .values import ScalarFields
 
 
@@ -65,7 +65,7 @@ def direction(value: Any, what: str) -> tuple[float, ...]:
     return tuple(map(float, directions(value, what, single=True)))
 
 
-def sense(value: object, what: str) -> int:
+def crossing_direction(value: object, what: str) -> int:
     """Return the direction in which a function has to go through zero."""
     if (number := integer(value)) not in (-1, 0, 1):
         raise InvalidInput(f"{what} is {value!r}; expected -1, 0 or 1")
@@ -90,7 +90,7 @@ class Number:
         if value is None and self.required:
             raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
         self.unitless(value, what, ANY)
-        return gathered(value, what, self.dimension)
+        return as_quantity(value, what, self.dimension)
 
     def unitless(self, value: Any, what: str, units: Units) -> Any:
         """Return a value as numbers in a system's units: a float, or lists of floats."""

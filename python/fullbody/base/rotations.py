@@ -54,7 +54,7 @@ def inverse(quaternions: Floats) -> Floats:
     return quaternions * [1.0, -1.0, -1.0, -1.0]
 
 
-def towards(longitude: Any, latitude: Any) -> Floats:
+def unit_vectors(longitude: Any, latitude: Any) -> Floats:
     """Return the unit vectors (..., 3) of longitudes and latitudes (...) in radians."""
     lon, lat = np.asarray(longitude, dtype=np.float64), np.asarray(latitude, dtype=np.float64)
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import observables
-from ..base.arguments import normal, seed_of, suggestion
+from ..base.arguments import normal_form, seed_of, suggestion
 from ..base.kinds import function, whole_number
 from ..base.progress import Progress, Report
 from ..base.units import need
@@ -189,7 +189,7 @@ def sweep(
         if store is None:
             return _warned(_computed(job, table, {}, notes, size, executor, report, None))
         manifest = {
-            "key": normal(str(key)),
+            "key": normal_form(str(key)),
             "version of fullbody": version(),
             "version of numpy": np.__version__,
             "version of Python": ".".join(map(str, sys.version_info[:2])),

@@ -53,7 +53,7 @@ class Text:
         with suppress(ValueError):
             value = float(refuse_underscores(text))
             expected = limits.text if math.isfinite(value) else NUMBER.text
-            if limits.hold(value):
+            if limits.contain(value):
                 return value
         self.fail(line, f"{what} is {text!r}; expected {expected}")
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity, without_unit
+from ..base.units import DEFAULT_UNITS, UNITLESS, Units, as_quantity, is_quantity, without_unit
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..model.bodies import Body
 from ..model.freeform import ConvexShape
@@ -41,7 +41,7 @@ class Curves:
 
     def __init__(self, data: list[Photometry], frame: str | None) -> None:
         self.has_units = are_dates(data[0].times) or is_quantity(data[0].times)
-        options: dict[str, Any] = {"units": USUAL, "frame": frame} if self.has_units else {"G": 1.0}
+        options: dict[str, Any] = {"units": DEFAULT_UNITS, "frame": frame} if self.has_units else {"G": 1.0}
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
         sphere = ConvexShape([0.0], reference_radius="1 km" if self.has_units else 1.0)
@@ -88,12 +88,12 @@ def scanned_periods(periods: Any, curves: Curves, step: float) -> tuple[Any, Flo
         if not curves.has_units:
             raise InvalidInput("periods is None beside times without a unit; expected (shortest, longest)")
         periods = unit_named("h") * np.array(_RANGE)
-    periods = gathered(periods, "periods", "time")
+    periods = as_quantity(periods, "periods", "time")
     if is_quantity(periods) != curves.has_units:
         expected = "a Quantity" if curves.has_units else "plain numbers"
         raise InvalidInput(f"periods is {periods!r}; expected {expected}, as the times of the data are")
     unit = periods.unit if is_quantity(periods) else None
-    units, dimension = (Units(USUAL), "time") if unit else (UNITLESS, "number")
+    units, dimension = (Units(DEFAULT_UNITS), "time") if unit else (UNITLESS, "number")
     hours = units.numbers(periods, dimension, "periods", ("N",), POSITIVE)
     values = np.unique(hours)
     if len(values) != len(hours) or len(values) < 2:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..base.arguments import argument_names, suggestion
 from ..base.limits import LARGEST, SMALLEST, Limits
-from ..base.units import UNITLESS, gathered, is_quantity, refuse_booleans, strip_to
+from ..base.units import UNITLESS, as_quantity, is_quantity, refuse_booleans, strip_to
 from ..base.values import ArrayFields, ByName
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -78,7 +78,7 @@ class Parameters:
             raise InvalidInput(f"parameters is {parameters!r}; expected a dict of names to starts, one or more")
         items = argument_names(parameters).items()
         free = {name: value if isinstance(value, Free) else Free(value) for name, value in items}
-        starts = {name: gathered(entry.value, f"start of {name}") for name, entry in free.items()}
+        starts = {name: as_quantity(entry.value, f"start of {name}") for name, entry in free.items()}
         self.arguments = tuple(free)
         self._units = {name: value.unit if is_quantity(value) else None for name, value in starts.items()}
         self.shapes: dict[str, tuple[int, ...]] = {}
@@ -119,7 +119,7 @@ class Parameters:
     def _numbers(self, name: str, value: Any, what: str, infinite: bool = False) -> Floats:
         what, unit = f"{what} of {name}", self._units[name]
         refuse_booleans(value, what)
-        value = gathered(value, what)
+        value = as_quantity(value, what)
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")

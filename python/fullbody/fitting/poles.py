@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.differences import REFUSALS
 from ..base.kinds import whole_number
-from ..base.rotations import matrices, towards
+from ..base.rotations import matrices, unit_vectors
 from ..base.units import need
 from ..frames import rotation
 from ..observing import Photometry
@@ -110,8 +110,8 @@ def _direction(made: SetupResult) -> Floats:
 
 def axes_along(longitude: float, latitude: float) -> Floats:
     """Return the axes (3, 3), as rows, of a frame whose z-axis is a pole in radians."""
-    pole = towards(longitude, latitude)
-    first = towards(longitude, latitude - 0.5 * np.pi)
+    pole = unit_vectors(longitude, latitude)
+    first = unit_vectors(longitude, latitude - 0.5 * np.pi)
     return np.stack([first, np.cross(pole, first), pole])
 
 

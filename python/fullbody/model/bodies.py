@@ -16,7 +16,7 @@ from ..base.kinds import Number, instance, with_unit
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.unit_names import unit_named
-from ..base.units import Units, gathered, is_quantity, strip_to
+from ..base.units import Units, as_quantity, is_quantity, strip_to
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Scalar
@@ -336,7 +336,7 @@ class Body(ScalarFields, Tabled):
         >>> float(gravity.potential), gravity.field.tolist(), gravity.gradient.diagonal().tolist()
         (1.5, [0.0, 0.0, -0.75], [-0.375, -0.375, 0.75])
         """
-        points, G = gathered(points, "points", "length"), gathered(G, "G", "G")
+        points, G = as_quantity(points, "points", "length"), as_quantity(G, "G", "G")
         if G is None:
             if not is_quantity(points):
                 raise InvalidInput("G is not given; expected a number, or points and a body with units")

@@ -165,7 +165,7 @@ def impact(
     enhanced = units.number(beta, "angle", "beta")
     lon, lat = units.number(longitude, "angle", "longitude"), units.number(latitude, "angle", "latitude", LATITUDE)
     warn_if_degrees(longitude, "longitude")
-    (point,), (normal,) = _core.surface(context.core, index, rotations.towards(lon, lat)[None])
+    (point,), (normal,) = _core.surface(context.core, index, rotations.unit_vectors(lon, lat)[None])
     rotation, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
     relative = rotation.T @ (axes @ coming) - np.cross(spins[index], point)

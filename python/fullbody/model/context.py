@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from .. import _core
-from ..base.arguments import index_of, normal, suggestion
+from ..base.arguments import index_of, normal_form, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
@@ -106,7 +106,7 @@ class Context:
 
     def third_body(self, name: object, what: str) -> int:
         """Return the index of a third body among the forces by its name, or raise an error that lists them."""
-        name, names = normal(name), [name for name, kind in self.forces.items() if kind == "ThirdBody"]
+        name, names = normal_form(name), [name for name, kind in self.forces.items() if kind == "ThirdBody"]
         if name not in names:
             is_other = f", a {self.forces[name]}" if isinstance(name, str) and name in self.forces else ""
             expected = (

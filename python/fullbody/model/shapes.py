@@ -10,7 +10,7 @@ from ..base.attributes import Attribute
 from ..base.kinds import Declared, Number, of_kind, with_unit
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import Units, gathered
+from ..base.units import Units, as_quantity
 from ..errors import InvalidInput
 from .freeform import ConvexShape, HarmonicShape
 from .polyhedron import Polyhedron
@@ -32,7 +32,7 @@ class _Ellipsoidal(Declared):
     @property
     def semi_axes(self) -> Any:
         """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity."""
-        return gathered(self._lengths, "semi_axes")
+        return as_quantity(self._lengths, "semi_axes")
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return {name: (length, "length") for name, length in zip(_AXES, self._lengths, strict=True)}

@@ -15,7 +15,7 @@ from ..base.kinds import Number, choice
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.unit_names import unit_named
-from ..base.units import ANY, UNITLESS, Units, gathered, is_quantity, numbers, scalar, without_unit
+from ..base.units import ANY, UNITLESS, Units, as_quantity, is_quantity, numbers, scalar, without_unit
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Floats, Scalar
@@ -336,7 +336,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     for name, value in values.items():
         if name == "spin" and value is None:
             continue
-        value = gathered(value, name, DIMENSIONS[name])
+        value = as_quantity(value, name, DIMENSIONS[name])
         stripped[name] = ANY.strip(value, DIMENSIONS[name], name)
         if is_quantity(value):
             units[name] = value.unit

@@ -13,7 +13,7 @@ from ..base.arguments import refuse_mixture
 from ..base.attributes import Attribute
 from ..base.kinds import Number, choice, whole_number, with_unit
 from ..base.limits import POSITIVE
-from ..base.units import Units, gathered, is_quantity, need, numbers
+from ..base.units import Units, as_quantity, is_quantity, need, numbers
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -95,7 +95,7 @@ class StokesCoefficients(ScalarFields):
         self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius")
         self._radius = self._reference_radius if radius is None else Number("length", POSITIVE)(radius, "radius")
         lengths = {"reference_radius": self._reference_radius, "radius": self._radius}
-        has_units = refuse_mixture(lengths | {"inertia": gathered(inertia, "inertia", "area")})
+        has_units = refuse_mixture(lengths | {"inertia": as_quantity(inertia, "inertia", "area")})
         units = Units((self._reference_radius.unit, "s", "kg")) if has_units else Units()
         tensor = units.strip(inertia, "area", "inertia")
         if tensor.shape not in ((), (3,), (3, 3)):

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import warn_if_degrees
-from ..base.units import UNITLESS, gathered, is_quantity
+from ..base.units import UNITLESS, as_quantity, is_quantity
 from ..errors import InvalidInput
 from .parameter import in_unit, mu_and_units
 
@@ -32,11 +32,11 @@ def since_periapsis(a: Any, T: Any, mu: Any, time: Any) -> Any:
     """Return the mean anomaly at a time after a passage through periapsis: that of the mean motion, of either sign."""
     if mu is None:
         raise InvalidInput(f"mu is not given beside T, which is {T!r}; expected G times the sum of the masses")
-    a = gathered(a, "a", "length")
+    a = as_quantity(a, "a", "length")
     mu, length, rate = mu_and_units(a, mu, "a")
     times = []
     for name, value in (("time", time), ("T", T)):
-        value = gathered(value, name, "time")
+        value = as_quantity(value, name, "time")
         if is_quantity(value) and rate is None:
             raise InvalidInput(f"{name} has the unit {value.unit}, but mu has none; expected both or neither")
         times.append(in_unit(None if rate is None else 1 / rate, value, name))

@@ -11,7 +11,7 @@ from .. import _core
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, numbers, strip_to, without_unit
+from ..base.units import UNITLESS, as_quantity, is_quantity, numbers, strip_to, without_unit
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
@@ -170,7 +170,7 @@ class KeplerElements(Generic[_T], Tabled):
             anomaly = {"M": M, "f": f, "l": l, "theta": theta}
             omega, M = usual_angles(e, i, Omega, {"omega": omega, "pomega": pomega}, anomaly)
         for name, value in zip(DIMENSIONS, (a, e, i, Omega, omega, M), strict=True):
-            value = gathered(value, name, DIMENSIONS[name])
+            value = as_quantity(value, name, DIMENSIONS[name])
             is_array = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
             value = float(value) if isinstance(value, np.float64) else value
             object.__setattr__(self, name, numbers(value, name) if is_array else value)
@@ -239,7 +239,7 @@ class KeplerElements(Generic[_T], Tabled):
         >>> fullbody.KeplerElements.from_cartesian([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], mu=1.0).a
         1.0
         """
-        r, v = gathered(r, "r", "length"), gathered(v, "v", "velocity")
+        r, v = as_quantity(r, "r", "length"), as_quantity(v, "v", "velocity")
         mu, length, rate = mu_and_units(r, mu, "r")
         refuse_mixture({"r": r, "v": v})
         r, v = in_unit(length, r, "r"), in_unit(None if length is None else length * rate, v, "v")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..base.unit_names import unit_named
-from ..base.units import gathered, is_quantity, numbers, scalar, strip_to, units_of
+from ..base.units import as_quantity, is_quantity, numbers, scalar, strip_to, units_of
 from ..errors import InvalidInput
 
 
 def mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
     """Return mu as a number, and its units of length and of inverse time, which are ``None`` for plain numbers."""
-    mu = gathered(mu, "mu", "mu")
+    mu = as_quantity(mu, "mu", "mu")
     system = units_of(mu)
     if not is_quantity(length) and system is not None:
         # Plain numbers are in the units of the system to which mu belongs.

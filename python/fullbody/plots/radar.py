@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.figures import full_option_names, grid, legend, line, single, unit_of
-from ..base.units import gathered, is_quantity, without_unit
+from ..base.units import as_quantity, is_quantity, without_unit
 from ..observing.radar_echoes import delay_doppler as image_of
 from ..observing.radar_echoes import radar_spectrum as spectrum_of
 from ..record.record import Record
@@ -106,12 +106,12 @@ def delay_doppler(
 
 def _moment(time: Any) -> Any:
     """Return one time as an array of one time."""
-    return time.reshape(1) if hasattr(time, "reshape") else gathered([time], "time", "time")
+    return time.reshape(1) if hasattr(time, "reshape") else as_quantity([time], "time", "time")
 
 
 def _axis(run: Record, argument: Any, edges: Any, text: str, dimension: str) -> tuple[Floats, str]:
     """Return the edges of bins in the unit of the argument that gave them, and the label of their axis."""
-    argument = gathered(argument, text, dimension)
+    argument = as_quantity(argument, text, dimension)
     if is_quantity(argument):
         return np.asarray(argument.value), f"{text} [{unit_of(argument)}]"
     return without_unit(edges), label(run, text, dimension)

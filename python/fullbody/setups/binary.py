@@ -12,7 +12,7 @@ from ..base.arguments import generator, options_of, refuse_unknown
 from ..base.kinds import choice, whole_number
 from ..base.tables import number
 from ..base.unit_names import error_of
-from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
+from ..base.units import DEFAULT_UNITS, UNITLESS, Units, as_quantity, is_quantity
 from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
@@ -99,7 +99,7 @@ def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
         longitude, latitude = (UNITLESS.number(part, "angle", what) for part in parts)
         return longitude + (np.pi if np.cos(latitude) < 0.0 else 0.0), float(np.arcsin(np.sin(latitude)))
     if isinstance(value, str) and value[:1] in "+-.(\N{MINUS SIGN}0123456789":
-        value = gathered(value, what, "number")
+        value = as_quantity(value, what, "number")
     if (error := error_of(value)) is None:
         return value
     signed = value.unit.is_equivalent("rad")
@@ -300,9 +300,11 @@ def _units_and_gravity(
     if G is None and not units:
         fields = (getattr(component, name) for component in components for name in _WITH_UNITS)
         values = (*arguments, *fields)
-        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in values)
+        named = any(isinstance(value, str) or is_quantity(as_quantity(value, "a number")) for value in values)
         if named or any(map(has_units, components)):
-            raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
+            raise InvalidInput(
+                f"the numbers have units and the system has none; expected units={DEFAULT_UNITS}, or others"
+            )
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
     convert = Units(units)
     return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")

@@ -97,7 +97,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import normal, options_of
+from ..base.arguments import normal_form, options_of
 from ..base.atomic import as_path, check_suffix, content, other_reader
 from ..base.units import Units
 from ..base.values import ArrayFields
@@ -242,7 +242,7 @@ def parsed(written: bytes, path: Path) -> dict[str, Any]:
 
     try:
         # The byte order mark that some editors write is accepted.
-        return tomllib.loads(normal(written.decode("utf-8-sig")))
+        return tomllib.loads(normal_form(written.decode("utf-8-sig")))
     # Python's limits on the digits of a number and on nested brackets raise these errors too.
     except (ValueError, RecursionError) as error:
         no_text = isinstance(error, UnicodeDecodeError)

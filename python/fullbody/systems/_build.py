@@ -9,7 +9,7 @@ import numpy as np
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import choice, flag
-from ..base.units import USUAL, Units
+from ..base.units import DEFAULT_UNITS, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
 from ..forces.ephemeris import GM
@@ -50,7 +50,7 @@ def ready(
     frame, published = _frame(content, frame), table.get("frame")
     options = _with_epoch(options, table.get("epoch"))
     # Numbers of a file without units are dimensionless: the units are those that the caller says they have.
-    base, units = (USUAL if Units(units).defined else None, units) if "units" in table else (units, False)
+    base, units = (DEFAULT_UNITS if Units(units).defined else None, units) if "units" in table else (units, False)
     if base is None and "G" not in table:
         options["G"] = _G
     described = {key: replaced(item, in_usual_units) for key, item in content.items() if key not in METADATA}
@@ -109,7 +109,7 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
 def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     """Convert a system in km, hour, kg and its state to the given units."""
     target = Units(units)
-    if not target.defined or target == Units(USUAL):
+    if not target.defined or target == Units(DEFAULT_UNITS):
         return system, wrap(strip(state, system.context), system.context)
     # The forces take Quantities here, since plain numbers are in km, hour, kg.
     united = [
@@ -144,7 +144,7 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     if quaternion is not None:
         matrix = rotations.matrices(quaternion) @ matrix
     orbit = KeplerElements.from_cartesian(matrix @ r, matrix @ v, _MU)
-    attach = Units(None if system.units is None else USUAL).attach
+    attach = Units(None if system.units is None else DEFAULT_UNITS).attach
     angles = (orbit.i, orbit.Omega, orbit.omega, orbit.M)
     orbit = KeplerElements(attach(orbit.a, "length"), orbit.e, *angles)
     return system.with_force(ThirdBody(mu=attach(_MU, "mu"), orbit=orbit, of="system", name="Sun"))
