@@ -193,9 +193,9 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 def suggestion(name: str, names: Iterable[str], wanted: str = "some") -> str:
     """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
     names = list(names)
-    synonyms = [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in names]
-    close = synonyms or similar_names(name, names)
-    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(names)}"
+    synonyms = [synonym for synonym in _SYNONYMS.get(name, ()) if re.split(r"\W", synonym)[0] in names]
+    similar = synonyms or similar_names(name, names)
+    return (f"did you mean {similar[0]!r}? " if similar else "") + f"expected {wanted} of {', '.join(names)}"
 
 
 def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> None:

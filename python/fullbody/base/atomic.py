@@ -161,7 +161,7 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
     return OSError(error.errno, os.strerror(error.errno), str(path))
 
 
-def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None = None) -> str:
+def other_reader(path: Path, reader: str, attributes: Mapping[str, Any] | None = None) -> str:
     """Return a phrase about what a file is, by its attributes if HDF5 read it, and which other function reads it."""
     kind = None
     if attributes is not None:
@@ -175,6 +175,6 @@ def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None =
             kind = ("a simulation", "fullbody.Simulation.load")
         elif not begin.startswith(b"\x89HDF"):
             kind = _SUFFIXES.get(path.suffix.lower())
-        elif not called.startswith("fullbody.load"):
+        elif not reader.startswith("fullbody.load"):
             kind = ("NetCDF, as of runs, fits and flights", "fullbody.load or fullbody.load_flight")
-    return "" if kind is None or kind[1] == called else f"; it is {kind[0]}, which {kind[1]} reads"
+    return "" if kind is None or kind[1] == reader else f"; it is {kind[0]}, which {kind[1]} reads"

@@ -20,10 +20,10 @@ def about_axis(axis: int, angle: float) -> Floats:
 
 def about(axis: Any, angle: float) -> Floats:
     """Return the quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
-    way = np.asarray(axis, dtype=np.float64)
+    direction = np.asarray(axis, dtype=np.float64)
     # The axis is scaled first, since squares of numbers near the limits of floats overflow or vanish.
-    way = way / np.abs(way).max()
-    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
+    direction = direction / np.abs(direction).max()
+    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(direction) * direction)])
 
 
 def of_plane(node: float, inclination: float) -> Floats:

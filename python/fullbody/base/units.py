@@ -204,7 +204,7 @@ class Units:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {DEFAULT_UNITS}") from error
         parts = zip((length, time, mass), _COMMON, strict=True)
-        base = tuple(_unit(name, known_names) for name, known_names in parts)
+        base = tuple(_unit(name, common) for name, common in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
                 kind = f"a unit of {expected.physical_type} there, such as {expected}"
@@ -338,23 +338,23 @@ def units_of(mu: Any) -> Units | None:
     return getattr(mu, "_units_of_system", None)
 
 
-def similar_names(name: str, known_names: Sequence[str]) -> list[str]:
-    """Return a list with the known name that resembles this one most, or an empty list."""
+def similar_names(name: str, names: Sequence[str]) -> list[str]:
+    """Return a list with that of some names which resembles this one most, or an empty list."""
     # The import is made here, since most sessions contain no wrong name.
     import difflib
 
-    return difflib.get_close_matches(name, known_names, 1)
+    return difflib.get_close_matches(name, names, 1)
 
 
-def _unit(name: object, usual: tuple[str, ...]) -> Any:
+def _unit(name: object, common: tuple[str, ...]) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
         return usable_unit(name)
     except (TypeError, ValueError, OverflowError) as error:
-        close = similar_names(str(name), usual)
-        meant = f"did you mean {close[0]!r}? " if close else ""
+        similar = similar_names(str(name), common)
+        guess = f"did you mean {similar[0]!r}? " if similar else ""
         raise InvalidInput(
-            f"units has {name!r}, which is not a unit; {meant}expected (length, time, mass), such as {DEFAULT_UNITS}"
+            f"units has {name!r}, which is not a unit; {guess}expected (length, time, mass), such as {DEFAULT_UNITS}"
         ) from error
 
 

@@ -60,8 +60,8 @@ def to_dataset(
         variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
     derivatives_of_events = [happened.derivatives for happened in run.events]
     for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
-        if all(matches is not None and matches[k].size for matches in derivatives_of_events):
-            values = np.array([matches[k] for matches in derivatives_of_events if matches is not None])
+        if all(entry is not None and entry[k].size for entry in derivatives_of_events):
+            values = np.array([entry[k] for entry in derivatives_of_events if entry is not None])
             variables[f"event_{name}"] = (("event", *dims), values, attributes(None, meaning))
     labels = [type(happened.event).__name__ for happened in run.events]
     event = ("event", labels, {"long_name": "what happened"})
@@ -83,8 +83,8 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
     record = {name: numbers(name, dims) for name, (dims, _, _) in _VARIABLES.items()}
     derivatives: list[Any] = [None] * len(indices)
     if "event_transition" in content:
-        kept = [name for name in _DERIVATIVES if parameters or name != "sensitivity"]
-        values = {name: numbers(name, _DERIVATIVES[name][0]) for name in kept}
+        stored = [name for name in _DERIVATIVES if parameters or name != "sensitivity"]
+        values = {name: numbers(name, _DERIVATIVES[name][0]) for name in stored}
         none = np.zeros((len(indices), 0, sizes["tangent"]))
         derivatives = list(zip(values["transition"], values.get("sensitivity", none), values["flow"], strict=True))
     check_order(record["time"], "event_time", repeated=True)

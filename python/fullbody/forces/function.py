@@ -167,7 +167,7 @@ def _from_python(model: Function, context: Context) -> Call:
             if torques is not None:
                 take(torque)[:] = loads(torques, "torque")
         except BaseException as error:
-            return made.kept(error)
+            return made.store(error)
         return _SUCCESS
 
     pointer = SIGNATURE(call)

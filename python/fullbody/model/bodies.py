@@ -83,8 +83,8 @@ class Body(ScalarFields, Tabled):
         self._density = None if density is None else Number("density", POSITIVE)(density, f"density of {called}")
         self._GM = None if GM is None else Number("mu", POSITIVE)(GM, f"GM of {called}")
         self._name = name
-        united = {is_quantity(value) for value, _ in self._numbers().values()}
-        if isinstance(shape, Composite) and len(united) == 1 and not (shape.has_GM and False in united):
+        have_units = {is_quantity(value) for value, _ in self._numbers().values()}
+        if isinstance(shape, Composite) and len(have_units) == 1 and not (shape.has_GM and False in have_units):
             # A total mass of zero and impossible moments of inertia show only in the whole body. If only some numbers
             # have units, only a system can compute them.
             self._core(self._inferred_units(), 0)

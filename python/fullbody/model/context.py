@@ -27,13 +27,13 @@ class Call:
     that belongs to this error alone, by which the error is found again wherever the number arrives.
     """
 
-    def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
-        self.address, self.data, self.keep, self.success = address, data, keep, success
+    def __init__(self, address: int, data: int, owner: Any, success: int = 0) -> None:
+        self.address, self.data, self.owner, self.success = address, data, owner, success
         self._raised: dict[int, BaseException] = {}
         self._count = count()
 
-    def kept(self, error: BaseException) -> int:
-        """Keep an error and return the number that stands for it."""
+    def store(self, error: BaseException) -> int:
+        """Store an error and return the number that stands for it."""
         answer = next(self._count) % _ANSWERS + 1
         self._raised[answer] = error
         return answer
@@ -44,7 +44,7 @@ class Call:
 
     def core_arguments(self) -> tuple[int, int, int, Any]:
         """Return the function in the form that the core takes."""
-        return (self.address, self.data, self.success, self.keep)
+        return (self.address, self.data, self.success, self.owner)
 
     def is_lost(self, answer: int | None) -> bool:
         """Return whether a number without an error is one that no Python function returns, as after Ctrl-C in it."""

@@ -172,8 +172,8 @@ def loads(system: SystemLike, state: State) -> dict[str, Loads]:
     core, attach = strip(state, context), context.units.attach
     with explaining(context, core):
         forces, torques = context.core.external_loads(core)
-    both = zip(context.forces, forces, torques, strict=True)
-    return ByName({name: Loads(attach(force, "force"), attach(torque, "torque")) for name, force, torque in both})
+    rows = zip(context.forces, forces, torques, strict=True)
+    return ByName({name: Loads(attach(force, "force"), attach(torque, "torque")) for name, force, torque in rows})
 
 
 def third_body(system: SystemLike, name: str, time: Any) -> tuple[Array, Array]:
@@ -191,8 +191,8 @@ def third_body(system: SystemLike, name: str, time: Any) -> tuple[Array, Array]:
     """
     context = system.context
     index, times = context.third_body(name, "name"), context.units.strip(time, "time", "time")
-    both = context.core.third_body(index, np.atleast_1d(times))
-    position, velocity = (array.reshape(*times.shape, 3) for array in both)
+    arrays = context.core.third_body(index, np.atleast_1d(times))
+    position, velocity = (array.reshape(*times.shape, 3) for array in arrays)
     return context.units.attach(position, "length"), context.units.attach(velocity, "velocity")
 
 

@@ -208,12 +208,10 @@ class State(Tabled):
             nearest = int(np.argmax(np.abs(along)))
             principal = np.eye(3)[nearest] * np.copysign(1.0, along[nearest])
             working, along = rotations.product(rotations.shortest(along, principal), working), principal
-        lon, lat, far = (
-            float(UNITLESS.strip(value, "angle", what))
-            for value, what in ((longitude, "longitude"), (latitude, "latitude"), (angle, "angle"))
-        )
+        angles = {"longitude": longitude, "latitude": latitude, "angle": angle}
+        lon, lat, rotation = (float(UNITLESS.strip(value, "angle", what)) for what, value in angles.items())
         equator = rotations.of_plane(lon + 0.5 * np.pi, 0.5 * np.pi - lat)
-        attitude = rotations.product(equator, rotations.about_axis(2, far), rotations.inverse(working))
+        attitude = rotations.product(equator, rotations.about_axis(2, rotation), rotations.inverse(working))
         length = Number("time", POSITIVE)(period, "period")
         radian = unit_named("rad") if is_quantity(length) else 1.0
         spin = along[None] * (2.0 * np.pi * radian / length)
@@ -340,11 +338,11 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         stripped[name] = ANY.strip(value, DIMENSIONS[name], name)
         if is_quantity(value):
             units[name] = value.unit
-    united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
+    first = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
     for name, value in stripped.items():
-        if united is not None and name not in units and value.any():
+        if first is not None and name not in units and value.any():
             expected = "expected both or neither, or zeros"
-            raise InvalidInput(f"{united} has the unit {units[united]}, but {name} has none; {expected}")
+            raise InvalidInput(f"{first} has the unit {units[first]}, but {name} has none; {expected}")
     if "spin" not in stripped:
         stripped["spin"] = np.zeros_like(stripped["position"])
         if "position" in units:

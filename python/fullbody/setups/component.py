@@ -92,8 +92,8 @@ class Component(ArrayFields, Tabled):
             expected = "a Composite, a Polyhedron or StokesCoefficients"
             raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
-            both = f"is given a density, and has a {type(self.composite).__name__}"
-            raise InvalidInput(f"{called} {both}; expected a mass, or what it follows from")
+            conflict = f"is given a density, and has a {type(self.composite).__name__}"
+            raise InvalidInput(f"{called} {conflict}; expected a mass, or what it follows from")
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")

@@ -131,9 +131,9 @@ def _split(
         return first, second
     mass = first if first is not None else second
     if mass is not None and ratio is not None:
-        both = (mass, mass * ratio) if second is None else (mass / ratio, mass)
-        _compare("the total mass", sum(both), "a component and the ratio", total, "total_mass", limits)
-        return both
+        pair = (mass, mass * ratio) if second is None else (mass / ratio, mass)
+        _compare("the total mass", sum(pair), "a component and the ratio", total, "total_mass", limits)
+        return pair
     if implied is None:
         raise InvalidInput(
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "

@@ -102,7 +102,7 @@ class Start:
     @property
     def locked(self) -> list[int]:
         """The indices of the bodies that turn with the orbit."""
-        return [k for k, turns in enumerate((self.primary_rotates, self.rates[1] is not None)) if not turns]
+        return [k for k, rotates in enumerate((self.primary_rotates, self.rates[1] is not None)) if not rotates]
 
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
         """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""

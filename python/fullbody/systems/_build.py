@@ -112,11 +112,11 @@ def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     if not target.defined or target == Units(DEFAULT_UNITS):
         return system, wrap(strip(state, system.context), system.context)
     # The forces take Quantities here, since plain numbers are in km, hour, kg.
-    united = [
+    forces = [
         force if force.name in system.context.calls else rebuilt(described | force._notes(), system.context.units)
         for force, described in zip(system.forces, system.context.core.forces, strict=True)
     ]
-    converted = System(system.bodies, G=system.G, units=target.names, forces=united, **system.options)
+    converted = System(system.bodies, G=system.G, units=target.names, forces=forces, **system.options)
     # The system is rebuilt from its description, so that the bodies are in these units too.
     final = system_of(converted.context.describe(), functions(system))
     return final, wrap(state.in_units(target), final.context)

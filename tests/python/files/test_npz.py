@@ -37,12 +37,12 @@ def test_numpy_alone_reads_the_arrays(written):
     assert attributes == {name: getattr(value, "item", lambda v=value: v)() for name, value in dataset.attrs.items()}
 
 
-@pytest.mark.parametrize("kept", [3, 40, 0.5, 0.99])
-def test_a_cut_archive_is_refused(written, tmp_path, kept):
+@pytest.mark.parametrize("length", [3, 40, 0.5, 0.99])
+def test_a_truncated_archive_is_refused(written, tmp_path, length):
     data = written[1].read_bytes()
-    (tmp_path / "cut.npz").write_bytes(data[: kept if kept > 1 else int(kept * len(data))])
-    with pytest.raises(fullbody.errors.InvalidInput, match=r"cut\.npz is not a readable run of fullbody"):
-        fullbody.load(tmp_path / "cut.npz")
+    (tmp_path / "short.npz").write_bytes(data[: length if length > 1 else int(length * len(data))])
+    with pytest.raises(fullbody.errors.InvalidInput, match=r"short\.npz is not a readable run of fullbody"):
+        fullbody.load(tmp_path / "short.npz")
 
 
 def test_a_changed_number_is_noticed(written, tmp_path):

@@ -208,11 +208,11 @@ def test_closure_is_one_of_the_observations(result):
 
 
 def test_regularisations_have_exact_derivatives():
-    both = {
+    cases = {
         convex: [fitting.closure("A", 0.01)],
         alone: [fitting.convexity("A", 0.01), fitting.principal_axis("A", "1 deg")],
     }
-    for setup, observations in both.items():
+    for setup, observations in cases.items():
         problem = Problem(setup, Parameters({"coefficients": SERIES[1:]}), [*observations, light(2)], None)
         values = problem.parameters.start
         rows = problem.jacobian(problem.point(values)).rows

@@ -20,19 +20,19 @@ def pair():
 @pytest.mark.parametrize(("longitude", "latitude"), [(0.3, 0.2), (-2.0, -1.0), (1.0, np.pi / 2)])
 def test_momentum_and_angular_momentum_are_conserved(longitude, latitude):
     system, state = pair()
-    way = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
-    point = state.rotation_matrix[1] @ (way / np.sqrt((way**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
+    direction = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
+    point = state.rotation_matrix[1] @ (direction / np.sqrt((direction**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
     velocity = -50.0 * point + [1.0, 2.0, -3.0]
-    after = state.impact(system, 1, mass=1e-3, velocity=velocity, longitude=longitude, latitude=latitude)
+    struck = state.impact(system, 1, mass=1e-3, velocity=velocity, longitude=longitude, latitude=latitude)
     # The body keeps its mass: the projectile gives what it has relative to the ground, which goes on.
     ground = state.velocity[1] + np.cross(state.rotation_matrix[1] @ state.spin[1], point)
     momentum = 1e-3 * (state.velocity[1] + velocity - ground)
-    np.testing.assert_allclose(system.momentum(after) - system.momentum(state), momentum, rtol=1e-11, atol=1e-13)
-    rotated = system.angular_momentum(after) - system.angular_momentum(state)
+    np.testing.assert_allclose(system.momentum(struck) - system.momentum(state), momentum, rtol=1e-11, atol=1e-13)
+    rotated = system.angular_momentum(struck) - system.angular_momentum(state)
     np.testing.assert_allclose(rotated, np.cross(state.position[1] + point, momentum), rtol=1e-10, atol=1e-13)
-    np.testing.assert_array_equal(after.position, state.position)
-    np.testing.assert_array_equal(after.velocity[0], state.velocity[0])
-    assert (after.spin[1] != state.spin[1]).any()
+    np.testing.assert_array_equal(struck.position, state.position)
+    np.testing.assert_array_equal(struck.velocity[0], state.velocity[0])
+    assert (struck.spin[1] != state.spin[1]).any()
 
 
 def test_ejecta_enhance_the_momentum_along_their_direction():
@@ -56,20 +56,20 @@ def test_the_velocity_of_the_ground_counts():
     ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
     turning = fullbody.State([[0, 0, 0]], [[0.3, 0.2, 0.1]], spin=[[0, 0, 0.5]])
     # It comes down along the normal as the ground has it.
-    after = turning.impact(ball, 0, mass=1e-3, velocity=[-6.0, 1.0, 0], longitude=0.0, latitude=0.0)
-    np.testing.assert_allclose(after.spin, turning.spin, rtol=1e-15)
+    struck = turning.impact(ball, 0, mass=1e-3, velocity=[-6.0, 1.0, 0], longitude=0.0, latitude=0.0)
+    np.testing.assert_allclose(struck.spin, turning.spin, rtol=1e-15)
 
 
 def test_impacts_have_units_and_axes_of_the_orbit():
     system, state = fullbody.systems.didymos(units=True)
     options = {"mass": 579.4 * u.kg, "longitude": "-90 deg", "latitude": 0.0, "beta": 3.61, "along": "orbit"}
-    after = state.impact(system, "Dimorphos", velocity=["0 km/s", "-6.14 km/s", "0 km/s"], **options)
-    change = (after.velocity - state.velocity)[1].to_value("mm/s")
+    struck = state.impact(system, "Dimorphos", velocity=["0 km/s", "-6.14 km/s", "0 km/s"], **options)
+    change = (struck.velocity - state.velocity)[1].to_value("mm/s")
     expected = 3.61 * 579.4 * 6.14e6 / system.masses[1].to_value("kg")
     assert np.linalg.norm(change) == pytest.approx(expected, rel=1e-6)
     assert change @ state.velocity[1].value < 0.0
     kicked = state.kick("Dimorphos", [0, -expected, 0] * u.mm / u.s, along="orbit")
-    np.testing.assert_allclose(kicked.velocity.value, after.velocity.value, rtol=0.0, atol=2e-8)
+    np.testing.assert_allclose(kicked.velocity.value, struck.velocity.value, rtol=0.0, atol=2e-8)
 
 
 @pytest.mark.parametrize(

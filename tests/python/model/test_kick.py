@@ -48,13 +48,13 @@ def test_a_kick_starts_the_motion_of_clohessy_and_wiltshire(point):
 @pytest.mark.parametrize("dv", [-0.1, 0.05, 0.3])
 def test_a_kick_along_the_motion_changes_the_semi_major_axis_by_vis_viva(dv):
     system, state = circle()
-    after = state.kick(1, [0.0, dv, 0.0], along="orbit", about=0)
-    r, v = after.position[1] - after.position[0], after.velocity[1] - after.velocity[0]
+    kicked_state = state.kick(1, [0.0, dv, 0.0], along="orbit", about=0)
+    r, v = kicked_state.position[1] - kicked_state.position[0], kicked_state.velocity[1] - kicked_state.velocity[0]
     orbit = fullbody.KeplerElements.from_cartesian(r, v, 1.0)
     a = 1 / (2 - (1 + dv) ** 2)
     np.testing.assert_allclose([orbit.a, orbit.e], [a, abs(1 - 1 / a)], rtol=1e-12)
     np.testing.assert_allclose(orbit.i, 0.7, rtol=1e-12)
-    run = system.integrate(after, 12 * np.pi, output=0.2)
+    run = system.integrate(kicked_state, 12 * np.pi, output=0.2)
     np.testing.assert_allclose(observables.orbit_shape(run).a, a, rtol=1e-9)
 
 
@@ -62,18 +62,18 @@ def test_a_kick_of_dart_changes_the_period_by_its_share():
     # The period of a light body changes by dP/P = 3 dv/v.
     system, previous = fullbody.systems.didymos(units=True, gravity="point")
     dv = -2.70 * u.mm / u.s
-    after = previous.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
-    assert after.velocity.unit == previous.velocity.unit
-    gained = (system.momentum(after) - system.momentum(previous)).to_value(u.kg * u.mm / u.s)
+    kicked_state = previous.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
+    assert kicked_state.velocity.unit == previous.velocity.unit
+    gained = (system.momentum(kicked_state) - system.momentum(previous)).to_value(u.kg * u.mm / u.s)
     mass = system.masses[1].to_value(u.kg)
     np.testing.assert_allclose(np.linalg.norm(gained), mass * 2.70, rtol=1e-9)
-    np.testing.assert_array_equal(after.velocity[0], previous.velocity[0])
+    np.testing.assert_array_equal(kicked_state.velocity[0], previous.velocity[0])
     for name in ("position", "attitude", "spin"):
-        np.testing.assert_array_equal(getattr(after, name), getattr(previous, name))
+        np.testing.assert_array_equal(getattr(kicked_state, name), getattr(previous, name))
     speed = np.linalg.norm(previous.velocity[1] - previous.velocity[0]).to_value(u.mm / u.s)
     periods = [
         observables.mutual_period(system.integrate(state, "20 day", output="0.5 hour")).mean.value
-        for state in (previous, after)
+        for state in (previous, kicked_state)
     ]
     np.testing.assert_allclose(periods[1] / periods[0] - 1, -3 * 2.70 / speed, rtol=0.05)
 

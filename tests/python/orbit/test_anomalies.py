@@ -26,7 +26,7 @@ def ours_and_rebounds(a, e, inc, Omega, arguments, time=0.3):
 
 @pytest.mark.parametrize("anomaly", ["M", "f", "T", "l", "theta"])
 @pytest.mark.parametrize("periapsis", ["omega", "pomega"])
-def test_each_word_means_what_it_means_in_rebound(anomaly, periapsis):
+def test_elements_have_the_conventions_of_rebound(anomaly, periapsis):
     """Of 100 orbits with e up to 0.97, every second one is retrograde, and every fourth one is a hyperbola."""
     rng = np.random.default_rng([len(anomaly), ord(anomaly[0]), len(periapsis)])
     for k in range(100):
@@ -48,8 +48,8 @@ def test_arrays_and_units_go_in():
     """At e = 1/2 a true anomaly of 120 degrees is E = 90 degrees, as cos E = (e + cos f)/(1 + e cos f) = 0."""
     orbit = KeplerElements("2 km", 0.5, 0.0, 0.0, "10 deg", f=[0.0, 120.0, 240.0] * u.deg)
     np.testing.assert_allclose(orbit.M, [0.0, np.pi / 2 - 0.5, 1.5 * np.pi + 0.5], rtol=1e-15)
-    late = KeplerElements("1 au", 0.2, 0.0, 0.0, 0.0, T="-25 d", mu="1 au3/yr2", time="0 d")
-    np.testing.assert_allclose(late.M, 25.0 / 365.25, rtol=1e-14)
+    orbit = KeplerElements("1 au", 0.2, 0.0, 0.0, 0.0, T="-25 d", mu="1 au3/yr2", time="0 d")
+    np.testing.assert_allclose(orbit.M, 25.0 / 365.25, rtol=1e-14)
     system, _ = fullbody.systems.kw4(units=True)
     by_system = KeplerElements(2.5, 0.0, 0.0, 0.0, 0.0, T=-1.0, mu=system.mu())
     np.testing.assert_allclose(by_system.M, np.sqrt(system.mu().value / 2.5**3), rtol=1e-14)
@@ -77,7 +77,7 @@ def test_a_true_anomaly_beyond_the_asymptote_is_refused():
         KeplerElements(-1.0, 2.0, 0.0, 0.0, 0.0, f=2.5)
 
 
-def test_degrees_without_a_unit_are_told_in_the_words_given():
+def test_warnings_of_degrees_name_the_given_angle():
     with pytest.warns(InconsistentInput, match="theta is 245 radians"):
         KeplerElements(1.0, 0.1, 0.0, 0.0, 0.0, theta=245.0)
 

@@ -179,7 +179,7 @@ def test_odd_input_is_refused_with_name_value_and_expectation(call, pieces):
     refused_with(pieces, call)
 
 
-def test_what_looks_odd_and_is_right_is_taken():
+def test_unusual_valid_input_is_accepted():
     assert System(BODIES, G=1.0, order=[8, np.int64(16)]).options["order"] == (8, 16)
     assert Verner98(rtol=0.0, atol=0) == Verner98.to_roundoff()
     for period in (INF, -INF, -3.0, "-2 h", 5 * u.min):

@@ -177,7 +177,7 @@ def test_every_declared_number_is_in_the_table():
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_each_declared_number_refuses_what_it_cannot_be(name):
+def test_each_declared_number_refuses_invalid_values(name):
     what, make, unit, (expected, outside), *shape = ALL[name]
     good = np.arange(1.0, 1.0 + np.prod(shape or 1)).reshape(shape[0] if shape else ())
     expected = expected.replace("a finite number", "finite numbers").replace("is not", "are not") if shape else expected

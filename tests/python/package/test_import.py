@@ -62,13 +62,17 @@ def locked(folder):
     return next(package["version"] for package in packages if package["name"] == "fullbody")
 
 
-def test_one_version_is_told_everywhere():
-    told = {"the package": version("fullbody"), "Cargo.lock": locked("."), "fuzz/Cargo.lock": locked("fuzz")}
+def test_the_version_is_the_same_everywhere():
+    versions_by_file = {
+        "the package": version("fullbody"),
+        "Cargo.lock": locked("."),
+        "fuzz/Cargo.lock": locked("fuzz"),
+    }
     for file, pattern in runpy.run_path(str(ROOT / "packaging" / "release.py"))["STATED"].items():
-        told[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
+        versions_by_file[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
     # Cargo writes 0.3.0-dev for Python's 0.3.0.dev0.
-    versions = {name: Version(text) for name, text in told.items()}
-    assert len(set(versions.values())) == 1, told
+    versions = {name: Version(text) for name, text in versions_by_file.items()}
+    assert len(set(versions.values())) == 1, versions_by_file
     # A release is the newest entry of the changelog; while the next one is made, its changes stand under Unreleased.
     newest = re.search(r"^## \[(\S+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
     this = versions["the package"]

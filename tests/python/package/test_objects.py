@@ -189,7 +189,7 @@ def test_copies_are_equal(units, duplicate, tmp_path):
 
 
 @pytest.mark.parametrize("units", [False, True])
-def test_things_made_alike_are_equal_and_others_are_not(units):
+def test_objects_of_equal_arguments_are_equal_and_others_are_not(units):
     first, second = made(units), made(units)
     for k, thing in enumerate(first):
         for n, other in enumerate(second):
@@ -235,10 +235,10 @@ def test_plots_and_views_equal_their_copies(duplicate):
 
 
 def test_equal_numbers_of_other_units_are_unequal():
-    for unitless, united in zip(made(False), made(True), strict=True):
+    for unitless, with_units in zip(made(False), made(True), strict=True):
         text = repr(unitless)
-        if repr(united) != text:
-            assert unitless != united
+        if repr(with_units) != text:
+            assert unitless != with_units
 
 
 @pytest.mark.parametrize("units", [False, True])

@@ -74,8 +74,8 @@ def test_bodies_that_meet_have_keplers_orbit_in_the_attraction_they_start_in():
     np.testing.assert_allclose(force @ force, (v @ v / np.linalg.norm(r) * 0.1 / 1.21) ** 2, rtol=1e-9)
     start = binary(ball, long, semi_major_axis=size, mismatch_warning=INF, **pair)
     stated = elements.drift_warning(*start, period, 16)
-    told = "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
-    assert stated.startswith(told)
+    message = "the mean period is the one given over 16 revolutions; 64, to see whether it lasts in, cannot"
+    assert stated.startswith(message)
     assert stated.endswith("be run: body 0 and body 1 meet in them")
 
 
@@ -133,7 +133,7 @@ OBLATE, MOON = {"semi_axes": (0.4, 0.38, 0.31), "rotation_period": 2.5}, {"semi_
 KILOMETRES = {"G": 8.6498928e-13, "total_mass": 5e11, "equal_density": True, "period": 12.0}
 
 
-def test_a_mean_that_does_not_last_is_told():
+def test_a_mean_period_that_does_not_last_causes_a_warning():
     # A long secondary on an eccentric orbit: the start has the period over 16 revolutions, and not over 32. Irregular
     # motion over 64 revolutions is another one with every rounding.
     shapes, e = (Component(**OBLATE), Component(**MOON)), {"eccentricity": 0.1, "mean_anomaly": np.pi / 2}

@@ -70,9 +70,9 @@ def test_models_of_didymos_have_the_published_axes():
 def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
     lines = systems.didymos_after_dart.__doc__.splitlines()
     rows = (next(line for line in lines if line.startswith(name)) for name in ("spin by mean", model))
-    factors, told = (row.split()[-7:] for row in rows)
+    factors, stated = (row.split()[-7:] for row in rows)
     system, state = ready("didymos_after_dart", model=model, frame="orbit")
-    for factor, rate in list(zip(factors, told, strict=True))[::3]:
+    for factor, rate in list(zip(factors, stated, strict=True))[::3]:
         spin = state.spin * [[1.0], [float(factor)]]
         run = system.integrate(state.replace(spin=spin), 60 * 24.0, output=0.25)
         r = run.position[:, 1] - run.position[:, 0]

@@ -36,8 +36,8 @@ def test_kw4_has_the_published_period_densities_and_poles():
     pole = np.degrees(fullbody.frames.pole_angles(sky.rotation_matrix[0][:, 2]))
     np.testing.assert_allclose(pole, facts["pole of Alpha (longitude, latitude) (not used)"], atol=0.3)
     equator = fullbody.frames.rotate_state(sky, "ecliptic", "equatorial")
-    both = orbit_pole(equator), facts["pole (right ascension, declination) (not used)"]
-    first, second = (fullbody.frames.pole_vector(*np.radians(pole)) for pole in both)
+    poles = orbit_pole(equator), facts["pole (right ascension, declination) (not used)"]
+    first, second = (fullbody.frames.pole_vector(*np.radians(pole)) for pole in poles)
     # Each is rounded to a tenth of a degree.
     assert np.degrees(np.arccos(first @ second)) < 0.1
 
