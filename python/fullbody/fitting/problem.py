@@ -15,13 +15,12 @@ from ..observing.linear import Held
 from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record, joined
 from ..typing import Floats
-from .chain import Chain, SetupDerivatives
 from .free import Parameters
 from .inputs import Entries, Setup, refuse_unused
 from .losses import LINEAR, Loss
 from .noise import relative_change
 from .point import EvaluatedPoint, InnerSolution, PullJacobian, model_of, padded
-from .setup_result import ROUNDING, SetupResult
+from .setup_result import ROUNDING, SetupDerivatives, SetupDifferences, SetupResult
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -54,7 +53,7 @@ class Problem:
         self.setup, self._entries = Setup(setup, parameters), Entries(observations, parameters)
         refuse_unused(parameters, self.setup, self._entries)
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
-        self._chain = Chain(self.setup, self.setup.parameters)
+        self._setup_differences = SetupDifferences(self.setup, self.setup.parameters)
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
         self._differences = [Differences() for _ in parameters.names]
@@ -138,7 +137,7 @@ class Problem:
         observations: dict[str, str] = {}
         columns, kinks = self.setup.indices, False
         if columns:
-            made = self._chain.at(point.made, point.values[columns])
+            made = self._setup_differences.at(point.made, point.values[columns])
             kinks = bool(made.deformations)
             differenced |= {
                 name: f"it changes {path}, by which motions are not differentiated"
@@ -285,7 +284,7 @@ class Problem:
         """
         sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         steps = np.array([differences.length for differences in self._differences])
-        for k, differences in zip(self.setup.indices, self._chain.differences, strict=True):
+        for k, differences in zip(self.setup.indices, self._setup_differences.differences, strict=True):
             steps[k] = max(steps[k], differences.length)
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
         return np.where(steps > 2e-3 * sizes, widths, sizes)

@@ -25,8 +25,8 @@ from .uncertainty import Covariance, derived, sample
 if TYPE_CHECKING:
     from ..motion.run import Run
     from .free import Parameters
-    from .objective import Linearised, Objective
     from .pictures import FitPlots
+    from .solver import Linearised, Objective
 
 
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.

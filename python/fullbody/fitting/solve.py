@@ -17,10 +17,10 @@ from ..typing import Floats
 from .free import Parameters
 from .inputs import Observed
 from .losses import Outliers, loss_of
-from .objective import Objective
 from .poles import mirror_start
 from .problem import Problem, Refused
 from .result import Fit, Minimum
+from .solver import Objective, Solver
 
 if TYPE_CHECKING:
     from ..record.integrators import Integrator
@@ -124,7 +124,7 @@ def fit(
     with once():
         limit = None if proposals is None else whole_number(proposals, "proposals")
         with need("fit", "a fit"):
-            from .solver import Solver
+            import scipy.optimize  # noqa: F401
         free = Parameters(parameters)
         objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
         begins = _starts(free, starts, rng)

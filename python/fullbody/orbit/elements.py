@@ -15,7 +15,7 @@ from ..base.units import UNITLESS, as_quantity, is_quantity, numbers, strip_to, 
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
-from .parameter import in_unit, mu_and_units
+from .arguments import in_unit, mu_and_units, since_periapsis, single_name, usual_angles
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -160,8 +160,6 @@ class KeplerElements(Generic[_T], Tabled):
     ) -> None:
         object.__setattr__(self, "frame", frame)
         if omega is None or M is None or any(other is not None for other in (f, T, l, pomega, theta, mu)):
-            from .anomalies import since_periapsis, single_name, usual_angles
-
             if single_name({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
                 M = since_periapsis(a, T, mu, time)
             elif mu is not None:

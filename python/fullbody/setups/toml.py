@@ -109,9 +109,8 @@ from ..motion.system import System
 from ..record import integrators
 from .binary import binary
 from .toml_bodies import body, pair
-from .toml_published import METADATA, replaced, with_unit
 from .toml_state import force, state_of
-from .toml_table import TomlTable
+from .toml_table import METADATA, TomlTable, replaced, text_with_unit
 
 _RUN = ("until", "output", "start", "origin", "file")
 _TOP = ("system", "body", "binary", "forces", "integrator", "run")
@@ -190,7 +189,7 @@ def read_toml(path: Any) -> Configuration:
     top = TomlTable(path, "", {}, Units())
     with top.naming(""):
         content = (toml_content(path) if stream is None else parsed(stream.read(), path)).items()
-        top.content = {key: replaced(item, with_unit) for key, item in content if key not in METADATA}
+        top.content = {key: replaced(item, text_with_unit) for key, item in content if key not in METADATA}
     top.only(*_TOP)
     top.units = _units(top.table("system"))
     run, integrator = top.table("run").only(*_RUN), _integrator(top.table("integrator", required=False))

@@ -20,8 +20,7 @@ from ..model.state import State, strip, wrap
 from ..motion.system import System, system_of
 from ..orbit.elements import KeplerElements
 from ..setups.toml import build
-from ..setups.toml_published import METADATA, in_usual_units, replaced
-from ..setups.toml_table import TomlTable
+from ..setups.toml_table import METADATA, TomlTable, in_usual_units, replaced
 from ..typing import Floats
 from . import _files
 

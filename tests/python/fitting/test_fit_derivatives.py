@@ -172,7 +172,7 @@ def test_derivatives_of_system_parameters_by_fitted_parameters_follow_from_the_s
     data = observing.RadarAstrometry([1.0], range=[0.0], sigma=0.01, body=1, about=0, geometry=VIEW)
     problem = Problem(setup, Parameters({"a": 1.0, "part_mass": 1.0}), [data], None)
     values = problem.parameters.start
-    derivatives = problem._chain.at(problem.make(values), values)
+    derivatives = problem._setup_differences.at(problem.make(values), values)
     expected = {
         "semi-axis a of egg": [1.0, 0.0],
         "mass of egg": [2.0 * 4.0 / 3.0 * np.pi * 0.8 * 0.6, 0.0],

@@ -128,7 +128,7 @@ def test_a_scale_factor_of_a_shape_is_no_deformation():
         return system, fullbody.State([[0.0] * 3], [[0.0] * 3], spin=[[0.0, 0.0, 1.0]])
 
     problem = Problem(setup, Parameters({"size": 80.0}), light(5), None)
-    derivatives = problem._chain.at(problem.make(np.array([80.0])), np.array([80.0]))
+    derivatives = problem._setup_differences.at(problem.make(np.array([80.0])), np.array([80.0]))
     assert not derivatives.deformations
     np.testing.assert_allclose(derivatives.system["scale of A"], [1 / 80], rtol=1e-8)
 
@@ -139,7 +139,7 @@ def test_a_shape_that_nearly_touches_another_body_is_differenced_and_listed():
 
     problem = Problem(near, Parameters({"bump": 0.05, "mass": 7.0}), light(2), None)
     values = problem.parameters.start
-    derivatives = problem._chain.at(problem.make(values), values)
+    derivatives = problem._setup_differences.at(problem.make(values), values)
     assert list(derivatives.undifferentiable) == ["bump"]
     assert "sphere around it reaches another body" in derivatives.undifferentiable["bump"]
     np.testing.assert_allclose(derivatives.system["mass of A"], [0.0, 1e18])
@@ -196,7 +196,7 @@ def test_a_fit_of_faces_ends_where_their_kinks_hide_the_minimum():
 def test_a_shape_may_start_as_a_sphere_whose_principal_axes_are_not_defined():
     problem = Problem(alone, Parameters({"coefficients": np.zeros(8)}), light(6), None)
     values = problem.parameters.start
-    derivatives = problem._chain.at(problem.make(values), values)
+    derivatives = problem._setup_differences.at(problem.make(values), values)
     assert "coefficients[3]" in derivatives.undifferentiable
     assert "principal axes of A, which turn at once" in derivatives.undifferentiable["coefficients[3]"]
 
