@@ -80,14 +80,14 @@ def integer(value: object) -> int | None:
 
 def generator(rng: object) -> np.random.Generator:
     """Return the generator of an argument ``rng``, which is a whole number, zero or above, or a numpy generator."""
-    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(seed_of(rng, "rng"))
+    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(seed_of(rng))
 
 
-def seed_of(value: object, what: str = "seed") -> int:
-    """Return a seed of random numbers: a whole number, zero or above, which a numpy generator draws."""
-    seed = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
+def seed_of(rng: object) -> int:
+    """Return the seed of an argument ``rng``: a whole number, zero or above, which a numpy generator draws."""
+    seed = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else integer(rng)
     if seed is None or seed < 0:
-        raise InvalidInput(f"{what} is {value!r}; expected a whole number, zero or above, or a numpy.random.Generator")
+        raise InvalidInput(f"rng is {rng!r}; expected a whole number, zero or above, or a numpy.random.Generator")
     return seed
 
 

@@ -160,7 +160,7 @@ def sweep(
     function(setup, "setup")
     if store is not None and isinstance(rng, np.random.Generator):
         raise InvalidInput("rng is a generator; expected a whole number with a store, which has to draw the same again")
-    seed = None if rng is None else seed_of(rng, "rng")
+    seed = None if rng is None else seed_of(rng)
     table = tabulated(parameters, seed)
     for name in (*table.columns, *table.dimensions):
         if name in FAILURE:

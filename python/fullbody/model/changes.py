@@ -84,19 +84,15 @@ def kick(
     index = _index(state, body, "body of kick")
     dv = Number("velocity", shape=(3,))(dv, "dv")
     axes = _axes(state, index, along, about, "kick")
-    velocity = state.core.velocity
-    if not is_quantity(dv):
-        if state.units and np.any(dv):
-            unit = next(iter(state.units.values()))
-            raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
-        velocity[index] += axes @ dv
-        return state.replace(velocity=velocity << state.units["velocity"] if "velocity" in state.units else velocity)
-    if not state.units:
+    if is_quantity(dv) and not state.units:
         raise InvalidInput(f"dv has the unit {dv.unit}, but the state has none; expected both or neither")
+    if not is_quantity(dv) and state.units and np.any(dv):
+        unit = next(iter(state.units.values()))
+        raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
     # Velocities of zero may have been given without a unit.
-    unit = state.units.get("velocity", dv.unit)
-    velocity[index] += axes @ strip_to(dv, unit, "dv")
-    return state.replace(velocity=velocity << unit)
+    unit, velocity = state.units.get("velocity", getattr(dv, "unit", None)), state.core.velocity
+    velocity[index] += axes @ (strip_to(dv, unit, "dv") if is_quantity(dv) else dv)
+    return state.replace(velocity=velocity if unit is None else velocity << unit)
 
 
 def impact(

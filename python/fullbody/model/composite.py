@@ -11,8 +11,8 @@ import numpy as np
 from .. import _core
 from ..base.arguments import sequence
 from ..base.kinds import Declared, Number, instance, of_kind, with_unit
-from ..base.limits import NONZERO, POSITIVE, Limits
-from ..base.units import UNITLESS, Units, is_quantity
+from ..base.limits import NONZERO, NOT_NEGATIVE, POSITIVE, Limits
+from ..base.units import UNITLESS, Units, is_quantity, without_unit
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
@@ -185,13 +185,9 @@ class Composite:
         sizes = UNITLESS.numbers(fractions, "number", "fractions", ("L",), falling)
         if not sizes.size or sizes[0] != 1.0 or not (np.diff(sizes) < 0.0).all():
             raise InvalidInput(f"fractions is {fractions!r}; expected {falling.text}")
-        try:
-            density_list = list(densities)
-        except TypeError as error:
-            raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
-        kind = Number("density", POSITIVE)
-        checked = [value if _is_zero(value) else kind(value, "a density") for value in density_list]
-        if len({is_quantity(value) for value in checked if not _is_zero(value)}) == 2:
+        listed = sequence(densities, object, "densities", "numbers, as many as fractions has", "numbers")
+        checked = [Number("density", NOT_NEGATIVE)(value, "a density") for value in listed]
+        if len({is_quantity(value) for value in checked if without_unit(value)}) == 2:
             raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
         if len(checked) != len(sizes):
             raise InvalidInput(f"densities has {len(checked)} numbers; expected {len(sizes)}, as fractions has")
@@ -199,7 +195,7 @@ class Composite:
         for size, density in zip(sizes.tolist(), checked, strict=True):
             step = density if outer is None else density - outer
             outer = density
-            if not _is_zero(step):
+            if without_unit(step):
                 parts.append(Part(shape._layer(size), density=step))
         return cls(parts)
 
@@ -241,10 +237,6 @@ class Composite:
             return self._with(units, units.gravitational_constant)._core(units, name)
         rows = [part._in(units, f"part {k} of {name}") for k, part in enumerate(self.parts)]
         return _core.Body.composite(name, rows)
-
-
-def _is_zero(value: Any) -> bool:
-    return np.ndim(value) == 0 and not isinstance(value, str) and bool(np.asarray(getattr(value, "value", value)) == 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

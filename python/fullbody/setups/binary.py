@@ -21,9 +21,6 @@ from .component import Component, body_of, has_units
 from .masses import numbers_of, solve
 from .start import Orbit, Start
 
-#: Fields of a component that may have units of length, time and mass.
-_WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "rotation_period")
-
 
 class Binary(tuple[System, State]):
     """The system and the state of :func:`fullbody.binary`, which also knows the errors of its arguments."""
@@ -298,10 +295,10 @@ def _units_and_gravity(
 ) -> tuple[Units, float]:
     """Return the units of the system and its gravitational constant in them."""
     if G is None and not units:
-        fields = (getattr(component, name) for component in components for name in _WITH_UNITS)
-        values = (*arguments, *fields)
-        named = any(isinstance(value, str) or is_quantity(as_quantity(value, "a number")) for value in values)
-        if named or any(map(has_units, components)):
+        fields = (entry for component in components for entry in component._numbers().values())
+        values = (*arguments, *(value for value, dimension in fields if dimension != "angle"))
+        with_units = (isinstance(value, str) or is_quantity(as_quantity(value, "a number")) for value in values)
+        if any(with_units) or any(map(has_units, components)):
             raise InvalidInput(
                 f"the numbers have units and the system has none; expected units={DEFAULT_UNITS}, or others"
             )

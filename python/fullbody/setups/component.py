@@ -11,7 +11,7 @@ import numpy as np
 from .. import frames
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.kinds import Number, kinds_of, of_kind
+from ..base.kinds import Declared, Number, kinds_of, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
 from ..base.units import UNITLESS, Units, is_quantity
@@ -28,7 +28,7 @@ _PERIOD = Number("time", Limits(nonzero=True, infinite=True, text="a time other 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Component(ArrayFields, Tabled):
+class Component(ArrayFields, Declared, Tabled):  # type: ignore[misc]
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters
@@ -82,7 +82,7 @@ class Component(ArrayFields, Tabled):
     GM: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
 
     def __post_init__(self) -> None:
-        called = self.name if self.name is not None else "a component"
+        called = self._called
         shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
         count = sum(shape is not None for shape in shapes)
         if count != 1:
@@ -97,9 +97,7 @@ class Component(ArrayFields, Tabled):
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        for name, kind in kinds_of(self).items():
-            if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, kind(value, f"{name} of {called}"))
+        self._check_fields()
         if UNITLESS.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
         warn_if_degrees(self.tilt, f"tilt of {called}")
@@ -109,6 +107,14 @@ class Component(ArrayFields, Tabled):
         masses = amounts(mass=self.mass, density=self.density, GM=self.GM)
         if len(masses) > 1:
             raise InvalidInput(f"{called} is given both {' and '.join(masses)}; expected at most one of them")
+
+    def _what(self, name: str, of: str = "") -> str:
+        return f"{name} of {of or self._called}"
+
+    @property
+    def _called(self) -> str:
+        """The name in errors."""
+        return "a component" if self.name is None else self.name
 
     def _tables(self) -> tuple[Table, ...]:
         """Return the given parameters of one body, without defaults."""
@@ -176,7 +182,5 @@ def pointing(component: Component, plane: Any, direction: Any) -> float:
 
 def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
-    if component.rotation_period is None:
-        return 0.0
-    period = _PERIOD.unitless(component.rotation_period, f"rotation_period of {called}", units)
-    return float(2 * np.pi / period)
+    period = component._unitless(units, of=called)["rotation_period"]
+    return 0.0 if period is None else float(2 * np.pi / period)

@@ -15,7 +15,6 @@ from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.stokes import StokesCoefficients
-from .component import KINDS as OF_COMPONENTS
 from .component import Component
 
 _TOLERANCE = Number(limits=Limits(least=0.0, infinite=True, text="a number, zero or above"))
@@ -96,11 +95,8 @@ def _mass_and_volume(
         volume = _volume(component.shape, convert, called) if equal_density else np.nan
     else:
         volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-    mass, density, mu = (
-        None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
-        for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
-    )
-    mass = mass if mu is None else mu / G
+    numbers = component._unitless(convert, of=called)
+    mass, density = numbers["mass"] if component.GM is None else numbers["GM"] / G, numbers["density"]
     return (mass if density is None else density * volume), volume
 
 

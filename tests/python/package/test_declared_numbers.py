@@ -141,6 +141,14 @@ FIELDS = {
     ),
     "observing.Cosine": of(" of Cosine", observing.Cosine, C=(None, EXPONENT), R=(None, EXPONENT)),
     "observing.PeakedLaw": of(" of Gaussian", lambda **x: observing.Gaussian(**{"C": 1.0} | x), **PEAKED),
+    "setups.Component": of(
+        " of Moon",
+        component,
+        **dict.fromkeys(("semi_axes", "diameters"), (u.m, POSITIVE, (3,))),
+        **{"diameter": LENGTH, "mass": (u.kg, POSITIVE), "density": (u.kg / u.m**3, POSITIVE)},
+        GM=(u.m**3 / u.s**2, POSITIVE),
+        **{"rotation_period": (u.s, PERIOD), "rotation_angle": (u.rad, FINITE), "tilt": (u.rad, FINITE)},
+    ),
 }
 #: Classes that check their numbers one by one, or have those of a base class.
 OTHERS = {
@@ -149,13 +157,6 @@ OTHERS = {
         " of Alpha",
         lambda **x: Body(Sphere(1.0), name="Alpha", **x),
         **{"mass": (u.kg, POSITIVE), "density": (u.kg / u.m**3, POSITIVE)},
-    ),
-    "setups.Component": of(
-        " of Moon",
-        component,
-        **dict.fromkeys(("semi_axes", "diameters"), (u.m, POSITIVE, (3,))),
-        **{"diameter": LENGTH, "mass": (u.kg, POSITIVE), "density": (u.kg / u.m**3, POSITIVE)},
-        **{"rotation_period": (u.s, PERIOD), "rotation_angle": (u.rad, FINITE), "tilt": (u.rad, FINITE)},
     ),
 }
 ALL = {f"{owner}.{name}": field for owner, fields in (FIELDS | OTHERS).items() for name, field in fields.items()}
