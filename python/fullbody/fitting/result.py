@@ -12,7 +12,7 @@ from ..base.arguments import generator
 from ..base.kinds import whole_number
 from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
-from ..base.values import same
+from ..base.values import ArrayFields
 from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput
 from ..model.state import strip
@@ -59,7 +59,7 @@ class Minimum:
     message: str
 
 
-class Fit(Tabled):
+class Fit(ArrayFields, Tabled):
     """Parameters fitted to observations; made by :func:`fullbody.fit`.
 
     Attributes
@@ -194,15 +194,8 @@ class Fit(Tabled):
         # The continuous solution of the run does not pickle.
         return {name: value for name, value in self.__dict__.items() if name != "run"}
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Fit):
-            return NotImplemented
-        return files.description(self) == files.description(other) and all(
-            len(first) == len(second) and all(map(same, first, second))
-            for first, second in ((self.pulls, other.pulls), (self.times, other.times))
-        )
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        return files.description(self), tuple(self.pulls), tuple(self.times)
 
     @cached_property
     def run(self) -> Run:

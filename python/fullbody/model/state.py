@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from .. import _core
 from ..base import rotations
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.attributes import Attribute
-from ..base.kinds import Number, choice
+from ..base.kinds import Number, choice, instance
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.unit_names import unit_named
 from ..base.units import ANY, UNITLESS, Units, as_quantity, is_quantity, numbers, scalar, without_unit
-from ..base.values import block
+from ..base.values import ArrayFields, block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
@@ -43,7 +43,7 @@ class _Part(Attribute[_T]):
         super().__init__(get, text)
 
 
-class State(Tabled):
+class State(ArrayFields, Tabled):
     """The position, velocity, attitude and spin of every body at a time.
 
     A state cannot be changed and its arrays are read-only: :meth:`replace` makes another state, and
@@ -257,14 +257,8 @@ class State(Tabled):
     def __len__(self) -> int:
         return len(self.core.position)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, State):
-            return NotImplemented
-        names = ("time", *PARTS)
-        same = all(np.array_equal(getattr(self.core, n), getattr(other.core, n)) for n in names)
-        return same and self.units == other.units
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        return (*(getattr(self.core, name) for name in ("time", *PARTS)), self.units)
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
@@ -305,9 +299,7 @@ def from_numbers(
 
 def strip(state: State, context: Context) -> _core.State:
     """Return a state as the core takes it, in the units of a system, or raise an error for what is not a state."""
-    if not isinstance(state, State):
-        raise InvalidInput(f"state is {state!r}; expected a State")
-    return state.in_units(context.units)
+    return cast(State, instance(state, "state", State)).in_units(context.units)
 
 
 def _named(names: tuple[str, ...], *arguments: Any) -> State:

@@ -12,7 +12,7 @@ from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.unit_names import unit_named
 from ..base.units import UNITLESS, as_quantity, is_quantity, numbers, strip_to, without_unit
-from ..base.values import brief, same
+from ..base.values import ArrayFields, brief
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
 from .arguments import in_unit, mu_and_units, since_periapsis, single_name, usual_angles
@@ -31,7 +31,7 @@ _ANGLES = ("i", "Omega", "omega", "M")
 DIMENSIONS = {"a": "length", "e": "number", **dict.fromkeys(_ANGLES, "angle")}
 
 
-class KeplerElements(Generic[_T], Tabled):
+class KeplerElements(ArrayFields, Generic[_T], Tabled):
     """The osculating elements of one two-body orbit or of arrays of orbits.
 
     Parameters
@@ -329,14 +329,9 @@ class KeplerElements(Generic[_T], Tabled):
         values = [getattr(self, name) for name in DIMENSIONS]
         return computed([value[index] if np.ndim(value) else value for value in values], self.frame)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, KeplerElements):
-            return NotImplemented
-        # Astropy cannot compare frames of different kinds with ==.
-        frames_agree = type(self.frame) is type(other.frame) and bool(self.frame == other.frame)
-        return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in DIMENSIONS)
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        # The kinds of the frames are compared first, since astropy cannot compare frames of different kinds.
+        return (*(getattr(self, name) for name in DIMENSIONS), type(self.frame), self.frame)
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the elements: one value each, or the first, last, least and greatest; angles in degrees."""

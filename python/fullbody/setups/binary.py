@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from ..base.arguments import generator, options_of, refuse_unknown
-from ..base.kinds import choice, whole_number
+from ..base.kinds import choice, instance, whole_number
 from ..base.tables import number
 from ..base.unit_names import error_of
 from ..base.units import DEFAULT_UNITS, UNITLESS, Units, as_quantity, is_quantity
@@ -279,9 +279,8 @@ def _refuse_choices(
     components: tuple[Component, Component], at_rest: str, elements: str | None, options: dict[str, Any]
 ) -> None:
     """Raise an error for invalid components, options and choices."""
-    for component in components:
-        if not isinstance(component, Component):
-            raise InvalidInput(f"{component!r} is not a Component; expected fullbody.Component(...)")
+    for name, component in zip(("primary", "secondary"), components, strict=True):
+        instance(component, name, Component, "fullbody.Component(...)")
     names = options_of(binary)
     refuse_unknown(options, [*names, *(o for o in options_of(System) if o not in (*names, "bodies"))], "binary")
     if "bodies" in options:

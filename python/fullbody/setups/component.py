@@ -11,7 +11,7 @@ import numpy as np
 from .. import frames
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.kinds import Declared, Number, kinds_of, of_kind
+from ..base.kinds import Declared, Number, instance, kinds_of, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
 from ..base.units import UNITLESS, Units, is_quantity
@@ -88,9 +88,8 @@ class Component(ArrayFields, Declared, Tabled):  # type: ignore[misc]
         if count != 1:
             names = "semi_axes, diameters, diameter, composite"
             raise InvalidInput(f"{called} has {count} of {names}; expected one of them")
-        if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
-            expected = "a Composite, a Polyhedron or StokesCoefficients"
-            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
+        kinds, expected = Composite | Polyhedron | StokesCoefficients, "a Composite, a Polyhedron or StokesCoefficients"
+        instance(self.composite, f"composite of {called}", kinds | None, expected)
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
             conflict = f"is given a density, and has a {type(self.composite).__name__}"
             raise InvalidInput(f"{called} {conflict}; expected a mass, or what it follows from")
