@@ -190,12 +190,12 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
     return lon, lat
 
 
-def suggestion(name: str, names: Iterable[str], wanted: str = "some") -> str:
+def suggestion(name: str, names: Iterable[str], quantifier: str = "some") -> str:
     """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
     names = list(names)
     synonyms = [synonym for synonym in _SYNONYMS.get(name, ()) if re.split(r"\W", synonym)[0] in names]
     similar = synonyms or similar_names(name, names)
-    return (f"did you mean {similar[0]!r}? " if similar else "") + f"expected {wanted} of {', '.join(names)}"
+    return (f"did you mean {similar[0]!r}? " if similar else "") + f"expected {quantifier} of {', '.join(names)}"
 
 
 def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> None:

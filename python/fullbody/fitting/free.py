@@ -242,9 +242,9 @@ class Parameters:
 
     def at_bounds(self, values: Floats, norms: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
         """Return which values are at their bounds: within 0.05 of the errors 1 / norms and 0.01 of the width."""
-        near = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
-        near = np.minimum(near, 0.01 * (self.upper - self.lower))
-        return values - self.lower <= near, self.upper - values <= near
+        margin = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
+        margin = np.minimum(margin, 0.01 * (self.upper - self.lower))
+        return values - self.lower <= margin, self.upper - values <= margin
 
     def shown(self, k: int, value: float) -> str:
         """Return a parameter's value as text, with its unit."""

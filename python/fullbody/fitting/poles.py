@@ -10,6 +10,7 @@ from ..base.differences import REFUSALS
 from ..base.kinds import whole_number
 from ..base.rotations import matrices, unit_vectors
 from ..base.units import need
+from ..base.values import same
 from ..frames import rotation
 from ..observing import Photometry
 from ..typing import Floats
@@ -31,6 +32,12 @@ class Poles(NamedTuple):
 
     longitude: Any
     latitude: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Poles) and same(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
 
 def pole_grid(n: int) -> Poles:

@@ -225,9 +225,9 @@ class Problem:
                 observation = observation if errors is None else observation.with_errors_of(point.observations[i])
                 models[i] = model_of(observation, _part(point.run, observation))
                 if errors is not None:
-                    now = moved[i].errors(system)
-                    parts.append(relative_change(errors.covariance, now.covariance).ravel())
-                    parts.append(relative_change(errors.without_jitter, now.without_jitter).ravel())
+                    shifted_errors = moved[i].errors(system)
+                    parts.append(relative_change(errors.covariance, shifted_errors.covariance).ravel())
+                    parts.append(relative_change(errors.without_jitter, shifted_errors.without_jitter).ravel())
             return np.concatenate([point.inner.contracted(models) - base, *parts])
 
         scale, kinds = point.inner.sizes()
@@ -267,14 +267,14 @@ class Problem:
         noise: Floats,
         groups: npt.NDArray[np.intp],
     ) -> Floats:
-        where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
+        at = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
         size = self.parameters.size(k, point.values[k])
         try:
             derivative = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
         except InvalidInput as error:
-            raise InvalidInput(f"the predictions cannot be differentiated with respect to {where}: {error}") from error
+            raise InvalidInput(f"the predictions cannot be differentiated with respect to {at}: {error}") from error
         if derivative is None:
-            raise InvalidInput(f"the predictions do not change evenly with {where}")
+            raise InvalidInput(f"the predictions do not change evenly with {at}")
         return derivative
 
     def step_lengths(self, values: Floats) -> Floats:
@@ -298,9 +298,9 @@ class Problem:
         changes, unexplained = made.changes(other)
         if unexplained is not None:
             return False
-        apart = np.append(made.displacement(other), changes)
+        difference = np.append(made.displacement(other), changes)
         sizes = np.append(made.sizes(), np.abs(list(made.parameters.values())))
-        return bool((np.abs(apart) <= 1e-9 * sizes).all())
+        return bool((np.abs(difference) <= 1e-9 * sizes).all())
 
     def limits(self, values: Floats) -> str:
         """Return the bounds, as text, that would keep a fit at values (P,) from those that were refused last."""

@@ -18,7 +18,7 @@ from .problem import Problem, Refused
 _CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
 #: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
 #: relative to it, that rounding errors hide.
-_FAR, _HIDDEN = 0.03, 1e-11
+_NOT_CONVERGED, _CHI2_ROUNDING = 0.03, 1e-11
 #: The changes of chi2 over how many iterations at which a solver has converged whose derivatives have kinks, and the
 #: largest distance from the minimum there.
 _STALLED, _ITERATIONS, _KINKED = 0.01, 3, 1.0
@@ -146,13 +146,13 @@ class Solver:
             # minimum is judged below by the distance that is left, not by these warnings.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 solution = least_squares(residuals, scaled_start, jacobian, bounds, **options)
-            why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
-            if why and self.best is not None:
-                why += self._problem.limits(self.best.point.values)
+            refusal = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
+            if refusal and self.best is not None:
+                refusal += self._problem.limits(self.best.point.values)
             if solution.status <= 0:
-                self.message = f"stopped after {solution.nfev} proposals, the limit{why}"
-            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * solution.cost:
-                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
+                self.message = f"stopped after {solution.nfev} proposals, the limit{refusal}"
+            elif self._distance > _NOT_CONVERGED and self._distance**2 > _CHI2_ROUNDING * 2.0 * solution.cost:
+                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{refusal}"
         except _Converged:
             pass
         except KeyboardInterrupt:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,14 +13,13 @@ from ..base.arguments import sequence
 from ..base.kinds import Declared, Number, instance, of_kind, with_unit
 from ..base.limits import NONZERO, NOT_NEGATIVE, POSITIVE, Limits
 from ..base.units import UNITLESS, Units, is_quantity, without_unit
-from ..base.values import ArrayFields
+from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, Sphere, inferred_units, refuse_amount
 
 #: The largest number of parts that the printed form of a composite lists one by one.
 SHOWN = 20
-_UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -55,9 +54,9 @@ class Part(Declared):
     _: KW_ONLY
     mass: Any = field(default=None, metadata=of_kind(Number("mass", NONZERO)))
     density: Any = field(default=None, metadata=of_kind(Number("density", NONZERO)))
-    position: Any = field(default=None, metadata=of_kind(Number("length", shape=(3,))))
-    attitude: Any = field(default=_UNTURNED, metadata=of_kind(Number(shape=(4,))))
     GM: Any = field(default=None, metadata=of_kind(Number("mu", NONZERO)))
+    position: Any = field(default=None, metadata=of_kind(Number("length", shape=(3,))))
+    attitude: Any = field(default=(1.0, 0.0, 0.0, 0.0), metadata=of_kind(Number(shape=(4,))))
 
     def _what(self, name: str, of: str = "") -> str:
         return f"{name} of {of or 'a part'}"
@@ -78,11 +77,9 @@ class Part(Declared):
         object.__setattr__(self, "attitude", tuple(quaternion.tolist()))
 
     def __repr__(self) -> str:
-        amounts = ((name, getattr(self, name)) for name in ("mass", "density", "GM"))
-        value = next(f"{name}={value!r}" for name, value in amounts if value is not None)
-        position = "" if self.position is None else f", position={self.position!r}"
-        attitude = "" if self.attitude == _UNTURNED else f", attitude={self.attitude!r}"
-        return f"Part({self.shape!r}, {value}{position}{attitude})"
+        values = ((entry, getattr(self, entry.name)) for entry in fields(self)[1:])
+        given = (f"{entry.name}={value!r}" for entry, value in values if not same(value, entry.default))
+        return f"Part({self.shape!r}, {', '.join(given)})"
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return self.shape._numbers() | Declared._numbers(self)

@@ -45,18 +45,18 @@ def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int
         from scipy.sparse import bmat, csc_matrix
         from scipy.sparse.linalg import spsolve
 
-    wanted = closed_areas(normals, areas)
-    surface = wanted.sum()
-    wanted = wanted / surface
+    target = closed_areas(normals, areas)
+    surface = target.sum()
+    target = target / surface
     heights = np.ones(len(normals))
     current = _intersection(normals, heights)
     # Areas and heights have the unit in which the surface is one.
     heights = heights / np.sqrt(current.areas.sum())
     current = _intersection(normals, heights)
-    least = 0.5 * min(float(current.areas.min()), float(wanted.min()))
+    least = 0.5 * min(float(current.areas.min()), float(target.min()))
     for _ in range(_STEPS):
-        residual = wanted - current.areas
-        if np.abs(residual).max() <= _CLOSE * wanted.max():
+        residual = target - current.areas
+        if np.abs(residual).max() <= _CLOSE * target.max():
             vertices, triangles = _triangles(normals, current)
             return vertices * np.sqrt(surface), triangles
         size = len(normals)
@@ -66,7 +66,7 @@ def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int
         columns = np.concatenate([current.right, current.left, current.left, current.right])
         jacobian = csc_matrix((np.concatenate([across, across, along, along]), (rows, columns)), shape=(size, size))
         # A shift of the polytope changes no area; the origin stays where the weighted heights of a shift vanish.
-        border = csc_matrix(normals * wanted[:, None])
+        border = csc_matrix(normals * target[:, None])
         full = csc_matrix(bmat([[jacobian, border], [border.T, None]]))
         step = spsolve(full, np.concatenate([residual, np.zeros(3)]))[:size]
         damping, norm = 1.0, np.linalg.norm(residual)
@@ -74,13 +74,13 @@ def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int
             moved = heights + damping * step
             if moved.min() > 0.0:
                 trial = _intersection(normals, moved)
-                if trial.areas.min() >= least and np.linalg.norm(wanted - trial.areas) <= (1.0 - 0.5 * damping) * norm:
+                if trial.areas.min() >= least and np.linalg.norm(target - trial.areas) <= (1.0 - 0.5 * damping) * norm:
                     break
             damping *= 0.5
         else:
             break
         heights, current = _centred(normals, moved, trial)
-    error = np.abs(wanted - current.areas).max() / wanted.max()
+    error = np.abs(target - current.areas).max() / target.max()
     expected = "expected areas of a rounder shape"
     raise NotConverged(f"Minkowski's problem: the areas of facets differ by {error:.3g} of the largest; {expected}")
 

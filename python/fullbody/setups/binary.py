@@ -270,8 +270,8 @@ def binary(
         made, warning = osculating_start(system, solution, start, warn_above)
     if warning is not None:
         caution(warning)
-    begin = convert.number(time, "time", "time")
-    state = from_numbers(system.context, made.position, made.velocity, start.attitudes, made.spin, begin)
+    start_time = convert.number(time, "time", "time")
+    state = from_numbers(system.context, made.position, made.velocity, start.attitudes, made.spin, start_time)
     return Binary(system, state, arguments)
 
 
@@ -319,11 +319,11 @@ def _doubts(
     units = system.context.units
     longest = max(system.context.bodies[0].semi_axes)
     if separation > _WIDE * longest:
-        far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
+        distance, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
         yield (
-            f"the semi-major axis, {far}, is {separation / longest:.4g} times the longest semi-axis of the primary "
-            f"{system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of the "
-            "masses and of the period or the semi-major axis"
+            f"the semi-major axis, {distance}, is {separation / longest:.4g} times the longest semi-axis of the "
+            f"primary {system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of "
+            "the masses and of the period or the semi-major axis"
         )
     for k, (name, component) in enumerate(zip(system.names, components, strict=True)):
         called = f"{('primary', 'secondary')[k]} {name!r}"

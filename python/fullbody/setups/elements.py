@@ -43,7 +43,7 @@ def mean_start(
 ) -> tuple[State, str | None]:
     """Return a start in the bodies' actual attraction, and a warning if it does not keep a mean period that is given.
 
-    The result, which takes tenths of a second, is kept for equal arguments.
+    The result, which takes tenths of a second, is cached for equal arguments.
     """
     arguments = system, solution, start, has_period, start_period
     try:
@@ -63,16 +63,16 @@ def _mean_start(
     system: System, solution: BinarySolution, start: Start, has_period: bool, start_period: float | None
 ) -> tuple[State, str | None]:
     if not has_period:
-        circle, mu = _circular_orbit(system, solution, start, keep="semi_major_axis")
+        circle, mu = _circular_orbit(system, solution, start, fixed="semi_major_axis")
         return start.state(circle.semi_major_axis, mu, circle.period), None
 
-    def made_for(period: float) -> State:
-        circle, mu = _circular_orbit(system, replace(solution, period=period), start, keep="period")
+    def start_of_period(period: float) -> State:
+        circle, mu = _circular_orbit(system, replace(solution, period=period), start, fixed="period")
         return start.state(circle.semi_major_axis, mu, solution.period)
 
     if start_period is not None:
-        return made_for(start_period), None
-    return start_with_period(system, solution.period, made_for, start.locked)
+        return start_of_period(start_period), None
+    return start_with_period(system, solution.period, start_of_period, start.locked)
 
 
 def osculating_start(
@@ -83,7 +83,7 @@ def osculating_start(
     state = start.state(solution.semi_major_axis, kepler, solution.period)
     # The attraction is that at the distance of the start, where the bodies do not overlap.
     at_start = replace(solution, semi_major_axis=float(np.linalg.norm(start.separation)))
-    _, mu = _circular_orbit(system, at_start, start, keep="semi_major_axis")
+    _, mu = _circular_orbit(system, at_start, start, fixed="semi_major_axis")
     forced, eccentricity = abs(mu / kepler - 1.0), start.orbit.eccentricity
     if forced - eccentricity <= warn_above:
         return state, None
@@ -97,12 +97,12 @@ def osculating_start(
 
 
 def _circular_orbit(
-    system: System, solution: BinarySolution, start: Start, *, keep: str
+    system: System, solution: BinarySolution, start: Start, *, fixed: str
 ) -> tuple[BinarySolution, float]:
     """Compute period and semi-major axis of a circular orbit, and its mu: r^2 times the relative acceleration.
 
-    If the primary turns relative to the secondary, mu is the mean over a turn, unless the bodies overlap in it. The one
-    of "period" and "semi_major_axis" that is kept stays as found; the other follows.
+    If the primary rotates relative to the secondary, mu is the mean over a rotation, unless the bodies overlap in it.
+    The ``fixed`` one of "period" and "semi_major_axis" is that of the solution, from which the other follows.
     """
     primary, secondary = start.attitudes
     # Four attitudes at steps of an eighth turn cancel the equator's harmonics of the orders 2, 4 and 6.
@@ -111,13 +111,13 @@ def _circular_orbit(
         (rotations.product(primary, rotations.about_axis(2, np.pi / 4 * k)), secondary) for k in eighths
     ]
     try:
-        return _circular(system, solution, start.direction, attitudes_by_angle, keep)
+        return _circular(system, solution, start.direction, attitudes_by_angle, fixed)
     except BodiesOverlap:
-        return _circular(system, solution, start.direction, [start.attitudes], keep)
+        return _circular(system, solution, start.direction, [start.attitudes], fixed)
 
 
 def _circular(
-    system: System, solution: BinarySolution, direction: Any, attitudes: Sequence[Any], keep: str
+    system: System, solution: BinarySolution, direction: Any, attitudes: Sequence[Any], fixed: str
 ) -> tuple[BinarySolution, float]:
     reduced = solution.masses[0] * solution.masses[1] / sum(solution.masses)
 
@@ -131,7 +131,7 @@ def _circular(
         return total / len(attitudes) / reduced * distance**2
 
     size = solution.semi_major_axis
-    if keep == "semi_major_axis":
+    if fixed == "semi_major_axis":
         mu = mu_at(size)
         return replace(solution, period=float(2 * np.pi * np.sqrt(size**3 / mu))), mu
     for _ in range(50):

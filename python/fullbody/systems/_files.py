@@ -59,8 +59,8 @@ def _merged(content: dict[str, Any], overlay: dict[str, Any]) -> dict[str, Any]:
         if key in bodies:
             for group in (SHAPES, MASSES):
                 if not value.keys().isdisjoint(group):
-                    for old in (*group, *(FIGURES if group is SHAPES else ())):
-                        bodies[key].pop(old, None)
+                    for previous in (*group, *(FIGURES if group is SHAPES else ())):
+                        bodies[key].pop(previous, None)
             bodies[key].update(deepcopy(value))
         elif isinstance(value, dict) and key in result:
             result[key].update(deepcopy(value))

@@ -151,8 +151,8 @@ def test_a_damaged_description_of_forces_is_refused(runs):
         return {"fullbody_system": json.dumps(description)}
 
     for attributes, message in [
-        ({"fullbody_switched_off": '{"Mars": 1}'}, "'Mars' has 1; expected a force"),
-        ({"fullbody_switched_off": '{"Sun": -1}'}, "'Sun' has -1; expected a force"),
+        ({"fullbody_switched_off": '{"Mars": 1}'}, "'Mars' is not a force of the system"),
+        ({"fullbody_switched_off": '{"Sun": -1}'}, "the count of Sun is -1; expected a whole number from 0"),
         ({"fullbody_switched_off": "[1]"}, "attribute fullbody_switched_off"),
         (described(lambda description: description[0].update(kind="Comet")), "of the kind 'Comet'; expected one of"),
         (described(lambda description: (description[0].pop("mass"), description[0].pop("mu"))), "no entry 'mu'"),

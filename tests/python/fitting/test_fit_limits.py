@@ -59,7 +59,10 @@ def test_a_derived_quantity_has_the_spread_of_samples(result):
     assert by_samples.draws.shape == (320,)
     assert by_samples.sigma == pytest.approx(float(np.log(samples["mass"]).std(ddof=1)), rel=1e-9)
     assert by_samples.sigma == pytest.approx(result.derived(lambda run: np.log(run.system.masses[0])).sigma, rel=0.3)
-    refused("rng is None, but 100 draws", lambda: result.derived(lambda run: run.system.masses[0], samples=samples))
+    refused(
+        "rng is None; expected a whole number",
+        lambda: result.derived(lambda run: run.system.masses[0], samples=samples),
+    )
     options = {"samples": samples, "n": 10**6, "rng": 1}
     refused(
         "n is 1000000; expected a whole number", lambda: result.derived(lambda run: run.system.masses[0], **options)

@@ -50,7 +50,7 @@ def test_minima_are_lower_than_their_neighbours(scan):
     chi2 = np.concatenate([[np.inf], scan.chi2, [np.inf]])
     lowest = sorted(b for a, b, c in zip(chi2, chi2[1:], chi2[2:], strict=False) if b < a and b <= c)
     assert [minimum.chi2 for minimum in scan.minima] == lowest
-    poles = scan.poles_at(scan.minima[0].period)
+    poles = scan.poles_at(scan.periods[scan.chi2.argmin()])
     assert [minimum.chi2 for minimum in poles] == sorted(scan.by_pole[scan.chi2.argmin()])
     assert poles[0] == scan.minima[0]
 
