@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..model.geodesic import harmonics
 from ..typing import Floats
 from .curves import Curves
 from .poles import tilted
@@ -49,13 +50,17 @@ class ConvexSeries:
     def __init__(
         self, curves: Curves, axes: Floats, degree: int, smoothness: float, limits: tuple[float, float]
     ) -> None:
-        harmonics = Harmonics.at(curves.normals, degree)
-        weights = curves.areas[:, None] * harmonics.values
+        terms = [(n, m) for n in range(degree + 1) for m in range(n + 1)]
+        degrees, self._orders = (np.array(part) for part in zip(*terms, strict=True))
+        self._has_sine, zonal = self._orders > 0, degrees * (degrees + 1)
+        # The cosine and the sine of an order are the parts of a complex harmonic, which a rotation gives a phase.
+        real = harmonics(curves.normals, degree)
+        values = real[:, zonal + self._orders] + 1j * np.where(self._has_sine, real[:, zonal - self._orders], 0.0)
+        weights = curves.areas[:, None] * values
         #: Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
         self._bisector = curves.lights.sum(axis=0) @ axes.T
         self._times, self._pulls, self._basis = curves.times, curves.pulls, curves.basis
         self._scale, self._limits = _MAGNITUDES / curves.sigma, limits
-        self._orders, self._has_sine = harmonics.orders, harmonics.orders > 0
 
         def reduced_integrals(tilt: Floats) -> Any:
             """Return the integrals (K, C) of the scattering law times each harmonic about a tilted pole."""
@@ -68,7 +73,7 @@ class ConvexSeries:
         self._tilt_derivatives = [
             (reduced_integrals(step) - reduced_integrals(-step)) / (2.0 * _TILT) for step in steps
         ]
-        unknown = np.concatenate([harmonics.degrees[1:], harmonics.degrees[self._has_sine]])
+        unknown = np.concatenate([degrees[1:], degrees[self._has_sine]])
         #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
         self._weight = np.append((unknown / smoothness) ** 2, np.array([limits[0], limits[0], limits[1]]) ** -2.0)
         #: The times from the middle, in units of the span.
@@ -167,25 +172,3 @@ class _Evaluated(NamedTuple):
     total: Floats
     gradient: Floats
     matrix: Floats
-
-
-class Harmonics(NamedTuple):
-    """Spherical harmonics (F, C) of unit vectors, with their degrees and orders (C,).
-
-    Real and imaginary parts, of cosines and sines, have the mean square one over the sphere.
-    """
-
-    values: Any
-    degrees: Any
-    orders: Any
-
-    @classmethod
-    def at(cls, directions: Floats, degree: int) -> Harmonics:
-        """Return all harmonics up to a degree at unit vectors (F, 3)."""
-        from scipy.special import sph_harm_y
-
-        pairs = [(n, m) for n in range(degree + 1) for m in range(n + 1)]
-        degrees, orders = (np.array(part) for part in zip(*pairs, strict=True))
-        theta, phi = np.arccos(directions[:, 2]), np.arctan2(directions[:, 1], directions[:, 0])
-        scale = np.sqrt(4.0 * np.pi * np.where(orders > 0, 2.0, 1.0))
-        return cls(scale * sph_harm_y(degrees, orders, theta[:, None], phi[:, None]), degrees, orders)

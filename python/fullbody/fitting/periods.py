@@ -17,15 +17,16 @@ from ..base.atomic import as_path, content, replacing
 from ..base.kinds import instance, whole_number
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
+from ..base.rotations import matrices
 from ..base.tables import Table, Tabled
 from ..base.units import UNITLESS, need, without_unit
 from ..errors import InvalidInput, interruptible
-from ..frames import pole_angles
+from ..frames import attitude, pole_angles
 from ..observing import Photometry
 from ..typing import Floats
 from .convex import ConvexSeries
 from .curves import Curves, scanned_periods
-from .poles import axes_along, lattice, tilted
+from .poles import lattice, tilted
 
 #: The largest numbers of periods times data times coefficients of a batch.
 _BATCH = 2**20
@@ -261,7 +262,7 @@ def period_scan(
     batch = max(1, _BATCH // (len(curves.sigma) * unknowns))
     with Progress(progress) as report, closing(stored):
         for pole in np.flatnonzero(np.isnan(stored.minima).any(axis=(0, 2))).tolist():
-            axes = axes_along(longitude[pole], latitude[pole])
+            axes = matrices(attitude(longitude[pole], latitude[pole])).T
             series = ConvexSeries(curves, axes, degree, smoothness, limits)
             column = np.empty((len(hours), 4))
             for first in range(0, len(hours), batch):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.differences import REFUSALS
 from ..base.kinds import whole_number
-from ..base.rotations import matrices, unit_vectors
+from ..base.rotations import matrices
 from ..base.units import need
 from ..base.values import same
 from ..frames import rotation
@@ -113,13 +113,6 @@ def _direction(made: SetupResult) -> Floats:
     frame = made.system.context.frame
     spin = spin if frame is None else rotation(frame, "ecliptic") @ spin
     return spin / max(float(np.linalg.norm(spin)), np.finfo(float).tiny)
-
-
-def axes_along(longitude: float, latitude: float) -> Floats:
-    """Return the axes (3, 3), as rows, of a frame whose z-axis is a pole in radians."""
-    pole = unit_vectors(longitude, latitude)
-    first = unit_vectors(longitude, latitude - 0.5 * np.pi)
-    return np.stack([first, np.cross(pole, first), pole])
 
 
 def tilted(axes: Floats, tilt: Floats) -> Floats:

@@ -13,7 +13,7 @@ from ..base.units import UNITLESS, Units, is_quantity, strip_to, without_unit
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
-from .geodesic import geodesic_mesh, harmonics, parts_of
+from .geodesic import geodesic_mesh, mesh_harmonics, parts_of
 from .minkowski import polytope
 from .polyhedron import Polyhedron
 
@@ -286,7 +286,7 @@ def _parts(faces: int, per_square: int, more: int) -> int:
 
 def _exponential(coefficients: Floats, parts: int, most: float, what: str) -> Floats:
     """Return the exponentials (V,) of a series at the points of a mesh."""
-    values = harmonics(parts, _degree(coefficients)) @ coefficients
+    values = mesh_harmonics(parts, _degree(coefficients)) @ coefficients
     low, high = float(values.min()), float(values.max())
     if high - low > np.log(most) or max(-low, high) > 100.0:
         expected = f"expected logarithms within 100 of zero that differ by less than {np.log(most):.3g}"

@@ -79,14 +79,18 @@ def _shares(points: Floats, faces: npt.NDArray[np.int64]) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def harmonics(parts: int, degree: int) -> Floats:
-    """Return real spherical harmonics (V, (L + 1)^2) up to a degree L at the points of a mesh.
+def mesh_harmonics(parts: int, degree: int) -> Floats:
+    """Return the harmonics (V, (L + 1)^2) up to a degree L at the points of a mesh; see :func:`harmonics`."""
+    return harmonics(geodesic_mesh(parts).points, degree)
+
+
+def harmonics(directions: Floats, degree: int) -> Floats:
+    """Return real spherical harmonics (F, (L + 1)^2) up to a degree L at unit vectors (F, 3).
 
     They have a mean square of one over the sphere, as in geodesy ("4pi"), and no sign (-1)^m. Their order is by degree
     and, within a degree, from the sines of m = l to those of m = 1, and from the cosines of m = 0 to those of m = l.
     """
-    values = _core.solid_harmonics(geodesic_mesh(parts).points, degree)
-    return values * np.sqrt(2.0 * degrees(degree) + 1.0)
+    return _core.solid_harmonics(directions, degree) * np.sqrt(2.0 * degrees(degree) + 1.0)
 
 
 def degrees(degree: int) -> Floats:

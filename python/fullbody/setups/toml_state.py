@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import _core
 from ..base import rotations
 from ..base.kinds import Kind, Number, direction, kinds_of
 from ..forces import BinaryYarkovsky, Byorp, Force, ThirdBody, Tide, Yorp
@@ -159,9 +160,7 @@ def attitude(table: TomlTable, frame: str | None = None) -> Floats:
                 raise table.fault("attitude", "is zero; expected a quaternion [w, x, y, z]")
             return value
         case "angles":
-            zero = np.zeros((1, 3))
-            angles = table.vector("angles", "angle", 3)
-            return np.asarray(State.from_tait_bryan(zero, zero, angles[None]).attitude[0])
+            return _core.quaternion_of_tait_bryan(table.vector("angles", "angle", 3).tolist())
         case "pole":
             angle = table.number("rotation_angle", "angle") if "rotation_angle" in table else 0.0
             longitude, latitude = table.vector("pole", "angle", 2)
