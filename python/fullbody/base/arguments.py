@@ -106,7 +106,7 @@ def index_of(value: object, names: Sequence[str], what: str) -> int:
 
 
 def sequence(value: Any, kind: type[_T], what: str, expected: str, members_expected: str) -> tuple[_T, ...]:
-    """Return a sequence of objects of one kind, or raise an error that names what is not of that kind."""
+    """Return a sequence of objects of one kind, or raise an error that shows an object of another kind."""
     try:
         members = tuple(value)
     except TypeError as error:
@@ -118,7 +118,7 @@ def sequence(value: Any, kind: type[_T], what: str, expected: str, members_expec
 
 
 def names_of(value: Any, what: str) -> list[str]:
-    """Return a list of names, or raise an error that shows what is not a name."""
+    """Return a list of names, or raise an error that shows an element that is not a name."""
     expected = "a list of names such as ['G', 'mass of Alpha']"
     if isinstance(value, str):
         raise InvalidInput(f"{what} is {value!r}, which is text; expected {expected}")
@@ -191,7 +191,7 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 
 
 def suggestion(name: str, names: Iterable[str], quantifier: str = "some") -> str:
-    """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
+    """Return a phrase for an unknown name: the name that it may mean, and the list of all."""
     names = list(names)
     synonyms = [synonym for synonym in _SYNONYMS.get(name, ()) if re.split(r"\W", synonym)[0] in names]
     similar = synonyms or similar_names(name, names)

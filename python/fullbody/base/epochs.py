@@ -1,4 +1,4 @@
-"""Dates: that of time zero, which is kept as text so that files hold it without loss, and those of observations."""
+"""Dates: the date of time zero, stored as text so that files hold it without loss, and dates of observations."""
 
 from __future__ import annotations
 

@@ -313,7 +313,7 @@ class Units:
 
 
 class AnyUnits(Units):
-    """Units of a system not yet known: Quantities of the right dimension count in their own units, angles in rad."""
+    """Units where there is no system yet: Quantities of the right dimension count in their own units, angles in rad."""
 
     def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> Floats:
         """Return a value as numbers in its own units."""
@@ -329,7 +329,7 @@ def _si() -> Units:
     return Units(("m", "s", "kg"))
 
 
-#: Units for pure numbers and angles, and for numbers of a system that is not yet known.
+#: Units for pure numbers and angles, and for numbers before there is a system.
 UNITLESS, ANY = Units(), AnyUnits()
 
 
@@ -340,7 +340,7 @@ def units_of(mu: Any) -> Units | None:
 
 def similar_names(name: str, names: Sequence[str]) -> list[str]:
     """Return a list with that of some names which resembles this one most, or an empty list."""
-    # The import is made here, since most sessions contain no wrong name.
+    # The import is deferred, since most sessions contain no misspelt name.
     import difflib
 
     return difflib.get_close_matches(name, names, 1)

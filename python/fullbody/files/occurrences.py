@@ -39,7 +39,7 @@ _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")
 def to_dataset(
     run: Record, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """Return variables, coordinates, and the events as JSON; without any event that happened there are no variables.
+    """Return variables, coordinates, and the events as JSON; without an occurrence there are no variables.
 
     ``attributes`` returns a variable's attributes from the dimension of its unit and its meaning.
     """

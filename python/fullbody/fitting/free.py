@@ -20,7 +20,7 @@ from ..typing import Floats
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
 _SIGMA = Limits(least=SMALLEST, infinite=True, text=f"a number above zero, at least {SMALLEST}")
 _BOUNDS = Limits(infinite=True, text="finite numbers, or infinite ones for none")
-#: The arrays of parameters, with their numbers where there are neither bounds nor priors.
+#: The arrays of parameters, with the numbers that stand for missing bounds and priors.
 ARRAYS = {"start": 0.0, "lower": -np.inf, "upper": np.inf, "mean": 0.0, "sigma": np.inf}
 
 
@@ -103,7 +103,7 @@ class Parameters:
         self._index()
 
     def _index(self) -> None:
-        """Set what follows from the arguments and their shapes."""
+        """Set the names, arguments and units of all numbers from the arguments and their shapes."""
         self.names = tuple(label for name in self.arguments for label in self._labels(name))
         self.argument_of = tuple(name for name in self.arguments for _ in range(self.size_of(name)))
         self.units = tuple(self._units[name] for name in self.argument_of)
@@ -128,7 +128,7 @@ class Parameters:
         return UNITLESS.numbers(numbers, "number", what, shape, _BOUNDS if infinite and shape else _RANGE)
 
     def _broadcast(self, name: str, value: Any, what: str, array: str) -> Floats:
-        """Return numbers (n,) for all of an argument, or the same number for each where none is given."""
+        """Return the numbers (n,) of an argument; without a value, those for missing bounds or priors."""
         shape = self.shapes[name]
         if value is None:
             return np.full(self.size_of(name), ARRAYS[array])
@@ -252,5 +252,5 @@ class Parameters:
 
 
 def _shown(argument: Any, number: float) -> Any:
-    """Return an argument as it was given, or the number of its array."""
+    """Return an argument for a message: the number of an array, and any other argument unchanged."""
     return number if np.ndim(argument) else argument

@@ -16,7 +16,7 @@ from ..typing import Floats
 
 @dataclass(frozen=True)
 class Outliers:
-    """A loss for data of which some are wrong: minus the logarithm of a mixture of two normal distributions.
+    """A loss for data with outliers: minus the logarithm of a mixture of two normal distributions.
 
     With z a residual divided by its error, the likelihood is proportional to
     (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).

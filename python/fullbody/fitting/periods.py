@@ -94,7 +94,7 @@ class PeriodScan(Tabled):
         return PeriodMinimum(self.fitted[k, pole], float(self.by_pole[k, pole]), *direction)
 
     def poles_at(self, period: Any) -> tuple[PeriodMinimum, ...]:
-        """Return all poles at the scanned period that is nearest to a given one, with their chi2, the lowest first."""
+        """Return all poles at the scanned period nearest to a period, with their chi2, the lowest first."""
         k = int(np.argmin(np.abs(self.periods - period)))
         poles = (self._minimum(k, pole) for pole in range(self.by_pole.shape[1]))
         return tuple(sorted(poles, key=lambda minimum: minimum.chi2))

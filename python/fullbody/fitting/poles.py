@@ -108,7 +108,7 @@ def _distance(pole: Floats, other: Floats) -> float:
 
 
 def _direction(made: SetupResult) -> Floats:
-    """Return the unit vector (3,) of the spin of a body alone in the ecliptic, or in a frame that is not known."""
+    """Return the unit vector (3,) of the spin of a body alone, in the ecliptic if the system has a frame."""
     spin = matrices(made.core.attitude[0]) @ made.core.spin[0]
     frame = made.system.context.frame
     spin = spin if frame is None else rotation(frame, "ecliptic") @ spin

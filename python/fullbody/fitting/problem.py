@@ -303,7 +303,7 @@ class Problem:
         return bool((np.abs(difference) <= 1e-9 * sizes).all())
 
     def limits(self, values: Floats) -> str:
-        """Return the bounds, as text, that would keep a fit at values (P,) from those that were refused last."""
+        """Return, as text, the bounds that would exclude the values refused last from a fit at values (P,)."""
         sides = []
         for k, (name, refused) in enumerate(zip(self.parameters.names, self._refused, strict=True)):
             moved = values.copy()
@@ -321,12 +321,12 @@ def _emission(observation: Any, system: Any) -> Floats:
 
 
 def _part(run: Record, observation: Any) -> Any:
-    """Return the samples of a run at the times of observations, of which several rows may have one."""
+    """Return the samples of a run at the times of observations, several rows of which may share a time."""
     return run[np.unique(run.indices(_emission(observation, run.system)))]
 
 
 def _derivatives(observation: Any, held: Held, part: Any) -> tuple[FunctionDerivatives, str]:
-    """Return the derivatives of what the model of observations contracts, and why they are differences if they are."""
+    """Return the derivatives of the contracted numbers of observations, and the reason if they are differences."""
     reason = "the observations have no derivatives of their own"
     for name, *arguments in (("linear_derivatives", held), ("derivatives",)):
         if hasattr(observation, name):

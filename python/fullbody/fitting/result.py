@@ -1,4 +1,4 @@
-"""The result of a fit: values with their errors, and what follows from them."""
+"""The result of a fit: values with their errors, and the quantities that follow from them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _LONG = 6
 
 @dataclass(frozen=True)
 class Minimum:
-    """A minimum that a fit has found.
+    """A minimum at which a fit ended.
 
     Attributes
     ----------
@@ -245,10 +245,10 @@ class Fit(ArrayFields, Tabled):
         accepted, covariance = np.empty((0, size)), self.covariance[:size, :size]
         errors = np.sqrt(np.diag(covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
-        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        factor = vectors * np.sqrt(np.maximum(values, 0.0))
+        normal, zeros = covariance / np.outer(scale, scale), np.zeros(size)
         for _ in range(_MOST_DRAWS):
-            drawn = self.numbers[:size] + scale * (random.normal(size=(count, len(scale))) @ factor.T)
+            units = random.multivariate_normal(zeros, normal, count, check_valid="ignore", method="eigh")
+            drawn = self.numbers[:size] + scale * units
             accepted = np.concatenate([accepted, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
             if len(accepted) >= count:
                 return accepted[:count]

@@ -85,7 +85,7 @@ class SetupResult:
         return [surface_of(body) for body in self.system.context.bodies]
 
     def deformed(self, other: SetupResult) -> list[int]:
-        """Return the indices of the bodies whose surface has changed in another way than by a factor."""
+        """Return the indices of the bodies whose surface is not a scaled copy of the one in this result."""
         pairs = zip(self.system.bodies, other.system.bodies, self.surfaces, other.surfaces, strict=False)
         return [k for k, (body, changed, old, new) in enumerate(pairs) if _is_deformed(body, changed, old, new)]
 
@@ -137,7 +137,7 @@ class SetupResult:
         return np.append(np.tile(np.repeat(largest, 3), len(core.position)), abs(core.time))
 
     def changes(self, other: SetupResult) -> tuple[Floats, str | None]:
-        """Return the changes (P,) of the parameters to another system, and what of it they leave unexplained."""
+        """Return the changes (P,) of the parameters to another system, and a difference that no parameter makes."""
         changed, unexplained = self.system.context.core.parameter_changes(other.system.context.core)
         if unexplained is None:
             names = (*self.settings, *other.settings)
@@ -164,15 +164,15 @@ class SetupDerivatives:
 
 
 class _NewDeformation(Exception):
-    """A body is deformed that was not known to be."""
+    """A parameter deforms a body that is not among the deformed ones yet."""
 
 
 class _Undifferentiable(Exception):
-    """A parameter changes something by which motions cannot be differentiated; the text says what that is."""
+    """A parameter changes something by which motions cannot be differentiated; the text names it."""
 
 
 class SetupDifferences:
-    """The derivatives of a setup, wherever they are computed in a fit; the steps of differences are kept.
+    """The derivatives of a setup at any values in a fit; the steps of differences carry over to later values.
 
     The function ``make`` takes values (P,) and returns the :class:`SetupResult` of the setup.
     """
@@ -294,7 +294,7 @@ def _radius(surface: Surface) -> float:
 def _scales(base: SetupResult, equivalent: SetupResult, surfaces: dict[int, Surface]) -> tuple[Floats, Any]:
     """Return rounding errors of start, time, parameters and surfaces, and equal numbers for numbers of one kind."""
     parameters = np.abs(list(equivalent.parameters.values()))
-    # Coefficients of gravity, which are below one, have the rounding errors of the sums of which they are left.
+    # Coefficients of gravity, which are below one, have the rounding errors of sums of larger terms.
     least = [0.0 if name in base.parameters else 1.0 for name in equivalent.parameters]
     sizes = [base.sizes(), np.maximum(parameters, least)]
     start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)

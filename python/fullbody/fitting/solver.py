@@ -120,7 +120,7 @@ class Solver:
         self._costs: list[float] = []
 
     def solve(self, start: Floats) -> None:
-        """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
+        """Find the minimum next to a start; after an early interrupt ``best`` may still be ``None``."""
         from scipy.optimize import least_squares
 
         try:
@@ -188,7 +188,7 @@ class Solver:
         return linearised
 
     def _is_stalled(self, cost: float) -> bool:
-        """Return whether chi2 no longer changes by what counts, although derivatives with kinks lead further."""
+        """Return whether chi2 has settled close to a minimum that derivatives with kinks do not reach."""
         self._costs.append(cost)
         recent = self._costs[-1 - _ITERATIONS :]
         settled = len(recent) > _ITERATIONS and 2.0 * (recent[0] - recent[-1]) < _STALLED

@@ -1,4 +1,4 @@
-"""The uncertainty of fitted parameters and of what follows from them: covariance, and samples of the posterior."""
+"""The uncertainty of fitted parameters and of derived quantities: covariance, and samples of the posterior."""
 
 from __future__ import annotations
 

@@ -349,7 +349,7 @@ class Body(ScalarFields, Tabled):
         constant = units.number(G, "G", "G")
         key = (units.names, constant)
         if self._attraction is None or self._attraction[0] != key:
-            # It is kept, since the sums of a polyhedron take long to prepare.
+            # It is cached, since the sums of a polyhedron take long to prepare.
             self._attraction = key, _core.Attraction([self._with(units, constant)._core(units, 0)], constant, "auto")
         origin, unturned = np.zeros((1, 1, 3)), np.array([[[1.0, 0.0, 0.0, 0.0]]])
         return gravity_at(self._attraction[1], origin, unturned, array, units)

@@ -11,7 +11,6 @@ from ..base import rotations
 from ..base.arguments import directions, index_of, warn_if_degrees
 from ..base.kinds import Number, choice
 from ..base.limits import LATITUDE, POSITIVE
-from ..base.tables import number
 from ..base.units import UNITLESS, Units, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -166,7 +165,7 @@ def impact(
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
     relative = rotation.T @ (axes @ coming) - np.cross(spins[index], point)
     if relative @ normal >= 0.0:
-        speed = number(units.attach(np.float64(relative @ normal), "velocity"), 4)
+        speed = units.text(relative @ normal, "velocity", 4)
         raise InvalidInput(
             f"velocity of the projectile is {velocity!r}, by which it leaves the surface there at {speed} along the "
             "normal; expected one that comes from outside, relative to the body's centre"
@@ -246,7 +245,7 @@ def _index(state: StateLike, body: object, what: str) -> int:
 
 
 def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> Floats:
-    """Return as columns (3, 3) the axes in which vectors of a body are given."""
+    """Return the axes ``along`` which vectors of a body have their components, as columns (3, 3)."""
     if choice(along, f"along of {what}", ("inertial", "body", "orbit")) != "orbit":
         if about is not None:
             raise InvalidInput(f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only")

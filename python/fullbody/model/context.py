@@ -1,4 +1,4 @@
-"""The context of a system, and the functions that the core calls: what forces, events and readers of runs know."""
+"""The context of a system, which forces, events and readers of runs receive, and the functions that the core calls."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Call:
         return answer
 
     def raised(self, answer: int | None) -> BaseException | None:
-        """Return the error for which a number stands, if there is one, and forget it."""
+        """Remove and return the error for which a number stands, ``None`` if there is none."""
         return None if answer is None else self._raised.pop(answer, None)
 
     def core_arguments(self) -> tuple[int, int, int, Any]:
@@ -92,7 +92,7 @@ class Context:
         return index_of(body, self.names, what)
 
     def pair(self, body: object, about: object, of: str = "") -> tuple[int, int]:
-        """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""
+        """Return the indices of two bodies, or raise an error if they are one; ``of`` names the owner in errors."""
         first, second = self.index(body, f"body{of}"), self.index(about, f"about{of}")
         if first == second:
             expected = "expected two bodies"

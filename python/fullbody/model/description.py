@@ -26,7 +26,7 @@ _NOTED = {"bodies": ("named", "shape", "parts", "series"), "forces": ("date",)}
 def notes_of(
     units: Units, epoch: str | None, frame: str | None, bodies: Iterable[Body], forces: Iterable[Force]
 ) -> dict[str, Any]:
-    """Return what the core's description of a system leaves out."""
+    """Return the data of a system that the core's description does not contain."""
     noted = ([item._notes() for item in ones] for ones in (bodies, forces))
     return dict(zip(_NOTES, (units.names, epoch, frame, *noted), strict=True))
 

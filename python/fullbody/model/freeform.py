@@ -92,7 +92,7 @@ class HarmonicShape(_Series, Polyhedron):
 
     @classmethod
     def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any, reference_radius: Any = None) -> HarmonicShape:
-        """Return the shape of vertices in a file or a pickle, which are kept to the last bit."""
+        """Return the shape with exactly the vertices of a file or a pickle."""
         made = object.__new__(cls)
         Polyhedron.__init__(made, vertices, faces)
         made._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
@@ -118,7 +118,7 @@ class HarmonicShape(_Series, Polyhedron):
 
 
 class ConvexShape(_Series, ScalarFields):
-    """A convex shape that is known by its light: the areas of facets of given normals, without vertices.
+    """A convex shape defined by the areas and the normals of its facets, without vertices: its light follows.
 
     The normals n are the points of a geodesic mesh, and the area of a facet is R^2 exp(sum of c_lm Y_lm(n)) times the
     solid angle of its point (Kaasalainen & Torppa 2001, Icarus 153, 24). The light of a body follows from these alone.
@@ -211,7 +211,7 @@ class ConvexShape(_Series, ScalarFields):
 
     @classmethod
     def _rebuild(cls, normals: Any, areas: Any, coefficients: Any, reference_radius: Any = None) -> ConvexShape:
-        """Return the shape of areas in a file or a pickle, which are kept to the last bit."""
+        """Return the shape with exactly the areas of a file or a pickle."""
         made = cls(coefficients, faces=len(normals))
         stored = np.array(areas, dtype=np.float64)
         same = stored.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)

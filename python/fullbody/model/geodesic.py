@@ -99,5 +99,5 @@ def degrees(degree: int) -> Floats:
 
 
 def parts_of(faces: int, per_square: int, more: int = 0) -> int:
-    """Return the least n for which a mesh has at least so many of what it has ``per_square`` n^2 + ``more`` of."""
+    """Return the least n for which ``per_square`` n^2 + ``more``, the number of faces or points, reaches ``faces``."""
     return max(1, int(np.ceil(np.sqrt(max(faces - more, 1) / per_square) - 1e-9)))

@@ -1,4 +1,4 @@
-"""Minkowski's problem: the convex polytope whose facets have given normals and areas.
+"""Minkowski's problem: find the convex polytope from the normals and areas of its facets.
 
 With the heights h_i of the facets' planes above the origin, the areas A_i(h) have the derivatives l_ij / sin t_ij with
 respect to the heights of adjacent facets j, where l_ij is the length of the common edge and t_ij the angle between the
@@ -134,7 +134,7 @@ def _triangles(normals: Floats, current: _Polytope) -> tuple[Floats, npt.NDArray
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
-    # A vertex at which more than three facets meet is found several times.
+    # A vertex at which more than three facets meet occurs several times.
     count, size = len(current.vertices), np.abs(current.vertices).max()
     pairs = KDTree(current.vertices).query_pairs(_SAME * size, output_type="ndarray")
     graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))

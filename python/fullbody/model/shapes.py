@@ -130,7 +130,7 @@ class PointMass:
 
 #: The type of the shapes that consist of one piece.
 Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients | ConvexShape
-#: Those whose volume is zero or not known, with what errors call them.
+#: The shapes whose volume is zero or undefined, with their names in errors.
 WITHOUT_VOLUME: dict[type[Any], str] = {
     PointMass: "a point",
     StokesCoefficients: "a shape by its Stokes coefficients",
@@ -152,7 +152,7 @@ def inferred_units(numbers: dict[str, tuple[Any, str]]) -> Units:
 
 
 def amounts(**values: Any) -> list[str]:
-    """Return those of a mass, a density and a GM that are given, with an article."""
+    """Return the names, with an article, of those of a mass, a density and a GM that are not ``None``."""
     return [f"a {name}" for name, value in values.items() if value is not None]
 
 

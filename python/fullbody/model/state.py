@@ -81,7 +81,7 @@ class State(ArrayFields, Tabled):
            [1., 0., 0., 0.]])
     """
 
-    #: The core's state, the names of the bodies if they are known, and the units of its parts that have one.
+    #: The core's state, the names of the bodies (none for a new state), and the units of its parts that have one.
     __slots__ = ("core", "names", "units")
 
     kick = kick
@@ -95,7 +95,7 @@ class State(ArrayFields, Tabled):
             _warn_of_lengths(quaternions)
 
     def _fill(self, make: Callable[..., _core.State], attitude: Any, **arguments: Any) -> None:
-        """Make the core's state from attitudes, none of which turns by default, or angles, and the other parts."""
+        """Make the core's state from attitudes or angles, no rotation by default, and the other parts."""
         self.names: tuple[str, ...] = ()
         parts, self.units = _strip(**arguments)
         if attitude is None:
@@ -298,7 +298,7 @@ def from_numbers(
 
 
 def strip(state: State, context: Context) -> _core.State:
-    """Return a state as the core takes it, in the units of a system, or raise an error for what is not a state."""
+    """Return the core's state, in the units of a system, of a :class:`State`; other objects are refused."""
     return cast(State, instance(state, "state", State)).in_units(context.units)
 
 

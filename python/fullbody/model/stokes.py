@@ -1,4 +1,4 @@
-"""Shapes that are known by their gravity: Stokes coefficients."""
+"""Shapes defined by their gravity: Stokes coefficients."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ROUNDED = 1e-6
 
 
 class StokesCoefficients(ScalarFields):
-    """A shape that is known by its gravity: spherical-harmonic coefficients, inertia and the radius of a sphere.
+    """A shape defined by its gravity: spherical-harmonic coefficients, inertia and the radius of a sphere.
 
     The potential outside the sphere is GM/r times the sum of (R/r)^l (C_lm cos m lambda + S_lm sin m lambda) P_lm(sin
     phi), with P_lm without the sign (-1)^m. The body has no surface: contact, occultations and light are refused, and
@@ -270,7 +270,7 @@ class StokesCoefficients(ScalarFields):
 
 
 def from_packed(packed: Any, reference: Any, inertia: Any, radius: Any, mu: Any = None) -> StokesCoefficients:
-    """Return the shape of coefficients in the core's order, with what the class takes beside them."""
+    """Return the shape of coefficients in the core's order, with the other arguments of the class."""
     made = StokesCoefficients(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
     made._mu = mu
     return made

@@ -45,7 +45,7 @@ def in_unit(unit: Any, value: Any, what: str) -> Any:
 
 
 def single_name(values: dict[str, Any]) -> str:
-    """Return the name of the one value that is given, or raise an error if there is none or several."""
+    """Return the name of the only value that is not ``None``, or raise an error if there is none or several."""
     names = [name for name, value in values.items() if value is not None]
     if len(names) != 1:
         which = f"both {' and '.join(names)}" if names else f"no {next(iter(values))}"

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..base.arguments import generator, options_of, refuse_unknown
 from ..base.kinds import choice, instance, whole_number
-from ..base.tables import number
 from ..base.unit_names import error_of
 from ..base.units import DEFAULT_UNITS, UNITLESS, Units, as_quantity, is_quantity
 from ..errors import InvalidInput, caution, interruptible, once
@@ -319,7 +318,7 @@ def _doubts(
     units = system.context.units
     longest = max(system.context.bodies[0].semi_axes)
     if separation > _WIDE * longest:
-        distance, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
+        distance, size = (units.text(value, "length", 4) for value in (separation, longest))
         yield (
             f"the semi-major axis, {distance}, is {separation / longest:.4g} times the longest semi-axis of the "
             f"primary {system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of "

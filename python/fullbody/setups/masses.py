@@ -1,4 +1,4 @@
-"""Masses, period and semi-major axis of a binary from the given values."""
+"""Masses, period and semi-major axis of a binary from published values."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def solve(
 def _mass_and_volume(
     component: Component, index: int, equal_density: bool, G: float, convert: Units
 ) -> tuple[float | None, float]:
-    """Return the mass of a component, ``None`` if it is not given, and its volume, NaN where that is not needed."""
+    """Return the mass of a component, ``None`` without one, and its volume, NaN where that is not needed."""
     called = component.name if component.name is not None else f"body {index}"
     if isinstance(component.shape, Composite | StokesCoefficients):
         volume = _volume(component.shape, convert, called) if equal_density else np.nan
@@ -148,7 +148,7 @@ def _split(
 def _compare(
     what: str, first: float, of_first: str, second: float | None, of_second: str, limits: tuple[float, float]
 ) -> None:
-    """Compare two values of one quantity, of which the first is taken, if there is a second one."""
+    """Warn or raise an error if two values of one quantity, of which the first is used, differ too much."""
     if second is None:
         return
     relative, (warn_above, refuse_above) = abs(first - second) / abs(second), limits

@@ -236,7 +236,7 @@ def toml_content(path: Path) -> dict[str, Any]:
 
 
 def parsed(written: bytes, path: Path) -> dict[str, Any]:
-    """Return the contents of TOML, of which errors name the file."""
+    """Return the contents of bytes of TOML; errors name the file."""
     import tomllib
 
     try:

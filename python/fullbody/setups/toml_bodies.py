@@ -98,7 +98,7 @@ def _name(table: TomlTable) -> str | None:
 
 
 def _masses(table: TomlTable, G: float) -> dict[str, float]:
-    """Return the mass or the density, or both if both are given, which is an error of the body."""
+    """Return the mass and the density as far as the table has them; the body refuses both."""
     arguments = table.numbers(MASSES)
     if "GM" in arguments:
         arguments["mass"] = arguments.pop("GM") / G

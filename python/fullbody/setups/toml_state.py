@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,7 @@ def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
     orbits = [_orbit(row, names, masses, system.context.G, k) for k, row in enumerate(rows)]
     position, velocity, spins = np.zeros((3, len(rows), 3))
     attitudes = np.zeros((len(rows), 4))
-    for k in _order(rows, orbits, names):
+    for k in _order(rows, orbits):
         if (orbit := orbits[k]) is None:
             if k > 0 and "position" not in rows[k]:
                 raise rows[k].fault("", "has no position and no orbit; expected one of them")
@@ -94,18 +95,14 @@ def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
         return from_numbers(system.context, position, velocity, attitudes, spins, start)
 
 
-def _order(rows: list[TomlTable], orbits: list[_Orbit | None], names: list[str]) -> list[int]:
+def _order(rows: list[TomlTable], orbits: list[_Orbit | None]) -> list[int]:
     """Return the indices of the bodies so that each comes after those about which it orbits."""
-    order: list[int] = []
-    while len(order) < len(rows):
-        ready = [
-            k for k, orbit in enumerate(orbits) if k not in order and (orbit is None or set(orbit.about) <= set(order))
-        ]
-        if not ready:
-            first = next(k for k in range(len(rows)) if k not in order)
-            raise rows[first].table("orbit").fault("about", "is a body that orbits about this one")
-        order += ready
-    return order
+    try:
+        return list(
+            TopologicalSorter({k: orbit.about if orbit else () for k, orbit in enumerate(orbits)}).static_order()
+        )
+    except CycleError as error:
+        raise rows[min(error.args[1])].table("orbit").fault("about", "is a body that orbits about this one") from error
 
 
 def _orbit(table: TomlTable, names: list[str], masses: Floats, G: float, k: int) -> _Orbit | None:

@@ -1,4 +1,4 @@
-"""Tables of a TOML file that know their location, so that errors name file, key, value and what is expected.
+"""Tables of a TOML file with their location, so that errors name the file, the key, the value and the expectation.
 
 A number of a file may be published: ``{ value = 2.26, unit = "h", error = "0.0001", source = "N20" }``.
 """
@@ -81,7 +81,7 @@ class TomlTable:
         return str(value)
 
     def only_key(self, *keys: str) -> str | None:
-        """Return which one of these keys is given, or ``None``; more than one is an error."""
+        """Return the one of these keys that the table has, or ``None``; more than one is an error."""
         present = [key for key in keys if key in self]
         if len(present) > 1:
             raise self.fault("", f"has {' and '.join(present)}; expected one of {', '.join(keys)}")
@@ -164,7 +164,7 @@ def is_published(item: Any) -> bool:
 
 
 def replaced(item: Any, convert: Callable[[Any, str], Any], path: str = "") -> Any:
-    """Return the contents of a file with each published number replaced by what ``convert`` makes of value and unit."""
+    """Return the contents of a file with each published number replaced by ``convert(value, unit)``."""
     if is_published(item):
         for key in item:
             if key not in _KEYS:

@@ -106,7 +106,7 @@ def state(
 
 @contextmanager
 def _explaining(what: str, system: SystemLike, time: Any) -> Iterator[None]:
-    """Context manager that adds to an error of SPICE what the kernels lack."""
+    """Context manager that raises errors of SPICE as errors that name the missing data."""
     errors = spiceypy().utils.exceptions
     try:
         yield

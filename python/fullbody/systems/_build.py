@@ -48,13 +48,13 @@ def ready(
     table = content["system"]
     frame, published = _frame(content, frame), table.get("frame")
     options = _with_epoch(options, table.get("epoch"))
-    # Numbers of a file without units are dimensionless: the units are those that the caller says they have.
+    # Numbers of a file without units are dimensionless, and have the units that the caller names.
     base, units = (DEFAULT_UNITS if Units(units).defined else None, units) if "units" in table else (units, False)
     if base is None and "G" not in table:
         options["G"] = _G
     described = {key: replaced(item, in_usual_units) for key, item in content.items() if key not in METADATA}
     if "binary" in described and (options.get("gravity", "focal") not in _EXACT or "forces" in options):
-        # The period of the start was found for the exact attraction alone.
+        # The period of the start holds for the exact attraction alone.
         described["binary"].pop("start_period", None)
     planar = frame == "orbit" and "binary" in described
     top = TomlTable(_files.path(name), "", described, Units(base))
