@@ -61,7 +61,7 @@ def test_no_python_files_use_each_other():
 INWARD = {"_condition", "_core", "_describe", "_event_spec", "_input_warnings", "_layer", "_minimised", "_notes"}
 INWARD |= {"_numbers", "_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_unitless", "_with"}
 #: Names of Python's own modules.
-INWARD |= {"_getframe", "_Pointer"}
+INWARD |= {"_getframe", "_Pointer", "_replace"}
 
 
 def test_private_attributes_are_those_of_the_same_file():
