@@ -53,7 +53,7 @@ if _typing.TYPE_CHECKING:
 else:
     #: The modules of names that are imported when they are first used, since most sessions need none of them.
     _MODULES = {
-        **{name: "" for name in ("analysis", "fields", "fitting", "observing", "plots", "spice", "view")},
+        **dict.fromkeys(("analysis", "fields", "fitting", "observing", "plots", "spice", "view"), ""),
         **dict.fromkeys(("from_rebound", "read_gubas", "read_sians", "to_rebound"), "peers"),
         **{"fit": "fitting", "explore": "view", "sweep": "ensembles.sweep"},
     }
@@ -65,8 +65,9 @@ else:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         from importlib import import_module
 
-        module = import_module(f".{_MODULES[name] or name}", __name__)
-        return getattr(module, name) if _MODULES[name] else module
+        if not _MODULES[name]:
+            return import_module(f".{name}", __name__)
+        return getattr(import_module(f".{_MODULES[name]}", __name__), name)
 
 
 del _typing
