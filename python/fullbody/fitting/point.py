@@ -238,7 +238,7 @@ class PullJacobian:
     differenced_observations : dict of str
         The reasons why predictions were differenced with respect to the states, by ``"observations[i]"``.
     kinks : bool
-        Whether faces are deformed by parameters: where one of them turns away, the derivatives of their light jump.
+        Whether parameters deform faces: where a face leaves the view, the derivatives of the light jump.
     """
 
     rows: Floats

@@ -79,8 +79,8 @@ def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | Non
     """Return values (P,) with the mirror of the pole of the first of some points, at the longitude plus 180 degrees.
 
     The light curves of a body near the plane of the ecliptic hardly tell the two apart (Kaasalainen & Lamberg 2006,
-    Inverse Problems 22, 749). The parameter of the longitude is that by whose half turn the spin turns so. ``None`` is
-    returned without points or such a parameter, and if one of the points is near that pole already.
+    Inverse Problems 22, 749). The parameter of the longitude is that whose change by 180 degrees has this effect.
+    ``None`` is returned without points or such a parameter, and if one of the points is near that pole already.
     """
     if not points or not any(isinstance(item, Photometry) for item in points[0].observations):
         return None

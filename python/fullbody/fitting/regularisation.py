@@ -134,7 +134,7 @@ def closure(body: int | str, sigma: Any = 0.01) -> Regularisation:
 def convexity(body: int | str, sigma: Any = 0.02) -> Regularisation:
     """Return the concavity of a polyhedron, zero for a convex one, as one of the observations of a fit.
 
-    It is the sum over the edges of which the faces are turned towards each other, by an angle t, of 1 - cos t times the
+    It is the sum over the edges whose faces are inclined towards each other, by an angle t, of 1 - cos t times the
     areas of both faces over the area of all (after Kaasalainen & Viikinkoski 2012, Astron. Astrophys. 543, A97).
 
     Parameters

@@ -262,7 +262,7 @@ class SetupDifferences:
             ) from error
         if column is None and deformed:
             which = f"the principal axes of {names[min(deformed)]}"
-            raise _Undifferentiable(f"{which}, which turn at once where two moments are equal")
+            raise _Undifferentiable(f"{which}, which jump where two moments are equal")
         if column is None:
             raise InvalidInput(
                 f"the results of setup do not change evenly with {name} near {values[k]:.9g}; expected a function "

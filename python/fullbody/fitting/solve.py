@@ -208,7 +208,7 @@ def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
 
 
 def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
-    """Return whether two fits have the same values within their errors, up to turns that change nothing."""
+    """Return whether two fits have the same values within their errors, up to full rotations of angles."""
     count = len(problem.parameters)
     values = fit.numbers[:count]
     difference = values - other.numbers[:count]

@@ -5,7 +5,7 @@ A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"ecl
 ``BarycentricMeanEcliptic(equinox="J2015")``); frames that move or belong to an observer are refused. Only directions
 are converted; positions keep their origin.
 
-SPICE's ECLIPJ2000 is the ICRF turned about its x-axis by 84381.448 arc seconds. The mean ecliptic of J2000 of astropy
+SPICE's ECLIPJ2000 is the ICRF rotated about its x-axis by 84381.448 arc seconds. The mean ecliptic of J2000 of astropy
 (IAU 2006, with the bias of the frame) lies 0.04 arc seconds, 2e-7 rad, from it.
 """
 

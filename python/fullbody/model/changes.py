@@ -1,4 +1,4 @@
-"""Sudden changes of a state: kicks, impacts and turns of one body."""
+"""Sudden changes of a state: kicks, impacts and rotations of one body."""
 
 from __future__ import annotations
 
@@ -192,16 +192,16 @@ def rotated(
     along: Literal["inertial", "body", "orbit"] = "body",
     about: int | str | None = None,
 ) -> _State:
-    """Return the state with one body turned about an axis through its centre.
+    """Return the state with one body rotated about an axis through its centre.
 
-    The body turns together with its spin: the components of the spin in the body frame do not change.
+    The body rotates together with its spin: the components of the spin in the body frame do not change.
 
     Parameters
     ----------
     axis : array_like, (3,)
         The axis, of any length.
     angle : float or Quantity
-        The angle of the turn, right-handed about the axis; floats are radians.
+        The angle of the rotation, right-handed about the axis; floats are radians.
     body, along, about
         The body, and the axes of the components of ``axis``, as for :meth:`kick`.
 
@@ -219,8 +219,8 @@ def rotated(
     --------
     >>> import fullbody, numpy as np
     >>> system, state = fullbody.systems.didymos()
-    >>> turned = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
-    >>> run = system.integrate(turned, 1.0)
+    >>> rotated = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
+    >>> run = system.integrate(rotated, 1.0)
     >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
     10.0
     """
@@ -228,7 +228,7 @@ def rotated(
     direction = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", single=True)
     attitude = state.core.attitude
     rotation = rotations.about(direction, UNITLESS.number(angle, "angle", "angle"))
-    # No body is turned by more than a turn, or in a state with units by more than half of one.
+    # No rotation is larger than a full one, or in a state with units larger than half of one.
     warn_if_degrees(angle, "angle", 0.5 if state.units else 1.0)
     attitude[index] = rotations.product(rotation, attitude[index])
     return state.replace(attitude=attitude)

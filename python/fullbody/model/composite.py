@@ -35,7 +35,7 @@ class Part(Declared):
         The part's centre in the working frame, or for a polyhedron the origin of its vertices' frame; by default the
         origin of the working frame.
     attitude : array_like, (4,)
-        The quaternion [w, x, y, z] that turns vectors of the part's axes into the working frame.
+        The quaternion [w, x, y, z] that rotates vectors of the part's axes into the working frame.
 
     Raises
     ------
@@ -248,7 +248,7 @@ class WorkingFrame(ArrayFields):
     position : ndarray or Quantity, (3,)
         The working frame's origin.
     attitude : ndarray, (4,)
-        The quaternion [w, x, y, z] that turns vectors of the working frame into the body frame.
+        The quaternion [w, x, y, z] that rotates vectors of the working frame into the body frame.
     """
 
     position: Any

@@ -27,10 +27,10 @@ class Polyhedron:
 
     Its gravity is exact at every distance; near the body it is computed as a sum over faces and edges (Werner and
     Scheeres 1996). The body frame has its origin in the centre of mass and its axes along the principal axes of
-    inertia, turned as little as possible from the working frame in which the vertices are given;
+    inertia, rotated as little as possible from the working frame in which the vertices are given;
     :attr:`fullbody.Body.working_frame` is the position and attitude of the working frame in the body frame.
 
-    There may be several closed surfaces: pieces side by side, or a hollow, whose faces are turned away from the solid.
+    There may be several closed surfaces: pieces side by side, or a hollow, whose faces point away from the solid.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Polyhedron:
     Raises
     ------
     InvalidInput
-        For a surface that is not closed, and for faces that are turned inward or against each other, doubled, without
+        For a surface that is not closed, and for faces that point inward or against each other, are doubled, without
         an area, or that cross or touch others, where the message names the face; for a volume of zero.
 
     Examples
@@ -114,7 +114,7 @@ class Polyhedron:
             Unit of the file's numbers, which the formats do not record; without it they are plain numbers.
         heal : bool
             Whether to repair a surface that is not closed and oriented outward: vertices at one place are merged,
-            doubled faces and faces without an area are left out, small holes are filled, and faces are turned outward.
+            doubled faces and faces without an area are left out, small holes are filled, and faces oriented outward.
 
         Raises
         ------
@@ -168,7 +168,7 @@ class Polyhedron:
         heights = np.linalg.det(corners - centre)
         if fraction < 1.0 and (heights <= 0.0).any():
             raise InvalidInput(
-                f"shape is {self!r}, whose face {int(heights.argmin())} is turned away from its centre of mass; "
+                f"shape is {self!r}, whose face {int(heights.argmin())} points away from its centre of mass; "
                 "expected one whose whole surface is seen from there: a smaller one is not within any other"
             )
         made = middle + centre + fraction * (vertices - middle - centre)
@@ -257,7 +257,7 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, _Indices]:
 
 def _healed(vertices: Floats, faces: _Indices) -> tuple[Floats, _Indices]:
     with need("shapes", "healing a shape"):
-        # Trimesh needs networkx to fill holes and to turn faces.
+        # Trimesh needs networkx to fill holes and to orient faces.
         import networkx  # noqa: F401
         import trimesh
 

@@ -54,8 +54,8 @@ class State(ArrayFields, Tabled):
     position, velocity : array_like or Quantity, (N, 3)
         Positions and velocities of the centres in the inertial frame, both with a unit or none; zeros need none.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; by default none turns. They
-        are scaled to unit length.
+        Quaternions ``[w, x, y, z]`` that rotate body-frame vectors into the inertial frame, no rotation by default.
+        They are scaled to unit length.
     spin : array_like or Quantity, (N, 3), optional
         Angular velocities in the body frames in radians per unit time; zero by default.
     time : float or Quantity
@@ -139,7 +139,7 @@ class State(ArrayFields, Tabled):
         Parameters
         ----------
         rotation : scipy.spatial.transform.Rotation
-            A Rotation that holds N rotations, or a sequence of N of them. They turn body-frame vectors into the
+            A Rotation that holds N rotations, or a sequence of N of them. They rotate body-frame vectors into the
             inertial frame, as :attr:`rotation_matrix` does.
         position, velocity, spin, time
             As for the class.

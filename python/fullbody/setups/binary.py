@@ -168,7 +168,7 @@ def binary(
         Whether the secondary's spin is the orbit's mean motion, and its x-axis points at the primary at the start as
         nearly as its pole allows. Otherwise its ``rotation_period`` and ``rotation_angle`` hold.
     libration : float or Quantity
-        The angle by which a synchronous secondary is turned away from that about its z-axis.
+        The angle by which a synchronous secondary is rotated from that about its z-axis.
     at_rest : {"barycentre", "primary"}
         Whether the barycentre or the primary starts at rest at the origin.
     mismatch_warning, mismatch_error : float
@@ -212,7 +212,7 @@ def binary(
     that always points at the secondary.
 
     With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
-    acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
+    acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a rotation of a
     primary that is not synchronous). If the period is given, the remaining difference is measured in integrations over
     16 revolutions, up to 64 for a locked body that librates slowly, and removed: the start is made for a period that
     differs a little, ``start_period``. The mean sidereal period (see :func:`fullbody.observables.mutual_period`) of

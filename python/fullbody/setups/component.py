@@ -23,7 +23,7 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, amounts
 from ..model.stokes import StokesCoefficients
 
-#: The kind of a period, which is infinite for a body that does not turn.
+#: The kind of a period, which is infinite for a body that does not rotate.
 _PERIOD = Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero"))
 
 
@@ -175,7 +175,7 @@ def pointing(component: Component, plane: Any, direction: Any) -> float:
     """Return the angle about its z-axis from the node at which a body's x-axis points in a direction."""
     x, y, z = rotations.matrices(axes(component, plane)).T
     if np.linalg.norm(np.cross(z, direction)) <= 1e-12 * np.linalg.norm(direction):
-        raise InvalidInput("the secondary's pole points at the primary; no turn about it aligns the long axis")
+        raise InvalidInput("the secondary's pole points at the primary; no rotation about it aligns the long axis")
     return float(np.arctan2(y @ direction, x @ direction))
 
 

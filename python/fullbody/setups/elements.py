@@ -105,7 +105,7 @@ def _circular_orbit(
     The ``fixed`` one of "period" and "semi_major_axis" is that of the solution, from which the other follows.
     """
     primary, secondary = start.attitudes
-    # Four attitudes at steps of an eighth turn cancel the equator's harmonics of the orders 2, 4 and 6.
+    # Four attitudes at steps of 45 degrees cancel the equator's harmonics of the orders 2, 4 and 6.
     eighths = range(4 if start.primary_rotates else 1)
     attitudes_by_angle = [
         (rotations.product(primary, rotations.about_axis(2, np.pi / 4 * k)), secondary) for k in eighths
@@ -150,7 +150,7 @@ def start_with_period(
     The period is measured over some revolutions and then compared over more. The comparison is necessary, since
     adjusting one number of the start can give even an irregular motion any mean over one length. The function ``start``
     makes a start from a period, with which the mean period of its run changes almost in proportion; the bodies that are
-    ``locked`` turn with the orbit, and may librate.
+    ``locked`` rotate with the orbit, and may librate.
     """
     best = start(period)
     if _of_points(system):

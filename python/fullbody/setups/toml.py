@@ -28,7 +28,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     #   [[body.part]]
     #   radius = "110 m"              # as above; a mass or density below zero makes a void
     #   density = "2.4 g/cm3"
-    #   position = ["-105 m", 0, 0]   # or none; angles or attitude turn the part
+    #   position = ["-105 m", 0, 0]   # or none; angles or attitude rotate the part
 
     [[forces]]                        # the arguments of a class of fullbody.forces; may be left out
     kind = "ThirdBody"

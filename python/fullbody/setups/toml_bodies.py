@@ -34,7 +34,7 @@ _CHOICES = ("equal_density", "elements", "synchronous", "at_rest")
 
 
 def body(table: TomlTable, G: float) -> Body:
-    """Make a body of its table; G turns a ``GM`` into a mass."""
+    """Make a body of its table; a ``GM`` is divided by G."""
     table.only(*_BODY)
     shape, masses, name = _solid(table, G), _masses(table, G), _name(table)
     with table.naming("part" if "part" in table else next(iter(masses), "")):

@@ -128,7 +128,7 @@ def _rotation(table: TomlTable, orbit: _Orbit | None, frame: str | None) -> tupl
     """Return the attitude and the spin of a body.
 
     With ``pole = "orbit"`` the z-axis is the orbit's pole and the x-axis its node. A synchronous body also points its
-    x-axis at what it orbits about, and turns once in the orbit's period.
+    x-axis at what it orbits about, and rotates once in the orbit's period.
     """
     locked = flag(table, "synchronous")
     if not locked and table.content.get("pole") != "orbit":

@@ -60,7 +60,7 @@ def ready(
     top = TomlTable(_files.path(name), "", described, Units(base))
     system, state = build(top, {**options, "units": base}, planar)
     system = system.with_options(frame=frame)
-    # The quaternion turns vectors into the axes of the orbit's plane.
+    # The quaternion rotates vectors into the axes of the orbit's plane.
     into = rotations.inverse(rotations.of_plane(*_plane(described))) if frame == "orbit" else None
     if into is not None and not planar:
         state = rotated(state, rotations.matrices(into), into)
@@ -125,7 +125,7 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     """Add the Sun's gravity to a system if it is requested.
 
     The table has the heliocentric orbit in the ecliptic of J2000 (au, degrees), and the Julian date of its mean
-    anomaly; the axes of the state are a frame and a quaternion by which vectors turn from there, or ``None``.
+    anomaly; the axes of the state are a frame and a quaternion that rotates vectors from there, or ``None``.
     """
     flag(sun, "sun")
     if not sun:

@@ -181,7 +181,7 @@ def test_a_shape_may_start_as_a_sphere_whose_principal_axes_are_not_defined():
     values = problem.parameters.start
     derivatives = problem._setup_differences.at(problem.make(values), values)
     assert "coefficients[3]" in derivatives.undifferentiable
-    assert "principal axes of A, which turn at once" in derivatives.undifferentiable["coefficients[3]"]
+    assert "principal axes of A, which jump where" in derivatives.undifferentiable["coefficients[3]"]
 
 
 def test_closure_is_one_of_the_observations(result):

@@ -190,7 +190,7 @@ def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
     cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
     sides = [f for k in range(6) for f in ([k, (k + 1) % 6, (k + 1) % 6 + 6], [k, (k + 1) % 6 + 6, k + 6])]
     angle = Polyhedron(corners, np.concatenate([cap[:, ::-1], cap + 6, sides]))
-    with pytest.raises(InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
+    with pytest.raises(InvalidInput, match=r"face \d+ points away from its centre of mass"):
         Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
 
 
