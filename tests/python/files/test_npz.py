@@ -6,6 +6,7 @@ import zipfile
 import fullbody
 import numpy as np
 import pytest
+from support import refused
 
 PARTS = ("time", "position", "transition", "sensitivity", "chaos", "event_time")
 
@@ -41,8 +42,7 @@ def test_numpy_alone_reads_the_arrays(written):
 def test_a_truncated_archive_is_refused(written, tmp_path, length):
     data = written[1].read_bytes()
     (tmp_path / "short.npz").write_bytes(data[: length if length > 1 else int(length * len(data))])
-    with pytest.raises(fullbody.errors.InvalidInput, match=r"short\.npz is not a readable run of fullbody"):
-        fullbody.load(tmp_path / "short.npz")
+    refused(r"short\.npz is not a readable run of fullbody", fullbody.load, tmp_path / "short.npz")
 
 
 def test_a_changed_number_is_noticed(written, tmp_path):
@@ -50,8 +50,7 @@ def test_a_changed_number_is_noticed(written, tmp_path):
     offset = data.find(written[0].position.value.tobytes())
     data[offset + 5] ^= 1
     (tmp_path / "changed.npz").write_bytes(data)
-    with pytest.raises(fullbody.errors.InvalidInput, match="truncated or damaged"):
-        fullbody.load(tmp_path / "changed.npz")
+    refused("truncated or damaged", fullbody.load, tmp_path / "changed.npz")
 
 
 def test_an_archive_of_something_else_is_refused(written, tmp_path):
@@ -59,5 +58,4 @@ def test_an_archive_of_something_else_is_refused(written, tmp_path):
     with zipfile.ZipFile(tmp_path / "text.npz", "w") as archive:
         archive.writestr("a.txt", "no arrays")
     for name in ("other", "text"):
-        with pytest.raises(fullbody.errors.InvalidInput, match="without the description of a run"):
-            fullbody.load(tmp_path / f"{name}.npz")
+        refused("without the description of a run", fullbody.load, tmp_path / f"{name}.npz")

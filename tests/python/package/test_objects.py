@@ -12,7 +12,7 @@ from astropy import units as u
 from fullbody import errors, events, fitting, forces, frames, model, observables, observing, particles, record, systems
 
 MODULES = (fullbody, errors, events, fitting, forces, frames, model, observables, particles, record, systems)
-#: The classes of fits, which tests/python/fitting/test_fit_files.py and test_period_scan.py make.
+#: The classes of fits, which tests/python/fitting/test_fit_results.py and test_period_scan.py make.
 OF_FITS = {fitting.Fit, fitting.Minimum, fitting.PeriodMinimum, fitting.PeriodScan, fitting.Regularisation}
 TOML = """
 [system]
