@@ -175,13 +175,13 @@ def _robust(numbers: Floats, basis: Floats, coordinates: Floats, loss: Loss) -> 
 class EvaluatedPoint:
     """Predictions at ``values`` (P,) of the parameters.
 
-    The ``run``, of the system and state ``made`` by the setup, has samples at all times that the ``observations`` need.
+    The ``run``, of the system and state in ``setup_result``, has samples at all times that the ``observations`` need.
     Their pulls are ``models`` of their linear unknowns, for which ``inner`` is the solution, and ``errors`` are those
     of the observations whose errors depend on parameters, by their index.
     """
 
     values: Floats
-    made: SetupResult
+    setup_result: SetupResult
     run: Run
     observations: list[Any]
     models: list[LinearModel]

@@ -84,10 +84,10 @@ def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | Non
     """
     if not points or not any(isinstance(item, Photometry) for item in points[0].observations):
         return None
-    made, values, parameters = points[0].made, points[0].values, problem.parameters
-    if len(made.system) != 1:
+    setup_result, values, parameters = points[0].setup_result, points[0].values, problem.parameters
+    if len(setup_result.system) != 1:
         return None
-    mirrored = _direction(made) * [-1.0, -1.0, 1.0]
+    mirrored = _direction(setup_result) * [-1.0, -1.0, 1.0]
     for k, value in enumerate(values):
         half = np.copysign(0.5 * parameters.period(k), value - 0.5 * parameters.period(k))
         for moved in (value - half, value + half):
@@ -98,8 +98,12 @@ def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | Non
                     pole = _direction(problem.make(start))
                 except REFUSALS:
                     continue
-                if _distance(pole, mirrored) < _SAME < _distance(pole, _direction(made)):
-                    return None if any(_distance(pole, _direction(point.made)) < _NEAR for point in points) else start
+                if _distance(pole, mirrored) < _SAME < _distance(pole, _direction(setup_result)):
+                    return (
+                        None
+                        if any(_distance(pole, _direction(point.setup_result)) < _NEAR for point in points)
+                        else start
+                    )
     return None
 
 
@@ -107,10 +111,10 @@ def _distance(pole: Floats, other: Floats) -> float:
     return float(np.linalg.norm(pole - other))
 
 
-def _direction(made: SetupResult) -> Floats:
+def _direction(setup_result: SetupResult) -> Floats:
     """Return the unit vector (3,) of the spin of a body alone, in the ecliptic if the system has a frame."""
-    spin = matrices(made.core.attitude[0]) @ made.core.spin[0]
-    frame = made.system.context.frame
+    spin = matrices(setup_result.core.attitude[0]) @ setup_result.core.spin[0]
+    frame = setup_result.system.context.frame
     spin = spin if frame is None else rotation(frame, "ecliptic") @ spin
     return spin / max(float(np.linalg.norm(spin)), np.finfo(float).tiny)
 

@@ -83,8 +83,8 @@ class Problem:
             raise Refused(self.reason) from error
 
     def _point(self, values: Floats, derivatives: Sequence[str] | None = None) -> EvaluatedPoint:
-        made, observations = self.make(values), self._entries.at(values)
-        run = self.run(made, observations, derivatives)
+        setup_result, observations = self.make(values), self._entries.at(values)
+        run = self.run(setup_result, observations, derivatives)
         models = [model_of(observation, _part(run, observation)) for observation in observations]
         count = sum(model.pulls.size for model in models)
         if self._count is None:
@@ -95,23 +95,25 @@ class Problem:
                 "the same number for all values of the parameters"
             )
         errors = {
-            i: observation.errors(made.system)
+            i: observation.errors(setup_result.system)
             for i, observation in enumerate(observations)
             if self._entries.arguments[i] and hasattr(observation, "errors")
         }
-        return EvaluatedPoint(values.copy(), made, run, observations, models, InnerSolution(models, self.loss), errors)
+        return EvaluatedPoint(
+            values.copy(), setup_result, run, observations, models, InnerSolution(models, self.loss), errors
+        )
 
-    def run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None = None) -> Run:
+    def run(self, setup_result: SetupResult, observations: list[Any], derivatives: Sequence[str] | None = None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
-        times = np.unique(np.concatenate([_emission(observation, made.system) for observation in observations]))
-        epoch, options = made.core.time, dict[str, Any](integrator=self.integrator)
+        times = np.unique(np.concatenate([_emission(observation, setup_result.system) for observation in observations]))
+        epoch, options = setup_result.core.time, dict[str, Any](integrator=self.integrator)
         if derivatives is None:
             self.runs += 1
         else:
             self.differentiated += 1
             options["derivatives"] = list(derivatives) or True
         following, previous = times[times >= epoch], times[times < epoch][::-1]
-        integrate, state = made.system.integrate, made.state
+        integrate, state = setup_result.system.integrate, setup_result.state
         forward = integrate(state, following[-1] if following.size else epoch, output=following, **options)
         if not previous.size:
             return forward
@@ -137,16 +139,16 @@ class Problem:
         observations: dict[str, str] = {}
         columns, kinks = self.setup.indices, False
         if columns:
-            made = self._setup_differences.at(point.made, point.values[columns])
-            kinks = bool(made.deformations)
+            by_setup = self._setup_differences.at(point.setup_result, point.values[columns])
+            kinks = bool(by_setup.deformations)
             differenced |= {
                 name: f"it changes {path}, by which motions are not differentiated"
-                for name, path in made.undifferentiable.items()
+                for name, path in by_setup.undifferentiable.items()
             }
             exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
-                    by_motion, observations = self._by_motion(point, made)
+                    by_motion, observations = self._by_motion(point, by_setup)
                     rows[:, np.array(columns)[exact]] = by_motion[:, exact]
                 except InvalidInput as error:
                     differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
@@ -161,47 +163,47 @@ class Problem:
         explicit = rows[: len(inner.pulls)]
         return PullJacobian(inner.derivative(rows), explicit, rows[-1], noise, differenced, observations, kinks)
 
-    def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
+    def _by_motion(self, point: EvaluatedPoint, by_setup: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
         """Return the derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup.
 
         The motion is differentiated exactly; beside them are the reasons why observations are not, by their index as
         text.
         """
-        run, shared = point.run, [name for name in made.system if name in point.made.parameters]
+        run, shared = point.run, [name for name in by_setup.system if name in point.setup_result.parameters]
         # Coefficients by which only the equivalent system moves need a run of it.
-        is_shared = len(shared) == len(made.system)
+        is_shared = len(shared) == len(by_setup.system)
         self._needed = tuple(shared) if is_shared else None
         if not is_shared:
-            run = self.run(made.equivalent, point.observations, tuple(made.system))
+            run = self.run(by_setup.equivalent, point.observations, tuple(by_setup.system))
         elif not run.is_differentiated or not {*shared} <= {*run.sensitivity}:
-            run = self.run(point.made, point.observations, self._needed)
-        if made.deformations:
-            run = self._deforming(point.run, run, made, shared)
+            run = self.run(point.setup_result, point.observations, self._needed)
+        if by_setup.deformations:
+            run = self._deforming(point.run, run, by_setup, shared)
         parts = []
         differenced: dict[str, str] = {}
         for i, (observation, held) in enumerate(zip(point.observations, point.inner.held, strict=True)):
             by, reason = _derivatives(observation, held, _part(run, observation))
             if reason:
                 differenced[f"observations[{i}]"] = reason
-            part = by.start @ made.start
+            part = by.start @ by_setup.start
             for name in shared:
-                part += np.outer(by.by_parameter[name], made.system[name])
-            for name in made.deformations:
+                part += np.outer(by.by_parameter[name], by_setup.system[name])
+            for name in by_setup.deformations:
                 part[:, self.setup.parameters.names.index(name)] += by.by_parameter[name]
             parts.append(part)
         return point.inner.gathered(parts), differenced
 
-    def _deforming(self, run: Run, differentiated: Run, made: SetupDerivatives, shared: list[str]) -> Run:
+    def _deforming(self, run: Run, differentiated: Run, by_setup: SetupDerivatives, shared: list[str]) -> Run:
         """Return a run with the derivatives of another one of the same motion, also with respect to deformations."""
         sensitivity = [differentiated.sensitivity[name] for name in shared]
-        for name in made.deformations:
+        for name in by_setup.deformations:
             k = self.setup.parameters.names.index(name)
-            parts = (row[k] * differentiated.sensitivity[by] for by, row in made.system.items() if by not in shared)
+            parts = (row[k] * differentiated.sensitivity[by] for by, row in by_setup.system.items() if by not in shared)
             sensitivity.append(sum(parts, np.zeros((len(run), run.system.context.core.masses.size * 12))))
         arrays = {"transition": differentiated.transition, "sensitivity": np.stack(sensitivity, axis=1)}
         deforming = run._with({**run.arrays, **arrays})
-        deforming.system = with_deformations(run.system, made.deformations)
-        deforming.parameters = (*shared, *made.deformations)
+        deforming.system = with_deformations(run.system, by_setup.deformations)
+        deforming.parameters = (*shared, *by_setup.deformations)
         return deforming
 
     def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
@@ -210,7 +212,7 @@ class Problem:
         They are those of the contracted pulls (M + L + 1,), and the relative changes (K, C, C) of covariances by the
         index of the observations.
         """
-        name, system = self.parameters.names[k], point.made.system
+        name, system = self.parameters.names[k], point.setup_result.system
         argument = self.parameters.argument_of[k]
         changing = [i for i, names in enumerate(self._entries.arguments) if argument in names]
         if not changing:
@@ -292,14 +294,14 @@ class Problem:
     def unchanged(self, values: Floats, shifted: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
         try:
-            made, other = self.make(values), self.make(shifted)
+            setup_result, other = self.make(values), self.make(shifted)
         except REFUSALS:
             return False
-        changes, unexplained = made.changes(other)
+        changes, unexplained = setup_result.changes(other)
         if unexplained is not None:
             return False
-        difference = np.append(made.displacement(other), changes)
-        sizes = np.append(made.sizes(), np.abs(list(made.parameters.values())))
+        difference = np.append(setup_result.displacement(other), changes)
+        sizes = np.append(setup_result.sizes(), np.abs(list(setup_result.parameters.values())))
         return bool((np.abs(difference) <= 1e-9 * sizes).all())
 
     def limits(self, values: Floats) -> str:

@@ -137,7 +137,11 @@ class Fit(ArrayFields, Tabled):
         self.names = self.described.names
         self.numbers = np.append(point.values, point.inner.values)
         self._of_setup = problem.setup.arguments
-        self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
+        self.system, self.state, self.integrator = (
+            point.setup_result.system,
+            point.setup_result.state,
+            problem.integrator,
+        )
         self.observations, self.pulls = point.observations, point.pulls
         self.residuals = problem.residuals(point)
         self.linear = [point.linear_values(i) for i in range(len(point.observations))]

@@ -51,7 +51,7 @@ class Gravity(NamedTuple):
 
 
 class SetupResult:
-    """A system and a state that a setup has made."""
+    """The system and the state that a setup returns."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.state = system, state
@@ -238,20 +238,20 @@ class SetupDifferences:
         names, name = base.system.context.names, self._parameters.names[k]
 
         def shifted(by: float) -> Floats:
-            made = self._make(self._parameters.shifted(values, k, by))
-            deformed.update(base.deformed(made))
+            shifted_result = self._make(self._parameters.shifted(values, k, by))
+            deformed.update(base.deformed(shifted_result))
             if new := deformed - self._deforming.keys():
                 self._deforming |= {index: base.gravity(index) for index in new}
                 raise _NewDeformation
             if near := deformed - surfaces.keys():
                 which = f"the shape of {names[min(near)]}"
                 raise _Undifferentiable(f"{which}, of which the sphere around it reaches another body")
-            changes, unexplained = equivalent.changes(made.equivalent(self._gravities()))
+            changes, unexplained = equivalent.changes(shifted_result.equivalent(self._gravities()))
             if unexplained is not None:
                 raise _Undifferentiable(unexplained)
-            pairs = ((made.surfaces[index], old) for index, old in surfaces.items())
+            pairs = ((shifted_result.surfaces[index], old) for index, old in surfaces.items())
             shifts = [new.flat() - old.flat() for new, old in pairs if new]
-            return np.concatenate([base.displacement(made), changes, *shifts])
+            return np.concatenate([base.displacement(shifted_result), changes, *shifts])
 
         size = self._parameters.size(k, values[k])
         try:

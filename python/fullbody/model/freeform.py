@@ -93,17 +93,17 @@ class HarmonicShape(_Series, Polyhedron):
     @classmethod
     def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any, reference_radius: Any = None) -> HarmonicShape:
         """Return the shape with exactly the vertices of a file or a pickle."""
-        made = object.__new__(cls)
-        Polyhedron.__init__(made, vertices, faces)
-        made._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
+        shape = object.__new__(cls)
+        Polyhedron.__init__(shape, vertices, faces)
+        shape._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
         mesh = geodesic_mesh(parts)
-        expected = _exponential(made._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
+        expected = _exponential(shape._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
         size = float(np.linalg.norm(without_unit(vertices)[0]) / np.linalg.norm(expected[0]))
         same = np.shape(vertices) == expected.shape and np.array_equal(faces, mesh.faces)
         if not same or not np.allclose(without_unit(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
             raise InvalidInput("coefficients of HarmonicShape do not give its vertices; expected those of one shape")
-        made._reference_radius = size if reference_radius is None else reference_radius
-        return made
+        shape._reference_radius = size if reference_radius is None else reference_radius
+        return shape
 
     def _with(self, units: Units, G: float) -> Self:
         other = super()._with(units, G)
@@ -212,14 +212,14 @@ class ConvexShape(_Series, ScalarFields):
     @classmethod
     def _rebuild(cls, normals: Any, areas: Any, coefficients: Any, reference_radius: Any = None) -> ConvexShape:
         """Return the shape with exactly the areas of a file or a pickle."""
-        made = cls(coefficients, faces=len(normals))
+        shape = cls(coefficients, faces=len(normals))
         stored = np.array(areas, dtype=np.float64)
-        same = stored.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)
-        ratio = float(stored[0] / made._areas[0]) if same else 1.0
-        if not same or not np.allclose(ratio * made._areas, stored, rtol=1e-9, atol=0.0):
+        same = stored.shape == shape._areas.shape and np.allclose(normals, shape.normals, rtol=0.0, atol=1e-12)
+        ratio = float(stored[0] / shape._areas[0]) if same else 1.0
+        if not same or not np.allclose(ratio * shape._areas, stored, rtol=1e-9, atol=0.0):
             raise InvalidInput("coefficients of ConvexShape do not give its areas; expected those of one shape")
         radius = float(np.sqrt(ratio)) if reference_radius is None else reference_radius
-        return made._changed(stored, radius)
+        return shape._changed(stored, radius)
 
     def _changed(self, areas: Any, reference_radius: Any) -> ConvexShape:
         """Return the shape with other areas of its facets, as plain numbers, and another reference radius."""

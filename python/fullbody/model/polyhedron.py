@@ -171,9 +171,9 @@ class Polyhedron:
                 f"shape is {self!r}, whose face {int(heights.argmin())} points away from its centre of mass; "
                 "expected one whose whole surface is seen from there: a smaller one is not within any other"
             )
-        made = middle + centre + fraction * (vertices - middle - centre)
+        scaled = middle + centre + fraction * (vertices - middle - centre)
         unit = self._vertices.unit if is_quantity(self._vertices) else None
-        return Polyhedron(made if unit is None else made * unit, self._faces)
+        return Polyhedron(scaled if unit is None else scaled * unit, self._faces)
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return {"vertices": (self._vertices, "length")}

@@ -181,8 +181,8 @@ def rebuilt(axes: Any, kind: str | None, what: str, series: Any = None) -> Solid
         return from_packed(axes["coefficients"], *numbers)
     if isinstance(axes, dict):
         return Polyhedron(axes["vertices"], axes["faces"])
-    made = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]
-    shape = cast(Any, made)(*(axes or ())[: len(made.__slots__)])
+    shape_class = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]
+    shape = cast(Any, shape_class)(*(axes or ())[: len(shape_class.__slots__)])
     if shape.semi_axes != (None if axes is None else tuple(axes)):
-        raise InvalidInput(f"{what} is a {made.__name__} of semi-axes {axes}; expected fitting ones")
+        raise InvalidInput(f"{what} is a {shape_class.__name__} of semi-axes {axes}; expected fitting ones")
     return cast(Solid, shape)

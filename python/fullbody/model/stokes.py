@@ -185,9 +185,9 @@ class StokesCoefficients(ScalarFields):
             raise FileNotFoundError(f"no file {path}") from None
         except (ValueError, IndexError, KeyError, TypeError, AttributeError, RuntimeError, OSError) as error:
             raise InvalidInput(f"{path} is not a table of gravity coefficients that can be read: {error}") from error
-        made = cls(table[0], table[1], reference_radius=reference, inertia=inertia, radius=radius)
-        made._mu = mu
-        return made
+        shape = cls(table[0], table[1], reference_radius=reference, inertia=inertia, radius=radius)
+        shape._mu = mu
+        return shape
 
     @classmethod
     def from_inertia_integrals(cls, integrals: Any, *, radius: Any) -> StokesCoefficients:
@@ -271,9 +271,9 @@ class StokesCoefficients(ScalarFields):
 
 def from_packed(packed: Any, reference: Any, inertia: Any, radius: Any, mu: Any = None) -> StokesCoefficients:
     """Return the shape of coefficients in the core's order, with the other arguments of the class."""
-    made = StokesCoefficients(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
-    made._mu = mu
-    return made
+    shape = StokesCoefficients(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
+    shape._mu = mu
+    return shape
 
 
 def harmonics_of(body: _core.Body, degree: int, units: Units, radius: float | None = None) -> StokesCoefficients:

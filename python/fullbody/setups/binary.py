@@ -263,14 +263,16 @@ def binary(
     start = Start.of(system, components, solution, orbit, numbers["libration"] if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        made, warning = mean_start(system, solution, start, period is not None, numbers["start_period"])
-        start.refuse_overlap(system, made.position[1] - made.position[0])
+        relative, warning = mean_start(system, solution, start, period is not None, numbers["start_period"])
+        start.refuse_overlap(system, relative.position[1] - relative.position[0])
     else:
-        made, warning = osculating_start(system, solution, start, warn_above)
+        relative, warning = osculating_start(system, solution, start, warn_above)
     if warning is not None:
         caution(warning)
     start_time = convert.number(time, "time", "time")
-    state = from_numbers(system.context, made.position, made.velocity, start.attitudes, made.spin, start_time)
+    state = from_numbers(
+        system.context, relative.position, relative.velocity, start.attitudes, relative.spin, start_time
+    )
     return Binary(system, state, arguments)
 
 
