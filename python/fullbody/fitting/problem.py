@@ -139,16 +139,16 @@ class Problem:
         observations: dict[str, str] = {}
         columns, kinks = self.setup.indices, False
         if columns:
-            by_setup = self._setup_differences.at(point.setup_result, point.values[columns])
-            kinks = bool(by_setup.deformations)
+            setup_derivatives = self._setup_differences.at(point.setup_result, point.values[columns])
+            kinks = bool(setup_derivatives.deformations)
             differenced |= {
                 name: f"it changes {path}, by which motions are not differentiated"
-                for name, path in by_setup.undifferentiable.items()
+                for name, path in setup_derivatives.undifferentiable.items()
             }
             exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
-                    by_motion, observations = self._by_motion(point, by_setup)
+                    by_motion, observations = self._by_motion(point, setup_derivatives)
                     rows[:, np.array(columns)[exact]] = by_motion[:, exact]
                 except InvalidInput as error:
                     differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
@@ -163,47 +163,51 @@ class Problem:
         explicit = rows[: len(inner.pulls)]
         return PullJacobian(inner.derivative(rows), explicit, rows[-1], noise, differenced, observations, kinks)
 
-    def _by_motion(self, point: EvaluatedPoint, by_setup: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
+    def _by_motion(self, point: EvaluatedPoint, setup_derivatives: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
         """Return the derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup.
 
         The motion is differentiated exactly; beside them are the reasons why observations are not, by their index as
         text.
         """
-        run, shared = point.run, [name for name in by_setup.system if name in point.setup_result.parameters]
+        run, shared = point.run, [name for name in setup_derivatives.system if name in point.setup_result.parameters]
         # Coefficients by which only the equivalent system moves need a run of it.
-        is_shared = len(shared) == len(by_setup.system)
+        is_shared = len(shared) == len(setup_derivatives.system)
         self._needed = tuple(shared) if is_shared else None
         if not is_shared:
-            run = self.run(by_setup.equivalent, point.observations, tuple(by_setup.system))
+            run = self.run(setup_derivatives.equivalent, point.observations, tuple(setup_derivatives.system))
         elif not run.is_differentiated or not {*shared} <= {*run.sensitivity}:
             run = self.run(point.setup_result, point.observations, self._needed)
-        if by_setup.deformations:
-            run = self._deforming(point.run, run, by_setup, shared)
+        if setup_derivatives.deformations:
+            run = self._deforming(point.run, run, setup_derivatives, shared)
         parts = []
         differenced: dict[str, str] = {}
         for i, (observation, held) in enumerate(zip(point.observations, point.inner.held, strict=True)):
             by, reason = _derivatives(observation, held, _part(run, observation))
             if reason:
                 differenced[f"observations[{i}]"] = reason
-            part = by.start @ by_setup.start
+            part = by.start @ setup_derivatives.start
             for name in shared:
-                part += np.outer(by.by_parameter[name], by_setup.system[name])
-            for name in by_setup.deformations:
+                part += np.outer(by.by_parameter[name], setup_derivatives.system[name])
+            for name in setup_derivatives.deformations:
                 part[:, self.setup.parameters.names.index(name)] += by.by_parameter[name]
             parts.append(part)
         return point.inner.gathered(parts), differenced
 
-    def _deforming(self, run: Run, differentiated: Run, by_setup: SetupDerivatives, shared: list[str]) -> Run:
+    def _deforming(self, run: Run, differentiated: Run, setup_derivatives: SetupDerivatives, shared: list[str]) -> Run:
         """Return a run with the derivatives of another one of the same motion, also with respect to deformations."""
         sensitivity = [differentiated.sensitivity[name] for name in shared]
-        for name in by_setup.deformations:
+        for name in setup_derivatives.deformations:
             k = self.setup.parameters.names.index(name)
-            parts = (row[k] * differentiated.sensitivity[by] for by, row in by_setup.system.items() if by not in shared)
+            parts = (
+                row[k] * differentiated.sensitivity[by]
+                for by, row in setup_derivatives.system.items()
+                if by not in shared
+            )
             sensitivity.append(sum(parts, np.zeros((len(run), run.system.context.core.masses.size * 12))))
         arrays = {"transition": differentiated.transition, "sensitivity": np.stack(sensitivity, axis=1)}
         deforming = run._with({**run.arrays, **arrays})
-        deforming.system = with_deformations(run.system, by_setup.deformations)
-        deforming.parameters = (*shared, *by_setup.deformations)
+        deforming.system = with_deformations(run.system, setup_derivatives.deformations)
+        deforming.parameters = (*shared, *setup_derivatives.deformations)
         return deforming
 
     def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
