@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput
 from ..model.freeform import ConvexShape
 from ..model.geodesic import degrees
-from ..model.polyhedron import Polyhedron
+from ..model.polyhedron import Polyhedron, mass_properties
 from ..model.surface import Surface, surface_of
 from ..observing.measured import Measured
 from ..record.derivatives import FunctionDerivatives
@@ -184,7 +184,7 @@ def principal_axis(body: int | str, sigma: Any = "3 deg") -> Regularisation:
     error = Units().number(sigma, "angle", f"sigma of principal axis of {body}", POSITIVE)
 
     def tilt(surface: Surface, faces: _Faces) -> Any:
-        inertia = _inertia(surface.working, faces)
+        _, inertia = mass_properties(surface.working, faces)
         values, axes = np.linalg.eigh(np.real(inertia))
         if values[2] - values[1] <= 1e-12 * values[2]:
             expected = "expected a shape with one axis of largest inertia"
@@ -218,14 +218,3 @@ def _edges(faces: _Faces) -> tuple[_Faces, _Faces, _Faces]:
     order = np.lexsort(np.sort(ends, axis=1).T)
     first, second = order[0::2], order[1::2]
     return face[first], face[second], opposite[second]
-
-
-def _inertia(vertices: Any, faces: _Faces) -> Any:
-    """Return the inertia tensor (3, 3) of unit mass about the centre of mass, an analytic function of the vertices."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    volumes = np.sum(a * np.cross(b, c), axis=1) / 6.0
-    total, corners = a + b + c, (a, b, c)
-    second = sum(np.einsum("f,fi,fj->ij", volumes, part, part) for part in (total, *corners)) / (20.0 * volumes.sum())
-    centre = volumes @ total / (4.0 * volumes.sum())
-    second = second - np.outer(centre, centre)
-    return cast(Any, np.trace(second)) * np.eye(3) - second

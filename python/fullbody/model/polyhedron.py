@@ -161,17 +161,14 @@ class Polyhedron:
     def _layer(self, fraction: float) -> Polyhedron:
         """Return the shape scaled about its centre of mass."""
         vertices = self._made.input_vertices
-        middle = vertices.mean(axis=0)
-        corners = (vertices - middle)[self._faces]
-        volumes = np.linalg.det(corners) / 6.0
-        centre = volumes @ corners.sum(axis=1) / (4.0 * volumes.sum())
-        heights = np.linalg.det(corners - centre)
+        centre, _ = mass_properties(vertices, self._faces)
+        heights = np.linalg.det((vertices - centre)[self._faces])
         if fraction < 1.0 and (heights <= 0.0).any():
             raise InvalidInput(
                 f"shape is {self!r}, whose face {int(heights.argmin())} points away from its centre of mass; "
                 "expected one whose whole surface is seen from there: a smaller one is not within any other"
             )
-        scaled = middle + centre + fraction * (vertices - middle - centre)
+        scaled = centre + fraction * (vertices - centre)
         unit = self._vertices.unit if is_quantity(self._vertices) else None
         return Polyhedron(scaled if unit is None else scaled * unit, self._faces)
 
@@ -201,6 +198,21 @@ class Polyhedron:
 
     def __reduce__(self) -> Any:
         return Polyhedron, (self._vertices, self._faces)
+
+
+def mass_properties(vertices: Any, faces: _Indices) -> tuple[Any, Any]:
+    """Return the centre of mass (3,) of a homogeneous polyhedron, and the inertia tensor (3, 3) of unit mass about it.
+
+    Both are analytic functions of the vertices (V, 3), which may be complex.
+    """
+    middle = vertices.mean(axis=0)
+    a, b, c = np.moveaxis((vertices - middle)[faces], 1, 0)
+    volumes = np.sum(a * np.cross(b, c), axis=1) / 6.0
+    total, corners = a + b + c, (a, b, c)
+    second = sum(np.einsum("f,fi,fj->ij", volumes, part, part) for part in (total, *corners)) / (20.0 * volumes.sum())
+    centre = volumes @ total / (4.0 * volumes.sum())
+    second = second - np.outer(centre, centre)
+    return middle + centre, np.trace(second) * np.eye(3) - second
 
 
 def _read(path: Path) -> tuple[Floats, _Indices]:

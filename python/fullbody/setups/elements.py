@@ -20,6 +20,7 @@ from ..model.state import State, strip
 from ..model.stokes import StokesCoefficients
 from ..motion.system import System
 from ..observables import mutual_period
+from ..orbit.elements import KeplerElements
 from ..record.integrators import Verner98
 from .masses import BinarySolution
 from .start import Start
@@ -88,7 +89,7 @@ def osculating_start(
     if forced - eccentricity <= warn_above:
         return state, None
     r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
-    free = np.linalg.norm(np.cross(v, np.cross(r, v)) / mu - r / np.linalg.norm(r))
+    free = KeplerElements.from_cartesian(r, v, mu).e
     return state, (
         f"the eccentricity of {eccentricity:.3g} is osculating and below that of {forced:.3g} which the figures of the "
         f"bodies force at this distance; the distance will vary as on an ellipse of eccentricity {free:.3g}; expected "

@@ -71,15 +71,15 @@ class Explicit:
     """Photometry with given linear unknowns, in a class without exact derivatives."""
 
     def __init__(self, light, zeros, slopes, coefficients):
-        self.plain = observing.Photometry(TIMES * u.h, light, 0.005, geometry=VIEW, zero=0.0)
+        self.data = observing.Photometry(TIMES * u.h, light, 0.005, geometry=VIEW, zero=0.0)
         self.air = (zeros + slopes * AIRMASS[:, None])[range(60), NIGHT]
         self.coefficients = coefficients
 
     def emission(self, system):
-        return self.plain.emission(system)
+        return self.data.emission(system)
 
     def pulls(self, run):
-        return (self.plain.residuals(run) - self.air - series(run, self.coefficients)) / 0.005
+        return (self.data.residuals(run) - self.air - series(run, self.coefficients)) / 0.005
 
 
 @pytest.fixture(scope="module")
