@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 
 #: Variables: further dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
-    "position": (("body", "axis"), "length", "centres, inertial frame"),
-    "velocity": (("body", "axis"), "velocity", "velocities of the centres, inertial frame"),
-    "attitude": (("body", "quaternion"), None, "unit quaternions, body frame to inertial"),
-    "spin": (("body", "axis"), "spin", "angular velocities, body frames"),
+    **occurrences.STATES,
     "energy": (("part",), "energy", "energies"),
     "angular_momentum": (("axis",), "angular momentum", "total angular momentum about the origin, inertial"),
 }

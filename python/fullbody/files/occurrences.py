@@ -19,14 +19,14 @@ from ..model.state import sample, strip, wrap
 from ..record.record import Record
 from .reading import Content, check_order, check_unit
 
-#: Variables: further dimensions after the event's, dimension of the unit, meaning.
-_VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
-    "time": ((), "time", "times of the events"),
-    "position": (("body", "axis"), "length", "centres at the events, inertial frame"),
-    "velocity": (("body", "axis"), "velocity", "velocities of the centres at the events, inertial frame"),
-    "attitude": (("body", "quaternion"), None, "unit quaternions at the events, body frame to inertial"),
-    "spin": (("body", "axis"), "spin", "angular velocities at the events, body frames"),
+#: Variables of states, of runs and of events: further dimensions, dimension of the unit, meaning.
+STATES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
+    "position": (("body", "axis"), "length", "centres, inertial frame"),
+    "velocity": (("body", "axis"), "velocity", "velocities of the centres, inertial frame"),
+    "attitude": (("body", "quaternion"), None, "unit quaternions, body frame to inertial"),
+    "spin": (("body", "axis"), "spin", "angular velocities, body frames"),
 }
+_VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {"time": ((), "time", "times"), **STATES}
 #: Variables of derivatives of events, in runs that have them.
 _DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
     "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run to the events"),
@@ -57,7 +57,7 @@ def to_dataset(
     variables: dict[str, Any] = {"event_index": ("event", indices, {"long_name": "index in fullbody_events"})}
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
-        variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
+        variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, f"{meaning}, at the events"))
     derivatives_of_events = [happened.derivatives for happened in run.events]
     for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
         if all(entry is not None and entry[k].size for entry in derivatives_of_events):
