@@ -51,24 +51,23 @@ if _typing.TYPE_CHECKING:
 
     __version__: str
 else:
+    #: The modules of names that are imported when they are first used, since most sessions need none of them.
+    _MODULES = {
+        **dict.fromkeys(("analysis", "fields", "fitting", "observing", "plots", "spice", "view"), ""),
+        **dict.fromkeys(("from_rebound", "read_gubas", "read_sians", "to_rebound"), "peers"),
+        **{"fit": "fitting", "explore": "view", "sweep": "ensembles.sweep"},
+    }
 
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # These names are imported when they are first used, since most sessions need none of them.
+        if name not in _MODULES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         from importlib import import_module
 
-        if name in ("analysis", "fields", "fitting", "observing", "plots", "spice", "view"):
+        if not _MODULES[name]:
             return import_module(f".{name}", __name__)
-        if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
-            return getattr(import_module(".peers", __name__), name)
-        if name == "fit":
-            return import_module(".fitting", __name__).fit
-        if name == "explore":
-            return import_module(".view", __name__).explore
-        if name == "sweep":
-            return import_module(".ensembles.sweep", __name__).sweep
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(import_module(f".{_MODULES[name]}", __name__), name)
 
 
 del _typing

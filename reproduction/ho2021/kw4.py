@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from fullbody import Run
-from fullbody.base.units import plain
+from fullbody.base.units import without_unit
 from fullbody.commands import kw4
 from fullbody.commands.kw4 import METHODS, SHAPES, Shape, run_year, spin_range
 
@@ -21,10 +21,10 @@ __all__ = [
     "inclination_to_first",
     "measure",
     "momentum_of_samples",
-    "plain",
     "run_year",
     "slow_maxima",
     "spin_range",
+    "without_unit",
 ]
 
 _Array = npt.NDArray[np.float64]
@@ -63,9 +63,9 @@ class Numbers:
 
 def measure(run: Run, seconds: float = 0.0) -> Numbers:
     """Measure the quantities that the paper prints, on a run in km, hour, kg, with or without Quantities."""
-    hours, energy = plain(run.time), plain(run.energy)
+    hours, energy = without_unit(run.time), without_unit(run.energy)
     momentum = momentum_of_samples(run)
-    maxima = slow_maxima(hours, plain(run.elements().i))
+    maxima = slow_maxima(hours, without_unit(run.elements().i))
     return Numbers(
         **kw4.measure(run, seconds),
         inclination_period=between_maxima(hours, inclination_to_first(run)),
@@ -83,12 +83,12 @@ def momentum_of_samples(run: Run) -> _Array:
     """
     from scipy.spatial.transform import Rotation
 
-    position, velocity, spin = (plain(x) for x in (run.position, run.velocity, run.spin))
+    position, velocity, spin = (without_unit(x) for x in (run.position, run.velocity, run.spin))
     total = np.zeros((len(run), 3))
     for k, body in enumerate(run.system.bodies):
         rotations = Rotation.from_quat(run.attitude[:, k], scalar_first=True)
-        total += plain(body.mass) * np.cross(position[:, k], velocity[:, k])
-        total += rotations.apply(plain(body.inertia) * spin[:, k])
+        total += without_unit(body.mass) * np.cross(position[:, k], velocity[:, k])
+        total += rotations.apply(without_unit(body.inertia) * spin[:, k])
     return total
 
 
@@ -99,7 +99,7 @@ def drift(momentum: _Array) -> _Array:
 
 def inclination_to_first(run: Run) -> _Array:
     """Return the angle between the orbit's normal and that at the start, degrees (K,)."""
-    r, v = plain(run.position), plain(run.velocity)
+    r, v = without_unit(run.position), without_unit(run.velocity)
     normal = np.cross(r[:, 1] - r[:, 0], v[:, 1] - v[:, 0])
     sine = np.linalg.norm(np.cross(normal, normal[0]), axis=1)
     return np.asarray(np.rad2deg(np.arctan2(sine, normal @ normal[0])))

@@ -31,12 +31,12 @@ def elements(runs: dict[kw4.Shape, Run]) -> Any:
     axes = figure.subplot_mosaic([[f"e {s}" for s in names], [f"a {s}" for s in names], ["inclination"] * len(names)])
     width = _ORBITS * paper.YEAR["ellipsoid"].period
     # In a short run the oscillation itself can be seen.
-    is_long = min(float(kw4.plain(run.time)[-1]) for run in runs.values()) > 10 * width
+    is_long = min(float(kw4.without_unit(run.time)[-1]) for run in runs.values()) > 10 * width
     tilt = axes["inclination"]
     for shape, run in runs.items():
-        hours, orbit, style = kw4.plain(run.time), run.elements(), SHAPES[shape]
+        hours, orbit, style = kw4.without_unit(run.time), run.elements(), SHAPES[shape]
         line = {"color": style["color"], "linewidth": 0.9}
-        for name, values in (("e", orbit.e), ("a", kw4.plain(orbit.a))):
+        for name, values in (("e", orbit.e), ("a", kw4.without_unit(orbit.a))):
             ax = axes[f"{name} {shape}"]
             if is_long:
                 middle, low, high = windows(hours, values, width)
@@ -56,7 +56,7 @@ def elements(runs: dict[kw4.Shape, Run]) -> Any:
         title = f"range over {_ORBITS} orbits" if is_long else "each step"
         axes[f"e {shape}"].set_title(f"{style['label']}: {title}", fontsize="medium")
         thinned = run[::16] if is_long else run
-        tilt.plot(kw4.plain(thinned.time), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
+        tilt.plot(kw4.without_unit(thinned.time), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
     axes[f"e {names[0]}"].set_ylabel("eccentricity\n(dimensionless)")
     axes[f"a {names[0]}"].set_ylabel("semi-major axis [km]")
     tilt.set_ylabel("inclination to the\nfirst orbit's plane [deg]")
@@ -74,11 +74,11 @@ def beta_spin(runs: dict[kw4.Shape, Run]) -> Any:
     figure, axes = new_figure(3, 1, (7.0, 6.5), sharex=True)
     until = 0.0
     for shape, run in runs.items():
-        hours = kw4.plain(run.time)
+        hours = kw4.without_unit(run.time)
         until = max(until, min(paper.SPIN_HOURS, float(hours[-1])))
         # One more sample is needed for the line to reach the edge.
         first = slice(0, int(np.searchsorted(hours, until)) + 1)
-        spin = kw4.plain(run.spin)[first, 1] * (1e5 / 3600.0)
+        spin = kw4.without_unit(run.spin)[first, 1] * (1e5 / 3600.0)
         for ax, component in zip(axes[:, 0], spin.T, strict=True):
             ax.plot(hours[first], component, linewidth=1.1, **SHAPES[shape])
     for ax, (axis, (low, high)) in zip(axes[:, 0], paper.SPIN.items(), strict=True):
@@ -94,10 +94,10 @@ def beta_spin(runs: dict[kw4.Shape, Run]) -> Any:
 def errors(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw errors of energy and angular momentum: from step to step, as in the paper, and since the start."""
     figure, axes = new_figure(2, 2, (10.0, 7.0), sharex=True)
-    end = max(float(kw4.plain(run.time)[-1]) for run in runs.values())
+    end = max(float(kw4.without_unit(run.time)[-1]) for run in runs.values())
     width = min(_WINDOW, end / 20)
     for shape, run in runs.items():
-        hours, energy, style = kw4.plain(run.time), kw4.plain(run.energy), SHAPES[shape]
+        hours, energy, style = kw4.without_unit(run.time), kw4.without_unit(run.energy), SHAPES[shape]
         axes[0, 0].plot(*largest(hours[1:], np.diff(energy) / energy[:-1], width), linewidth=1.2, **style)
         for drift, name, width_of_line in (
             (run.energy_drift_orbital, "of the orbital energy", 2.0),
@@ -106,7 +106,7 @@ def errors(runs: dict[kw4.Shape, Run]) -> Any:
             label = f"{style['label']}, {name}"
             axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": width_of_line, "label": label})
     run = runs["ellipsoid"]
-    hours, momenta = kw4.plain(run.time), kw4.momentum_of_samples(run)
+    hours, momenta = kw4.without_unit(run.time), kw4.momentum_of_samples(run)
     step = np.diff(momenta, axis=0) / momenta[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
@@ -127,7 +127,7 @@ def errors(runs: dict[kw4.Shape, Run]) -> Any:
         ax.set_xlim(0.0, end)
         grid(ax)
         legend(ax)
-    floor(axes[0, 0], min(abs(kw4.plain(run.energy)[0]) for run in runs.values()))
+    floor(axes[0, 0], min(abs(kw4.without_unit(run.energy)[0]) for run in runs.values()))
     for ax in axes[1]:
         ax.set_xlabel("time [h]")
     figure.align_ylabels()

@@ -14,8 +14,8 @@ from astropy.table import QTable
 from fullbody import observing
 from fullbody.fitting import Fit
 from fullbody.fitting.free import Parameters
-from fullbody.fitting.inner import InnerSolution, model_of
 from fullbody.fitting.losses import LINEAR
+from fullbody.fitting.point import InnerSolution, model_of
 from fullbody.fitting.problem import Problem
 
 from ..judging import Verdict, claimed, compared
@@ -325,7 +325,7 @@ def timing(light: Light, start: Mapping[str, Any]) -> dict[str, float]:
         return cpu_seconds(function, 3)
 
     run, names = point.run, list(point.run.parameters)
-    times = np.unique(data.emission(point.made.system).value)
+    times = np.unique(data.emission(point.setup_result.system).value)
 
     def motion(ends: bool) -> None:
         # The start is at time zero, between the data.
@@ -333,7 +333,7 @@ def timing(light: Light, start: Mapping[str, Any]) -> dict[str, float]:
             if len(part):
                 output = "ends" if ends else part
                 options: dict[str, Any] = {"integrator": INTEGRATOR, "derivatives": names or True}
-                point.made.system.integrate(point.made.state, part[-1], output=output, **options)
+                point.setup_result.system.integrate(point.setup_result.state, part[-1], output=output, **options)
 
     iteration = seconds(lambda: problem.jacobian(problem.point(values, differentiated=True)))
     parts = {

@@ -82,7 +82,7 @@ def searches():
 @pytest.fixture
 def memoised_searches(searches, monkeypatch):
     """A ready-made system in another frame or in other units needs no other search for its start."""
-    from fullbody.setups import mean_period
+    from fullbody.setups.elements import start_with_period
 
     def remembered(system, period, start, locked):
         first = start(period)
@@ -91,7 +91,7 @@ def memoised_searches(searches, monkeypatch):
         described = ([*system], system.forces, system.G, system.units, options, period, locked, arrays)
         key = pickle.dumps(described)
         if key not in searches:
-            searches[key] = mean_period.start_with_period(system, period, start, locked)
+            searches[key] = start_with_period(system, period, start, locked)
         return searches[key]
 
     monkeypatch.setattr("fullbody.setups.elements.start_with_period", remembered)

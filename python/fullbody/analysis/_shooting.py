@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..base import rotations
-from ..base.units import plain
+from ..base.units import without_unit
 from ..errors import NotConverged
 from ..typing import Floats
 from ._pair import ROTATIONS, SPINS, Pair, PairPoint, SymmetryAxes, normalized, without_overlap
@@ -35,7 +35,7 @@ def flow(point: PairPoint, time: float) -> tuple[PairPoint, Floats]:
     gather[[0, 3], [0, 1]], gather[[0, 3], [4, 5]] = -1.0, 1.0
     rows, columns = [2, 6, 3, 7], [1, 2, 4, 5]
     spread[rows, columns] = gather[columns, rows] = 1.0
-    transition = np.kron(gather, np.eye(3)) @ plain(run.transition)[-1] @ np.kron(spread, np.eye(3))
+    transition = np.kron(gather, np.eye(3)) @ without_unit(run.transition)[-1] @ np.kron(spread, np.eye(3))
     return PairPoint.of(pair, run[-1]), transition
 
 

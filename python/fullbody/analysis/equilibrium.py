@@ -10,10 +10,10 @@ import numpy as np
 
 from ..base import rotations
 from ..base.attributes import WithUnit
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, facts, number, tables_of
-from ..base.units import plain
+from ..base.units import without_unit
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
@@ -91,7 +91,7 @@ class RelativeEquilibrium(UniformRotation):
     @property
     def linearly_stable(self) -> bool:
         """Whether the equilibrium is linearly stable: no mode grows."""
-        return not (plain(self.modes.growth) > 0.0).any()
+        return not (without_unit(self.modes.growth) > 0.0).any()
 
     @cached_property
     def curvatures(self) -> Floats:
@@ -302,7 +302,7 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     instance(system, "system", System)
     index = system.context.index(body, "body")
     old = system.bodies[index]
-    count = whole(copies, "copies", 2)
+    count = whole_number(copies, "copies", 2)
     shape = instance(old.shape, system.names[index], Ellipsoid | Sphere, "an Ellipsoid")
     if isinstance(shape, Sphere) or shape.a == shape.b:
         return system

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.attributes import WithUnit
-from ..base.kinds import choice, instance, whole
+from ..base.kinds import choice, instance, whole_number
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, facts, head, number
-from ..base.units import need, plain
+from ..base.units import need, without_unit
 from ..errors import BodiesOverlap, NotConverged
 from ..motion.system import System
 from ..typing import Array, Floats
@@ -50,7 +50,9 @@ class Fold:
 def _column(text: str, name: str, dimension: str) -> WithUnit[Array]:
     """Return a property of branches: numbers of each equilibrium (K, ...)."""
     get = attrgetter(name)
-    return WithUnit(text, lambda branch: np.array([plain(get(member)) for member in branch.equilibria]), dimension)
+    return WithUnit(
+        text, lambda branch: np.array([without_unit(get(member)) for member in branch.equilibria]), dimension
+    )
 
 
 class Branch(Tabled):
@@ -151,7 +153,7 @@ def branch(
     choice(over, "over", _FOLDING)
     dimension = "length" if over == "separation" else "angular momentum"
     goal = equilibrium.system.context.units.number(until, dimension, "until", POSITIVE)
-    count = whole(steps, "steps")
+    count = whole_number(steps, "steps")
     rotation = equilibrium.rotation
     sign = np.sign(goal - rotation.quantity(over))
     members, folds = [equilibrium], list[Fold]()
@@ -274,7 +276,10 @@ class Equilibria(Tabled):
     def _tables(self) -> tuple[Table, ...]:
         names = ("separation", "energy")
         units = [getattr(getattr(state, name), "unit", "") for state in self._all[:1] for name in names] or ["", ""]
-        rows = [(*(number(float(plain(getattr(state, name)))) for name in names), _kind(state)) for state in self._all]
+        rows = [
+            (*(number(float(without_unit(getattr(state, name)))) for name in names), _kind(state))
+            for state in self._all
+        ]
         header = (*map(head, names, units), "kind")
         return (Table(f"Equilibria of angular momentum {number(self.angular_momentum)}", header, list(rows)),)
 

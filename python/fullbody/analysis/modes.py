@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
-from ..base.units import UNITLESS, plain
+from ..base.units import UNITLESS, without_unit
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
@@ -66,7 +66,7 @@ class Modes(Tabled):
     def period(self) -> Array:
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
-            return self.system.context.units.attach(2 * np.pi / plain(self.frequency), "time")
+            return self.system.context.units.attach(2 * np.pi / without_unit(self.frequency), "time")
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
         """Return the state of the equilibrium with one mode added, to first order.
@@ -105,8 +105,10 @@ class Modes(Tabled):
         unit = getattr(self.frequency, "unit", "")
         header = (head("frequency", unit), "by rate", head("growth", unit), "plane", "energy", "largest in")
         rows = []
-        for k, (frequency, growth) in enumerate(zip(plain(self.frequency), plain(self.growth), strict=True)):
-            sizes = (number(frequency), number(frequency / plain(self.rate), 6), number(growth, 4))
+        for k, (frequency, growth) in enumerate(
+            zip(without_unit(self.frequency), without_unit(self.growth), strict=True)
+        ):
+            sizes = (number(frequency), number(frequency / without_unit(self.rate), 6), number(growth, 4))
             rows.append((*sizes, "in" if self.in_plane[k] else "out of", "0+-"[self.energy_sign[k]], self._part(k)))
         return (Table("Modes", header, list(rows)),)
 
@@ -118,8 +120,8 @@ class Modes(Tabled):
         return words[int(np.abs([*self.position[mode], *self.rotation[mode].ravel()]).argmax())]
 
     def __repr__(self) -> str:
-        frequency = np.array2string(plain(self.frequency), precision=6)
-        growing = int(np.sum(plain(self.growth) > 0))
+        frequency = np.array2string(without_unit(self.frequency), precision=6)
+        growing = int(np.sum(without_unit(self.growth) > 0))
         unit = f" {self.frequency.unit}" if hasattr(self.frequency, "unit") else ""
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 

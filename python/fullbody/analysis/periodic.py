@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from ..base.arguments import sequence
 from ..base.attributes import WithUnit
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.limits import NONZERO, POSITIVE
 from ..base.tables import Table, Tabled, facts, number
-from ..base.units import UNITLESS, plain
+from ..base.units import UNITLESS, without_unit
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State
 from ..motion.system import System
@@ -235,7 +235,7 @@ def periodic_family(
         raise InvalidInput("amplitudes is empty; expected one or more")
     centre, modes = equilibrium.rotation.point, equilibrium.modes
     deviation = PairPoint.of(centre.pair, modes.excited(mode, sizes[0])).tangent_from(centre)
-    time = float(plain(modes.period[mode]))
+    time = float(without_unit(modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not oscillate; expected one whose frequency is above zero")
     targets = {"angular_momentum": float(centre.angular_momentum[2])}
@@ -259,4 +259,4 @@ def _segments(start: PairPoint, time: float, segments: Any) -> int:
     if segments is None:
         revolutions = time * start.pair.orbital_rate(start.pose.distance) / (2 * np.pi)
         return int(np.clip(np.ceil(revolutions - 0.5), 1, _MAX_SEGMENTS))
-    return whole(segments, "segments")
+    return whole_number(segments, "segments")

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..base.figures import LINES, full_option_names, grid, legend, line, matplotlib, panels, single, unit_of
 from ..base.kinds import choice
 from ..base.tables import number
-from ..base.units import plain
+from ..base.units import without_unit
 from ..model.state import State
 from ..plots._style import escaped, in_si
 
@@ -43,7 +43,7 @@ def branch(
     choice(y, "y", (*_QUANTITIES, "frequency"))
     kwargs = full_option_names(kwargs)
     ax = single(ax, (6.0, 4.0))
-    x_values, y_values = (plain(in_si(getattr(branch, name))) for name in (x, y))
+    x_values, y_values = (without_unit(in_si(getattr(branch, name))) for name in (x, y))
     columns = y_values.reshape(len(branch), -1)
     kinds = np.where(branch.energetically_stable, 0, np.where(branch.linearly_stable, 1, 2))
     names = ("minimum of energy", "linearly stable", "unstable")
@@ -59,7 +59,7 @@ def branch(
             labelled.add(kind)
         begin = end
     for fold in branch.folds if y != "frequency" else ():
-        point = [plain(in_si(getattr(fold.equilibrium, name))) for name in (x, y)]
+        point = [without_unit(in_si(getattr(fold.equilibrium, name))) for name in (x, y)]
         ax.plot(*point, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
     for set_label, name in ((ax.set_xlabel, x), (ax.set_ylabel, y)):
         set_label(f"{_phrase(name)} [{unit_of(in_si(getattr(branch, name)))}]")
@@ -91,7 +91,7 @@ def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
     for mode, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
-        frequency = float(plain(modes.frequency)[mode])
+        frequency = float(without_unit(modes.frequency)[mode])
         periods = phase if frequency > 0.0 else np.zeros_like(phase)
         for k, part in enumerate(shape):
             if abs(part) > _VISIBLE:
@@ -128,7 +128,7 @@ def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], 
     colours = matplotlib("colors").ListedColormap(matplotlib().get_cmap("viridis")(np.linspace(0.0, 0.9, count)))
     for k, (x_values, y_values) in enumerate(zip(*columns, strict=True)):
         style = {"linestyle": "none", "marker": ".", "markersize": 4.0, "markeredgewidth": 0.0, "color": colours(k)}
-        ax.plot(plain(x_values), plain(y_values), **{**style, **kwargs})
+        ax.plot(without_unit(x_values), without_unit(y_values), **{**style, **kwargs})
     for set_label, coordinate, values in zip((ax.set_xlabel, ax.set_ylabel), (x, y), columns, strict=True):
         set_label(_title(coordinate, values))
     if count > 1 and "color" not in kwargs:

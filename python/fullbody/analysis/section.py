@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import sequence
-from ..base.kinds import function, instance, whole
+from ..base.kinds import function, instance, whole_number
 from ..base.tables import Table, Tabled
 from ..base.units import UNITLESS
 from ..base.values import ArrayFields, block
@@ -165,7 +165,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     numbers = UNITLESS.numbers(getattr(values, "value", values), "number", "quantity", time.shape)
     if len(time) < 8:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
-    columns, amplitude = periodic_terms(time, numbers, whole(n, "n"))
+    columns, amplitude = periodic_terms(time, numbers, whole_number(n, "n"))
     order = np.argsort(-amplitude)
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
     return Frequencies(run.context.units.attach(columns[order], "spin"), sizes)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InvalidInput, caution
 from ..typing import Floats
-from .units import UNITLESS, close_to, gathered, is_quantity, numbers
+from .units import UNITLESS, as_quantity, is_quantity, numbers, similar_names
 
 _T = TypeVar("_T")
 
@@ -55,7 +55,7 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {
 }
 
 
-def normal(text: Any) -> Any:
+def normal_form(text: Any) -> Any:
     """Return a text in the normal form NFC, since an accent may be one character or two, and others unchanged."""
     return unicodedata.normalize("NFC", text) if isinstance(text, str) else text
 
@@ -80,21 +80,21 @@ def integer(value: object) -> int | None:
 
 def generator(rng: object) -> np.random.Generator:
     """Return the generator of an argument ``rng``, which is a whole number, zero or above, or a numpy generator."""
-    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(seed_of(rng, "rng"))
+    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(seed_of(rng))
 
 
-def seed_of(value: object, what: str = "seed") -> int:
-    """Return a seed of random numbers: a whole number, zero or above, which a numpy generator draws."""
-    seed = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
+def seed_of(rng: object) -> int:
+    """Return the seed of an argument ``rng``: a whole number, zero or above, which a numpy generator draws."""
+    seed = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else integer(rng)
     if seed is None or seed < 0:
-        raise InvalidInput(f"{what} is {value!r}; expected a whole number, zero or above, or a numpy.random.Generator")
+        raise InvalidInput(f"rng is {rng!r}; expected a whole number, zero or above, or a numpy.random.Generator")
     return seed
 
 
 def index_of(value: object, names: Sequence[str], what: str) -> int:
     """Return the index of a body from its index or name, or raise an error that lists all."""
     if isinstance(value, str):
-        value = normal(value)
+        value = normal_form(value)
         if value in names:
             return names.index(value)
         raise InvalidInput(f"{what} is {value!r}; {suggestion(str(value), names, 'one')}")
@@ -106,7 +106,7 @@ def index_of(value: object, names: Sequence[str], what: str) -> int:
 
 
 def sequence(value: Any, kind: type[_T], what: str, expected: str, members_expected: str) -> tuple[_T, ...]:
-    """Return a sequence of objects of one kind, or raise an error that names what is not of that kind."""
+    """Return a sequence of objects of one kind, or raise an error that shows an object of another kind."""
     try:
         members = tuple(value)
     except TypeError as error:
@@ -118,11 +118,11 @@ def sequence(value: Any, kind: type[_T], what: str, expected: str, members_expec
 
 
 def names_of(value: Any, what: str) -> list[str]:
-    """Return a list of names, or raise an error that shows what is not a name."""
+    """Return a list of names, or raise an error that shows an element that is not a name."""
     expected = "a list of names such as ['G', 'mass of Alpha']"
     if isinstance(value, str):
         raise InvalidInput(f"{what} is {value!r}, which is text; expected {expected}")
-    return [normal(name) for name in sequence(value, str, what, expected, "names")]
+    return [normal_form(name) for name in sequence(value, str, what, expected, "names")]
 
 
 def name_of(value: object) -> str | None:
@@ -134,7 +134,7 @@ def name_of(value: object) -> str | None:
     # Files and pictures cannot hold control characters (Cc) and unpaired surrogates (Cs).
     if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
         raise InvalidInput(f"name is {value!r}; expected text without control characters")
-    return normal(value)
+    return normal_form(value)
 
 
 def refuse_mixture(values: dict[str, Any]) -> bool:
@@ -149,7 +149,7 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
 
 def directions(value: Any, what: str, single: bool = False) -> Floats:
     """Return vectors (..., 3), or one (3,), of any length above zero and in any unit as numbers."""
-    value = gathered(value, what)
+    value = as_quantity(value, what)
     vectors = UNITLESS.numbers(getattr(value, "value", value), "number", what, (3,) if single else ("...", 3))
     if not vectors.any(axis=-1).all():
         raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
@@ -162,7 +162,7 @@ def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
     Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
     an integrated rotation or a mean anomaly, may be larger, but it has all its digits.
     """
-    value = gathered(value, what, "angle")
+    value = as_quantity(value, what, "angle")
     if is_quantity(value):
         return
     sizes = np.abs(numbers(value, what))
@@ -190,12 +190,12 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
     return lon, lat
 
 
-def suggestion(name: str, names: Iterable[str], wanted: str = "some") -> str:
-    """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
+def suggestion(name: str, names: Iterable[str], quantifier: str = "some") -> str:
+    """Return a phrase for an unknown name: the name that it may mean, and the list of all."""
     names = list(names)
-    synonyms = [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in names]
-    close = synonyms or close_to(name, names)
-    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(names)}"
+    synonyms = [synonym for synonym in _SYNONYMS.get(name, ()) if re.split(r"\W", synonym)[0] in names]
+    similar = synonyms or similar_names(name, names)
+    return (f"did you mean {similar[0]!r}? " if similar else "") + f"expected {quantifier} of {', '.join(names)}"
 
 
 def refuse_unknown(names: Iterable[str], options: Iterable[str], owner: str) -> None:

@@ -1,4 +1,4 @@
-"""Names of files, what reads them, and atomic writing: a name refers to the old file or the new one, to no part."""
+"""Names and readers of files, and atomic writing: a name refers to the complete old file or the complete new one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..errors import InvalidInput
 #: The errors by which a system says that it cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
 
-#: The attributes of NetCDF files of this package, with what they are and their readers.
+#: The attributes that mark NetCDF files of this package, with the names of their contents and their readers.
 _CONTENTS = {
     "fullbody_format": ("a run", "fullbody.load"),
     "fullbody_fit": ("a fit", "fullbody.load"),
@@ -161,8 +161,8 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
     return OSError(error.errno, os.strerror(error.errno), str(path))
 
 
-def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None = None) -> str:
-    """Return a phrase about what a file is, by its attributes if HDF5 read it, and which other function reads it."""
+def other_reader(path: Path, reader: str, attributes: Mapping[str, Any] | None = None) -> str:
+    """Return a phrase that names the content of a file, by its attributes if HDF5 read it, and its proper reader."""
     kind = None
     if attributes is not None:
         kind = next((entry for name, entry in _CONTENTS.items() if name in attributes), None)
@@ -175,6 +175,6 @@ def other_reader(path: Path, called: str, attributes: Mapping[str, Any] | None =
             kind = ("a simulation", "fullbody.Simulation.load")
         elif not begin.startswith(b"\x89HDF"):
             kind = _SUFFIXES.get(path.suffix.lower())
-        elif not called.startswith("fullbody.load"):
+        elif not reader.startswith("fullbody.load"):
             kind = ("NetCDF, as of runs, fits and flights", "fullbody.load or fullbody.load_flight")
-    return "" if kind is None or kind[1] == called else f"; it is {kind[0]}, which {kind[1]} reads"
+    return "" if kind is None or kind[1] == reader else f"; it is {kind[0]}, which {kind[1]} reads"

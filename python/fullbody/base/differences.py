@@ -15,7 +15,7 @@ from ..typing import Floats
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
 #: Steps relative to the size of the argument, in the order in which they are tried. They are no decimal numbers, to
 #: which functions might round.
-_SHARES = tuple(2.0**-k for k in range(10, 32, 3))
+_RELATIVE_STEPS = tuple(2.0**-k for k in range(10, 32, 3))
 #: The step of later differences, relative to the step that was searched for.
 _SHORTER = 0.1234
 #: Arguments in units of the step, from both sides or from one, whose ratios are irrational: a function that rounds is
@@ -89,15 +89,15 @@ class Differences:
         if 0.5 * self._size <= size <= 2.0 * self._size:
             step = _SHORTER * self.length
             with suppress(*REFUSALS):
-                apart = np.asarray(function(step) - function(-step))
-                if _signal(apart, noise) > 0.01 * _PRECISE:
-                    return np.asarray(apart / (2.0 * step))
+                change = np.asarray(function(step) - function(-step))
+                if _signal(change, noise) > 0.01 * _PRECISE:
+                    return np.asarray(change / (2.0 * step))
         self.length = self._size = 0.0
         longer: _Trial | None = None
         refused: Exception | None = None
-        for share in _SHARES:
+        for relative_step in _RELATIVE_STEPS:
             try:
-                trial = _Trial(function, share * size, noise, groups)
+                trial = _Trial(function, relative_step * size, noise, groups)
             except REFUSALS as error:
                 refused = error
                 continue
@@ -158,8 +158,8 @@ class _Trial:
 
     def follows(self, longer: _Trial) -> bool:
         """Return whether the derivative differs from that over a longer step by no more than the formulas do there."""
-        apart = np.abs(self.derivative - longer.derivative)
-        return bool((apart <= 10.0 * longer.error + self.error + self._rounding).all())
+        difference = np.abs(self.derivative - longer.derivative)
+        return bool((difference <= 10.0 * longer.error + self.error + self._rounding).all())
 
 
 def _largest(values: Floats, groups: npt.NDArray[np.intp]) -> Floats:

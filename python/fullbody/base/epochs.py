@@ -1,4 +1,4 @@
-"""Dates: that of time zero, which is kept as text so that files hold it without loss, and those of observations."""
+"""Dates: the date of time zero, stored as text so that files hold it without loss, and dates of observations."""
 
 from __future__ import annotations
 
@@ -104,22 +104,14 @@ def refuse_coarse(value: Any, seconds: Any, what: str) -> None:
     returns the time in s between two of them, without which only equal times of a short type count.
     """
     numbers = np.ravel(np.asarray(getattr(value, "value", value)))
-    if (
-        numbers.dtype.kind not in ("fiu" if seconds is not None else "f")
-        or not numbers.size
-        or numbers.dtype == np.float64
-    ):
+    kind = numbers.dtype.kind
+    if kind not in ("f" if seconds is None else "fiu") or not numbers.size or numbers.dtype == np.float64:
         return
     largest = numbers[np.nanargmax(np.abs(numbers))]
-    after = np.nextafter(largest, type(largest)(np.inf)) if numbers.dtype.kind == "f" else largest + 1
-    apart = np.diff(np.unique(numbers).astype(np.float64))
-    spacing = float(after) - float(largest)
-    rounded = (
-        numbers.size > 1
-        and numbers.dtype.kind == "f"
-        and apart.min(initial=np.inf if apart.size else 0.0) < 4 * spacing
-    )
-    if rounded or (seconds is not None and seconds(float(largest), float(after)) > _COARSE):
+    following = np.nextafter(largest, type(largest)(np.inf)) if kind == "f" else largest + 1
+    spacing, distinct = float(following) - float(largest), np.unique(numbers).astype(np.float64)
+    rounded = kind == "f" and numbers.size > 1 and (len(distinct) == 1 or np.diff(distinct).min() < 4 * spacing)
+    if rounded or (seconds is not None and seconds(float(largest), float(following)) > _COARSE):
         raise InvalidInput(
             f"{what} are numbers of the type {numbers.dtype}, which near {largest} are {spacing:.3g} apart; expected "
             "float64, in which the data have to be read"

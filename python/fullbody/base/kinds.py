@@ -1,4 +1,4 @@
-"""Kinds of values that arguments and fields have: each checks a value, returns it, and says what it expects instead."""
+"""Kinds of values of arguments and fields: each checks a value, and returns it or raises an error."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 from ..errors import InvalidInput
 from .arguments import directions, integer
 from .limits import FINITE, Limits
-from .units import ANY, Units, gathered, is_quantity
+from .units import ANY, Units, as_quantity, is_quantity
 from .values import ScalarFields
 
 
-def whole(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
-    """Return a whole number within bounds as an ``int``; ``other`` says what else an argument may be."""
+def whole_number(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
+    """Return a whole number within bounds as an ``int``; ``other`` names alternatives in the error."""
     number = integer(value)
     if number is None or not least <= number <= most:
         bounds = {0: ", zero or above", 1: " above zero"}.get(least, f", {least} or more")
@@ -55,7 +55,7 @@ def instance(value: Any, what: str, kind: Any, expected: str = "") -> Any:
     return value
 
 
-def united(value: Any, dimension: str, units: Units) -> Any:
+def with_unit(value: Any, dimension: str, units: Units) -> Any:
     """Return a plain number as a Quantity in a system's units, and a Quantity or ``None`` unchanged."""
     return value if value is None or is_quantity(value) else units.attach(value, dimension)
 
@@ -65,7 +65,7 @@ def direction(value: Any, what: str) -> tuple[float, ...]:
     return tuple(map(float, directions(value, what, single=True)))
 
 
-def sense(value: object, what: str) -> int:
+def crossing_direction(value: object, what: str) -> int:
     """Return the direction in which a function has to go through zero."""
     if (number := integer(value)) not in (-1, 0, 1):
         raise InvalidInput(f"{what} is {value!r}; expected -1, 0 or 1")
@@ -90,7 +90,7 @@ class Number:
         if value is None and self.required:
             raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
         self.unitless(value, what, ANY)
-        return gathered(value, what, self.dimension)
+        return as_quantity(value, what, self.dimension)
 
     def unitless(self, value: Any, what: str, units: Units) -> Any:
         """Return a value as numbers in a system's units: a float, or lists of floats."""
@@ -104,7 +104,7 @@ class Number:
 
 
 def body_index(value: Any, what: str) -> Any:
-    """Return a body of a system as it is given, by its index or name; whether there is one, only a system knows."""
+    """Return the index or the name of a body unchanged, since only a system can check whether it exists."""
     return value
 
 
@@ -122,7 +122,7 @@ def kinds_of(owner: Any) -> dict[str, Kind]:
 
 
 class Declared(ScalarFields):
-    """Base class of dataclasses that declare kinds of their fields, by which all that is given is checked."""
+    """Base class of dataclasses that declare the kinds of their fields, by which the values are checked."""
 
     __slots__ = ()
 
@@ -134,21 +134,21 @@ class Declared(ScalarFields):
         return f"{name} of {of or type(self).__name__}"
 
     def _check_fields(self) -> None:
-        """Check all fields that are given, and keep what their kinds make of them."""
+        """Check all fields that have a value, and replace it by the value that the kind returns."""
         for entry in fields(self):  # type: ignore[arg-type]
             kind, value = entry.metadata.get("kind"), getattr(self, entry.name)
             if kind and (value is not None or entry.default is not None or getattr(kind, "required", False)):
                 object.__setattr__(self, entry.name, kind(value, self._what(entry.name)))
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
-        """Return all numbers that are given and have a dimension, by their names, with their dimensions."""
+        """Return all numbers that have a value and a dimension, by their names, with their dimensions."""
         kinds = {name: kind for name, kind in kinds_of(self).items() if isinstance(kind, Number)}
         values = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
         return {name: entry for name, entry in values.items() if entry[0] is not None and entry[1] != "number"}
 
     def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
-        """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, ``None`` for
-        missing.
+        """Return the numbers among the fields in a system's units, ``None`` for missing ones; with the function
+        ``index``, which takes a body and its name in errors, also what that returns for the bodies.
         """
         numbers = {}
         for name, kind in kinds_of(self).items():

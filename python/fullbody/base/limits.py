@@ -26,7 +26,7 @@ class Limits:
     infinite: bool = False
     text: str = ""
 
-    def hold(self, values: Any) -> Any:
+    def contain(self, values: Any) -> Any:
         """Return for each of the values whether it is finite and within the limits."""
         holds = (values >= self.least) & (values <= self.most)
         if not self.infinite:

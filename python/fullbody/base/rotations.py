@@ -12,18 +12,18 @@ from ..typing import Floats
 
 
 def about_axis(axis: int, angle: float) -> Floats:
-    """Return the quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
+    """Return the quaternion (4,) of a rotation about axis 0, 1 or 2 by an angle in radians."""
     angles = [0.0, 0.0, 0.0]
     angles[axis] = angle
     return _core.quaternion_of_tait_bryan(angles)
 
 
 def about(axis: Any, angle: float) -> Floats:
-    """Return the quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
-    way = np.asarray(axis, dtype=np.float64)
+    """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,) of any length."""
+    direction = np.asarray(axis, dtype=np.float64)
     # The axis is scaled first, since squares of numbers near the limits of floats overflow or vanish.
-    way = way / np.abs(way).max()
-    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
+    direction = direction / np.abs(direction).max()
+    return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(direction) * direction)])
 
 
 def of_plane(node: float, inclination: float) -> Floats:
@@ -32,36 +32,36 @@ def of_plane(node: float, inclination: float) -> Floats:
 
 
 def shortest(first: Any, second: Any) -> Floats:
-    """Return the quaternion (4,) of the smallest turn from one unit vector (3,) to another that is not opposite."""
+    """Return the quaternion (4,) of the smallest rotation from one unit vector (3,) to another that is not opposite."""
     rotation = np.append(1.0 + np.dot(first, second), np.cross(first, second))
     return np.asarray(rotation / np.linalg.norm(rotation))
 
 
 def product(*quaternions: Any) -> Floats:
-    """Return the product of quaternions: like a product of matrices, it applies the last turn first."""
+    """Return the product of quaternions: like a product of matrices, it applies the last rotation first."""
     return functools.reduce(_core.quaternion_product, quaternions)
 
 
 def products(first: Floats, second: Floats) -> Floats:
-    """Return the products (..., 4) of quaternions (..., 4), each of which turns by ``second``, then by ``first``."""
+    """Return the products (..., 4) of quaternions (..., 4), each of which rotates by ``second``, then by ``first``."""
     (w, v), (u, r) = ((q[..., :1], q[..., 1:]) for q in (first, second))
     scalar = w * u - (v * r).sum(axis=-1, keepdims=True)
     return np.concatenate([scalar, w * r + u * v + np.cross(v, r)], axis=-1)
 
 
 def inverse(quaternions: Floats) -> Floats:
-    """Return the quaternions (..., 4) of the turns back."""
+    """Return the quaternions (..., 4) of the inverse rotations."""
     return quaternions * [1.0, -1.0, -1.0, -1.0]
 
 
-def towards(longitude: Any, latitude: Any) -> Floats:
+def unit_vectors(longitude: Any, latitude: Any) -> Floats:
     """Return the unit vectors (..., 3) of longitudes and latitudes (...) in radians."""
     lon, lat = np.asarray(longitude, dtype=np.float64), np.asarray(latitude, dtype=np.float64)
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def rates(attitudes: Floats, spins: Floats) -> Floats:
-    """Return the rates of change (..., 4) of attitudes (..., 4) that turn with spins (..., 3) in their body frames."""
+    """Return the rates (..., 4) of attitudes (..., 4) that rotate with spins (..., 3) in their body frames."""
     return 0.5 * products(attitudes, np.insert(spins, 0, 0.0, axis=-1))
 
 

@@ -25,13 +25,13 @@ def relative_error(times: Floats, vectors: Floats) -> tuple[float, int]:
         steps = np.linalg.norm(np.diff(vectors, axis=0), axis=1) / np.linalg.norm(vectors, axis=1).min()
         worst = int(np.argmax(steps)) if len(steps) else 0
         return (float(_FEW[len(times)] * steps[worst] ** len(times)) if len(steps) else 0.0), worst
-    near = [times[k : k + count] for k in range(5)]
-    there = np.zeros((count, 3))
+    t = [times[k : k + count] for k in range(5)]
+    interpolated = np.zeros((count, 3))
     with np.errstate(all="ignore"):
         for k in (0, 1, 3, 4):
-            factors = [(near[2] - near[j]) / (near[k] - near[j]) for j in (0, 1, 3, 4) if j != k]
-            there += np.prod(factors, axis=0)[:, None] * vectors[k : k + count]
-        error = np.linalg.norm(there - vectors[2:-2], axis=1) / 64 / np.linalg.norm(vectors[2:-2], axis=1)
+            factors = [(t[2] - t[j]) / (t[k] - t[j]) for j in (0, 1, 3, 4) if j != k]
+            interpolated += np.prod(factors, axis=0)[:, None] * vectors[k : k + count]
+        error = np.linalg.norm(interpolated - vectors[2:-2], axis=1) / 64 / np.linalg.norm(vectors[2:-2], axis=1)
     worst = int(np.argmax(error))
     # The first and the last piece of a spline have larger errors, and are much of a short table.
     return float(error[worst]) * (_ENDS if len(times) < _SHORT else 1.0), worst + 2

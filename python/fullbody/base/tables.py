@@ -1,4 +1,4 @@
-"""Short tables of what an object holds, as HTML for Jupyter and as text for the command line."""
+"""Short tables of the contents of objects, as HTML for Jupyter and as text for the command line."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ _WORDS = {
     "t": ("tonnes",),
 }
 #: Short forms that are not accepted, since they are ambiguous, with the units that they may mean.
-_MEANT = {"cc": "cm3", "ccm": "cm3", "gm": "g", "gms": "g", "gr": "g", "mtr": "m", "mtrs": "m", "kmh": "km/h"}
+_AMBIGUOUS = {"cc": "cm3", "ccm": "cm3", "gm": "g", "gms": "g", "gr": "g", "mtr": "m", "mtrs": "m", "kmh": "km/h"}
 
 
 def read(kind: Any, text: str) -> Any:
@@ -78,9 +78,9 @@ def read(kind: Any, text: str) -> Any:
             return kind(text)
 
 
-def meant(unit: str) -> str | None:
+def intended_unit(unit: str) -> str | None:
     """Return the unit that a text which is none may mean, or ``None``."""
-    better = re.sub(r"[A-Za-z]+", lambda word: _MEANT.get(word[0].lower(), word[0]), unit)
+    better = re.sub(r"[A-Za-z]+", lambda word: _AMBIGUOUS.get(word[0].lower(), word[0]), unit)
     return better if better != unit else None
 
 

@@ -17,7 +17,7 @@ from ..errors import InvalidInput
 from ..typing import Floats, Scalar
 from .foreign import array_or_quantity, shown
 from .limits import FINITE, Limits
-from .unit_names import derived, error_of, factor, meant, usable_unit, with_error
+from .unit_names import derived, error_of, factor, intended_unit, usable_unit, with_error
 from .version import to_install
 
 #: The unit of each dimension that error messages use in examples of text.
@@ -41,8 +41,8 @@ _EXAMPLES = {
 #: A number at the beginning of a text, before its unit.
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*(?=\S)")
 #: The units of ``units=True``, followed by other units that a misspelt name may mean.
-USUAL = ("km", "hour", "kg")
-_KNOWN = (
+DEFAULT_UNITS = ("km", "hour", "kg")
+_COMMON = (
     ("km", "m", "cm", "mm", "au", "AU", "R_earth", "R_jup", "R_sun", "lyr", "pc"),
     ("hour", "h", "hr", "s", "second", "min", "minute", "day", "d", "week", "yr", "year"),
     ("kg", "g", "t", "M_earth", "M_jup", "M_sun"),
@@ -54,7 +54,7 @@ def is_quantity(value: object) -> bool:
     return hasattr(value, "unit") and hasattr(value, "to_value")
 
 
-def plain(value: Any) -> Floats:
+def without_unit(value: Any) -> Floats:
     """Return the numbers of a Quantity in its own unit, or plain numbers as they are, as an array of floats."""
     return np.asarray(getattr(value, "value", value), dtype=np.float64)
 
@@ -72,7 +72,7 @@ def refuse_booleans(value: object, what: str, expected: str = "numbers") -> None
 
 def numbers(value: object, what: str, expected: str = "numbers") -> Floats:
     """Return a float array of pure numbers, or raise an error that names the argument."""
-    value = gathered(value, what, "number", expected)
+    value = as_quantity(value, what, "number", expected)
     if not is_quantity(value):
         return _floats(value, what, expected)
     from astropy import units as u
@@ -94,7 +94,7 @@ def _floats(value: object, what: str, expected: str = "numbers") -> Floats:
         raise InvalidInput(f"{what} is {shown(value)}; expected {expected}") from error
 
 
-def gathered(value: Any, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
+def as_quantity(value: Any, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
     """Return text such as ``"1 day"``, a list of texts and Quantities, or another library's value, as one Quantity.
 
     Values without a unit are returned as they are. A mixture with plain numbers is refused, since numpy would take the
@@ -108,7 +108,7 @@ def gathered(value: Any, what: str, dimension: str = "any", expected: str = "num
     refuse_masked(value, what)
     if not isinstance(value, list | tuple):
         return array_or_quantity(value, what)
-    parts = [gathered(part, what, dimension, expected) for part in value]
+    parts = [as_quantity(part, what, dimension, expected) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
         return value
@@ -161,7 +161,7 @@ def from_text(text: str, what: str, dimension: str = "any", expected: str = "num
         unknown, number = "", _NUMBER.match(text)
         if number:
             name = text[number.end() :]
-            better = meant(name)
+            better = intended_unit(name)
             guess = f"; did you mean '{number[0].strip()} {better}'?" if better else ";"
             unknown = f", whose unit {name!r} is not known{guess}"
         raise InvalidInput(f"{what} is {text!r}{unknown or ';'} expected {wanted}") from error
@@ -192,7 +192,7 @@ class Units:
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
         if isinstance(names, bool | np.bool_):
-            names = USUAL if names else None
+            names = DEFAULT_UNITS if names else None
         self._base: tuple[Any, Any, Any] | None = None
         if names is None:
             return
@@ -202,9 +202,9 @@ class Units:
         try:
             length, time, mass = names
         except (TypeError, ValueError) as error:
-            raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
-        parts = zip((length, time, mass), _KNOWN, strict=True)
-        base = tuple(_unit(name, known_names) for name, known_names in parts)
+            raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {DEFAULT_UNITS}") from error
+        parts = zip((length, time, mass), _COMMON, strict=True)
+        base = tuple(_unit(name, common) for name, common in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
                 kind = f"a unit of {expected.physical_type} there, such as {expected}"
@@ -238,7 +238,7 @@ class Units:
         """Return a value as numbers in this system's units."""
         if dimension == "number":
             return numbers(value, what, expected)
-        value = gathered(value, what, dimension, expected)
+        value = as_quantity(value, what, dimension, expected)
         if not is_quantity(value):
             return _floats(value, what, expected)
         from astropy import units as u
@@ -275,12 +275,12 @@ class Units:
         expected = limits.expected(shape != ())
         refuse_booleans(value, what, expected)
         array = self.strip(value, dimension, what, expected)
-        if shape is not None and not fits(array, shape):
+        if shape is not None and not has_shape(array, shape):
             if shape and not limits.text:
                 wanted = str(shape).replace("'", "")
                 raise InvalidInput(f"{what} has shape {array.shape}; expected {wanted}, {expected}")
             raise InvalidInput(f"{what} is {value!r}, of shape {array.shape}; expected {expected}")
-        if not np.all(good := limits.hold(array)):
+        if not np.all(good := limits.contain(array)):
             is_scalar_array = type(value) is np.ndarray and not array.ndim
             bad = array[~good][0] if array.size >= 10 else float(array) if is_scalar_array else value
             raise InvalidInput(f"{what} {'is' if array.size < 10 else 'has'} {bad!r}; expected {expected}")
@@ -313,11 +313,11 @@ class Units:
 
 
 class AnyUnits(Units):
-    """Units of a system not yet known: Quantities of the right dimension count in their own units, angles in rad."""
+    """Units where there is no system yet: Quantities of the right dimension count in their own units, angles in rad."""
 
     def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> Floats:
         """Return a value as numbers in its own units."""
-        value = gathered(value, what, dimension, expected)
+        value = as_quantity(value, what, dimension, expected)
         if is_quantity(value) and dimension not in ("angle", "number"):
             _si().strip(value, dimension, what)
             value = value.value  # type: ignore[attr-defined]
@@ -329,7 +329,7 @@ def _si() -> Units:
     return Units(("m", "s", "kg"))
 
 
-#: Units for pure numbers and angles, and for numbers of a system that is not yet known.
+#: Units for pure numbers and angles, and for numbers before there is a system.
 UNITLESS, ANY = Units(), AnyUnits()
 
 
@@ -338,23 +338,23 @@ def units_of(mu: Any) -> Units | None:
     return getattr(mu, "_units_of_system", None)
 
 
-def close_to(name: str, known_names: Sequence[str]) -> list[str]:
-    """Return a list with the known name that resembles this one most, or an empty list."""
-    # The import is made here, since most sessions contain no wrong name.
+def similar_names(name: str, names: Sequence[str]) -> list[str]:
+    """Return a list with that of some names which resembles this one most, or an empty list."""
+    # The import is deferred, since most sessions contain no misspelt name.
     import difflib
 
-    return difflib.get_close_matches(name, known_names, 1)
+    return difflib.get_close_matches(name, names, 1)
 
 
-def _unit(name: object, usual: tuple[str, ...]) -> Any:
+def _unit(name: object, common: tuple[str, ...]) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
         return usable_unit(name)
     except (TypeError, ValueError, OverflowError) as error:
-        close = close_to(str(name), usual)
-        meant = f"did you mean {close[0]!r}? " if close else ""
+        similar = similar_names(str(name), common)
+        guess = f"did you mean {similar[0]!r}? " if similar else ""
         raise InvalidInput(
-            f"units has {name!r}, which is not a unit; {meant}expected (length, time, mass), such as {USUAL}"
+            f"units has {name!r}, which is not a unit; {guess}expected (length, time, mass), such as {DEFAULT_UNITS}"
         ) from error
 
 
@@ -385,7 +385,7 @@ def strip_to(value: Any, unit: Any, what: str) -> Floats:
         raise InvalidInput(f"{what} has a unit that is too small or too large: {error}") from error
 
 
-def fits(array: Any, wanted: tuple[int | str, ...]) -> bool:
+def has_shape(array: Any, wanted: tuple[int | str, ...]) -> bool:
     """Return whether an array has a shape, in which a letter is any length, and ``"..."`` in front any axes."""
     last = wanted[1:] if wanted[:1] == ("...",) else wanted
     present = array.shape[len(array.shape) - len(last) :] if last is not wanted else array.shape

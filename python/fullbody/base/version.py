@@ -1,4 +1,4 @@
-"""The version of the installed package, and what to install beside it."""
+"""The version of the installed package, and the names of optional packages to install."""
 
 #: Whether package indices have this package under its name. Until then, messages name the packages that are missing
 #: instead of the extras that contain them.
@@ -14,5 +14,5 @@ def version() -> str:
 
 
 def to_install(package: str, extra: str | None) -> str:
-    """Return what to install for a missing package, which an extra contains unless it is ``None``."""
+    """Return the argument of pip for a missing package: the ``extra`` that contains it, or the package itself."""
     return f"'fullbody[{extra}]'" if PUBLISHED and extra else package

@@ -14,7 +14,7 @@ import numpy as np
 from ..base.atomic import replacing
 from ..base.figures import matplotlib
 from ..base.tables import Table, to_text
-from ..base.units import plain
+from ..base.units import without_unit
 from ..errors import InvalidInput
 from ..files.reading import netcdf
 from ..motion.run import Run
@@ -102,7 +102,7 @@ def run_year(
 def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
     """Measure elements, Beta's spin in 1e-5 rad/s and errors since the start, on a run in km, hour, kg."""
     orbit = year.elements()
-    a, hours = plain(orbit.a), plain(year.time)
+    a, hours = without_unit(orbit.a), without_unit(year.time)
 
     def mean(values: Any) -> float:
         return float(np.trapezoid(values, hours) / np.ptp(hours))
@@ -114,7 +114,7 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
         "a_min": float(a.min()),
         "a_max": float(a.max()),
         "a_mean": mean(a),
-        "period": mean(plain(orbit.period(year.system.mu()))),
+        "period": mean(without_unit(orbit.period(year.system.mu()))),
         **{f"spin_{axis}": span for axis, span in zip("xyz", ranges, strict=True)},
         "energy_drift": float(np.max(np.abs(year.energy_drift))),
         "energy_drift_orbital": float(np.max(np.abs(year.energy_drift_orbital))),
@@ -127,7 +127,9 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
 
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> Floats:
     """Return the range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
-    spin = plain(system.integrate(state, _SPIN, output=spacing, integrator=integrator).spin)[:, 1] * (1e5 / 3600.0)
+    spin = without_unit(system.integrate(state, _SPIN, output=spacing, integrator=integrator).spin)[:, 1] * (
+        1e5 / 3600.0
+    )
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
 
 

@@ -8,7 +8,7 @@ from itertools import repeat
 from typing import Any, TypeAlias
 
 from .. import _core
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.progress import Progress, Report
 from ..base.units import from_text
 from ..errors import Interrupted, InvalidInput, caution, once
@@ -136,7 +136,7 @@ def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
 
 def thread_count(threads: Any) -> int:
     """Return a number of threads, or raise an error."""
-    return whole(threads, "threads", 1, _MAX_THREADS, ", or None for all cores")
+    return whole_number(threads, "threads", 1, _MAX_THREADS, ", or None for all cores")
 
 
 class _Members:

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..base.arguments import argument_names
 from ..base.foreign import array_or_quantity
-from ..base.kinds import whole
-from ..base.units import gathered, is_quantity, need, refuse_masked
+from ..base.kinds import whole_number
+from ..base.units import as_quantity, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
 #: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
@@ -88,7 +88,7 @@ def draws(n: int, **distributions: Any) -> Draws:
     >>> fullbody.ensembles.draws(100, mass_ratio=lambda rng: rng.uniform(0.01, 0.3)).n
     100
     """
-    number = whole(n, "n")
+    number = whole_number(n, "n")
     for name, distribution in distributions.items():
         if not callable(distribution) and not hasattr(distribution, "rvs"):
             raise InvalidInput(
@@ -297,7 +297,7 @@ def _column(argument: Any, name: str, dimensions: tuple[str, ...], rows: bool = 
     texts = sum(isinstance(item, str) for item in items)
     if 0 < texts < len(items):
         raise InvalidInput(f"{name} is {argument!r}, texts and others; {expected}")
-    argument = argument if texts else gathered(argument, name)
+    argument = argument if texts else as_quantity(argument, name)
     try:
         values = np.asarray(getattr(argument, "value", argument))
     except (TypeError, ValueError) as error:

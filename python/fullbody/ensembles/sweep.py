@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import observables
-from ..base.arguments import normal, seed_of, suggestion
-from ..base.kinds import function, whole
+from ..base.arguments import normal_form, seed_of, suggestion
+from ..base.kinds import function, whole_number
 from ..base.progress import Progress, Report
 from ..base.units import need
 from ..base.version import version
@@ -161,7 +161,7 @@ def sweep(
     function(setup, "setup")
     if store is not None and isinstance(rng, np.random.Generator):
         raise InvalidInput("rng is a generator; expected a whole number with a store, which has to draw the same again")
-    seed = None if rng is None else seed_of(rng, "rng")
+    seed = None if rng is None else seed_of(rng)
     table = tabulated(parameters, seed)
     for name in (*table.columns, *table.dimensions):
         if name in FAILURE:
@@ -182,7 +182,7 @@ def sweep(
     job = Job(setup, functions["measure"], end, options | {"threads": workers}, seed, _draws(setup, table, seed))
     of_process = max(_LEAST_CHUNK, _THREAD_CHUNK * (workers or os.cpu_count() or 1))
     size = of_process if executor is None else _WORKER_CHUNK
-    size = size if chunk is None else whole(chunk, "chunk")
+    size = size if chunk is None else whole_number(chunk, "chunk")
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"rng": seed})
@@ -190,7 +190,7 @@ def sweep(
         if store is None:
             return _warned(_computed(job, table, {}, notes, size, executor, report, None))
         manifest = {
-            "key": normal(str(key)),
+            "key": normal_form(str(key)),
             "version of fullbody": version(),
             "version of numpy": np.__version__,
             "version of Python": ".".join(map(str, sys.version_info[:2])),

@@ -20,9 +20,9 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import directions
-from ..base.kinds import Declared, Number, body_index, direction, flag, function, of_kind, sense
+from ..base.kinds import Declared, Number, body_index, crossing_direction, direction, flag, function, of_kind
 from ..base.limits import POSITIVE
-from ..base.units import gathered, is_quantity, numbers, scalar
+from ..base.units import as_quantity, is_quantity, numbers, scalar
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.state import State, wrap
@@ -56,7 +56,7 @@ class Event(Declared):
         Whether the run stops there.
     """
 
-    direction: int = field(default=0, metadata=of_kind(sense))
+    direction: int = field(default=0, metadata=of_kind(crossing_direction))
     terminal: bool = field(default=False, metadata=of_kind(flag))
 
     def _condition(self, context: Context) -> _core.Condition:
@@ -254,7 +254,7 @@ class Function(Event):
 
         def call(core: Any) -> float:
             state = wrap(core, context)
-            value = gathered(self.f(state), name)
+            value = as_quantity(self.f(state), name)
             number = scalar(numbers(getattr(value, "value", value), name), name)
             if not math.isfinite(number):
                 raise InvalidInput(f"{name} is {number} at time {state.time}; expected a finite number")

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.units import Units, need
 from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
@@ -230,7 +230,7 @@ def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
     rows : int
         Number of rows of the mesh from end to end.
     """
-    frame, rows, index = pair.frame, whole(rows, "rows", 4), pair.frame.context.index(body, "body")
+    frame, rows, index = pair.frame, whole_number(rows, "rows", 4), pair.frame.context.index(body, "body")
     inner = _root(frame, _of_points(frame)[0][1])
     if inner is None:
         names = " and ".join(frame.context.names)

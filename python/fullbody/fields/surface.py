@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -155,7 +155,7 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     >>> field.slope.shape, bool(field.slope.max() < 0.5)
     ((648,), True)
     """
-    context, count = system.context, whole(rows, "rows", 2)
+    context, count = system.context, whole_number(rows, "rows", 2)
     index, attach = context.index(body, "body"), context.units.attach
     core, core_body = strip(state, context), context.bodies[index]
     r, normals, cells = samples(core_body, count)

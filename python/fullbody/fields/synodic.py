@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..base.attributes import WithUnit
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.limits import POSITIVE
 from ..base.tables import number
-from ..base.units import need, plain
+from ..base.units import need, without_unit
 from ..model.context import SystemLike
 from ..model.state import State, strip
 from ..typing import Array, Floats, Scalar
@@ -117,7 +117,7 @@ class Synodic:
         half = 0.5 * (1.0 + np.sqrt(5.0)) * self.frame.distance
         if extent is not None:
             half = self._units.number(extent, "length", "extent", POSITIVE)
-        ticks = np.linspace(-half, half, whole(n, "n", 2))
+        ticks = np.linspace(-half, half, whole_number(n, "n", 2))
         grid = np.stack([*np.meshgrid(ticks, ticks), np.zeros((n, n))], axis=-1)
         sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
         return *sides, self._units.attach(self.frame.jacobi(grid), "potential")
@@ -140,7 +140,9 @@ class Synodic:
             from contourpy import contour_generator
 
         x, y, constant = self.plane(extent, n=n)
-        curves = contour_generator(*map(plain, (x, y, constant))).lines(self._units.number(level, "potential", "level"))
+        curves = contour_generator(*map(without_unit, (x, y, constant))).lines(
+            self._units.number(level, "potential", "level")
+        )
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]
 
     def __repr__(self) -> str:

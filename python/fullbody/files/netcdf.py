@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import integer
 from ..base.atomic import as_path, check_suffix, replacing
+from ..base.kinds import whole_number
 from ..base.units import Units, need
 from ..base.version import version
 from ..errors import InvalidInput
@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 
 #: Variables: further dimensions after time, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
-    "position": (("body", "axis"), "length", "centres, inertial frame"),
-    "velocity": (("body", "axis"), "velocity", "velocities of the centres, inertial frame"),
-    "attitude": (("body", "quaternion"), None, "unit quaternions, body frame to inertial"),
-    "spin": (("body", "axis"), "spin", "angular velocities, body frames"),
+    **occurrences.STATES,
     "energy": (("part",), "energy", "energies"),
     "angular_momentum": (("axis",), "angular momentum", "total angular momentum about the origin, inertial"),
 }
@@ -64,6 +61,8 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_energy": (slice(1, 5), ("part",), "energy"),
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
+#: The largest count in a file.
+_MOST = 2**63 - 1
 #: The attribute that marks a file as a run, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_format", 2)
 #: Suffixes of the names of NetCDF files, and of all files in which a run can be saved.
@@ -282,10 +281,9 @@ def contents(content: Content, context: Context) -> dict[str, Any]:
 
 
 def _statistics(counts: list[Any]) -> Statistics:
-    numbers = [number for count in counts if (number := integer(count)) is not None and 0 <= number < 2**63]
-    if len(counts) != 3 or len(numbers) != 3:
+    if len(counts) != 3:
         raise InvalidInput(f"{counts!r} is not a list of three counts")
-    return Statistics(*numbers)
+    return Statistics(*(whole_number(count, "one of the three counts", 0, _MOST) for count in counts))
 
 
 def _names(names: list[Any]) -> tuple[str, ...]:
@@ -296,6 +294,7 @@ def _names(names: list[Any]) -> tuple[str, ...]:
 
 def _switched_off(counts: dict[str, Any], context: Context) -> dict[str, int]:
     for name, count in counts.items():
-        if name not in context.forces or (number := integer(count)) is None or not 0 <= number < 2**63:
-            raise InvalidInput(f"{name!r} has {count!r}; expected a force of the system and a count")
+        if name not in context.forces:
+            raise InvalidInput(f"{name!r} is not a force of the system")
+        whole_number(count, f"the count of {name}", 0, _MOST)
     return counts

@@ -19,14 +19,14 @@ from ..model.state import sample, strip, wrap
 from ..record.record import Record
 from .reading import Content, check_order, check_unit
 
-#: Variables: further dimensions after the event's, dimension of the unit, meaning.
-_VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
-    "time": ((), "time", "times of the events"),
-    "position": (("body", "axis"), "length", "centres at the events, inertial frame"),
-    "velocity": (("body", "axis"), "velocity", "velocities of the centres at the events, inertial frame"),
-    "attitude": (("body", "quaternion"), None, "unit quaternions at the events, body frame to inertial"),
-    "spin": (("body", "axis"), "spin", "angular velocities at the events, body frames"),
+#: Variables of states, of runs and of events: further dimensions, dimension of the unit, meaning.
+STATES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
+    "position": (("body", "axis"), "length", "centres, inertial frame"),
+    "velocity": (("body", "axis"), "velocity", "velocities of the centres, inertial frame"),
+    "attitude": (("body", "quaternion"), None, "unit quaternions, body frame to inertial"),
+    "spin": (("body", "axis"), "spin", "angular velocities, body frames"),
 }
+_VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {"time": ((), "time", "times"), **STATES}
 #: Variables of derivatives of events, in runs that have them.
 _DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
     "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run to the events"),
@@ -39,7 +39,7 @@ _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")
 def to_dataset(
     run: Record, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """Return variables, coordinates, and the events as JSON; without any event that happened there are no variables.
+    """Return variables, coordinates, and the events as JSON; without an occurrence there are no variables.
 
     ``attributes`` returns a variable's attributes from the dimension of its unit and its meaning.
     """
@@ -57,11 +57,11 @@ def to_dataset(
     variables: dict[str, Any] = {"event_index": ("event", indices, {"long_name": "index in fullbody_events"})}
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
-        variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
+        variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, f"{meaning}, at the events"))
     derivatives_of_events = [happened.derivatives for happened in run.events]
     for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
-        if all(matches is not None and matches[k].size for matches in derivatives_of_events):
-            values = np.array([matches[k] for matches in derivatives_of_events if matches is not None])
+        if all(entry is not None and entry[k].size for entry in derivatives_of_events):
+            values = np.array([entry[k] for entry in derivatives_of_events if entry is not None])
             variables[f"event_{name}"] = (("event", *dims), values, attributes(None, meaning))
     labels = [type(happened.event).__name__ for happened in run.events]
     event = ("event", labels, {"long_name": "what happened"})
@@ -83,8 +83,8 @@ def from_file(content: Content, context: Context, parameters: int) -> list[Occur
     record = {name: numbers(name, dims) for name, (dims, _, _) in _VARIABLES.items()}
     derivatives: list[Any] = [None] * len(indices)
     if "event_transition" in content:
-        kept = [name for name in _DERIVATIVES if parameters or name != "sensitivity"]
-        values = {name: numbers(name, _DERIVATIVES[name][0]) for name in kept}
+        stored = [name for name in _DERIVATIVES if parameters or name != "sensitivity"]
+        values = {name: numbers(name, _DERIVATIVES[name][0]) for name in stored}
         none = np.zeros((len(indices), 0, sizes["tangent"]))
         derivatives = list(zip(values["transition"], values.get("sensitivity", none), values["flow"], strict=True))
     check_order(record["time"], "event_time", repeated=True)

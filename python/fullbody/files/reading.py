@@ -112,8 +112,8 @@ class Content:
         """Raise an error if the attribute of this name is another format than the expected one."""
         value = self._attribute(name)
         if integer(value) != expected:
-            wanted = f"expected {expected}, which this version reads"
-            raise InvalidInput(f"the file's format is {value}, by its attribute {name}; {wanted}")
+            expected_text = f"expected {expected}, which this version reads"
+            raise InvalidInput(f"the file's format is {value}, by its attribute {name}; {expected_text}")
 
     def text(self, name: str) -> str:
         """Return a text attribute of the file."""
@@ -149,8 +149,8 @@ class Content:
             raise InvalidInput(f"the file has no variable {name}")
         variable = self._dataset.variables[name]
         if variable.dtype.kind not in ("iu" if integers else "f"):
-            wanted = "whole numbers" if integers else "floating-point numbers"
-            raise InvalidInput(f"{name} is of the type {variable.dtype}; expected {wanted}")
+            expected_text = "whole numbers" if integers else "floating-point numbers"
+            raise InvalidInput(f"{name} is of the type {variable.dtype}; expected {expected_text}")
         if variable.dims != tuple(sizes):
             dims = ", ".join(map(str, variable.dims)) or "of no name"
             raise InvalidInput(f"{name} has the dimensions {dims}; expected {', '.join(sizes)}")
@@ -158,9 +158,9 @@ class Content:
             expected = ", ".join("any" if size is None else str(size) for size in sizes.values())
             raise InvalidInput(f"{name} has shape {variable.shape}; expected ({expected})")
         values = np.array(variable.values, dtype=np.int64 if integers else np.float64, order="C")
-        wrong = np.isinf(values) | (values == _NEVER) | (np.isnan(values) & (not missing))
-        if wrong.any():
-            index = tuple(np.argwhere(wrong)[0].tolist())
+        invalid = np.isinf(values) | (values == _NEVER) | (np.isnan(values) & (not missing))
+        if invalid.any():
+            index = tuple(np.argwhere(invalid)[0].tolist())
             raise InvalidInput(f"{name}{list(index)} is {values[index]}; expected finite numbers")
         return values
 
@@ -179,7 +179,7 @@ def check_order(times: Floats, name: str, repeated: bool) -> None:
 def check_unit(attitudes: Floats, name: str) -> None:
     """Raise an error for quaternions that are not of length one to single precision."""
     lengths = np.hypot.reduce(attitudes, axis=-1)
-    wrong = np.abs(lengths - 1.0) > 1e-6
-    if wrong.any():
-        index = tuple(np.argwhere(wrong)[0].tolist())
+    invalid = np.abs(lengths - 1.0) > 1e-6
+    if invalid.any():
+        index = tuple(np.argwhere(invalid)[0].tolist())
         raise InvalidInput(f"{name}{list(index)} has the length {lengths[index]}; expected quaternions of length 1")

@@ -53,11 +53,11 @@ class Text:
         with suppress(ValueError):
             value = float(refuse_underscores(text))
             expected = limits.text if math.isfinite(value) else NUMBER.text
-            if limits.hold(value):
+            if limits.contain(value):
                 return value
         self.fail(line, f"{what} is {text!r}; expected {expected}")
 
-    def whole(self, line: int, text: str, what: str, least: int = 0) -> int:
+    def whole_number(self, line: int, text: str, what: str, least: int = 0) -> int:
         """Return the whole number that a text states, after checking that it is not below ``least``."""
         with suppress(ValueError):
             if (value := int(refuse_underscores(text))) >= least:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..model.geodesic import harmonics
 from ..typing import Floats
 from .curves import Curves
 from .poles import tilted
@@ -42,20 +43,24 @@ class ConvexMinimum(NamedTuple):
 class ConvexSeries:
     """The light of a convex body at the K times of light curves, for poles near the last of some axes (3, 3).
 
-    The prior standard deviation of a coefficient of degree l is ``smoothness`` / l, and ``reach`` has the largest tilt
-    of the pole, and the largest change of the rotation angle over the span of the times.
+    The prior standard deviation of a coefficient of degree l is ``smoothness`` / l, and the ``limits`` are the largest
+    tilt of the pole, and the largest change of the rotation angle over the span of the times.
     """
 
     def __init__(
-        self, curves: Curves, axes: Floats, degree: int, smoothness: float, reach: tuple[float, float]
+        self, curves: Curves, axes: Floats, degree: int, smoothness: float, limits: tuple[float, float]
     ) -> None:
-        harmonics = Harmonics.at(curves.normals, degree)
-        weights = curves.areas[:, None] * harmonics.values
+        terms = [(n, m) for n in range(degree + 1) for m in range(n + 1)]
+        degrees, self._orders = (np.array(part) for part in zip(*terms, strict=True))
+        self._has_sine, zonal = self._orders > 0, degrees * (degrees + 1)
+        # The cosine and the sine of an order are the parts of a complex harmonic, which a rotation gives a phase.
+        real = harmonics(curves.normals, degree)
+        values = real[:, zonal + self._orders] + 1j * np.where(self._has_sine, real[:, zonal - self._orders], 0.0)
+        weights = curves.areas[:, None] * values
         #: Vectors between the directions to the observer and to the Sun, in the frame whose z-axis is the pole.
         self._bisector = curves.lights.sum(axis=0) @ axes.T
         self._times, self._pulls, self._basis = curves.times, curves.pulls, curves.basis
-        self._scale, self._reach = _MAGNITUDES / curves.sigma, reach
-        self._orders, self._has_sine = harmonics.orders, harmonics.orders > 0
+        self._scale, self._limits = _MAGNITUDES / curves.sigma, limits
 
         def reduced_integrals(tilt: Floats) -> Any:
             """Return the integrals (K, C) of the scattering law times each harmonic about a tilted pole."""
@@ -68,9 +73,9 @@ class ConvexSeries:
         self._tilt_derivatives = [
             (reduced_integrals(step) - reduced_integrals(-step)) / (2.0 * _TILT) for step in steps
         ]
-        unknown = np.concatenate([harmonics.degrees[1:], harmonics.degrees[self._has_sine]])
+        unknown = np.concatenate([degrees[1:], degrees[self._has_sine]])
         #: The squared inverse prior errors of coefficients, tilts and angle; the latter matter for a sphere alone.
-        self._weight = np.append((unknown / smoothness) ** 2, np.array([reach[0], reach[0], reach[1]]) ** -2.0)
+        self._weight = np.append((unknown / smoothness) ** 2, np.array([limits[0], limits[0], limits[1]]) ** -2.0)
         #: The times from the middle, in units of the span.
         self._span = float(np.ptp(curves.times))
         self._relative_times = (curves.times - 0.5 * (curves.times.min() + curves.times.max())) / self._span
@@ -85,9 +90,13 @@ class ConvexSeries:
             evaluated = self._evaluated(frequency[active], trial[active])
             better = evaluated.total < least[active]
             gain = least[active] - evaluated.total
-            kept = active[better]
-            x[kept], least[kept], chi2[kept] = trial[kept], evaluated.total[better], evaluated.chi2[better]
-            matrix[kept], gradient[kept] = evaluated.matrix[better], evaluated.gradient[better]
+            accepted = active[better]
+            x[accepted], least[accepted], chi2[accepted] = (
+                trial[accepted],
+                evaluated.total[better],
+                evaluated.chi2[better],
+            )
+            matrix[accepted], gradient[accepted] = evaluated.matrix[better], evaluated.gradient[better]
             damping[active] *= np.where(better, 0.2, 8.0)
             done = better & (gain <= _TOLERANCE * evaluated.total) | (damping[active] > _MAX_DAMPING)
             active = active[~done]
@@ -98,8 +107,8 @@ class ConvexSeries:
             step = -np.linalg.solve(damped, gradient[active, :, None])[..., 0]
             trial[active] = x[active] + step
             tilt = np.linalg.norm(trial[active, -3:-1], axis=1, keepdims=True)
-            trial[active, -3:-1] *= self._reach[0] / np.maximum(tilt, self._reach[0])
-            trial[active, -1] = np.clip(trial[active, -1], -self._reach[1], self._reach[1])
+            trial[active, -3:-1] *= self._limits[0] / np.maximum(tilt, self._limits[0])
+            trial[active, -1] = np.clip(trial[active, -1], -self._limits[1], self._limits[1])
         return ConvexMinimum(chi2, frequency + x[:, -1] / self._span, x[:, -3:-1])
 
     def _evaluated(self, frequency: Floats, x: Floats) -> _Evaluated:
@@ -163,25 +172,3 @@ class _Evaluated(NamedTuple):
     total: Floats
     gradient: Floats
     matrix: Floats
-
-
-class Harmonics(NamedTuple):
-    """Spherical harmonics (F, C) of unit vectors, with their degrees and orders (C,).
-
-    Real and imaginary parts, of cosines and sines, have the mean square one over the sphere.
-    """
-
-    values: Any
-    degrees: Any
-    orders: Any
-
-    @classmethod
-    def at(cls, directions: Floats, degree: int) -> Harmonics:
-        """Return all harmonics up to a degree at unit vectors (F, 3)."""
-        from scipy.special import sph_harm_y
-
-        pairs = [(n, m) for n in range(degree + 1) for m in range(n + 1)]
-        degrees, orders = (np.array(part) for part in zip(*pairs, strict=True))
-        theta, phi = np.arccos(directions[:, 2]), np.arctan2(directions[:, 1], directions[:, 0])
-        scale = np.sqrt(4.0 * np.pi * np.where(orders > 0, 2.0, 1.0))
-        return cls(scale * sph_harm_y(degrees, orders, theta[:, None], phi[:, None]), degrees, orders)

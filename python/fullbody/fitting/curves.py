@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import are_dates
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity, plain
+from ..base.units import DEFAULT_UNITS, UNITLESS, Units, as_quantity, is_quantity, without_unit
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..model.bodies import Body
 from ..model.freeform import ConvexShape
@@ -20,8 +20,8 @@ from ..observing.brightness import Epochs, Photometer
 from ..observing.times import in_system
 from ..observing.vectors import local_geometry
 from ..typing import Floats
-from .inner import InnerSolution, model_of
 from .losses import LINEAR
+from .point import InnerSolution, model_of
 
 #: The default range of periods in hours: from the limit of rubble piles to a day.
 _RANGE = (2.2, 24.0)
@@ -32,21 +32,21 @@ _MOST = 2_000_000
 class Curves:
     """The magnitudes of K times of a body alone, compared with those of a sphere.
 
-    The ``times`` (K,) are those at which the light left the body, in hours if they are dates or Quantities, which
-    ``united`` says. The ``pulls`` (K,) are the residuals of the sphere in magnitudes, divided by the errors ``sigma``
+    The ``times`` (K,) are those at which the light left the body, in hours if they are dates or Quantities
+    (``has_units``). The ``pulls`` (K,) are the residuals of the sphere in magnitudes, divided by the errors ``sigma``
     (K,), the ``basis`` (K, L) has orthonormal columns that span the linear unknowns, divided by the errors, and
     ``lights`` (2, K, 3) are unit vectors to the observer and to the Sun, in the ``frame`` of the poles. The sphere has
     facets with ``normals`` (F, 3) and ``areas`` (F,).
     """
 
     def __init__(self, data: list[Photometry], frame: str | None) -> None:
-        self.united = are_dates(data[0].times) or is_quantity(data[0].times)
-        options: dict[str, Any] = {"units": USUAL, "frame": frame} if self.united else {"G": 1.0}
+        self.has_units = are_dates(data[0].times) or is_quantity(data[0].times)
+        options: dict[str, Any] = {"units": DEFAULT_UNITS, "frame": frame} if self.has_units else {"G": 1.0}
         if are_dates(data[0].times):
             options["epoch"] = data[0].times[0].tdb
-        sphere = ConvexShape([0.0], reference_radius="1 km" if self.united else 1.0)
-        self.normals, self.areas = sphere.normals, plain(sphere.areas)
-        self._system = System([Body(sphere, mass="1e12 kg" if self.united else 1.0)], **options)
+        sphere = ConvexShape([0.0], reference_radius="1 km" if self.has_units else 1.0)
+        self.normals, self.areas = sphere.normals, without_unit(sphere.areas)
+        self._system = System([Body(sphere, mass="1e12 kg" if self.has_units else 1.0)], **options)
         models, times, lights = [], [], []
         for item in data:
             emission = item.emission(self._system)
@@ -85,15 +85,15 @@ def scanned_periods(periods: Any, curves: Curves, step: float) -> tuple[Any, Flo
     if not span > 0.0:
         raise InvalidInput("data have no span of time, which would determine a period; expected two times or more")
     if periods is None:
-        if not curves.united:
+        if not curves.has_units:
             raise InvalidInput("periods is None beside times without a unit; expected (shortest, longest)")
         periods = unit_named("h") * np.array(_RANGE)
-    periods = gathered(periods, "periods", "time")
-    if is_quantity(periods) != curves.united:
-        expected = "a Quantity" if curves.united else "plain numbers"
+    periods = as_quantity(periods, "periods", "time")
+    if is_quantity(periods) != curves.has_units:
+        expected = "a Quantity" if curves.has_units else "plain numbers"
         raise InvalidInput(f"periods is {periods!r}; expected {expected}, as the times of the data are")
     unit = periods.unit if is_quantity(periods) else None
-    units, dimension = (Units(USUAL), "time") if unit else (UNITLESS, "number")
+    units, dimension = (Units(DEFAULT_UNITS), "time") if unit else (UNITLESS, "number")
     hours = units.numbers(periods, dimension, "periods", ("N",), POSITIVE)
     values = np.unique(hours)
     if len(values) != len(hours) or len(values) < 2:

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..base.atomic import check_suffix
 from ..base.unit_names import unit_named
-from ..base.units import plain
+from ..base.units import without_unit
 from ..base.version import version
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import Content, netcdf
@@ -138,4 +138,4 @@ def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
 
 def _limit(numbers: Any) -> Any:
     """Return bounds or errors, ``None`` where none is finite."""
-    return numbers if np.isfinite(plain(numbers)).any() else None
+    return numbers if np.isfinite(without_unit(numbers)).any() else None

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..base.arguments import argument_names, suggestion
 from ..base.limits import LARGEST, SMALLEST, Limits
-from ..base.units import UNITLESS, gathered, is_quantity, refuse_booleans, strip_to
+from ..base.units import UNITLESS, as_quantity, is_quantity, refuse_booleans, strip_to
 from ..base.values import ArrayFields, ByName
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -20,7 +20,7 @@ from ..typing import Floats
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
 _SIGMA = Limits(least=SMALLEST, infinite=True, text=f"a number above zero, at least {SMALLEST}")
 _BOUNDS = Limits(infinite=True, text="finite numbers, or infinite ones for none")
-#: The arrays of parameters, with their numbers where there are neither bounds nor priors.
+#: The arrays of parameters, with the numbers that stand for missing bounds and priors.
 ARRAYS = {"start": 0.0, "lower": -np.inf, "upper": np.inf, "mean": 0.0, "sigma": np.inf}
 
 
@@ -78,7 +78,7 @@ class Parameters:
             raise InvalidInput(f"parameters is {parameters!r}; expected a dict of names to starts, one or more")
         items = argument_names(parameters).items()
         free = {name: value if isinstance(value, Free) else Free(value) for name, value in items}
-        starts = {name: gathered(entry.value, f"start of {name}") for name, entry in free.items()}
+        starts = {name: as_quantity(entry.value, f"start of {name}") for name, entry in free.items()}
         self.arguments = tuple(free)
         self._units = {name: value.unit if is_quantity(value) else None for name, value in starts.items()}
         self.shapes: dict[str, tuple[int, ...]] = {}
@@ -103,7 +103,7 @@ class Parameters:
         self._index()
 
     def _index(self) -> None:
-        """Set what follows from the arguments and their shapes."""
+        """Set the names, arguments and units of all numbers from the arguments and their shapes."""
         self.names = tuple(label for name in self.arguments for label in self._labels(name))
         self.argument_of = tuple(name for name in self.arguments for _ in range(self.size_of(name)))
         self.units = tuple(self._units[name] for name in self.argument_of)
@@ -119,7 +119,7 @@ class Parameters:
     def _numbers(self, name: str, value: Any, what: str, infinite: bool = False) -> Floats:
         what, unit = f"{what} of {name}", self._units[name]
         refuse_booleans(value, what)
-        value = gathered(value, what)
+        value = as_quantity(value, what)
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
@@ -128,7 +128,7 @@ class Parameters:
         return UNITLESS.numbers(numbers, "number", what, shape, _BOUNDS if infinite and shape else _RANGE)
 
     def _broadcast(self, name: str, value: Any, what: str, array: str) -> Floats:
-        """Return numbers (n,) for all of an argument, or the same number for each where none is given."""
+        """Return the numbers (n,) of an argument; without a value, those for missing bounds or priors."""
         shape = self.shapes[name]
         if value is None:
             return np.full(self.size_of(name), ARRAYS[array])
@@ -242,9 +242,9 @@ class Parameters:
 
     def at_bounds(self, values: Floats, norms: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
         """Return which values are at their bounds: within 0.05 of the errors 1 / norms and 0.01 of the width."""
-        near = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
-        near = np.minimum(near, 0.01 * (self.upper - self.lower))
-        return values - self.lower <= near, self.upper - values <= near
+        margin = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
+        margin = np.minimum(margin, 0.01 * (self.upper - self.lower))
+        return values - self.lower <= margin, self.upper - values <= margin
 
     def shown(self, k: int, value: float) -> str:
         """Return a parameter's value as text, with its unit."""
@@ -252,5 +252,5 @@ class Parameters:
 
 
 def _shown(argument: Any, number: float) -> Any:
-    """Return an argument as it was given, or the number of its array."""
+    """Return an argument for a message: the number of an array, and any other argument unchanged."""
     return number if np.ndim(argument) else argument

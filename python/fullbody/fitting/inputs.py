@@ -47,11 +47,11 @@ class Setup:
 
     def __call__(self, values: Floats) -> SetupResult:
         """Return the system and the state for values (P,) of the setup's own parameters."""
-        made = self.function(**self.parameters.named(values))
-        match made:
+        returned = self.function(**self.parameters.named(values))
+        match returned:
             case (System() as system, State() as state):
                 return SetupResult(system, state)
-        raise TypeError(f"setup returned {made!r}; expected (system, state)")
+        raise TypeError(f"setup returned {returned!r}; expected (system, state)")
 
 
 class Entries:

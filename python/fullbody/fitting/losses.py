@@ -16,7 +16,7 @@ from ..typing import Floats
 
 @dataclass(frozen=True)
 class Outliers:
-    """A loss for data of which some are wrong: minus the logarithm of a mixture of two normal distributions.
+    """A loss for data with outliers: minus the logarithm of a mixture of two normal distributions.
 
     With z a residual divided by its error, the likelihood is proportional to
     (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
@@ -45,13 +45,12 @@ class Outliers:
     def __call__(self, z: Floats) -> Floats:
         """Return the loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""
         w2 = self.width**-2
-        both = np.log(1.0 - self.fraction) - 0.5 * z, np.log(self.fraction / self.width) - 0.5 * z * w2
-        top = np.logaddexp(np.log(1.0 - self.fraction), np.log(self.fraction / self.width))
-        total = np.logaddexp(*both)
-        right = np.exp(both[0] - total)
-        first = right + (1.0 - right) * w2
-        second = -0.5 * right * (1.0 - right) * (1.0 - w2) ** 2
-        return np.stack([2.0 * (top - total), first, second])
+        heights = np.log(1.0 - self.fraction), np.log(self.fraction / self.width)
+        total = np.logaddexp(heights[0] - 0.5 * z, heights[1] - 0.5 * z * w2)
+        correct = np.exp(heights[0] - 0.5 * z - total)
+        first = correct + (1.0 - correct) * w2
+        second = -0.5 * correct * (1.0 - correct) * (1.0 - w2) ** 2
+        return np.stack([2.0 * (np.logaddexp(*heights) - total), first, second])
 
 
 def _huber(z: Floats) -> Floats:
@@ -60,7 +59,7 @@ def _huber(z: Floats) -> Floats:
 
 
 #: The losses of scipy's ``least_squares`` with their derivatives.
-_KNOWN: dict[str, Callable[[Floats], Floats]] = {
+_NAMED: dict[str, Callable[[Floats], Floats]] = {
     "linear": lambda z: np.stack([z, np.ones_like(z), np.zeros_like(z)]),
     "soft_l1": lambda z: np.stack([2.0 * z / (1.0 + np.sqrt(1.0 + z)), (1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5]),
     "huber": _huber,
@@ -137,11 +136,11 @@ def loss_of(argument: Any) -> Loss:
     """Return the loss of a name, of :class:`Outliers`, or of a function as scipy's ``least_squares`` takes it."""
     if callable(argument):
         return Loss(argument, argument)
-    if not isinstance(argument, str) or argument not in _KNOWN:
+    if not isinstance(argument, str) or argument not in _NAMED:
         raise InvalidInput(
-            f"loss is {argument!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
+            f"loss is {argument!r}; expected one of {', '.join(_NAMED)}, fullbody.fitting.Outliers(...), or a function"
         )
-    return Loss(argument, _KNOWN[argument])
+    return Loss(argument, _NAMED[argument])
 
 
 #: The loss of least squares.

@@ -11,24 +11,11 @@ Econometrica 16, 1).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..typing import Floats
-
-
-class NoiseDerivatives(NamedTuple):
-    """Derivatives with respect to P parameters of the errors of all observations.
-
-    The ``gradient`` (P,) is that of minus the logarithm of the likelihood, and ``information`` (P, P) what is expected
-    about the parameters, which vanishes with a jitter; ``widths`` (P,), inverse squared lengths over which parameters
-    change the errors, do not.
-    """
-
-    gradient: Floats
-    information: Floats
-    widths: Floats
 
 
 def log_determinant(errors: Any) -> float:
@@ -58,8 +45,10 @@ def derivatives(
     basis: Sequence[Floats],
     pulls: Sequence[Floats],
     half_slopes: Sequence[Floats],
-) -> NoiseDerivatives:
-    """Return the derivatives at values (P,) of parameters, of which some change the covariances C of observations.
+) -> tuple[Floats, Floats, Floats]:
+    """Return the gradient (P,) of minus the logarithm of the likelihood at values (P,) of parameters, of which some
+    change the covariances C of observations, with the information (P, P) that is expected about them, which vanishes
+    with a jitter, and the inverse squared lengths (P,) over which they change the errors, which do not.
 
     The ``changes`` are the relative derivatives S (B, C, C) by the index of the parameter and that of the observations;
     ``basis``, ``pulls`` and ``half_slopes`` are for each of the observations the rows (K C, L) of Q, the pulls (K C,),
@@ -92,4 +81,4 @@ def derivatives(
                 information[k, j] += np.vdot(parts[i], other_parts[i])
                 information[k, j] -= 2.0 * np.vdot(products[k, i], products[j, i])
     widths = 0.5 * np.abs(traces) / np.maximum(np.abs(values), 1e-300)
-    return NoiseDerivatives(gradient + 0.5 * traces, 0.5 * information, widths)
+    return gradient + 0.5 * traces, 0.5 * information, widths

@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import time
+from collections.abc import Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.kinds import instance, whole
+from ..base.atomic import as_path, content, replacing
+from ..base.kinds import instance, whole_number
 from ..base.limits import POSITIVE, Limits
 from ..base.progress import Progress
+from ..base.rotations import matrices
 from ..base.tables import Table, Tabled
-from ..base.units import UNITLESS, need, plain
+from ..base.units import UNITLESS, need, without_unit
 from ..errors import InvalidInput, interruptible
-from ..frames import pole_angles
+from ..frames import attitude, pole_angles
 from ..observing import Photometry
 from ..typing import Floats
 from .convex import ConvexSeries
 from .curves import Curves, scanned_periods
-from .period_store import PeriodStore
-from .poles import axes_along, lattice, tilted
+from .poles import lattice, tilted
 
 #: The largest numbers of periods times data times coefficients of a batch.
 _BATCH = 2**20
+#: The seconds after which the file of a scan is written again.
+_SAVED = 5.0
 
 
 class PeriodMinimum(NamedTuple):
@@ -86,7 +94,7 @@ class PeriodScan(Tabled):
         return PeriodMinimum(self.fitted[k, pole], float(self.by_pole[k, pole]), *direction)
 
     def poles_at(self, period: Any) -> tuple[PeriodMinimum, ...]:
-        """Return all poles at the scanned period that is nearest to a given one, with their chi2, the lowest first."""
+        """Return all poles at the scanned period nearest to a period, with their chi2, the lowest first."""
         k = int(np.argmin(np.abs(self.periods - period)))
         poles = (self._minimum(k, pole) for pole in range(self.by_pole.shape[1]))
         return tuple(sorted(poles, key=lambda minimum: minimum.chi2))
@@ -107,10 +115,10 @@ class PeriodScan(Tabled):
         from ..base.figures import grid, line, single, unit_of
 
         ax = single(ax, (7.0, 3.5))
-        periods = plain(self.periods)
+        periods = without_unit(self.periods)
         ax.plot(periods, self.chi2 / self.dof, **line(0, {"linewidth": 0.8} | kwargs))
         best = self.minima[0]
-        period = float(plain(best.period))
+        period = float(without_unit(best.period))
         ax.plot([period], [best.chi2 / self.dof], "o", color="C3", markersize=5.0)
         ax.annotate(f"{period:.7g}", (period, best.chi2 / self.dof), (6, -3), textcoords="offset points", fontsize=8)
         ax.set_xlabel(f"sidereal period [{unit_of(self.periods)}]")
@@ -234,14 +242,14 @@ def period_scan(
         instance(item, "data", Photometry, "light curves: Photometry, or a list of them")
         if item.rotation is not None:
             raise InvalidInput("data has a RotationSeries, which describes any rotation; expected light curves without")
-    whole(degree, "degree", 1, 12)
+    whole_number(degree, "degree", 1, 12)
     UNITLESS.number(step, "number", "step", Limits(least=1e-3, most=1.0, text="a number from 0.001 to 1"))
     UNITLESS.number(smoothness, "number", "smoothness", POSITIVE)
     curves = Curves(listed, frame)
     unit, hours = scanned_periods(periods, curves, step)
-    longitude, latitude = lattice(whole(poles, "poles"))
+    longitude, latitude = lattice(whole_number(poles, "poles"))
     settings = (hours, longitude, latitude, np.array([degree, smoothness]))
-    stored = PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
+    stored = _PeriodStore(store, (*curves.numbers, *settings), (len(hours), len(longitude), 4))
     unknowns = (degree + 1) ** 2 - 1
     dof = len(curves.sigma) - curves.basis.shape[1] - unknowns
     if dof < 1:
@@ -249,13 +257,13 @@ def period_scan(
             f"data has {len(curves.sigma)} magnitudes for {curves.basis.shape[1]} linear unknowns and {unknowns} "
             f"coefficients of degree {degree}; expected more"
         )
-    # A grid of n poles is at most about this far from any pole.
-    reach = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
+    # Any pole is at most about this far from a grid of n poles.
+    limits = min(0.9, 3.0 / np.sqrt(len(longitude))), 2.0 * np.pi * step
     batch = max(1, _BATCH // (len(curves.sigma) * unknowns))
-    with Progress(progress) as report, stored.kept():
+    with Progress(progress) as report, closing(stored):
         for pole in np.flatnonzero(np.isnan(stored.minima).any(axis=(0, 2))).tolist():
-            axes = axes_along(longitude[pole], latitude[pole])
-            series = ConvexSeries(curves, axes, degree, smoothness, reach)
+            axes = matrices(attitude(longitude[pole], latitude[pole])).T
+            series = ConvexSeries(curves, axes, degree, smoothness, limits)
             column = np.empty((len(hours), 4))
             for first in range(0, len(hours), batch):
                 part = slice(first, first + batch)
@@ -265,12 +273,57 @@ def period_scan(
                 if report is not None:
                     done = pole * len(hours) + min(first + batch, len(hours))
                     report(done, stored.minima[..., 0].size, f"pole {pole + 1} of {len(longitude)}")
-            stored.take(pole, column)
+            stored.add(pole, column)
     with need("units", "a scan of periods"):
         import astropy.units as u
 
-    def united(periods: Floats) -> Any:
+    def in_given_unit(periods: Floats) -> Any:
         return periods if unit is None else (periods * u.h).to(unit)
 
     chi2, fitted, lon, lat = np.moveaxis(stored.minima, -1, 0)
-    return PeriodScan(united(hours), chi2, united(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof)
+    return PeriodScan(
+        in_given_unit(hours), chi2, in_given_unit(fitted), np.degrees(lon) * u.deg, np.degrees(lat) * u.deg, dof
+    )
+
+
+class _PeriodStore:
+    """The minima of a scan, and the file from which an interrupted scan continues, if there is a path.
+
+    The array ``minima`` (N, n, 4) has chi2, period, longitude and latitude near each of N periods and n poles, and NaN
+    where they are not computed yet. The scan depends on the ``numbers``; the file of other numbers is refused.
+    """
+
+    def __init__(self, path: Any, numbers: Iterable[Floats], shape: tuple[int, ...]) -> None:
+        self._path: Path | None = None if path is None else as_path(path, "store")
+        digest = hashlib.sha256()
+        for array in numbers:
+            digest.update(np.ascontiguousarray(array).tobytes())
+        self._key, self._saved = digest.hexdigest(), time.monotonic()
+        self.minima = np.full(shape, np.nan)
+        if self._path is not None and self._path.exists():
+            self.minima = self._read(self._path)
+
+    def _read(self, path: Path) -> Floats:
+        try:
+            with np.load(BytesIO(content(path)), allow_pickle=False) as file:
+                key, minima = str(file["key"]), file["minima"]
+        except (ValueError, KeyError, OSError, EOFError) as error:
+            raise InvalidInput(f"{path} is no store of a scan of periods; expected one, or a new name") from error
+        if key != self._key or minima.shape != self.minima.shape:
+            raise InvalidInput(
+                f"{path} is the store of a scan of other data or with other arguments; expected a new name"
+            )
+        return np.asarray(minima, dtype=np.float64)
+
+    def add(self, pole: int, minima: Floats) -> None:
+        """Store the minima (N, 4) near a pole."""
+        self.minima[:, pole] = minima
+        if time.monotonic() - self._saved > _SAVED:
+            self.close()
+
+    def close(self) -> None:
+        """Write the file, if there is one."""
+        if self._path is not None:
+            with replacing(self._path) as temporary, temporary.open("wb") as file:
+                np.savez(file, key=np.array(self._key), minima=self.minima)
+        self._saved = time.monotonic()

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..base.figures import LINES, grid, legend, matplotlib, panels
-from ..base.kinds import whole
-from ..base.units import need, plain
+from ..base.kinds import whole_number
+from ..base.units import need, without_unit
 from ..errors import InvalidInput
 from ..observing.astrometry import Astrometry
 from ..plots.sky_tracks import sky_track
@@ -51,7 +51,7 @@ class FitPlots:
         for axes, label, times, pulls, data in zip(flat, fit.labels, fit.times, fit.pulls, observations, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
-            across = plain(times)
+            across = without_unit(times)
             if len(across) != len(columns):
                 # A measured value has no time.
                 across = np.full(len(columns), across.max(initial=0.0))
@@ -120,7 +120,7 @@ class FitPlots:
 
         fit = self._fit
         if samples is None:
-            rows = fit.draws_as_array(whole(n, "n", len(fit.parameters) + 1), rng)
+            rows = fit.draws_as_array(whole_number(n, "n", len(fit.parameters) + 1), rng)
         else:
             rows = rows_of(samples, fit.parameters)
         units = zip(fit.parameters.names, fit.parameters.units, strict=True)

@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.differences import REFUSALS
-from ..base.kinds import whole
-from ..base.rotations import matrices, towards
+from ..base.kinds import whole_number
+from ..base.rotations import matrices
 from ..base.units import need
+from ..base.values import same
 from ..frames import rotation
 from ..observing import Photometry
 from ..typing import Floats
@@ -31,6 +32,12 @@ class Poles(NamedTuple):
 
     longitude: Any
     latitude: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Poles) and same(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
 
 def pole_grid(n: int) -> Poles:
@@ -58,7 +65,7 @@ def pole_grid(n: int) -> Poles:
     with need("units", "a grid of poles"):
         import astropy.units as u
 
-    longitude, latitude = lattice(whole(n, "n"))
+    longitude, latitude = lattice(whole_number(n, "n"))
     return Poles(np.degrees(longitude) * u.deg, np.degrees(latitude) * u.deg)
 
 
@@ -72,15 +79,15 @@ def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | Non
     """Return values (P,) with the mirror of the pole of the first of some points, at the longitude plus 180 degrees.
 
     The light curves of a body near the plane of the ecliptic hardly tell the two apart (Kaasalainen & Lamberg 2006,
-    Inverse Problems 22, 749). The parameter of the longitude is that by whose half turn the spin turns so. ``None`` is
-    returned without points or such a parameter, and if one of the points is near that pole already.
+    Inverse Problems 22, 749). The parameter of the longitude is that whose change by 180 degrees has this effect.
+    ``None`` is returned without points or such a parameter, and if one of the points is near that pole already.
     """
     if not points or not any(isinstance(item, Photometry) for item in points[0].observations):
         return None
-    made, values, parameters = points[0].made, points[0].values, problem.parameters
-    if len(made.system) != 1:
+    setup_result, values, parameters = points[0].setup_result, points[0].values, problem.parameters
+    if len(setup_result.system) != 1:
         return None
-    mirrored = _direction(made) * [-1.0, -1.0, 1.0]
+    mirrored = _direction(setup_result) * [-1.0, -1.0, 1.0]
     for k, value in enumerate(values):
         half = np.copysign(0.5 * parameters.period(k), value - 0.5 * parameters.period(k))
         for moved in (value - half, value + half):
@@ -91,8 +98,12 @@ def mirror_start(problem: Problem, points: list[EvaluatedPoint]) -> Floats | Non
                     pole = _direction(problem.make(start))
                 except REFUSALS:
                     continue
-                if _distance(pole, mirrored) < _SAME < _distance(pole, _direction(made)):
-                    return None if any(_distance(pole, _direction(point.made)) < _NEAR for point in points) else start
+                if _distance(pole, mirrored) < _SAME < _distance(pole, _direction(setup_result)):
+                    return (
+                        None
+                        if any(_distance(pole, _direction(point.setup_result)) < _NEAR for point in points)
+                        else start
+                    )
     return None
 
 
@@ -100,19 +111,12 @@ def _distance(pole: Floats, other: Floats) -> float:
     return float(np.linalg.norm(pole - other))
 
 
-def _direction(made: SetupResult) -> Floats:
-    """Return the unit vector (3,) of the spin of a body alone in the ecliptic, or in a frame that is not known."""
-    spin = matrices(made.core.attitude[0]) @ made.core.spin[0]
-    frame = made.system.context.frame
+def _direction(setup_result: SetupResult) -> Floats:
+    """Return the unit vector (3,) of the spin of a body alone, in the ecliptic if the system has a frame."""
+    spin = matrices(setup_result.core.attitude[0]) @ setup_result.core.spin[0]
+    frame = setup_result.system.context.frame
     spin = spin if frame is None else rotation(frame, "ecliptic") @ spin
     return spin / max(float(np.linalg.norm(spin)), np.finfo(float).tiny)
-
-
-def axes_along(longitude: float, latitude: float) -> Floats:
-    """Return the axes (3, 3), as rows, of a frame whose z-axis is a pole in radians."""
-    pole = towards(longitude, latitude)
-    first = towards(longitude, latitude - 0.5 * np.pi)
-    return np.stack([first, np.cross(pole, first), pole])
 
 
 def tilted(axes: Floats, tilt: Floats) -> Floats:

@@ -15,14 +15,12 @@ from ..observing.linear import Held
 from ..record.derivatives import FunctionDerivatives
 from ..record.record import Record, joined
 from ..typing import Floats
-from .chain import Chain, SetupDerivatives
 from .free import Parameters
-from .inner import InnerSolution, model_of, padded
 from .inputs import Entries, Setup, refuse_unused
 from .losses import LINEAR, Loss
 from .noise import relative_change
-from .point import EvaluatedPoint, PullJacobian
-from .setup_result import ROUNDING, SetupResult
+from .point import EvaluatedPoint, InnerSolution, PullJacobian, model_of, padded
+from .setup_result import ROUNDING, SetupDerivatives, SetupDifferences, SetupResult
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -55,7 +53,7 @@ class Problem:
         self.setup, self._entries = Setup(setup, parameters), Entries(observations, parameters)
         refuse_unused(parameters, self.setup, self._entries)
         self.parameters, self.integrator, self.loss = parameters, integrator, loss
-        self._chain = Chain(self.setup, self.setup.parameters)
+        self._setup_differences = SetupDifferences(self.setup, self.setup.parameters)
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
         self._differences = [Differences() for _ in parameters.names]
@@ -85,8 +83,8 @@ class Problem:
             raise Refused(self.reason) from error
 
     def _point(self, values: Floats, derivatives: Sequence[str] | None = None) -> EvaluatedPoint:
-        made, observations = self.make(values), self._entries.at(values)
-        run = self.run(made, observations, derivatives)
+        setup_result, observations = self.make(values), self._entries.at(values)
+        run = self.run(setup_result, observations, derivatives)
         models = [model_of(observation, _part(run, observation)) for observation in observations]
         count = sum(model.pulls.size for model in models)
         if self._count is None:
@@ -97,26 +95,29 @@ class Problem:
                 "the same number for all values of the parameters"
             )
         errors = {
-            i: observation.errors(made.system)
+            i: observation.errors(setup_result.system)
             for i, observation in enumerate(observations)
             if self._entries.arguments[i] and hasattr(observation, "errors")
         }
-        return EvaluatedPoint(values.copy(), made, run, observations, models, InnerSolution(models, self.loss), errors)
+        return EvaluatedPoint(
+            values.copy(), setup_result, run, observations, models, InnerSolution(models, self.loss), errors
+        )
 
-    def run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None = None) -> Run:
+    def run(self, setup_result: SetupResult, observations: list[Any], derivatives: Sequence[str] | None = None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
-        times = np.unique(np.concatenate([_emission(observation, made.system) for observation in observations]))
-        epoch, options = made.core.time, dict[str, Any](integrator=self.integrator)
+        times = np.unique(np.concatenate([_emission(observation, setup_result.system) for observation in observations]))
+        epoch, options = setup_result.core.time, dict[str, Any](integrator=self.integrator)
         if derivatives is None:
             self.runs += 1
         else:
             self.differentiated += 1
             options["derivatives"] = list(derivatives) or True
-        later, earlier = times[times >= epoch], times[times < epoch][::-1]
-        integrate, state = made.system.integrate, made.state
-        back = integrate(state, earlier[-1], output=earlier, **options) if earlier.size else None
-        ahead = integrate(state, later[-1] if later.size else epoch, output=later, **options)
-        return ahead if back is None else joined(ahead, back)
+        following, previous = times[times >= epoch], times[times < epoch][::-1]
+        integrate, state = setup_result.system.integrate, setup_result.state
+        forward = integrate(state, following[-1] if following.size else epoch, output=following, **options)
+        if not previous.size:
+            return forward
+        return joined(forward, integrate(state, previous[-1], output=previous, **options))
 
     def residuals(self, point: EvaluatedPoint) -> list[Any]:
         """Return the residuals of each of the observations, in their units, or their pulls if it has no others."""
@@ -138,16 +139,16 @@ class Problem:
         observations: dict[str, str] = {}
         columns, kinks = self.setup.indices, False
         if columns:
-            made = self._chain.at(point.made, point.values[columns])
-            kinks = bool(made.deformations)
+            setup_derivatives = self._setup_differences.at(point.setup_result, point.values[columns])
+            kinks = bool(setup_derivatives.deformations)
             differenced |= {
                 name: f"it changes {path}, by which motions are not differentiated"
-                for name, path in made.undifferentiable.items()
+                for name, path in setup_derivatives.undifferentiable.items()
             }
             exact = [column for column, k in enumerate(columns) if names[k] not in differenced]
             if exact:
                 try:
-                    by_motion, observations = self._by_motion(point, made)
+                    by_motion, observations = self._by_motion(point, setup_derivatives)
                     rows[:, np.array(columns)[exact]] = by_motion[:, exact]
                 except InvalidInput as error:
                     differenced |= {names[columns[k]]: f"derivatives are refused: {error}" for k in exact}
@@ -162,47 +163,51 @@ class Problem:
         explicit = rows[: len(inner.pulls)]
         return PullJacobian(inner.derivative(rows), explicit, rows[-1], noise, differenced, observations, kinks)
 
-    def _by_motion(self, point: EvaluatedPoint, made: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
+    def _by_motion(self, point: EvaluatedPoint, setup_derivatives: SetupDerivatives) -> tuple[Floats, dict[str, str]]:
         """Return the derivatives (M + L + 1, P) of the contracted pulls by the parameters of the setup.
 
         The motion is differentiated exactly; beside them are the reasons why observations are not, by their index as
         text.
         """
-        run, shared = point.run, [name for name in made.system if name in point.made.parameters]
+        run, shared = point.run, [name for name in setup_derivatives.system if name in point.setup_result.parameters]
         # Coefficients by which only the equivalent system moves need a run of it.
-        is_shared = len(shared) == len(made.system)
+        is_shared = len(shared) == len(setup_derivatives.system)
         self._needed = tuple(shared) if is_shared else None
         if not is_shared:
-            run = self.run(made.equivalent, point.observations, tuple(made.system))
+            run = self.run(setup_derivatives.equivalent, point.observations, tuple(setup_derivatives.system))
         elif not run.is_differentiated or not {*shared} <= {*run.sensitivity}:
-            run = self.run(point.made, point.observations, self._needed)
-        if made.deformations:
-            run = self._deforming(point.run, run, made, shared)
+            run = self.run(point.setup_result, point.observations, self._needed)
+        if setup_derivatives.deformations:
+            run = self._deforming(point.run, run, setup_derivatives, shared)
         parts = []
         differenced: dict[str, str] = {}
         for i, (observation, held) in enumerate(zip(point.observations, point.inner.held, strict=True)):
             by, reason = _derivatives(observation, held, _part(run, observation))
             if reason:
                 differenced[f"observations[{i}]"] = reason
-            part = by.start @ made.start
+            part = by.start @ setup_derivatives.start
             for name in shared:
-                part += np.outer(by.by_parameter[name], made.system[name])
-            for name in made.deformations:
+                part += np.outer(by.by_parameter[name], setup_derivatives.system[name])
+            for name in setup_derivatives.deformations:
                 part[:, self.setup.parameters.names.index(name)] += by.by_parameter[name]
             parts.append(part)
         return point.inner.gathered(parts), differenced
 
-    def _deforming(self, run: Run, differentiated: Run, made: SetupDerivatives, shared: list[str]) -> Run:
+    def _deforming(self, run: Run, differentiated: Run, setup_derivatives: SetupDerivatives, shared: list[str]) -> Run:
         """Return a run with the derivatives of another one of the same motion, also with respect to deformations."""
         sensitivity = [differentiated.sensitivity[name] for name in shared]
-        for name in made.deformations:
+        for name in setup_derivatives.deformations:
             k = self.setup.parameters.names.index(name)
-            parts = (row[k] * differentiated.sensitivity[by] for by, row in made.system.items() if by not in shared)
+            parts = (
+                row[k] * differentiated.sensitivity[by]
+                for by, row in setup_derivatives.system.items()
+                if by not in shared
+            )
             sensitivity.append(sum(parts, np.zeros((len(run), run.system.context.core.masses.size * 12))))
         arrays = {"transition": differentiated.transition, "sensitivity": np.stack(sensitivity, axis=1)}
         deforming = run._with({**run.arrays, **arrays})
-        deforming.system = with_deformations(run.system, made.deformations)
-        deforming.parameters = (*shared, *made.deformations)
+        deforming.system = with_deformations(run.system, setup_derivatives.deformations)
+        deforming.parameters = (*shared, *setup_derivatives.deformations)
         return deforming
 
     def _by_observations(self, point: EvaluatedPoint, k: int) -> tuple[Floats, dict[int, Floats]]:
@@ -211,7 +216,7 @@ class Problem:
         They are those of the contracted pulls (M + L + 1,), and the relative changes (K, C, C) of covariances by the
         index of the observations.
         """
-        name, system = self.parameters.names[k], point.made.system
+        name, system = self.parameters.names[k], point.setup_result.system
         argument = self.parameters.argument_of[k]
         changing = [i for i, names in enumerate(self._entries.arguments) if argument in names]
         if not changing:
@@ -226,9 +231,9 @@ class Problem:
                 observation = observation if errors is None else observation.with_errors_of(point.observations[i])
                 models[i] = model_of(observation, _part(point.run, observation))
                 if errors is not None:
-                    now = moved[i].errors(system)
-                    parts.append(relative_change(errors.covariance, now.covariance).ravel())
-                    parts.append(relative_change(errors.without_jitter, now.without_jitter).ravel())
+                    shifted_errors = moved[i].errors(system)
+                    parts.append(relative_change(errors.covariance, shifted_errors.covariance).ravel())
+                    parts.append(relative_change(errors.without_jitter, shifted_errors.without_jitter).ravel())
             return np.concatenate([point.inner.contracted(models) - base, *parts])
 
         scale, kinds = point.inner.sizes()
@@ -268,43 +273,43 @@ class Problem:
         noise: Floats,
         groups: npt.NDArray[np.intp],
     ) -> Floats:
-        where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
+        at = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
         size = self.parameters.size(k, point.values[k])
         try:
             derivative = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
         except InvalidInput as error:
-            raise InvalidInput(f"the predictions cannot be differentiated with respect to {where}: {error}") from error
+            raise InvalidInput(f"the predictions cannot be differentiated with respect to {at}: {error}") from error
         if derivative is None:
-            raise InvalidInput(f"the predictions do not change evenly with {where}")
+            raise InvalidInput(f"the predictions do not change evenly with {at}")
         return derivative
 
-    def reach(self, values: Floats) -> Floats:
-        """Return the lengths (P,) over which parameters may change at first.
+    def step_lengths(self, values: Floats) -> Floats:
+        """Return the lengths (P,) over which parameters may change in the first step.
 
         A value is as good as zero if nothing changed over steps of its size in the last derivatives.
         """
-        reach = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
+        sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         steps = np.array([differences.length for differences in self._differences])
-        for k, differences in zip(self.setup.indices, self._chain.differences, strict=True):
+        for k, differences in zip(self.setup.indices, self._setup_differences.differences, strict=True):
             steps[k] = max(steps[k], differences.length)
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
-        return np.where(steps > 2e-3 * reach, widths, reach)
+        return np.where(steps > 2e-3 * sizes, widths, sizes)
 
     def unchanged(self, values: Floats, shifted: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
         try:
-            made, other = self.make(values), self.make(shifted)
+            setup_result, other = self.make(values), self.make(shifted)
         except REFUSALS:
             return False
-        changes, unexplained = made.changes(other)
+        changes, unexplained = setup_result.changes(other)
         if unexplained is not None:
             return False
-        apart = np.append(made.displacement(other), changes)
-        sizes = np.append(made.sizes(), np.abs(list(made.parameters.values())))
-        return bool((np.abs(apart) <= 1e-9 * sizes).all())
+        difference = np.append(setup_result.displacement(other), changes)
+        sizes = np.append(setup_result.sizes(), np.abs(list(setup_result.parameters.values())))
+        return bool((np.abs(difference) <= 1e-9 * sizes).all())
 
     def limits(self, values: Floats) -> str:
-        """Return the bounds, as text, that would keep a fit at values (P,) from those that were refused last."""
+        """Return, as text, the bounds that would exclude the values refused last from a fit at values (P,)."""
         sides = []
         for k, (name, refused) in enumerate(zip(self.parameters.names, self._refused, strict=True)):
             moved = values.copy()
@@ -322,12 +327,12 @@ def _emission(observation: Any, system: Any) -> Floats:
 
 
 def _part(run: Record, observation: Any) -> Any:
-    """Return the samples of a run at the times of observations, of which several rows may have one."""
+    """Return the samples of a run at the times of observations, several rows of which may share a time."""
     return run[np.unique(run.indices(_emission(observation, run.system)))]
 
 
 def _derivatives(observation: Any, held: Held, part: Any) -> tuple[FunctionDerivatives, str]:
-    """Return the derivatives of what the model of observations contracts, and why they are differences if they are."""
+    """Return the derivatives of the contracted numbers of observations, and the reason if they are differences."""
     reason = "the observations have no derivatives of their own"
     for name, *arguments in (("linear_derivatives", held), ("derivatives",)):
         if hasattr(observation, name):

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.limits import NOT_NEGATIVE, POSITIVE
 from ..base.units import UNITLESS, Units
 from ..errors import InvalidInput
 from ..model.freeform import ConvexShape
 from ..model.geodesic import degrees
-from ..model.polyhedron import Polyhedron
+from ..model.polyhedron import Polyhedron, mass_properties
 from ..model.surface import Surface, surface_of
 from ..observing.measured import Measured
 from ..record.derivatives import FunctionDerivatives
@@ -55,7 +55,7 @@ def smoothness(degree: int, sigma: Any, power: float = 2.0) -> Floats:
     """
     size = UNITLESS.number(sigma, "number", "sigma", POSITIVE)
     exponent = UNITLESS.number(power, "number", "power", NOT_NEGATIVE)
-    by_coefficient = degrees(whole(degree, "degree", 0, 60))
+    by_coefficient = degrees(whole_number(degree, "degree", 0, 60))
     return np.divide(size, by_coefficient**exponent, out=np.full(len(by_coefficient), np.inf), where=by_coefficient > 0)
 
 
@@ -134,7 +134,7 @@ def closure(body: int | str, sigma: Any = 0.01) -> Regularisation:
 def convexity(body: int | str, sigma: Any = 0.02) -> Regularisation:
     """Return the concavity of a polyhedron, zero for a convex one, as one of the observations of a fit.
 
-    It is the sum over the edges of which the faces are turned towards each other, by an angle t, of 1 - cos t times the
+    It is the sum over the edges whose faces are inclined towards each other, by an angle t, of 1 - cos t times the
     areas of both faces over the area of all (after Kaasalainen & Viikinkoski 2012, Astron. Astrophys. 543, A97).
 
     Parameters
@@ -184,7 +184,7 @@ def principal_axis(body: int | str, sigma: Any = "3 deg") -> Regularisation:
     error = Units().number(sigma, "angle", f"sigma of principal axis of {body}", POSITIVE)
 
     def tilt(surface: Surface, faces: _Faces) -> Any:
-        inertia = _inertia(surface.working, faces)
+        _, inertia = mass_properties(surface.working, faces)
         values, axes = np.linalg.eigh(np.real(inertia))
         if values[2] - values[1] <= 1e-12 * values[2]:
             expected = "expected a shape with one axis of largest inertia"
@@ -206,9 +206,9 @@ def _concavity(surface: Surface, faces: _Faces) -> Any:
     first, second, opposite = _edges(faces)
     # The vertex of the second face that is not on the edge lies above the plane of the first one.
     above = np.sum(normals[first] * (surface.working[opposite] - a[first]), axis=1).real > 0.0
-    bends = 1.0 - np.sum(normals[first] * normals[second], axis=1)
+    sharpness = 1.0 - np.sum(normals[first] * normals[second], axis=1)
     areas = (double[first] + double[second]) / double.sum()
-    return np.atleast_1d(np.sum((bends * areas)[above]))
+    return np.atleast_1d(np.sum((sharpness * areas)[above]))
 
 
 def _edges(faces: _Faces) -> tuple[_Faces, _Faces, _Faces]:
@@ -218,14 +218,3 @@ def _edges(faces: _Faces) -> tuple[_Faces, _Faces, _Faces]:
     order = np.lexsort(np.sort(ends, axis=1).T)
     first, second = order[0::2], order[1::2]
     return face[first], face[second], opposite[second]
-
-
-def _inertia(vertices: Any, faces: _Faces) -> Any:
-    """Return the inertia tensor (3, 3) of unit mass about the centre of mass, an analytic function of the vertices."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    volumes = np.sum(a * np.cross(b, c), axis=1) / 6.0
-    total, corners = a + b + c, (a, b, c)
-    second = sum(np.einsum("f,fi,fj->ij", volumes, part, part) for part in (total, *corners)) / (20.0 * volumes.sum())
-    centre = volumes @ total / (4.0 * volumes.sum())
-    second = second - np.outer(centre, centre)
-    return cast(Any, np.trace(second)) * np.eye(3) - second

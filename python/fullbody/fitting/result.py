@@ -1,4 +1,4 @@
-"""The result of a fit: values with their errors, and what follows from them."""
+"""The result of a fit: values with their errors, and the quantities that follow from them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import generator
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
-from ..base.values import same
+from ..base.values import ArrayFields
 from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput
 from ..model.state import strip
@@ -25,8 +25,8 @@ from .uncertainty import Covariance, derived, sample
 if TYPE_CHECKING:
     from ..motion.run import Run
     from .free import Parameters
-    from .objective import Linearised, Objective
     from .pictures import FitPlots
+    from .solver import Linearised, Objective
 
 
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
@@ -37,7 +37,7 @@ _LONG = 6
 
 @dataclass(frozen=True)
 class Minimum:
-    """A minimum that a fit has found.
+    """A minimum at which a fit ended.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Minimum:
     message: str
 
 
-class Fit(Tabled):
+class Fit(ArrayFields, Tabled):
     """Parameters fitted to observations; made by :func:`fullbody.fit`.
 
     Attributes
@@ -127,41 +127,45 @@ class Fit(Tabled):
     minima: tuple[Minimum, ...]
     starts: int
 
-    def __init__(self, objective: Objective, here: Linearised, message: str, iterations: int) -> None:
+    def __init__(self, objective: Objective, linearised: Linearised, message: str, iterations: int) -> None:
         from scipy.special import chdtrc
 
-        problem, point, parameters = objective.problem, here.point, objective.parameters
+        problem, point, parameters = objective.problem, linearised.point, objective.parameters
         self._objective: Objective | None = objective
         self.parameters = parameters
         self._unknowns = tuple((unknown.name, unknown.unit) for unknown in point.inner.unknowns)
         self.names = self.described.names
         self.numbers = np.append(point.values, point.inner.values)
         self._of_setup = problem.setup.arguments
-        self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
+        self.system, self.state, self.integrator = (
+            point.setup_result.system,
+            point.setup_result.state,
+            problem.integrator,
+        )
         self.observations, self.pulls = point.observations, point.pulls
         self.residuals = problem.residuals(point)
         self.linear = [point.linear_values(i) for i in range(len(point.observations))]
         self.times = [observation.emission(self.system) for observation in point.observations]
         self.labels = tuple(repr(observation).partition("(")[0] for observation in point.observations)
-        self.differenced = here.jacobian.differenced
-        self.differenced_observations = here.jacobian.differenced_observations
+        self.differenced = linearised.jacobian.differenced
+        self.differenced_observations = linearised.jacobian.differenced_observations
         self.message, self.iterations = message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
-        at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(here.matrix, axis=0)))
+        at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(linearised.matrix, axis=0)))
         self.at_bounds = tuple(name for name, is_at in zip(parameters.names, at, strict=True) if is_at)
         rows, priors = point.rows, np.isfinite(parameters.sigma)
-        self.loss = 2.0 * here.cost
+        self.loss = 2.0 * linearised.cost
         pull = (point.values[priors] - parameters.mean[priors]) / parameters.sigma[priors]
         self.chi2 = float(np.sum(rows**2) + np.sum(pull**2))
         self.dof = len(rows) + int(priors.sum()) - len(self.names)
         linear = objective.loss.linear
-        is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
+        is_distributed = linear and self.dof >= 1 and not linearised.jacobian.noise
         self.p_value = float(chdtrc(self.dof, self.chi2)) if is_distributed else None
         shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
         # Beside all others the linear unknowns have the correlations that they would have as parameters.
-        explicit = np.concatenate([here.jacobian.explicit, -point.inner.design], axis=1)
-        prior_rows = np.pad(here.rows, ((0, 0), (0, len(self._unknowns))))
+        explicit = np.concatenate([linearised.jacobian.explicit, -point.inner.design], axis=1)
+        prior_rows = np.pad(linearised.rows, ((0, 0), (0, len(self._unknowns))))
         covariance = Covariance(np.concatenate([shrink * explicit, prior_rows]), self.described)
         self.covariance, self.condition = covariance.matrix, covariance.condition
         self.unconstrained = covariance.unconstrained
@@ -194,15 +198,8 @@ class Fit(Tabled):
         # The continuous solution of the run does not pickle.
         return {name: value for name, value in self.__dict__.items() if name != "run"}
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Fit):
-            return NotImplemented
-        return files.description(self) == files.description(other) and all(
-            len(first) == len(second) and all(map(same, first, second))
-            for first, second in ((self.pulls, other.pulls), (self.times, other.times))
-        )
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        return files.description(self), tuple(self.pulls), tuple(self.times)
 
     @cached_property
     def run(self) -> Run:
@@ -244,7 +241,7 @@ class Fit(Tabled):
 
     def draws_as_array(self, n: Any, rng: Any) -> Floats:
         """Draw numbers (n, P) of the parameters, without linear unknowns, in their units; see :meth:`draw`."""
-        count = whole(n, "n")
+        count = whole_number(n, "n")
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
@@ -252,10 +249,10 @@ class Fit(Tabled):
         accepted, covariance = np.empty((0, size)), self.covariance[:size, :size]
         errors = np.sqrt(np.diag(covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
-        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-        factor = vectors * np.sqrt(np.maximum(values, 0.0))
+        normal, zeros = covariance / np.outer(scale, scale), np.zeros(size)
         for _ in range(_MOST_DRAWS):
-            drawn = self.numbers[:size] + scale * (random.normal(size=(count, len(scale))) @ factor.T)
+            units = random.multivariate_normal(zeros, normal, count, check_valid="ignore", method="eigh")
+            drawn = self.numbers[:size] + scale * units
             accepted = np.concatenate([accepted, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
             if len(accepted) >= count:
                 return accepted[:count]
@@ -298,8 +295,8 @@ class Fit(Tabled):
         density = objective.log_density(point)
         if not gradient:
             return density
-        here = objective.linearised(point)
-        return density, -here.matrix.T @ here.vector - here.jacobian.log_determinant
+        linearised = objective.linearised(point)
+        return density, -linearised.matrix.T @ linearised.vector - linearised.jacobian.log_determinant
 
     def _minimised(self) -> Objective:
         if self._objective is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import generator
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.progress import Progress
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
@@ -17,10 +17,10 @@ from ..typing import Floats
 from .free import Parameters
 from .inputs import Observed
 from .losses import Outliers, loss_of
-from .objective import Objective
 from .poles import mirror_start
 from .problem import Problem, Refused
 from .result import Fit, Minimum
+from .solver import Objective, Solver
 
 if TYPE_CHECKING:
     from ..record.integrators import Integrator
@@ -81,7 +81,7 @@ def fit(
     Fit
         The best minimum; ``Fit.minima`` lists all. A fit of :class:`~fullbody.observing.Photometry` of a body alone
         is repeated from the mirror of its pole, at the ecliptic longitude plus 180 degrees, if none of the fits ended
-        near that: light curves hardly tell the two apart. Ctrl-C returns the best values so far, with the
+        near that: light curves hardly tell the two difference. Ctrl-C returns the best values so far, with the
         ``Fit.message`` that says so.
 
     Raises
@@ -122,40 +122,40 @@ def fit(
     (2.0, 39)
     """
     with once():
-        limit = None if proposals is None else whole(proposals, "proposals")
+        limit = None if proposals is None else whole_number(proposals, "proposals")
         with need("fit", "a fit"):
-            from .solver import Solver
+            import scipy.optimize  # noqa: F401
         free = Parameters(parameters)
         objective = Objective(problem := Problem(setup, free, observations, integrator, loss_of(loss)))
-        begins = _starts(free, starts, rng)
+        start_values = _starts(free, starts, rng)
         solvers: list[Solver] = []
 
-        def solve(begin: Floats) -> Solver:
+        def solve(start_value: Floats) -> Solver:
             solvers.append(Solver(objective, report, limit))
-            solvers[-1].solve(begin)
+            solvers[-1].solve(start_value)
             return solvers[-1]
 
         with Progress(progress) as report:
-            for begin in begins:
+            for start_value in start_values:
                 try:
-                    if solve(begin).interrupted:
+                    if solve(start_value).interrupted:
                         break
                 except Refused as error:
-                    if len(begins) == 1:
+                    if len(start_values) == 1:
                         raise InvalidInput(f"the start of the fit is refused: {error}") from error
             bests = sorted((solver.best for solver in solvers if solver.best), key=lambda best: best.cost)
             mirror = None if solvers[-1].interrupted else mirror_start(problem, [best.point for best in bests])
             if mirror is not None:
-                begins.append(mirror)
+                start_values.append(mirror)
                 with contextlib.suppress(Refused):
                     solve(mirror)
         fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
         if not fits:
             if problem.differentiated or not problem.refused:
                 raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
-            raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
+            raise InvalidInput(f"all {len(start_values)} starts of the fit are refused; the last: {problem.reason}")
         best = min(fits, key=lambda other: other.loss)
-        best.minima, best.starts = _minima(problem, fits), len(begins)
+        best.minima, best.starts = _minima(problem, fits), len(start_values)
         if best.message:
             caution(f"the fit was {best.message}", InconsistentInput)
         elif best.unconstrained is not None:
@@ -168,17 +168,15 @@ def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:
     if isinstance(starts, list | tuple):
         if not starts:
             raise InvalidInput("starts is empty; expected a number, or one start or more")
-        begins = [free.numbers(start) for start in starts]
-        for begin in begins:
-            if ((begin < free.lower) | (begin > free.upper)).any():
-                raise InvalidInput(f"starts has {free.named(begin)}, which is not within the bounds")
-        return begins
-    count = whole(starts, "starts", other=", or a list of starts")
-    random = None if rng is None else generator(rng)
-    if count == 1:
+        start_values = [free.numbers(start) for start in starts]
+        for start_value in start_values:
+            if ((start_value < free.lower) | (start_value > free.upper)).any():
+                raise InvalidInput(f"starts has {free.named(start_value)}, which is not within the bounds")
+        return start_values
+    count = whole_number(starts, "starts", other=", or a list of starts")
+    if count == 1 and rng is None:
         return [free.start]
-    if random is None:
-        raise InvalidInput(f"rng is None, but {count - 1} starts are drawn; expected a whole number or a Generator")
+    random = generator(rng)
     from scipy.stats import norm, qmc
 
     width = free.upper - free.lower
@@ -210,12 +208,12 @@ def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
 
 
 def _same(problem: Problem, fit: Fit, other: Fit) -> bool:
-    """Return whether two fits have the same values within their errors, up to turns that change nothing."""
+    """Return whether two fits have the same values within their errors, up to full rotations of angles."""
     count = len(problem.parameters)
     values = fit.numbers[:count]
-    apart = values - other.numbers[:count]
+    difference = values - other.numbers[:count]
     periods = np.array([problem.parameters.period(k) for k in range(count)])
-    rotations = np.round(apart / periods) * np.where(np.isfinite(periods), periods, 0.0)
-    if not (np.abs(apart - rotations) <= _SAME * np.sqrt(np.diag(other.covariance))[:count]).all():
+    rotations = np.round(difference / periods) * np.where(np.isfinite(periods), periods, 0.0)
+    if not (np.abs(difference - rotations) <= _SAME * np.sqrt(np.diag(other.covariance))[:count]).all():
         return False
     return not rotations.any() or problem.unchanged(values, values - rotations)

@@ -1,16 +1,16 @@
-"""The solver of a fit: steps of a trust region from one start."""
+"""The sum that a fit minimises, with its derivatives, and its solver: steps of a trust region from one start."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ..errors import InvalidInput
 from ..typing import Floats
-from .objective import Linearised, Objective
-from .point import EvaluatedPoint
+from . import noise
+from .point import EvaluatedPoint, PullJacobian
 from .problem import Problem, Refused
 
 #: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
@@ -18,10 +18,85 @@ from .problem import Problem, Refused
 _CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
 #: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
 #: relative to it, that rounding errors hide.
-_FAR, _HIDDEN = 0.03, 1e-11
+_NOT_CONVERGED, _CHI2_ROUNDING = 0.03, 1e-11
 #: The changes of chi2 over how many iterations at which a solver has converged whose derivatives have kinks, and the
 #: largest distance from the minimum there.
 _STALLED, _ITERATIONS, _KINKED = 0.01, 3, 1.0
+
+
+@dataclass
+class Linearised:
+    """The objective near values of the parameters.
+
+    The squares of the ``vector`` (R,) are minimised. The ``matrix`` J (R, P) has the gradient J^T ``vector`` of half
+    the sum, and the expected information J^T J for a linear loss; ``rows`` (2 P, P) are those of its rows that hold
+    priors and the information about parameters of errors. ``norms`` (P,) are the inverse of each parameter's natural
+    length: of its error if it alone were free, as far as it has one.
+    """
+
+    point: EvaluatedPoint
+    jacobian: PullJacobian
+    vector: Floats
+    matrix: Floats
+    rows: Floats
+    norms: Floats
+
+    @property
+    def cost(self) -> float:
+        """Half the sum that is minimised."""
+        return 0.5 * float(self.vector @ self.vector)
+
+
+class Objective:
+    """The sum of the losses of pulls, of the squares of priors' pulls, and of the logarithms of determinants of
+    errors.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.loss, self.parameters = problem, problem.loss, problem.parameters
+        self._weights = np.diag(np.where(np.isfinite(self.parameters.sigma), 1.0 / self.parameters.sigma, 0.0))
+
+    def vector(self, point: EvaluatedPoint) -> Floats:
+        """Return the components (R,): of pulls, errors and priors, and P zeros in the rows of the information."""
+        prior = self._weights @ (point.values - self.parameters.mean)
+        parts = [self.loss.roots(point.rows)[0], np.sqrt([point.log_determinant]), prior, np.zeros(len(prior))]
+        return np.concatenate(parts)
+
+    def linearised(self, point: EvaluatedPoint) -> Linearised:
+        """Return the derivatives at a point.
+
+        Parameters of errors have no part in the derivatives of pulls. Their gradient is put along the vector, whose
+        components are small in comparison at a minimum, and their expected information, in rows where the vector is
+        zero (Fisher's scoring).
+        """
+        jacobian = self.problem.jacobian(point)
+        vector, (roots, weights) = self.vector(point), self.loss.roots(point.rows)
+        parts = map(point.inner.split, (point.inner.projection.basis, point.rows, roots * weights))
+        gradient, information, widths = noise.derivatives(point.values, jacobian.noise, *parts)
+        values, vectors = np.linalg.eigh(information)
+        rows = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
+        determinant = np.zeros((1, len(gradient)))
+        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinant, rows])
+        norms = np.sqrt(np.maximum(np.sum(matrix**2, axis=0), widths))
+        matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
+        return Linearised(point, jacobian, vector, matrix, rows, norms)
+
+    def log_density(self, point: EvaluatedPoint) -> float:
+        """Return the logarithm of the posterior density, integrated over the linear unknowns, up to a constant.
+
+        The integral of a normal density over L unknowns of design A is (2 pi)^(L/2) det(A^T A)^(-1/2) times its
+        largest value.
+        """
+        if not self.loss.linear and point.inner.unknowns:
+            raise InvalidInput(
+                f"loss is {self.loss.argument!r}, for which the integral over linear unknowns such as "
+                f"{point.inner.unknowns[0].name} has no closed form; expected loss='linear'"
+            )
+        prior = self._weights @ (point.values - self.parameters.mean)
+        losses = float(np.sum(self.loss.roots(point.rows)[0] ** 2) + prior @ prior)
+        widened = sum(map(noise.log_determinant, point.errors.values()))
+        volume = len(point.inner.unknowns) * np.log(2.0 * np.pi) - point.inner.projection.log_determinant
+        return 0.5 * (volume - losses - widened)
 
 
 class _Converged(Exception):
@@ -45,35 +120,39 @@ class Solver:
         self._costs: list[float] = []
 
     def solve(self, start: Floats) -> None:
-        """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
+        """Find the minimum next to a start; after an early interrupt ``best`` may still be ``None``."""
+        from scipy.optimize import least_squares
+
         try:
             self._last = self._problem.point(start)
             _check_count(self._problem, self._last)
             first = [self._linearised(start)]
-            reach = self._problem.reach(start)
+            lengths = self._problem.step_lengths(start)
             # The first trust region allows changes by all of the parameters' sizes.
-            scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
-            begin = reach / scale
+            scale = np.divide(1.0, first[0].norms, out=lengths.copy(), where=first[0].norms > 0.0)
+            scaled_start = lengths / scale
 
             def residuals(x: Floats) -> Floats:
-                return self._residuals(start + scale * (x - begin))
+                return self._residuals(start + scale * (x - scaled_start))
 
             def jacobian(x: Floats) -> Floats:
-                return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
+                return (first.pop() if first else self._linearised(start + scale * (x - scaled_start))).matrix * scale
 
-            bounds = tuple((item - start) / scale + begin for item in (self._parameters.lower, self._parameters.upper))
+            bounds = tuple(
+                (item - start) / scale + scaled_start for item in (self._parameters.lower, self._parameters.upper)
+            )
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "max_nfev": self._proposals}
             # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
             # minimum is judged below by the distance that is left, not by these warnings.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                solution = least_squares(residuals, begin, jacobian, bounds, **options)
-            why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
-            if why and self.best is not None:
-                why += self._problem.limits(self.best.point.values)
+                solution = least_squares(residuals, scaled_start, jacobian, bounds, **options)
+            refusal = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
+            if refusal and self.best is not None:
+                refusal += self._problem.limits(self.best.point.values)
             if solution.status <= 0:
-                self.message = f"stopped after {solution.nfev} proposals, the limit{why}"
-            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * solution.cost:
-                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
+                self.message = f"stopped after {solution.nfev} proposals, the limit{refusal}"
+            elif self._distance > _NOT_CONVERGED and self._distance**2 > _CHI2_ROUNDING * 2.0 * solution.cost:
+                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{refusal}"
         except _Converged:
             pass
         except KeyboardInterrupt:
@@ -97,33 +176,33 @@ class Solver:
     def _linearised(self, values: Floats) -> Linearised:
         if self._last is None or not np.array_equal(self._last.values, values):
             self._last = self._problem.point(values)
-        here = self._objective.linearised(self._last)
-        if self.best is None or here.cost <= self.best.cost:
-            self.best = here
+        linearised = self._objective.linearised(self._last)
+        if self.best is None or linearised.cost <= self.best.cost:
+            self.best = linearised
         self.iterations += 1
         self._accepted = True
         self._show()
-        self._distance = self._step(here)
-        if self._distance < _CLOSE or (here.jacobian.kinks and self._is_stalled(here.cost)):
+        self._distance = self._step(linearised)
+        if self._distance < _CLOSE or (linearised.jacobian.kinks and self._is_stalled(linearised.cost)):
             raise _Converged
-        return here
+        return linearised
 
     def _is_stalled(self, cost: float) -> bool:
-        """Return whether chi2 no longer changes by what counts, although derivatives with kinks lead further."""
+        """Return whether chi2 has settled close to a minimum that derivatives with kinks do not reach."""
         self._costs.append(cost)
         recent = self._costs[-1 - _ITERATIONS :]
         settled = len(recent) > _ITERATIONS and 2.0 * (recent[0] - recent[-1]) < _STALLED
         return settled and self._distance < _KINKED
 
-    def _step(self, here: Linearised) -> float:
+    def _step(self, linearised: Linearised) -> float:
         """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
-        norms = np.linalg.norm(here.matrix, axis=0)
+        norms = np.linalg.norm(linearised.matrix, axis=0)
         free = norms > 0.0
-        scaled = here.matrix / np.where(free, norms, 1.0)
-        low, high = self._parameters.at_bounds(here.point.values, norms)
+        scaled = linearised.matrix / np.where(free, norms, 1.0)
+        low, high = self._parameters.at_bounds(linearised.point.values, norms)
         for _ in range(len(norms)):
             step = np.zeros(len(norms))
-            step[free] = np.linalg.lstsq(scaled[:, free], -here.vector, rcond=1e-12)[0]
+            step[free] = np.linalg.lstsq(scaled[:, free], -linearised.vector, rcond=1e-12)[0]
             out = free & (((step < 0.0) & low) | ((step > 0.0) & high))
             if not out.any():
                 break

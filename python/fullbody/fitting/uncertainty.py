@@ -1,4 +1,4 @@
-"""The uncertainty of fitted parameters and of what follows from them: covariance, and samples of the posterior."""
+"""The uncertainty of fitted parameters and of derived quantities: covariance, and samples of the posterior."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..base.arguments import generator
-from ..base.kinds import choice, whole
+from ..base.kinds import choice, whole_number
 from ..base.units import need
+from ..base.values import same
 from ..errors import InvalidInput, once
 from ..observing.measured import Measured
 from ..typing import Floats
@@ -39,15 +40,17 @@ class Covariance:
         norms = np.linalg.norm(matrix, axis=0)
         scale = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
         _, sizes, vectors = np.linalg.svd(matrix * scale, full_matrices=False)
-        good = sizes > _SINGULAR * sizes[0]
+        determined = sizes > _SINGULAR * sizes[0]
         self.weakest = vectors[-1]
         # Beyond the precision of doubles this value is only a lower bound of the ratio.
         self.condition = float(sizes[0] / max(sizes[-1], 1e-16 * sizes[0])) if sizes[0] > 0.0 else np.inf
-        self.unconstrained = None if good.all() else _combination(vectors[-1], norms, parameters)
-        self.matrix = vectors[good].T @ (vectors[good] / sizes[good, None] ** 2) * np.outer(scale, scale)
-        lost = (np.abs(vectors[~good]) > _NAMED).any(axis=0)
-        self.matrix[lost] = self.matrix[:, lost] = 0.0
-        self.matrix[lost, lost] = np.inf
+        self.unconstrained = None if determined.all() else _combination(vectors[-1], norms, parameters)
+        self.matrix = (
+            vectors[determined].T @ (vectors[determined] / sizes[determined, None] ** 2) * np.outer(scale, scale)
+        )
+        unconstrained = (np.abs(vectors[~determined]) > _NAMED).any(axis=0)
+        self.matrix[unconstrained] = self.matrix[:, unconstrained] = 0.0
+        self.matrix[unconstrained, unconstrained] = np.inf
 
 
 def _combination(vector: Floats, norms: Floats, parameters: Parameters) -> str:
@@ -80,6 +83,12 @@ class Derived(NamedTuple):
     value: Any
     sigma: Any
     draws: Any = None
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Derived) and same(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
 
 
 def derived(
@@ -124,11 +133,7 @@ def derived(
     measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
     if samples is not None:
         rows = rows_of(samples, problem.parameters)
-        if rng is None:
-            raise InvalidInput(
-                f"rng is None, but {n} draws of samples are chosen; expected a whole number or a Generator"
-            )
-        chosen = generator(rng).choice(len(rows), whole(n, "n", 2, len(rows)), replace=False)
+        chosen = generator(rng).choice(len(rows), whole_number(n, "n", 2, len(rows)), replace=False)
         with once():
             draws = [measured.predict(sampled(row)) for row in rows[np.sort(chosen)]]
         stacked = np.stack(draws).reshape(len(draws), *np.shape(value))
@@ -187,14 +192,14 @@ def sample(
         import xarray
 
     names = fit.parameters.names
-    length, least = whole(steps, "steps"), 2 * len(names)
-    count = 2 * least if walkers is None else whole(walkers, "walkers", least)
+    length, least = whole_number(steps, "steps"), 2 * len(names)
+    count = 2 * least if walkers is None else whole_number(walkers, "walkers", least)
     ensemble = emcee.EnsembleSampler(count, len(names), fit.log_posterior)
     random = generator(rng)
     with once():
-        begin = fit.draws_as_array(count, random)
+        start = fit.draws_as_array(count, random)
         random_state = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
-        ensemble.run_mcmc(emcee.State(begin, random_state=random_state), length, progress=progress)
+        ensemble.run_mcmc(emcee.State(start, random_state=random_state), length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     variables: dict[str, Any] = {}

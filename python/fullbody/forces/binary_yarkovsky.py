@@ -10,7 +10,7 @@ from ..base.kinds import Number, body_index, direction, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
 from ..base.unit_names import unit_named
-from ..base.units import ANY, UNITLESS, Units, gathered, is_quantity, strip_to
+from ..base.units import ANY, UNITLESS, Units, as_quantity, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
@@ -22,7 +22,7 @@ _INERTIA = "J / (m2 K s(1/2))"
 
 def _thermal_inertia(value: Any, what: str) -> Any:
     """Return a thermal inertia with its unit; a plain number is in the unit of the SI."""
-    value = gathered(value, what, expected=f"a thermal inertia in {_INERTIA}")
+    value = as_quantity(value, what, expected=f"a thermal inertia in {_INERTIA}")
     if is_quantity(value):
         value = float(strip_to(value, unit_named(_INERTIA), what))
     return UNITLESS.number(value, "number", what, POSITIVE)

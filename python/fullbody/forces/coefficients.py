@@ -11,10 +11,10 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import directions, refuse_mixture, warn_if_degrees
-from ..base.kinds import Number, instance, whole
+from ..base.kinds import Number, instance, whole_number
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
-from ..base.units import UNITLESS, is_quantity, plain
+from ..base.units import UNITLESS, is_quantity, without_unit
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.bodies import Body
@@ -99,7 +99,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         (array([8.06e-05, 4.68e-05]), array([0.00e+00, 9.09e-05]))
         """
         angle = _obliquities(obliquity)
-        cosine, sine = plain(self.torque_cosine), plain(self.torque_sine)
+        cosine, sine = without_unit(self.torque_cosine), without_unit(self.torque_sine)
         # The mean over a fast rotation of the torque towards the meridian of the Sun. That across it is a function of
         # the latitude times cos(nu), whose mean over the orbit is zero.
         meridian = 0.5 * (cosine[:, 1, 0] + sine[:, 1, 1])
@@ -163,7 +163,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
         <Quantity [ 0.039,  0.04 , -0.055,  0.04 ,  0.039] N m>
         """
         pressure, on = self._pressure(pressure), self._body(on)
-        obliquity = np.linspace(0.0, pi, whole(rows, "rows", 4))
+        obliquity = np.linspace(0.0, pi, whole_number(rows, "rows", 4))
         along, across = self.spin_torques(obliquity)
         return Yorp(on, pressure * along, pressure * across, obliquity=obliquity, pole=pole)
 
@@ -196,7 +196,7 @@ class RadiationCoefficients(ArrayFields, Tabled):
 
     def _synchronous(self, coefficients: Any, obliquity: Any) -> Any:
         angle = _obliquities(obliquity)
-        means = [_orbit_mean(plain(coefficients)[:, 0, k], angle) for k in range(3)]
+        means = [_orbit_mean(without_unit(coefficients)[:, 0, k], angle) for k in range(3)]
         return self._with_unit(np.stack(means, axis=-1), coefficients)
 
     @staticmethod
@@ -216,9 +216,9 @@ class RadiationCoefficients(ArrayFields, Tabled):
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the dimensionless coefficients at a few obliquities."""
         angle = np.radians(_OBLIQUITIES)
-        radius = float(plain(self.radius))
-        along, across = (plain(torque) / radius**3 for torque in self.spin_torques(angle))
-        byorp = self.outwards * plain(self.synchronous_force(angle))[:, 1] / radius**2
+        radius = float(without_unit(self.radius))
+        along, across = (without_unit(torque) / radius**3 for torque in self.spin_torques(angle))
+        byorp = self.outwards * without_unit(self.synchronous_force(angle))[:, 1] / radius**2
         columns = zip(_OBLIQUITIES, along, across, byorp, strict=True)
         head = ("obliquity [deg]", "YORP along", "YORP across", "BYORP")
         # Values that are zero by symmetry have no digits.
@@ -296,7 +296,7 @@ def radiation_coefficients(
         line = positions[0]
     if not (projection := float(line @ axes[:, 0])):
         raise InvalidInput(f"towards is {line}; expected a direction that is not normal to the body's long axis")
-    order = whole(order, "order")
+    order = whole_number(order, "order")
     latitude = np.linspace(-0.5 * pi, 0.5 * pi, _count(latitudes, "latitudes", 5, "odd"))
     count = _count(longitudes, "longitudes", 2 * order + 2, "even")
     to_sun = _directions(latitude, count) @ axes.T
@@ -311,7 +311,7 @@ def radiation_coefficients(
 
 def _count(value: object, name: str, least: int, parity: Literal["odd", "even"]) -> int:
     """Return a whole number that is odd or even."""
-    number = whole(value, name, least)
+    number = whole_number(value, name, least)
     if number % 2 != (parity == "odd"):
         raise InvalidInput(f"{name} is {number}; expected an {parity} number, {least} or more")
     return number

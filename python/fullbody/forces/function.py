@@ -167,7 +167,7 @@ def _from_python(model: Function, context: Context) -> Call:
             if torques is not None:
                 as_array(torque)[:] = loads(torques, "torque")
         except BaseException as error:
-            return callback.kept(error)
+            return callback.store(error)
         return _SUCCESS
 
     pointer = SIGNATURE(call)

@@ -13,7 +13,7 @@ from .. import _core
 from ..base.kinds import Number, body_index, choice, direction, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
-from ..base.units import UNITLESS, Units, gathered, need
+from ..base.units import UNITLESS, Units, as_quantity, need
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
@@ -62,7 +62,7 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
         from astropy import constants
         from astropy import units as u
 
-    distance = gathered(semi_major_axis, "semi_major_axis", "length")
+    distance = as_quantity(semi_major_axis, "semi_major_axis", "length")
     if not hasattr(distance, "unit"):
         raise InvalidInput(f"semi_major_axis is {semi_major_axis!r}; expected a Quantity or text such as '0.64 au'")
     Number("length", POSITIVE)(distance, "semi_major_axis")
@@ -131,7 +131,7 @@ class Yorp(Force):
 
     def _check(self) -> None:
         _check_normalization(self, (*_RATES, *_YORP), self.normalization not in (None, "acceleration"))
-        if self.normalization == "rossi_2009" and np.any(gathered(self.across, f"across of {self.name}") != 0.0):
+        if self.normalization == "rossi_2009" and np.any(as_quantity(self.across, f"across of {self.name}") != 0.0):
             raise InvalidInput(f"across of {self.name} is {self.across!r}; expected none, for rossi_2009 defines along")
 
     def _describe(self, context: Context) -> dict[str, Any]:

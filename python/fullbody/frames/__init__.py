@@ -5,7 +5,7 @@ A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"ecl
 ``BarycentricMeanEcliptic(equinox="J2015")``); frames that move or belong to an observer are refused. Only directions
 are converted; positions keep their origin.
 
-SPICE's ECLIPJ2000 is the ICRF turned about its x-axis by 84381.448 arc seconds. The mean ecliptic of J2000 of astropy
+SPICE's ECLIPJ2000 is the ICRF rotated about its x-axis by 84381.448 arc seconds. The mean ecliptic of J2000 of astropy
 (IAU 2006, with the bias of the frame) lies 0.04 arc seconds, 2e-7 rad, from it.
 """
 
@@ -19,7 +19,7 @@ from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.kinds import instance
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, need
+from ..base.units import UNITLESS, as_quantity, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Array, Floats
@@ -103,7 +103,7 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     >>> fullbody.frames.rotate([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    components = gathered(vectors, "vectors")
+    components = as_quantity(vectors, "vectors")
     UNITLESS.numbers(getattr(components, "value", components), "number", "vectors", ("...", 3))
     return components @ rotation(origin, target).T
 
@@ -147,7 +147,7 @@ def pole_vector(longitude: Any, latitude: Any) -> Floats:
     >>> fullbody.frames.pole_vector(np.pi / 2, 0.0).round(12)
     array([0., 1., 0.])
     """
-    return rotations.towards(*longitude_latitude((longitude, latitude), "the direction"))
+    return rotations.unit_vectors(*longitude_latitude((longitude, latitude), "the direction"))
 
 
 def pole_angles(vector: Any) -> tuple[Any, Any]:

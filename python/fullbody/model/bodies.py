@@ -12,11 +12,11 @@ import numpy as np
 from .. import _core
 from ..base.arguments import name_of, refuse_mixture
 from ..base.attributes import Attribute
-from ..base.kinds import Number, instance, united
+from ..base.kinds import Number, instance, with_unit
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.unit_names import unit_named
-from ..base.units import Units, gathered, is_quantity, strip_to
+from ..base.units import Units, as_quantity, is_quantity, strip_to
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Scalar
@@ -83,8 +83,8 @@ class Body(ScalarFields, Tabled):
         self._density = None if density is None else Number("density", POSITIVE)(density, f"density of {called}")
         self._GM = None if GM is None else Number("mu", POSITIVE)(GM, f"GM of {called}")
         self._name = name
-        united = {is_quantity(value) for value, _ in self._numbers().values()}
-        if isinstance(shape, Composite) and len(united) == 1 and not (shape.has_GM and False in united):
+        have_units = {is_quantity(value) for value, _ in self._numbers().values()}
+        if isinstance(shape, Composite) and len(have_units) == 1 and not (shape.has_GM and False in have_units):
             # A total mass of zero and impossible moments of inertia show only in the whole body. If only some numbers
             # have units, only a system can compute them.
             self._core(self._inferred_units(), 0)
@@ -245,7 +245,7 @@ class Body(ScalarFields, Tabled):
         numbers = (value for value, _ in self._numbers().values())
         if not has_GM and (not units.defined or all(map(is_quantity, numbers))):
             return self
-        mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
+        mass, density = with_unit(self._mass, "mass", units), with_unit(self._density, "density", units)
         if self._GM is not None:
             mass = units.attach(units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE) / G, "mass")
         return Body(self._shape._with(units, G), mass=mass, density=density, name=self._name)
@@ -336,7 +336,7 @@ class Body(ScalarFields, Tabled):
         >>> float(gravity.potential), gravity.field.tolist(), gravity.gradient.diagonal().tolist()
         (1.5, [0.0, 0.0, -0.75], [-0.375, -0.375, 0.75])
         """
-        points, G = gathered(points, "points", "length"), gathered(G, "G", "G")
+        points, G = as_quantity(points, "points", "length"), as_quantity(G, "G", "G")
         if G is None:
             if not is_quantity(points):
                 raise InvalidInput("G is not given; expected a number, or points and a body with units")
@@ -349,7 +349,7 @@ class Body(ScalarFields, Tabled):
         constant = units.number(G, "G", "G")
         key = (units.names, constant)
         if self._attraction is None or self._attraction[0] != key:
-            # It is kept, since the sums of a polyhedron take long to prepare.
+            # It is cached, since the sums of a polyhedron take long to prepare.
             self._attraction = key, _core.Attraction([self._with(units, constant)._core(units, 0)], constant, "auto")
         origin, unturned = np.zeros((1, 1, 3)), np.array([[[1.0, 0.0, 0.0, 0.0]]])
         return gravity_at(self._attraction[1], origin, unturned, array, units)

@@ -1,4 +1,4 @@
-"""Sudden changes of a state: kicks, impacts and turns of one body."""
+"""Sudden changes of a state: kicks, impacts and rotations of one body."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from ..base import rotations
 from ..base.arguments import directions, index_of, warn_if_degrees
 from ..base.kinds import Number, choice
 from ..base.limits import LATITUDE, POSITIVE
-from ..base.tables import number
 from ..base.units import UNITLESS, Units, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -84,19 +83,15 @@ def kick(
     index = _index(state, body, "body of kick")
     dv = Number("velocity", shape=(3,))(dv, "dv")
     axes = _axes(state, index, along, about, "kick")
-    velocity = state.core.velocity
-    if not is_quantity(dv):
-        if state.units and np.any(dv):
-            unit = next(iter(state.units.values()))
-            raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
-        velocity[index] += axes @ dv
-        return state.replace(velocity=velocity << state.units["velocity"] if "velocity" in state.units else velocity)
-    if not state.units:
+    if is_quantity(dv) and not state.units:
         raise InvalidInput(f"dv has the unit {dv.unit}, but the state has none; expected both or neither")
+    if not is_quantity(dv) and state.units and np.any(dv):
+        unit = next(iter(state.units.values()))
+        raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
     # Velocities of zero may have been given without a unit.
-    unit = state.units.get("velocity", dv.unit)
-    velocity[index] += axes @ strip_to(dv, unit, "dv")
-    return state.replace(velocity=velocity << unit)
+    unit, velocity = state.units.get("velocity", getattr(dv, "unit", None)), state.core.velocity
+    velocity[index] += axes @ (strip_to(dv, unit, "dv") if is_quantity(dv) else dv)
+    return state.replace(velocity=velocity if unit is None else velocity << unit)
 
 
 def impact(
@@ -165,12 +160,12 @@ def impact(
     enhanced = units.number(beta, "angle", "beta")
     lon, lat = units.number(longitude, "angle", "longitude"), units.number(latitude, "angle", "latitude", LATITUDE)
     warn_if_degrees(longitude, "longitude")
-    (point,), (normal,) = _core.surface(context.core, index, rotations.towards(lon, lat)[None])
+    (point,), (normal,) = _core.surface(context.core, index, rotations.unit_vectors(lon, lat)[None])
     rotation, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
     relative = rotation.T @ (axes @ coming) - np.cross(spins[index], point)
     if relative @ normal >= 0.0:
-        speed = number(units.attach(np.float64(relative @ normal), "velocity"), 4)
+        speed = units.text(relative @ normal, "velocity", 4)
         raise InvalidInput(
             f"velocity of the projectile is {velocity!r}, by which it leaves the surface there at {speed} along the "
             "normal; expected one that comes from outside, relative to the body's centre"
@@ -197,16 +192,16 @@ def rotated(
     along: Literal["inertial", "body", "orbit"] = "body",
     about: int | str | None = None,
 ) -> _State:
-    """Return the state with one body turned about an axis through its centre.
+    """Return the state with one body rotated about an axis through its centre.
 
-    The body turns together with its spin: the components of the spin in the body frame do not change.
+    The body rotates together with its spin: the components of the spin in the body frame do not change.
 
     Parameters
     ----------
     axis : array_like, (3,)
         The axis, of any length.
     angle : float or Quantity
-        The angle of the turn, right-handed about the axis; floats are radians.
+        The angle of the rotation, right-handed about the axis; floats are radians.
     body, along, about
         The body, and the axes of the components of ``axis``, as for :meth:`kick`.
 
@@ -224,8 +219,8 @@ def rotated(
     --------
     >>> import fullbody, numpy as np
     >>> system, state = fullbody.systems.didymos()
-    >>> turned = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
-    >>> run = system.integrate(turned, 1.0)
+    >>> rotated = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
+    >>> run = system.integrate(rotated, 1.0)
     >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
     10.0
     """
@@ -233,7 +228,7 @@ def rotated(
     direction = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", single=True)
     attitude = state.core.attitude
     rotation = rotations.about(direction, UNITLESS.number(angle, "angle", "angle"))
-    # No body is turned by more than a turn, or in a state with units by more than half of one.
+    # No rotation is larger than a full one, or in a state with units larger than half of one.
     warn_if_degrees(angle, "angle", 0.5 if state.units else 1.0)
     attitude[index] = rotations.product(rotation, attitude[index])
     return state.replace(attitude=attitude)
@@ -250,7 +245,7 @@ def _index(state: StateLike, body: object, what: str) -> int:
 
 
 def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> Floats:
-    """Return as columns (3, 3) the axes in which vectors of a body are given."""
+    """Return the axes ``along`` which vectors of a body have their components, as columns (3, 3)."""
     if choice(along, f"along of {what}", ("inertial", "body", "orbit")) != "orbit":
         if about is not None:
             raise InvalidInput(f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only")

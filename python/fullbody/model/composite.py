@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import sequence
-from ..base.kinds import Declared, Number, instance, of_kind, united
-from ..base.limits import NONZERO, POSITIVE, Limits
-from ..base.units import UNITLESS, Units, is_quantity
-from ..base.values import ArrayFields
+from ..base.kinds import Declared, Number, instance, of_kind, with_unit
+from ..base.limits import NONZERO, NOT_NEGATIVE, POSITIVE, Limits
+from ..base.units import UNITLESS, Units, is_quantity, without_unit
+from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, Sphere, inferred_units, refuse_amount
 
 #: The largest number of parts that the printed form of a composite lists one by one.
 SHOWN = 20
-_UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -36,7 +35,7 @@ class Part(Declared):
         The part's centre in the working frame, or for a polyhedron the origin of its vertices' frame; by default the
         origin of the working frame.
     attitude : array_like, (4,)
-        The quaternion [w, x, y, z] that turns vectors of the part's axes into the working frame.
+        The quaternion [w, x, y, z] that rotates vectors of the part's axes into the working frame.
 
     Raises
     ------
@@ -55,9 +54,9 @@ class Part(Declared):
     _: KW_ONLY
     mass: Any = field(default=None, metadata=of_kind(Number("mass", NONZERO)))
     density: Any = field(default=None, metadata=of_kind(Number("density", NONZERO)))
-    position: Any = field(default=None, metadata=of_kind(Number("length", shape=(3,))))
-    attitude: Any = field(default=_UNTURNED, metadata=of_kind(Number(shape=(4,))))
     GM: Any = field(default=None, metadata=of_kind(Number("mu", NONZERO)))
+    position: Any = field(default=None, metadata=of_kind(Number("length", shape=(3,))))
+    attitude: Any = field(default=(1.0, 0.0, 0.0, 0.0), metadata=of_kind(Number(shape=(4,))))
 
     def _what(self, name: str, of: str = "") -> str:
         return f"{name} of {of or 'a part'}"
@@ -78,11 +77,9 @@ class Part(Declared):
         object.__setattr__(self, "attitude", tuple(quaternion.tolist()))
 
     def __repr__(self) -> str:
-        amounts = ((name, getattr(self, name)) for name in ("mass", "density", "GM"))
-        value = next(f"{name}={value!r}" for name, value in amounts if value is not None)
-        position = "" if self.position is None else f", position={self.position!r}"
-        attitude = "" if self.attitude == _UNTURNED else f", attitude={self.attitude!r}"
-        return f"Part({self.shape!r}, {value}{position}{attitude})"
+        values = ((entry, getattr(self, entry.name)) for entry in fields(self)[1:])
+        given = (f"{entry.name}={value!r}" for entry, value in values if not same(value, entry.default))
+        return f"Part({self.shape!r}, {', '.join(given)})"
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return self.shape._numbers() | Declared._numbers(self)
@@ -97,7 +94,7 @@ class Part(Declared):
 
     def _with(self, units: Units, G: float) -> Part:
         numbers = Declared._numbers(self)
-        arguments = {name: united(value, dimension, units) for name, (value, dimension) in numbers.items()}
+        arguments = {name: with_unit(value, dimension, units) for name, (value, dimension) in numbers.items()}
         if self.GM is not None:
             mass = units.number(self.GM, "mu", "GM of a part") / G
             arguments |= {"mass": units.attach(mass, "mass"), "GM": None}
@@ -185,13 +182,9 @@ class Composite:
         sizes = UNITLESS.numbers(fractions, "number", "fractions", ("L",), falling)
         if not sizes.size or sizes[0] != 1.0 or not (np.diff(sizes) < 0.0).all():
             raise InvalidInput(f"fractions is {fractions!r}; expected {falling.text}")
-        try:
-            density_list = list(densities)
-        except TypeError as error:
-            raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
-        kind = Number("density", POSITIVE)
-        checked = [value if _is_zero(value) else kind(value, "a density") for value in density_list]
-        if len({is_quantity(value) for value in checked if not _is_zero(value)}) == 2:
+        listed = sequence(densities, object, "densities", "numbers, as many as fractions has", "numbers")
+        checked = [Number("density", NOT_NEGATIVE)(value, "a density") for value in listed]
+        if len({is_quantity(value) for value in checked if without_unit(value)}) == 2:
             raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
         if len(checked) != len(sizes):
             raise InvalidInput(f"densities has {len(checked)} numbers; expected {len(sizes)}, as fractions has")
@@ -199,7 +192,7 @@ class Composite:
         for size, density in zip(sizes.tolist(), checked, strict=True):
             step = density if outer is None else density - outer
             outer = density
-            if not _is_zero(step):
+            if without_unit(step):
                 parts.append(Part(shape._layer(size), density=step))
         return cls(parts)
 
@@ -243,10 +236,6 @@ class Composite:
         return _core.Body.composite(name, rows)
 
 
-def _is_zero(value: Any) -> bool:
-    return np.ndim(value) == 0 and not isinstance(value, str) and bool(np.asarray(getattr(value, "value", value)) == 0)
-
-
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class WorkingFrame(ArrayFields):
     """The position and attitude of the working frame of a composite or a polyhedron in the body frame.
@@ -259,7 +248,7 @@ class WorkingFrame(ArrayFields):
     position : ndarray or Quantity, (3,)
         The working frame's origin.
     attitude : ndarray, (4,)
-        The quaternion [w, x, y, z] that turns vectors of the working frame into the body frame.
+        The quaternion [w, x, y, z] that rotates vectors of the working frame into the body frame.
     """
 
     position: Any

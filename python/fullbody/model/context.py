@@ -1,4 +1,4 @@
-"""The context of a system, and the functions that the core calls: what forces, events and readers of runs know."""
+"""The context of a system, which forces, events and readers of runs receive, and the functions that the core calls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from .. import _core
-from ..base.arguments import index_of, normal, suggestion
+from ..base.arguments import index_of, normal_form, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
@@ -27,24 +27,24 @@ class Call:
     that belongs to this error alone, by which the error is found again wherever the number arrives.
     """
 
-    def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
-        self.address, self.data, self.keep, self.success = address, data, keep, success
+    def __init__(self, address: int, data: int, owner: Any, success: int = 0) -> None:
+        self.address, self.data, self.owner, self.success = address, data, owner, success
         self._raised: dict[int, BaseException] = {}
         self._count = count()
 
-    def kept(self, error: BaseException) -> int:
-        """Keep an error and return the number that stands for it."""
+    def store(self, error: BaseException) -> int:
+        """Store an error and return the number that stands for it."""
         answer = next(self._count) % _ANSWERS + 1
         self._raised[answer] = error
         return answer
 
     def raised(self, answer: int | None) -> BaseException | None:
-        """Return the error for which a number stands, if there is one, and forget it."""
+        """Remove and return the error for which a number stands, ``None`` if there is none."""
         return None if answer is None else self._raised.pop(answer, None)
 
     def core_arguments(self) -> tuple[int, int, int, Any]:
         """Return the function in the form that the core takes."""
-        return (self.address, self.data, self.success, self.keep)
+        return (self.address, self.data, self.success, self.owner)
 
     def is_lost(self, answer: int | None) -> bool:
         """Return whether a number without an error is one that no Python function returns, as after Ctrl-C in it."""
@@ -92,7 +92,7 @@ class Context:
         return index_of(body, self.names, what)
 
     def pair(self, body: object, about: object, of: str = "") -> tuple[int, int]:
-        """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""
+        """Return the indices of two bodies, or raise an error if they are one; ``of`` names the owner in errors."""
         first, second = self.index(body, f"body{of}"), self.index(about, f"about{of}")
         if first == second:
             expected = "expected two bodies"
@@ -106,7 +106,7 @@ class Context:
 
     def third_body(self, name: object, what: str) -> int:
         """Return the index of a third body among the forces by its name, or raise an error that lists them."""
-        name, names = normal(name), [name for name, kind in self.forces.items() if kind == "ThirdBody"]
+        name, names = normal_form(name), [name for name, kind in self.forces.items() if kind == "ThirdBody"]
         if name not in names:
             is_other = f", a {self.forces[name]}" if isinstance(name, str) and name in self.forces else ""
             expected = (

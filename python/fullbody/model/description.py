@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar, cast
 
-from ..base.arguments import normal, refuse_unknown
+from ..base.arguments import normal_form, refuse_unknown
 from ..base.units import Units
 from ..errors import InvalidInput
 from .bodies import Body
@@ -26,7 +26,7 @@ _NOTED = {"bodies": ("named", "shape", "parts", "series"), "forces": ("date",)}
 def notes_of(
     units: Units, epoch: str | None, frame: str | None, bodies: Iterable[Body], forces: Iterable[Force]
 ) -> dict[str, Any]:
-    """Return what the core's description of a system leaves out."""
+    """Return the data of a system that the core's description does not contain."""
     noted = ([item._notes() for item in ones] for ones in (bodies, forces))
     return dict(zip(_NOTES, (units.names, epoch, frame, *noted), strict=True))
 
@@ -69,7 +69,7 @@ def changed(system: _System, parameter: str, by: float) -> _System:
     >>> float(system.changed("mass of Beta", 1e9)["Beta"].mass)
     136000000000.0
     """
-    context, parameter = system.context, normal(parameter)
+    context, parameter = system.context, normal_form(parameter)
     if parameter in context.deformations:
         return _deformed(system, context.deformations[parameter], by)
     bodies, forces, G, _ = context.core.changed(parameter, by)

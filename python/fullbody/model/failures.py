@@ -1,4 +1,4 @@
-"""Errors of the core, completed with what it does not know: distances with units, exceptions of Python functions."""
+"""Errors of the core, completed by distances with units and by the exceptions of Python functions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from contextlib import contextmanager
 import numpy as np
 
 from .. import _core
-from ..base.tables import number
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted
 from .context import Context
 
@@ -33,20 +32,18 @@ def explaining(context: Context, state: _core.State | None = None, when: str = "
 
 
 def _overlap(error: BodiesOverlap, context: Context, state: _core.State | None, when: str) -> BodiesOverlap:
-    attach = context.units.attach
     if state is not None:
         first, second = (state.position[context.names.index(name)] for name in error.bodies)
-        apart = number(attach(np.float64(np.linalg.norm(second - first)), "length"))
-        text = f"overlap{when}, their centres {apart} apart; expected interiors apart"
+        distance = context.units.text(float(np.linalg.norm(second - first)), "length")
+        text = f"overlap{when}, their centres {distance} apart; expected interiors apart"
     else:
-        time = number(attach(np.float64(error.time), "time"), 12)
-        text = f"overlap at time {time}; expected interiors apart"
+        text = f"overlap at time {context.units.text(error.time, 'time', 12)}; expected interiors apart"
         text += " (events.Contact, terminal, ends a run at the contact)"
     return BodiesOverlap(f"{' and '.join(error.bodies)} {text}", error.bodies, error.time)
 
 
 def _caused(error: ForceFailed, context: Context) -> BaseException:
-    """Return the error with the exception of the force's function as its cause; an exit is returned as such."""
+    """Return the error with the exception of the force's function as its cause, or that exception if it is an exit."""
     call = context.calls.get(error.force)
     if call is None:
         return error

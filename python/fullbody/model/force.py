@@ -104,7 +104,7 @@ class Force(Declared):
         return context.index(getattr(self, role), self._what(role))
 
     def _radius(self, context: Context, index: int, role: str = "radius") -> float:
-        """Return a radius that the force was given, or that of the sphere with the body's volume."""
+        """Return the radius that the force has as an argument, or that of the sphere with the body's volume."""
         if (radius := getattr(self, role, None)) is not None:
             return context.units.number(radius, "length", self._what(role), POSITIVE)
         volume = float(context.bodies[index].volume)
@@ -178,6 +178,6 @@ def acted_on(alone: Context, forces: tuple[Force, ...]) -> Context:
 
 
 def forces_of(value: Any) -> tuple[Force, ...]:
-    """Return external forces as a tuple, or raise an error that shows what is not a force."""
+    """Return external forces as a tuple, or raise an error for an element that is not a force."""
     expected = "forces of fullbody.forces, such as ThirdBody(...)"
     return sequence(value, Force, "forces", "a sequence of forces, such as [ThirdBody(...)]", expected)

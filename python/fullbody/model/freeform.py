@@ -7,13 +7,13 @@ from typing import Any, Self
 import numpy as np
 
 from ..base.attributes import Attribute
-from ..base.kinds import Number, united, whole
+from ..base.kinds import Number, whole_number, with_unit
 from ..base.limits import POSITIVE
-from ..base.units import UNITLESS, Units, is_quantity, plain, strip_to
+from ..base.units import UNITLESS, Units, is_quantity, strip_to, without_unit
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
-from .geodesic import geodesic_mesh, harmonics, parts_of
+from .geodesic import geodesic_mesh, mesh_harmonics, parts_of
 from .minkowski import polytope
 from .polyhedron import Polyhedron
 
@@ -92,22 +92,22 @@ class HarmonicShape(_Series, Polyhedron):
 
     @classmethod
     def _rebuild(cls, vertices: Any, faces: Any, coefficients: Any, reference_radius: Any = None) -> HarmonicShape:
-        """Return the shape of vertices in a file or a pickle, which are kept to the last bit."""
-        made = object.__new__(cls)
-        Polyhedron.__init__(made, vertices, faces)
-        made._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
+        """Return the shape with exactly the vertices of a file or a pickle."""
+        shape = object.__new__(cls)
+        Polyhedron.__init__(shape, vertices, faces)
+        shape._coefficients, parts = _series(coefficients, None, "HarmonicShape"), _parts(len(faces), 20, 0)
         mesh = geodesic_mesh(parts)
-        expected = _exponential(made._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
-        size = float(np.linalg.norm(plain(vertices)[0]) / np.linalg.norm(expected[0]))
+        expected = _exponential(shape._coefficients, parts, _RATIO[0], "radii of HarmonicShape")[:, None] * mesh.points
+        size = float(np.linalg.norm(without_unit(vertices)[0]) / np.linalg.norm(expected[0]))
         same = np.shape(vertices) == expected.shape and np.array_equal(faces, mesh.faces)
-        if not same or not np.allclose(plain(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
+        if not same or not np.allclose(without_unit(vertices), size * expected, rtol=0.0, atol=1e-9 * size):
             raise InvalidInput("coefficients of HarmonicShape do not give its vertices; expected those of one shape")
-        made._reference_radius = size if reference_radius is None else reference_radius
-        return made
+        shape._reference_radius = size if reference_radius is None else reference_radius
+        return shape
 
     def _with(self, units: Units, G: float) -> Self:
         other = super()._with(units, G)
-        other._reference_radius = united(self._reference_radius, "length", units)
+        other._reference_radius = with_unit(self._reference_radius, "length", units)
         return other
 
     def __repr__(self) -> str:
@@ -118,7 +118,7 @@ class HarmonicShape(_Series, Polyhedron):
 
 
 class ConvexShape(_Series, ScalarFields):
-    """A convex shape that is known by its light: the areas of facets of given normals, without vertices.
+    """A convex shape defined by the areas and the normals of its facets, without vertices: its light follows.
 
     The normals n are the points of a geodesic mesh, and the area of a facet is R^2 exp(sum of c_lm Y_lm(n)) times the
     solid angle of its point (Kaasalainen & Torppa 2001, Icarus 153, 24). The light of a body follows from these alone.
@@ -167,7 +167,7 @@ class ConvexShape(_Series, ScalarFields):
         self._mesh = geodesic_mesh(parts)
         factors = _exponential(self._coefficients, parts, _RATIO[1], "areas of ConvexShape per solid angle")
         #: The areas in the square of the unit of the reference radius.
-        self._areas: Floats = factors * self._mesh.solid_angles * float(plain(self._reference_radius)) ** 2
+        self._areas: Floats = factors * self._mesh.solid_angles * float(without_unit(self._reference_radius)) ** 2
 
     normals = Attribute[Floats]("_mesh.points", "The outward unit normals (F, 3) of the facets.")
     areas = Attribute[Any](lambda shape: shape._areas * shape._unit**2, "The areas (F,) of the facets.")
@@ -211,15 +211,15 @@ class ConvexShape(_Series, ScalarFields):
 
     @classmethod
     def _rebuild(cls, normals: Any, areas: Any, coefficients: Any, reference_radius: Any = None) -> ConvexShape:
-        """Return the shape of areas in a file or a pickle, which are kept to the last bit."""
-        made = cls(coefficients, faces=len(normals))
+        """Return the shape with exactly the areas of a file or a pickle."""
+        shape = cls(coefficients, faces=len(normals))
         stored = np.array(areas, dtype=np.float64)
-        same = stored.shape == made._areas.shape and np.allclose(normals, made.normals, rtol=0.0, atol=1e-12)
-        ratio = float(stored[0] / made._areas[0]) if same else 1.0
-        if not same or not np.allclose(ratio * made._areas, stored, rtol=1e-9, atol=0.0):
+        same = stored.shape == shape._areas.shape and np.allclose(normals, shape.normals, rtol=0.0, atol=1e-12)
+        ratio = float(stored[0] / shape._areas[0]) if same else 1.0
+        if not same or not np.allclose(ratio * shape._areas, stored, rtol=1e-9, atol=0.0):
             raise InvalidInput("coefficients of ConvexShape do not give its areas; expected those of one shape")
         radius = float(np.sqrt(ratio)) if reference_radius is None else reference_radius
-        return made._changed(stored, radius)
+        return shape._changed(stored, radius)
 
     def _changed(self, areas: Any, reference_radius: Any) -> ConvexShape:
         """Return the shape with other areas of its facets, as plain numbers, and another reference radius."""
@@ -238,7 +238,7 @@ class ConvexShape(_Series, ScalarFields):
 
     def _with(self, units: Units, G: float) -> ConvexShape:
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
-        return self._changed(self._areas, united(self._reference_radius, "length", units))
+        return self._changed(self._areas, with_unit(self._reference_radius, "length", units))
 
     def __repr__(self) -> str:
         return self._text(f"{len(self.normals)} facets")
@@ -268,7 +268,7 @@ def _series(coefficients: Any, degree: int | None, of: str) -> Floats:
     count, size = len(series), int(np.sqrt(len(series)) + 0.5)
     expected = "(L + 1)^2 for a degree L from 0 to 60"
     if degree is not None:
-        size = whole(degree, f"degree of {of}", 0, 60) + 1
+        size = whole_number(degree, f"degree of {of}", 0, 60) + 1
         expected = f"{size**2} for degree {degree}"
     if not count or size**2 != count or size > 61:
         raise InvalidInput(f"coefficients of {of} has {count} numbers; expected {expected}")
@@ -281,12 +281,12 @@ def _degree(coefficients: Floats) -> int:
 
 
 def _parts(faces: int, per_square: int, more: int) -> int:
-    return parts_of(whole(faces, "faces", 12, 10**6), per_square, more)
+    return parts_of(whole_number(faces, "faces", 12, 10**6), per_square, more)
 
 
 def _exponential(coefficients: Floats, parts: int, most: float, what: str) -> Floats:
     """Return the exponentials (V,) of a series at the points of a mesh."""
-    values = harmonics(parts, _degree(coefficients)) @ coefficients
+    values = mesh_harmonics(parts, _degree(coefficients)) @ coefficients
     low, high = float(values.min()), float(values.max())
     if high - low > np.log(most) or max(-low, high) > 100.0:
         expected = f"expected logarithms within 100 of zero that differ by less than {np.log(most):.3g}"

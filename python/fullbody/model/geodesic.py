@@ -79,14 +79,18 @@ def _shares(points: Floats, faces: npt.NDArray[np.int64]) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def harmonics(parts: int, degree: int) -> Floats:
-    """Return real spherical harmonics (V, (L + 1)^2) up to a degree L at the points of a mesh.
+def mesh_harmonics(parts: int, degree: int) -> Floats:
+    """Return the harmonics (V, (L + 1)^2) up to a degree L at the points of a mesh; see :func:`harmonics`."""
+    return harmonics(geodesic_mesh(parts).points, degree)
+
+
+def harmonics(directions: Floats, degree: int) -> Floats:
+    """Return real spherical harmonics (F, (L + 1)^2) up to a degree L at unit vectors (F, 3).
 
     They have a mean square of one over the sphere, as in geodesy ("4pi"), and no sign (-1)^m. Their order is by degree
     and, within a degree, from the sines of m = l to those of m = 1, and from the cosines of m = 0 to those of m = l.
     """
-    values = _core.solid_harmonics(geodesic_mesh(parts).points, degree)
-    return values * np.sqrt(2.0 * degrees(degree) + 1.0)
+    return _core.solid_harmonics(directions, degree) * np.sqrt(2.0 * degrees(degree) + 1.0)
 
 
 def degrees(degree: int) -> Floats:
@@ -95,5 +99,5 @@ def degrees(degree: int) -> Floats:
 
 
 def parts_of(faces: int, per_square: int, more: int = 0) -> int:
-    """Return the least n for which a mesh has at least so many of what it has ``per_square`` n^2 + ``more`` of."""
+    """Return the least n for which ``per_square`` n^2 + ``more``, the number of faces or points, reaches ``faces``."""
     return max(1, int(np.ceil(np.sqrt(max(faces - more, 1) / per_square) - 1e-9)))

@@ -10,14 +10,14 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.units import Units
-from ..base.values import brief, same
+from ..base.values import ArrayFields, brief
 from ..errors import InvalidInput
 from ..typing import Array, Floats
 from .context import SystemLike
 from .state import State, strip
 
 
-class Gravity:
+class Gravity(ArrayFields):
     """Potential, field and gravity gradient at points of any shape (...).
 
     Attributes
@@ -43,15 +43,11 @@ class Gravity:
             self._gradient = self._gradient()
         return self._gradient
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Gravity):
-            return NotImplemented
-        return same((self.potential, self.field, self.gradient), (other.potential, other.field, other.gradient))
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        return self.potential, self.field, self.gradient
 
     def __reduce__(self) -> Any:
-        return Gravity, (self.potential, self.field, self.gradient)
+        return Gravity, self._parts()
 
     def __repr__(self) -> str:
         return f"Gravity(potential={brief(self.potential)}, field={brief(self.field)})"

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.arguments import names_of
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.units import plain
+from ..base.units import without_unit
 from ..base.values import ArrayFields, ByName, ScalarFields, block
 from ..typing import Array, Floats, Scalar
 from .context import SystemLike
@@ -44,7 +44,7 @@ class Interactions(ArrayFields, Tabled):
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of force and torque, one body per row."""
-        columns = [plain(value) for value in (self.force, self.torque)]
+        columns = [without_unit(value) for value in (self.force, self.torque)]
         units = [getattr(value, "unit", "") for value in (self.force, self.torque)]
         header = ("body", head("force", units[0]), head("torque, body frame", units[1]))
         rows = [(str(k), *(vector(column[k]) for column in columns)) for k in range(len(columns[0]))]
@@ -172,8 +172,8 @@ def loads(system: SystemLike, state: State) -> dict[str, Loads]:
     core, attach = strip(state, context), context.units.attach
     with explaining(context, core):
         forces, torques = context.core.external_loads(core)
-    both = zip(context.forces, forces, torques, strict=True)
-    return ByName({name: Loads(attach(force, "force"), attach(torque, "torque")) for name, force, torque in both})
+    rows = zip(context.forces, forces, torques, strict=True)
+    return ByName({name: Loads(attach(force, "force"), attach(torque, "torque")) for name, force, torque in rows})
 
 
 def third_body(system: SystemLike, name: str, time: Any) -> tuple[Array, Array]:
@@ -191,8 +191,8 @@ def third_body(system: SystemLike, name: str, time: Any) -> tuple[Array, Array]:
     """
     context = system.context
     index, times = context.third_body(name, "name"), context.units.strip(time, "time", "time")
-    both = context.core.third_body(index, np.atleast_1d(times))
-    position, velocity = (array.reshape(*times.shape, 3) for array in both)
+    arrays = context.core.third_body(index, np.atleast_1d(times))
+    position, velocity = (array.reshape(*times.shape, 3) for array in arrays)
     return context.units.attach(position, "length"), context.units.attach(velocity, "velocity")
 
 

@@ -1,4 +1,4 @@
-"""Minkowski's problem: the convex polytope whose facets have given normals and areas.
+"""Minkowski's problem: find the convex polytope from the normals and areas of its facets.
 
 With the heights h_i of the facets' planes above the origin, the areas A_i(h) have the derivatives l_ij / sin t_ij with
 respect to the heights of adjacent facets j, where l_ij is the length of the common edge and t_ij the angle between the
@@ -45,48 +45,47 @@ def polytope(normals: Floats, areas: Floats) -> tuple[Floats, npt.NDArray[np.int
         from scipy.sparse import bmat, csc_matrix
         from scipy.sparse.linalg import spsolve
 
-    wanted = closed(normals, areas)
-    surface = wanted.sum()
-    wanted = wanted / surface
+    target = closed_areas(normals, areas)
+    surface = target.sum()
+    target = target / surface
     heights = np.ones(len(normals))
-    here = _intersection(normals, heights)
+    current = _intersection(normals, heights)
     # Areas and heights have the unit in which the surface is one.
-    heights = heights / np.sqrt(here.areas.sum())
-    here = _intersection(normals, heights)
-    least = 0.5 * min(float(here.areas.min()), float(wanted.min()))
+    heights = heights / np.sqrt(current.areas.sum())
+    current = _intersection(normals, heights)
+    least = 0.5 * min(float(current.areas.min()), float(target.min()))
     for _ in range(_STEPS):
-        residual = wanted - here.areas
-        if np.abs(residual).max() <= _CLOSE * wanted.max():
-            vertices, triangles = _triangles(normals, here)
+        residual = target - current.areas
+        if np.abs(residual).max() <= _CLOSE * target.max():
+            vertices, triangles = _triangles(normals, current)
             return vertices * np.sqrt(surface), triangles
         size = len(normals)
-        sine, cosine = np.sin(here.angle), np.cos(here.angle)
-        across, along = here.length / sine, -here.length * cosine / sine
-        rows = np.concatenate([here.left, here.right, here.left, here.right])
-        columns = np.concatenate([here.right, here.left, here.left, here.right])
+        sine, cosine = np.sin(current.angle), np.cos(current.angle)
+        across, along = current.length / sine, -current.length * cosine / sine
+        rows = np.concatenate([current.left, current.right, current.left, current.right])
+        columns = np.concatenate([current.right, current.left, current.left, current.right])
         jacobian = csc_matrix((np.concatenate([across, across, along, along]), (rows, columns)), shape=(size, size))
         # A shift of the polytope changes no area; the origin stays where the weighted heights of a shift vanish.
-        border = csc_matrix(normals * wanted[:, None])
+        border = csc_matrix(normals * target[:, None])
         full = csc_matrix(bmat([[jacobian, border], [border.T, None]]))
         step = spsolve(full, np.concatenate([residual, np.zeros(3)]))[:size]
-        share, norm = 1.0, np.linalg.norm(residual)
-        while share > 1e-8:
-            moved = heights + share * step
+        damping, norm = 1.0, np.linalg.norm(residual)
+        while damping > 1e-8:
+            moved = heights + damping * step
             if moved.min() > 0.0:
                 trial = _intersection(normals, moved)
-                if trial.areas.min() >= least and np.linalg.norm(wanted - trial.areas) <= (1.0 - 0.5 * share) * norm:
+                if trial.areas.min() >= least and np.linalg.norm(target - trial.areas) <= (1.0 - 0.5 * damping) * norm:
                     break
-            share *= 0.5
+            damping *= 0.5
         else:
             break
-        heights, here = _centred(normals, moved, trial)
-    raise NotConverged(
-        f"Minkowski's problem: the areas of facets differ by {np.abs(wanted - here.areas).max() / wanted.max():.3g} of "
-        "the largest; expected areas of a rounder shape"
-    )
+        heights, current = _centred(normals, moved, trial)
+    error = np.abs(target - current.areas).max() / target.max()
+    expected = "expected areas of a rounder shape"
+    raise NotConverged(f"Minkowski's problem: the areas of facets differ by {error:.3g} of the largest; {expected}")
 
 
-def closed(normals: Floats, areas: Floats) -> Floats:
+def closed_areas(normals: Floats, areas: Floats) -> Floats:
     """Return areas (F,) whose facets close, at the least sum of squared changes over the areas."""
     missing = -(areas @ normals)
     multiplier = np.linalg.solve((normals * areas[:, None]).T @ normals, missing)
@@ -123,26 +122,26 @@ def _intersection(normals: Floats, heights: Floats) -> _Polytope:
     return _Polytope(vertices, facets, areas, i, j, edge, angle)
 
 
-def _centred(normals: Floats, heights: Floats, here: _Polytope) -> tuple[Floats, _Polytope]:
+def _centred(normals: Floats, heights: Floats, current: _Polytope) -> tuple[Floats, _Polytope]:
     """Return the polytope moved so that the mean of its vertices is the origin."""
-    middle = here.vertices.mean(axis=0)
-    return heights - normals @ middle, _Polytope(here.vertices - middle, *here[1:])
+    middle = current.vertices.mean(axis=0)
+    return heights - normals @ middle, _Polytope(current.vertices - middle, *current[1:])
 
 
-def _triangles(normals: Floats, here: _Polytope) -> tuple[Floats, npt.NDArray[np.int64]]:
+def _triangles(normals: Floats, current: _Polytope) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return the vertices of a polytope, and its facets divided into triangles."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
-    # A vertex at which more than three facets meet is found several times.
-    count, size = len(here.vertices), np.abs(here.vertices).max()
-    pairs = KDTree(here.vertices).query_pairs(_SAME * size, output_type="ndarray")
+    # A vertex at which more than three facets meet occurs several times.
+    count, size = len(current.vertices), np.abs(current.vertices).max()
+    pairs = KDTree(current.vertices).query_pairs(_SAME * size, output_type="ndarray")
     graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
     _, label = connected_components(graph, directed=False)
     _, first = np.unique(label, return_index=True)
-    vertices = here.vertices[first]
-    corners = np.unique(np.stack([here.facets.ravel(), np.repeat(label, 3)], axis=1), axis=0)
+    vertices = current.vertices[first]
+    corners = np.unique(np.stack([current.facets.ravel(), np.repeat(label, 3)], axis=1), axis=0)
     # The corners of a facet are taken counterclockwise as seen from outside.
     facet, vertex = corners.T
     counts = np.bincount(facet, minlength=len(normals))

@@ -13,7 +13,7 @@ from .. import _core
 from ..base.atomic import other_reader
 from ..base.attributes import Attribute
 from ..base.kinds import Number
-from ..base.units import Units, is_quantity, need, plain
+from ..base.units import Units, is_quantity, need, without_unit
 from ..base.values import same
 from ..errors import InvalidInput
 from ..typing import Floats, Scalar
@@ -27,10 +27,10 @@ class Polyhedron:
 
     Its gravity is exact at every distance; near the body it is computed as a sum over faces and edges (Werner and
     Scheeres 1996). The body frame has its origin in the centre of mass and its axes along the principal axes of
-    inertia, turned as little as possible from the working frame in which the vertices are given;
+    inertia, rotated as little as possible from the working frame in which the vertices are given;
     :attr:`fullbody.Body.working_frame` is the position and attitude of the working frame in the body frame.
 
-    There may be several closed surfaces: pieces side by side, or a hollow, whose faces are turned away from the solid.
+    There may be several closed surfaces: pieces side by side, or a hollow, whose faces point away from the solid.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Polyhedron:
     Raises
     ------
     InvalidInput
-        For a surface that is not closed, and for faces that are turned inward or against each other, doubled, without
+        For a surface that is not closed, and for faces that point inward or against each other, are doubled, without
         an area, or that cross or touch others, where the message names the face; for a volume of zero.
 
     Examples
@@ -72,7 +72,7 @@ class Polyhedron:
             raise InvalidInput(f"faces is not a table of numbers; {expected}") from error
         if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind == "b" or not np.all(self._faces == table):
             raise InvalidInput(f"faces is of shape {table.shape} and type {table.dtype}; {expected}")
-        self._made = _core.Polyhedron(np.ascontiguousarray(plain(points)), np.ascontiguousarray(self._faces))
+        self._made = _core.Polyhedron(np.ascontiguousarray(without_unit(points)), np.ascontiguousarray(self._faces))
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 
@@ -114,7 +114,7 @@ class Polyhedron:
             Unit of the file's numbers, which the formats do not record; without it they are plain numbers.
         heal : bool
             Whether to repair a surface that is not closed and oriented outward: vertices at one place are merged,
-            doubled faces and faces without an area are left out, small holes are filled, and faces are turned outward.
+            doubled faces and faces without an area are left out, small holes are filled, and faces oriented outward.
 
         Raises
         ------
@@ -161,19 +161,16 @@ class Polyhedron:
     def _layer(self, fraction: float) -> Polyhedron:
         """Return the shape scaled about its centre of mass."""
         vertices = self._made.input_vertices
-        middle = vertices.mean(axis=0)
-        corners = (vertices - middle)[self._faces]
-        volumes = np.linalg.det(corners) / 6.0
-        centre = volumes @ corners.sum(axis=1) / (4.0 * volumes.sum())
-        heights = np.linalg.det(corners - centre)
+        centre, _ = mass_properties(vertices, self._faces)
+        heights = np.linalg.det((vertices - centre)[self._faces])
         if fraction < 1.0 and (heights <= 0.0).any():
             raise InvalidInput(
-                f"shape is {self!r}, whose face {int(heights.argmin())} is turned away from its centre of mass; "
+                f"shape is {self!r}, whose face {int(heights.argmin())} points away from its centre of mass; "
                 "expected one whose whole surface is seen from there: a smaller one is not within any other"
             )
-        made = middle + centre + fraction * (vertices - middle - centre)
+        scaled = centre + fraction * (vertices - centre)
         unit = self._vertices.unit if is_quantity(self._vertices) else None
-        return Polyhedron(made if unit is None else made * unit, self._faces)
+        return Polyhedron(scaled if unit is None else scaled * unit, self._faces)
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return {"vertices": (self._vertices, "length")}
@@ -201,6 +198,21 @@ class Polyhedron:
 
     def __reduce__(self) -> Any:
         return Polyhedron, (self._vertices, self._faces)
+
+
+def mass_properties(vertices: Any, faces: _Indices) -> tuple[Any, Any]:
+    """Return the centre of mass (3,) of a homogeneous polyhedron, and the inertia tensor (3, 3) of unit mass about it.
+
+    Both are analytic functions of the vertices (V, 3), which may be complex.
+    """
+    middle = vertices.mean(axis=0)
+    a, b, c = np.moveaxis((vertices - middle)[faces], 1, 0)
+    volumes = np.sum(a * np.cross(b, c), axis=1) / 6.0
+    total, corners = a + b + c, (a, b, c)
+    second = sum(np.einsum("f,fi,fj->ij", volumes, part, part) for part in (total, *corners)) / (20.0 * volumes.sum())
+    centre = volumes @ total / (4.0 * volumes.sum())
+    second = second - np.outer(centre, centre)
+    return middle + centre, np.trace(second) * np.eye(3) - second
 
 
 def _read(path: Path) -> tuple[Floats, _Indices]:
@@ -257,7 +269,7 @@ def _by_trimesh(path: Path, kind: str) -> tuple[Floats, _Indices]:
 
 def _healed(vertices: Floats, faces: _Indices) -> tuple[Floats, _Indices]:
     with need("shapes", "healing a shape"):
-        # Trimesh needs networkx to fill holes and to turn faces.
+        # Trimesh needs networkx to fill holes and to orient faces.
         import networkx  # noqa: F401
         import trimesh
 

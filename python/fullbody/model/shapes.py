@@ -7,10 +7,10 @@ from typing import Any, Self, cast, get_args
 
 from ..base.arguments import refuse_mixture
 from ..base.attributes import Attribute
-from ..base.kinds import Declared, Number, of_kind, united
+from ..base.kinds import Declared, Number, of_kind, with_unit
 from ..base.limits import POSITIVE
 from ..base.unit_names import unit_named
-from ..base.units import Units, gathered
+from ..base.units import Units, as_quantity
 from ..errors import InvalidInput
 from .freeform import ConvexShape, HarmonicShape
 from .polyhedron import Polyhedron
@@ -32,14 +32,14 @@ class _Ellipsoidal(Declared):
     @property
     def semi_axes(self) -> Any:
         """Semi-axes (3,) along x, y, z: a tuple of numbers, or a Quantity."""
-        return gathered(self._lengths, "semi_axes")
+        return as_quantity(self._lengths, "semi_axes")
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         return {name: (length, "length") for name, length in zip(_AXES, self._lengths, strict=True)}
 
     def _with(self, units: Units, G: float) -> Self:
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
-        return type(self)(*(united(length, "length", units) for length in self._parts()))
+        return type(self)(*(with_unit(length, "length", units) for length in self._parts()))
 
     def _core(self, units: Units, name: str) -> tuple[float, ...]:
         """Return the core's form of the shape in a system's units."""
@@ -130,7 +130,7 @@ class PointMass:
 
 #: The type of the shapes that consist of one piece.
 Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients | ConvexShape
-#: Those whose volume is zero or not known, with what errors call them.
+#: The shapes whose volume is zero or undefined, with their names in errors.
 WITHOUT_VOLUME: dict[type[Any], str] = {
     PointMass: "a point",
     StokesCoefficients: "a shape by its Stokes coefficients",
@@ -152,7 +152,7 @@ def inferred_units(numbers: dict[str, tuple[Any, str]]) -> Units:
 
 
 def amounts(**values: Any) -> list[str]:
-    """Return those of a mass, a density and a GM that are given, with an article."""
+    """Return the names, with an article, of those of a mass, a density and a GM that are not ``None``."""
     return [f"a {name}" for name, value in values.items() if value is not None]
 
 
@@ -181,8 +181,8 @@ def rebuilt(axes: Any, kind: str | None, what: str, series: Any = None) -> Solid
         return from_packed(axes["coefficients"], *numbers)
     if isinstance(axes, dict):
         return Polyhedron(axes["vertices"], axes["faces"])
-    made = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]
-    shape = cast(Any, made)(*(axes or ())[: len(made.__slots__)])
+    shape_class = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]
+    shape = cast(Any, shape_class)(*(axes or ())[: len(shape_class.__slots__)])
     if shape.semi_axes != (None if axes is None else tuple(axes)):
-        raise InvalidInput(f"{what} is a {made.__name__} of semi-axes {axes}; expected fitting ones")
+        raise InvalidInput(f"{what} is a {shape_class.__name__} of semi-axes {axes}; expected fitting ones")
     return cast(Solid, shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from .. import _core
 from ..base import rotations
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.attributes import Attribute
-from ..base.kinds import Number, choice
+from ..base.kinds import Number, choice, instance
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.unit_names import unit_named
-from ..base.units import ANY, UNITLESS, Units, gathered, is_quantity, numbers, plain, scalar
-from ..base.values import block
+from ..base.units import ANY, UNITLESS, Units, as_quantity, is_quantity, numbers, scalar, without_unit
+from ..base.values import ArrayFields, block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
@@ -43,7 +43,7 @@ class _Part(Attribute[_T]):
         super().__init__(get, text)
 
 
-class State(Tabled):
+class State(ArrayFields, Tabled):
     """The position, velocity, attitude and spin of every body at a time.
 
     A state cannot be changed and its arrays are read-only: :meth:`replace` makes another state, and
@@ -54,8 +54,8 @@ class State(Tabled):
     position, velocity : array_like or Quantity, (N, 3)
         Positions and velocities of the centres in the inertial frame, both with a unit or none; zeros need none.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; by default none turns. They
-        are scaled to unit length.
+        Quaternions ``[w, x, y, z]`` that rotate body-frame vectors into the inertial frame, no rotation by default.
+        They are scaled to unit length.
     spin : array_like or Quantity, (N, 3), optional
         Angular velocities in the body frames in radians per unit time; zero by default.
     time : float or Quantity
@@ -81,7 +81,7 @@ class State(Tabled):
            [1., 0., 0., 0.]])
     """
 
-    #: The core's state, the names of the bodies if they are known, and the units of its parts that have one.
+    #: The core's state, the names of the bodies (none for a new state), and the units of its parts that have one.
     __slots__ = ("core", "names", "units")
 
     kick = kick
@@ -95,7 +95,7 @@ class State(Tabled):
             _warn_of_lengths(quaternions)
 
     def _fill(self, make: Callable[..., _core.State], attitude: Any, **arguments: Any) -> None:
-        """Make the core's state from attitudes, none of which turns by default, or angles, and the other parts."""
+        """Make the core's state from attitudes or angles, no rotation by default, and the other parts."""
         self.names: tuple[str, ...] = ()
         parts, self.units = _strip(**arguments)
         if attitude is None:
@@ -139,7 +139,7 @@ class State(Tabled):
         Parameters
         ----------
         rotation : scipy.spatial.transform.Rotation
-            A Rotation that holds N rotations, or a sequence of N of them. They turn body-frame vectors into the
+            A Rotation that holds N rotations, or a sequence of N of them. They rotate body-frame vectors into the
             inertial frame, as :attr:`rotation_matrix` does.
         position, velocity, spin, time
             As for the class.
@@ -208,12 +208,10 @@ class State(Tabled):
             nearest = int(np.argmax(np.abs(along)))
             principal = np.eye(3)[nearest] * np.copysign(1.0, along[nearest])
             working, along = rotations.product(rotations.shortest(along, principal), working), principal
-        lon, lat, far = (
-            float(UNITLESS.strip(value, "angle", what))
-            for value, what in ((longitude, "longitude"), (latitude, "latitude"), (angle, "angle"))
-        )
+        angles = {"longitude": longitude, "latitude": latitude, "angle": angle}
+        lon, lat, rotation = (float(UNITLESS.strip(value, "angle", what)) for what, value in angles.items())
         equator = rotations.of_plane(lon + 0.5 * np.pi, 0.5 * np.pi - lat)
-        attitude = rotations.product(equator, rotations.about_axis(2, far), rotations.inverse(working))
+        attitude = rotations.product(equator, rotations.about_axis(2, rotation), rotations.inverse(working))
         length = Number("time", POSITIVE)(period, "period")
         radian = unit_named("rad") if is_quantity(length) else 1.0
         spin = along[None] * (2.0 * np.pi * radian / length)
@@ -259,18 +257,12 @@ class State(Tabled):
     def __len__(self) -> int:
         return len(self.core.position)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, State):
-            return NotImplemented
-        names = ("time", *PARTS)
-        same = all(np.array_equal(getattr(self.core, n), getattr(other.core, n)) for n in names)
-        return same and self.units == other.units
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        return (*(getattr(self.core, name) for name in ("time", *PARTS)), self.units)
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
-        columns = [plain(getattr(self, name)) for name in PARTS]
+        columns = [without_unit(getattr(self, name)) for name in PARTS]
         header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in PARTS)]
         bodies = self.names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
@@ -306,10 +298,8 @@ def from_numbers(
 
 
 def strip(state: State, context: Context) -> _core.State:
-    """Return a state as the core takes it, in the units of a system, or raise an error for what is not a state."""
-    if not isinstance(state, State):
-        raise InvalidInput(f"state is {state!r}; expected a State")
-    return state.in_units(context.units)
+    """Return the core's state, in the units of a system, of a :class:`State`; other objects are refused."""
+    return cast(State, instance(state, "state", State)).in_units(context.units)
 
 
 def _named(names: tuple[str, ...], *arguments: Any) -> State:
@@ -336,15 +326,15 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     for name, value in values.items():
         if name == "spin" and value is None:
             continue
-        value = gathered(value, name, DIMENSIONS[name])
+        value = as_quantity(value, name, DIMENSIONS[name])
         stripped[name] = ANY.strip(value, DIMENSIONS[name], name)
         if is_quantity(value):
             units[name] = value.unit
-    united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
+    first = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
     for name, value in stripped.items():
-        if united is not None and name not in units and value.any():
+        if first is not None and name not in units and value.any():
             expected = "expected both or neither, or zeros"
-            raise InvalidInput(f"{united} has the unit {units[united]}, but {name} has none; {expected}")
+            raise InvalidInput(f"{first} has the unit {units[first]}, but {name} has none; {expected}")
     if "spin" not in stripped:
         stripped["spin"] = np.zeros_like(stripped["position"])
         if "position" in units:

@@ -1,4 +1,4 @@
-"""Shapes that are known by their gravity: Stokes coefficients."""
+"""Shapes defined by their gravity: Stokes coefficients."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from .. import _core
 from ..base.arguments import refuse_mixture
 from ..base.attributes import Attribute
-from ..base.kinds import Number, choice, united, whole
+from ..base.kinds import Number, choice, whole_number, with_unit
 from ..base.limits import POSITIVE
-from ..base.units import Units, gathered, is_quantity, need, numbers
+from ..base.units import Units, as_quantity, is_quantity, need, numbers
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -24,7 +24,7 @@ _ROUNDED = 1e-6
 
 
 class StokesCoefficients(ScalarFields):
-    """A shape that is known by its gravity: spherical-harmonic coefficients, inertia and the radius of a sphere.
+    """A shape defined by its gravity: spherical-harmonic coefficients, inertia and the radius of a sphere.
 
     The potential outside the sphere is GM/r times the sum of (R/r)^l (C_lm cos m lambda + S_lm sin m lambda) P_lm(sin
     phi), with P_lm without the sign (-1)^m. The body has no surface: contact, occultations and light are refused, and
@@ -95,7 +95,7 @@ class StokesCoefficients(ScalarFields):
         self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius")
         self._radius = self._reference_radius if radius is None else Number("length", POSITIVE)(radius, "radius")
         lengths = {"reference_radius": self._reference_radius, "radius": self._radius}
-        has_units = refuse_mixture(lengths | {"inertia": gathered(inertia, "inertia", "area")})
+        has_units = refuse_mixture(lengths | {"inertia": as_quantity(inertia, "inertia", "area")})
         units = Units((self._reference_radius.unit, "s", "kg")) if has_units else Units()
         tensor = units.strip(inertia, "area", "inertia")
         if tensor.shape not in ((), (3,), (3, 3)):
@@ -170,7 +170,7 @@ class StokesCoefficients(ScalarFields):
         from astropy import units as u
 
         path = Path(path)
-        most = None if degree is None else whole(degree, "degree", 2, 60)
+        most = None if degree is None else whole_number(degree, "degree", 2, 60)
         try:
             if path.suffix.lower() == ".gfc":
                 table, mu, reference = read_icgem_gfc(str(path), lmax=most, quiet=True)
@@ -185,9 +185,9 @@ class StokesCoefficients(ScalarFields):
             raise FileNotFoundError(f"no file {path}") from None
         except (ValueError, IndexError, KeyError, TypeError, AttributeError, RuntimeError, OSError) as error:
             raise InvalidInput(f"{path} is not a table of gravity coefficients that can be read: {error}") from error
-        made = cls(table[0], table[1], reference_radius=reference, inertia=inertia, radius=radius)
-        made._mu = mu
-        return made
+        shape = cls(table[0], table[1], reference_radius=reference, inertia=inertia, radius=radius)
+        shape._mu = mu
+        return shape
 
     @classmethod
     def from_inertia_integrals(cls, integrals: Any, *, radius: Any) -> StokesCoefficients:
@@ -251,8 +251,8 @@ class StokesCoefficients(ScalarFields):
         """Return the shape in a system with units: its plain numbers become Quantities in them."""
         if is_quantity(self._reference_radius):
             return self
-        reference, radius = (united(value, "length", units) for value in (self._reference_radius, self._radius))
-        inertia = united(self._inertia, "area", units)
+        reference, radius = (with_unit(value, "length", units) for value in (self._reference_radius, self._radius))
+        inertia = with_unit(self._inertia, "area", units)
         return StokesCoefficients(self._C, self._S, reference_radius=reference, inertia=inertia, radius=radius)
 
     def __repr__(self) -> str:
@@ -270,10 +270,10 @@ class StokesCoefficients(ScalarFields):
 
 
 def from_packed(packed: Any, reference: Any, inertia: Any, radius: Any, mu: Any = None) -> StokesCoefficients:
-    """Return the shape of coefficients in the core's order, with what the class takes beside them."""
-    made = StokesCoefficients(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
-    made._mu = mu
-    return made
+    """Return the shape of coefficients in the core's order, with the other arguments of the class."""
+    shape = StokesCoefficients(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
+    shape._mu = mu
+    return shape
 
 
 def harmonics_of(body: _core.Body, degree: int, units: Units, radius: float | None = None) -> StokesCoefficients:
@@ -281,7 +281,7 @@ def harmonics_of(body: _core.Body, degree: int, units: Units, radius: float | No
 
     They refer to the radius of the sphere around the body, or to another ``radius`` that is not below that.
     """
-    packed, reference, inertia, largest = body.harmonics(whole(degree, "degree", 2, 60)).given
+    packed, reference, inertia, largest = body.harmonics(whole_number(degree, "degree", 2, 60)).given
     if radius is not None:
         packed = packed * (reference / radius) ** degrees(degree)
         reference = largest = radius

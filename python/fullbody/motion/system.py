@@ -8,7 +8,7 @@ from typing import Any, Literal, Self
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import integer, normal, refuse_unknown, sequence
+from ..base.arguments import integer, normal_form, refuse_unknown, sequence
 from ..base.attributes import Attribute
 from ..base.kinds import instance
 from ..base.limits import Limits
@@ -193,7 +193,7 @@ class System(Tabled):
         return iter(self._bodies)
 
     def __contains__(self, body: object) -> bool:
-        return normal(body) in self.names if isinstance(body, str) else body in self._bodies
+        return normal_form(body) in self.names if isinstance(body, str) else body in self._bodies
 
     def with_options(self, **options: Any) -> Self:
         """Return a system of the same bodies and G with other settings: options of the class but bodies, G and units.

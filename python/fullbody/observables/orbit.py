@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.units import plain
+from ..base.units import without_unit
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements, computed
@@ -175,7 +175,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     """
     motion = RelativeMotion(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, body=body, about=about)
-    a, e, i, *angles = (plain(getattr(elements, name)) for name in ("a", "e", "i", "Omega", "omega", "M"))
+    a, e, i, *angles = (without_unit(getattr(elements, name)) for name in ("a", "e", "i", "Omega", "omega", "M"))
     varpi = angles[0] + angles[1]
     columns: dict[str, Floats] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
     for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, varpi + angles[2]), strict=True):

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.limits import Limits
 from ..base.units import UNITLESS, is_quantity
 from ..base.values import ArrayFields
@@ -205,7 +205,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     >>> swings.angle.shape
     (801,)
     """
-    whole(n, "n")
+    whole_number(n, "n")
     motion = RelativeMotion(run, body, about, 16, "a libration", REVOLUTIONS)
     axes = run.context.bodies[motion.body].semi_axes
     if not any(axes):

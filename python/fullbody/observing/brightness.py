@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _core
-from ..base.arguments import directions, normal, suggestion
+from ..base.arguments import directions, normal_form, suggestion
 from ..base.kinds import flag, instance
 from ..base.units import Units, numbers
 from ..base.values import ArrayFields
@@ -385,7 +385,7 @@ def by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
     """Return a list of values, one for each body, from one value for all or a dict by names."""
     if not isinstance(value, dict):
         return [value] * len(names)
-    value = {normal(name): entry for name, entry in value.items()}
+    value = {normal_form(name): entry for name, entry in value.items()}
     for name in value:
         if name not in names:
             raise InvalidInput(f"{what} names {name!r}; {suggestion(str(name), names, 'all')}")

@@ -13,7 +13,7 @@ from ..base.epochs import refuse_coarse
 from ..base.foreign import are_dates, array_or_quantity, shown
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
-from ..base.units import UNITLESS, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
+from ..base.units import UNITLESS, as_quantity, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..typing import Floats
 from .times import unmasked
@@ -31,7 +31,7 @@ def column(source: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
         source, mask = _unmasked(source)
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} has values that are no numbers: {error}") from error
-    source = gathered(source, what)
+    source = as_quantity(source, what)
     if is_quantity(source):
         try:
             unit_of_source = usable_unit(source.unit)

@@ -133,9 +133,9 @@ def _text_curves(text: Text) -> Iterator[_LightCurve]:
     rows = text.words()
     line, words = text.expected(rows, 0, (1,), "the number of light curves")
     first = 1
-    for k in range(1, 1 + text.whole(line, words[0], "the number of light curves")):
+    for k in range(1, 1 + text.whole_number(line, words[0], "the number of light curves")):
         line, words = text.expected(rows, first, (2,), f"the number of points of curve {k}, and 0 or 1")
-        last = first + text.whole(line, words[0], "the number of points", 1)
+        last = first + text.whole_number(line, words[0], "the number of points", 1)
         if words[1] not in ("0", "1"):
             text.fail(line, f"the scale is {words[1]!r}; expected 0 for relative or 1 for calibrated")
         points = [_point(text, *text.expected(rows, j, (8,), _POINT)) for j in range(first + 1, last + 1)]
@@ -337,14 +337,14 @@ def _shape(text: Text, diameter: Any, unit: Any) -> Polyhedron:
 
     rows = text.words()
     line, words = text.expected(rows, 0, (2,), "the numbers of vertices and facets")
-    count, of_faces = (text.whole(line, word, "the number of vertices or facets", 4) for word in words)
+    count, of_faces = (text.whole_number(line, word, "the number of vertices or facets", 4) for word in words)
     vertices, faces = [], []
     for k in range(1, 1 + count):
         line, words = text.expected(rows, k, (3,), "the coordinates of a vertex")
         vertices.append([text.number(line, word, "a coordinate") for word in words])
     for k in range(1 + count, 1 + count + of_faces):
         line, words = text.expected(rows, k, (3,), "the vertices of a triangle")
-        faces.append([text.whole(line, word, "the number of a vertex", 1) - 1 for word in words])
+        faces.append([text.whole_number(line, word, "the number of a vertex", 1) - 1 for word in words])
         if max(faces[-1]) >= count:
             text.fail(line, f"the triangle has vertex {max(faces[-1]) + 1}; expected at most {count}")
     _refuse_more(text, rows, 1 + count + of_faces, "the last facet")

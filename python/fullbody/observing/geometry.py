@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..base.units import Units, gathered, is_quantity, numbers
+from ..base.units import Units, as_quantity, is_quantity, numbers
 from ..errors import InvalidInput
 from ..frames import pole_vector
 from ..model.context import SystemLike
@@ -95,7 +95,7 @@ class Geometry(Vectors):
         <Quantity [-87. , -40.4,   8.6] AU>
         """
         lon, lat = (Units().strip(value, "angle", what) for value, what in ((ra, "ra"), (dec, "dec")))
-        length = gathered(distance, "distance", "length")
+        length = as_quantity(distance, "distance", "length")
         far = np.asarray(length.value if is_quantity(length) else numbers(length, "distance"), dtype=np.float64)
         try:
             lon, lat, far = np.broadcast_arrays(np.atleast_1d(lon), lat, far)

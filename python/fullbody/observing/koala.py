@@ -48,7 +48,7 @@ def _events(text: Text) -> list[_Event]:
             line, words = text.expected(rows, first + k, (3,), f"{what}, three numbers")
             vectors.append(np.array([text.number(line, word, what) for word in words]))
         line, words = text.expected(rows, first + 3, tuple(range(1, 10)), "the number of chords")
-        count = text.whole(line, words[0], "the number of chords")
+        count = text.whole_number(line, words[0], "the number of chords")
         chords = []
         for k in range(first + 4, first + 4 + count):
             line, words = text.expected(rows, k, _CHORD, f"a line for each chord, of {_COLUMNS} columns")

@@ -51,7 +51,7 @@ class Law(Declared):
                 f"the phase function of {self!r} returns an array of shape {factor.shape}; expected {angle.shape}"
             )
         factor = np.broadcast_to(factor, angle.shape)
-        if not (good := NOT_NEGATIVE.hold(factor)).all():
+        if not (good := NOT_NEGATIVE.contain(factor)).all():
             k = int(np.argmin(good))
             raise InvalidInput(
                 f"the phase function of {self!r} returns {factor[k]} at the phase angle {angle[k]:.9g}; "

@@ -11,7 +11,7 @@ from ..base import kinds
 from ..base.kinds import instance
 from ..base.limits import FINITE, POSITIVE, Limits
 from ..base.tables import Table, Tabled
-from ..base.units import UNITLESS, gathered, is_quantity, strip_to
+from ..base.units import UNITLESS, as_quantity, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -56,7 +56,7 @@ class Measured(Tabled):
         self.name = instance(name, "name of a measured value", str, "text")
         self.function = kinds.function(function, f"function of {name!r}", "a function of a run")
         self.times = times
-        value = gathered(value, f"value of {name}")
+        value = as_quantity(value, f"value of {name}")
         self.unit = value.unit if is_quantity(value) else None
         self._value = np.atleast_1d(self._unitless(value, "value"))
         if self._value.ndim > 1:
@@ -69,7 +69,7 @@ class Measured(Tabled):
 
     def _unitless(self, value: Any, what: str, limits: Limits = FINITE) -> Floats:
         """Return numbers in the unit of the measured value."""
-        value = gathered(value, f"{what} of {self.name}")
+        value = as_quantity(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
             wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
             raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import are_dates
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.rotations import matrices
 from ..base.units import is_quantity
 from ..base.values import ArrayFields
@@ -90,7 +90,7 @@ def outline(run: Record, time: Any, geometry: Vectors, n: int = 360, *, frame: A
     >>> outlines.points.shape, outlines.hidden.any(axis=1), outlines.lit.mean(axis=1).round(1)
     ((2, 360, 2), array([False, False]), array([0.5, 0.5]))
     """
-    whole(n, "n", 3)
+    whole_number(n, "n", 3)
     system = run.system
     axes = sky_axes(system, frame, "an outline")
     if np.ndim(time) > 0:

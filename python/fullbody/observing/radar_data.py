@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..base.figures import panels, unit_of
-from ..base.units import plain
+from ..base.units import without_unit
 from ..record.record import Record
 from .echoes import RadarOptions
 from .pictures import draw
@@ -227,7 +227,7 @@ class DelayDoppler(RadarEchoes):
             self._edge_numbers(*names) for names in (("frequencies", "Doppler frequency"), ("delays", "delay"))
         )
         flat, result = panels(axes, (1, 3), (12.0, 3.6))
-        model, left, errors = (plain(values) for values in (predicted, residuals, self.sigma[row]))
+        model, left, errors = (without_unit(values) for values in (predicted, residuals, self.sigma[row]))
         top = max(model.max(), (model + left).max())
         unit = f" [{unit_of(residuals)}]" if hasattr(residuals, "unit") else ""
         parts = {f"observed power{unit}": (model + left, top), f"predicted power{unit}": (model, top)}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.kinds import Declared, body_index, instance, of_kind, whole
+from ..base.kinds import Declared, body_index, instance, of_kind, whole_number
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..typing import Floats
@@ -50,7 +50,7 @@ class RotationSeries(Declared):
     """
 
     body: Any = field(metadata=of_kind(body_index))
-    order: int = field(metadata=of_kind(lambda value, what: whole(value, what, 1, 1000)))
+    order: int = field(metadata=of_kind(lambda value, what: whole_number(value, what, 1, 1000)))
     name: str = field(default="", metadata=of_kind(lambda value, what: instance(value, what, str, "text")))
 
     def names(self, body: str) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..base.figures import LINES, grid, legend, single
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.unit_names import unit_named
-from ..base.units import gathered, is_quantity, strip_to
+from ..base.units import as_quantity, is_quantity, strip_to
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from ..typing import Floats
@@ -195,7 +195,7 @@ def shadow_paths(
     ('Didymos', ['time', 'longitude', 'latitude'])
     """
     instance(geometry, "geometry", Vectors, "an observing.Geometry")
-    whole(n, "n", 2)
+    whole_number(n, "n", 2)
     source = Star(star, geometry)
     lines = SightLines(run, geometry, source, None)
     span = lines.span(span_of(span, run.system, in_system))
@@ -220,7 +220,7 @@ def _covariance(errors: Any) -> Floats | None:
     """Return the covariance (2, 2) of the offset in squared radians."""
     if errors is None:
         return None
-    errors = gathered(errors, "errors", "angle")
+    errors = as_quantity(errors, "errors", "angle")
     expected = "expected an angle as a Quantity, or a covariance (2, 2) in an angle squared"
     if not is_quantity(errors) or np.shape(errors) not in ((), (2, 2)):
         raise InvalidInput(f"errors is {errors!r}; {expected}")

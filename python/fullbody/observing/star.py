@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import directions
 from ..base.foreign import are_dates, shown
-from ..base.units import UNITLESS, gathered, is_quantity, need
+from ..base.units import UNITLESS, as_quantity, is_quantity, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import barycentric
 from ..frames import pole_angles, pole_vector
@@ -44,7 +44,7 @@ class Star:
         if hasattr(star, "icrs"):
             self._read(star)
             return
-        parts = gathered(star, "star")
+        parts = as_quantity(star, "star")
         if is_quantity(parts) and np.shape(parts) == (2,):
             ra, dec = (UNITLESS.number(part, "angle", name) for part, name in zip(parts, ("ra", "dec"), strict=True))
             self._vector = pole_vector(ra, dec)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, strip_to
+from ..base.units import UNITLESS, as_quantity, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..typing import Floats
@@ -56,7 +56,7 @@ class Stations:
             self._read_locations(locations)
             self._earth = Earth(geometry.light_time)
             return
-        positions = gathered(stations, "stations", "length")
+        positions = as_quantity(stations, "stations", "length")
         numbers = strip_to(positions, unit_named("km"), "stations") if is_quantity(positions) else positions
         numbers = UNITLESS.numbers(numbers, "number", "stations")
         self._is_united = is_quantity(positions)

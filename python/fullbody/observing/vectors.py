@@ -14,7 +14,7 @@ from ..base.foreign import are_dates, shown
 from ..base.kinds import flag, instance
 from ..base.splines import relative_error
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, Units, gathered, is_quantity, need, strip_to
+from ..base.units import UNITLESS, Units, as_quantity, is_quantity, need, strip_to
 from ..errors import InvalidInput, caution
 from ..frames import rotation
 from ..model.context import SystemLike
@@ -51,9 +51,9 @@ class Vectors:
         self._times = axis[order]
         if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
             raise InvalidInput(f"times has {self._attached_time(self._times[twice[0]])} twice; expected distinct times")
-        vectors = {"to_observer": gathered(to_observer, "to_observer", "length")}
+        vectors = {"to_observer": as_quantity(to_observer, "to_observer", "length")}
         if to_sun is not None:
-            vectors["to_sun"] = gathered(to_sun, "to_sun", "length")
+            vectors["to_sun"] = as_quantity(to_sun, "to_sun", "length")
         self._km = 1.0 if refuse_mixture(vectors) else None
         self._observer = self._vectors(vectors["to_observer"], "to_observer", order)
         self._sun = self._vectors(vectors["to_sun"], "to_sun", order) if to_sun is not None else None
@@ -72,7 +72,7 @@ class Vectors:
                 raise InvalidInput("time is a date, but the geometry has times since an epoch; expected such a time")
             return np.asarray((times.tdb - self._origin).to_value("s"), dtype=np.float64)
         refuse_coarse(times, None, "times of the geometry")
-        times = gathered(times, "times", "time")
+        times = as_quantity(times, "times", "time")
         if self._origin is not None:
             raise InvalidInput(f"time is {shown(times)}; expected a date (an astropy Time), as the geometry has them")
         if first:

@@ -11,11 +11,11 @@ from .. import _core
 from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.unit_names import unit_named
-from ..base.units import UNITLESS, gathered, is_quantity, numbers, plain, strip_to
-from ..base.values import brief, same
+from ..base.units import UNITLESS, as_quantity, is_quantity, numbers, strip_to, without_unit
+from ..base.values import ArrayFields, brief
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
-from .parameter import in_unit, mu_and_units
+from .arguments import in_unit, mu_and_units, since_periapsis, single_name, usual_angles
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -31,7 +31,7 @@ _ANGLES = ("i", "Omega", "omega", "M")
 DIMENSIONS = {"a": "length", "e": "number", **dict.fromkeys(_ANGLES, "angle")}
 
 
-class KeplerElements(Generic[_T], Tabled):
+class KeplerElements(ArrayFields, Generic[_T], Tabled):
     """The osculating elements of one two-body orbit or of arrays of orbits.
 
     Parameters
@@ -160,8 +160,6 @@ class KeplerElements(Generic[_T], Tabled):
     ) -> None:
         object.__setattr__(self, "frame", frame)
         if omega is None or M is None or any(other is not None for other in (f, T, l, pomega, theta, mu)):
-            from .anomalies import since_periapsis, single_name, usual_angles
-
             if single_name({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
                 M = since_periapsis(a, T, mu, time)
             elif mu is not None:
@@ -170,7 +168,7 @@ class KeplerElements(Generic[_T], Tabled):
             anomaly = {"M": M, "f": f, "l": l, "theta": theta}
             omega, M = usual_angles(e, i, Omega, {"omega": omega, "pomega": pomega}, anomaly)
         for name, value in zip(DIMENSIONS, (a, e, i, Omega, omega, M), strict=True):
-            value = gathered(value, name, DIMENSIONS[name])
+            value = as_quantity(value, name, DIMENSIONS[name])
             is_array = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
             value = float(value) if isinstance(value, np.float64) else value
             object.__setattr__(self, name, numbers(value, name) if is_array else value)
@@ -239,7 +237,7 @@ class KeplerElements(Generic[_T], Tabled):
         >>> fullbody.KeplerElements.from_cartesian([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], mu=1.0).a
         1.0
         """
-        r, v = gathered(r, "r", "length"), gathered(v, "v", "velocity")
+        r, v = as_quantity(r, "r", "length"), as_quantity(v, "v", "velocity")
         mu, length, rate = mu_and_units(r, mu, "r")
         refuse_mixture({"r": r, "v": v})
         r, v = in_unit(length, r, "r"), in_unit(None if length is None else length * rate, v, "v")
@@ -331,14 +329,9 @@ class KeplerElements(Generic[_T], Tabled):
         values = [getattr(self, name) for name in DIMENSIONS]
         return computed([value[index] if np.ndim(value) else value for value in values], self.frame)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, KeplerElements):
-            return NotImplemented
-        # Astropy cannot compare frames of different kinds with ==.
-        frames_agree = type(self.frame) is type(other.frame) and bool(self.frame == other.frame)
-        return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in DIMENSIONS)
-
-    __hash__ = None  # type: ignore[assignment]
+    def _parts(self) -> tuple[Any, ...]:
+        # The kinds of the frames are compared first, since astropy cannot compare frames of different kinds.
+        return (*(getattr(self, name) for name in DIMENSIONS), type(self.frame), self.frame)
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the elements: one value each, or the first, last, least and greatest; angles in degrees."""
@@ -350,7 +343,7 @@ class KeplerElements(Generic[_T], Tabled):
             if name not in "ae":
                 value = np.rad2deg(value.to_value("rad") if unit else value)
                 unit = "deg"
-            flat = np.ravel(plain(value))
+            flat = np.ravel(without_unit(value))
             shown = [flat[0]] if flat.size == 1 else [flat[0], flat[-1], flat.min(), flat.max()] if flat.size else []
             count = max(count, flat.size)
             rows.append((head(name, unit), *(f"{x:.8g}" for x in shown)))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.kinds import Declared, Number, body_index, choice, function, of_kind, sense
+from ..base.kinds import Declared, Number, body_index, choice, crossing_direction, function, of_kind
 from ..base.limits import Limits
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
@@ -26,7 +26,7 @@ class ParticleEvent(Declared):
         1 detects zeros where the function rises along the flight, -1 zeros where it falls, and 0 both.
     """
 
-    direction: int = field(default=0, metadata=of_kind(sense))
+    direction: int = field(default=0, metadata=of_kind(crossing_direction))
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
@@ -63,7 +63,7 @@ class ParticlePeriapsis(ParticleEvent):
     """The least distance of a particle from the centre of a body, given by its index or its name."""
 
     body: int | str = field(default=0, metadata=of_kind(body_index))
-    direction: int = field(default=1, kw_only=True, metadata=of_kind(sense))
+    direction: int = field(default=1, kw_only=True, metadata=of_kind(crossing_direction))
 
 
 @dataclass(frozen=True, eq=False)

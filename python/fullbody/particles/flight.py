@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..base.attributes import Attribute
 from ..base.tables import Table, Tabled, number, tables_of
-from ..base.values import ScalarFields
+from ..base.values import ArrayFields
 from ..model.context import Context, S
 from ..record.columns import Column
 from ..typing import Array, Scalar
@@ -20,8 +20,8 @@ from .files import save, to_xarray
 from .rules import FATES
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ParticleOccurrence(ScalarFields):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ParticleOccurrence(ArrayFields):
     """The occurrence of an event of a particle.
 
     Attributes

@@ -9,10 +9,10 @@ import numpy as np
 from .. import _core
 from ..base.arguments import generator, warn_if_degrees
 from ..base.attributes import Attribute
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..base.limits import FINITE, LATITUDE, NOT_NEGATIVE, Limits
-from ..base.rotations import towards
-from ..base.units import UNITLESS, AnyUnits, Units, fits, gathered
+from ..base.rotations import unit_vectors
+from ..base.units import UNITLESS, AnyUnits, Units, as_quantity, has_shape
 from ..base.values import same
 from ..errors import InvalidInput
 from ..model.context import Context, SystemLike
@@ -56,7 +56,7 @@ class Particles:
     def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
         values = {"position": position, "velocity": velocity, "area_to_mass": area_to_mass}
         values |= {} if time is None else {"time": time}
-        self._values = {name: gathered(value, name, _DIMENSIONS[name]) for name, value in values.items()}
+        self._values = {name: as_quantity(value, name, _DIMENSIONS[name]) for name, value in values.items()}
         # Numbers that are invalid in every system are refused when the particles are made.
         self._numbers(AnyUnits())
         self._time(AnyUnits())
@@ -67,7 +67,7 @@ class Particles:
         numbers = {name: units.strip(self._values[name], _DIMENSIONS[name], name) for name in names}
         position, velocity = numbers["position"], numbers["velocity"]
         for name in ("position", "velocity"):
-            if not fits(numbers[name], ("P", 3)):
+            if not has_shape(numbers[name], ("P", 3)):
                 raise InvalidInput(f"{name} of particles has shape {numbers[name].shape}; expected (P, 3)")
         if position.shape != velocity.shape:
             expected = f"expected {position.shape}, as position has"
@@ -210,7 +210,7 @@ class Particles:
         rng : int or numpy.random.Generator
             The generator of random numbers, or its seed: equal seeds give equal particles.
         """
-        count, units, random = whole(n, "n"), system.context.units, generator(rng)
+        count, units, random = whole_number(n, "n"), system.context.units, generator(rng)
         cones = Limits(least=0.0, most=np.pi, text="an angle from 0 to pi")
         half = 0.5 * units.number(opening_angle, "angle", "opening_angle", cones)
         site = {"longitude": longitude, "latitude": latitude}
@@ -239,7 +239,7 @@ def _launch(context: Context, state: State, index: int, numbers: dict[str, Float
         shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in numbers.items())
         raise InvalidInput(f"the shapes {shapes} do not match; expected shapes that broadcast") from error
     lon, lat, az, el, speed = (np.ravel(values).astype(np.float64) for values in arrays)
-    point, normal = _core.surface(context.core, index, np.ascontiguousarray(towards(lon, lat)))
+    point, normal = _core.surface(context.core, index, np.ascontiguousarray(unit_vectors(lon, lat)))
     east = np.cross([0.0, 0.0, 1.0], normal)
     length = np.linalg.norm(east, axis=1, keepdims=True)
     # At a pole, the longitude defines the direction of east.

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import sequence
-from ..base.kinds import instance, whole
+from ..base.kinds import instance, whole_number
 from ..base.progress import Progress, Report, over_time
 from ..errors import Interrupted, InvalidInput, caution, keep_result
 from ..model.context import Context, S
@@ -57,7 +57,7 @@ class FlightTask:
         self._radiation = None if radiation is None else radiation._describe(context)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
         self._event_spec = [event._event_spec(context) for event in self.events]
-        self._threads = None if threads is None else whole(threads, "threads")
+        self._threads = None if threads is None else whole_number(threads, "threads")
         has_area = self._numbers[2].any()
         if context.units.defined and has_area:
             largest = context.units.attach(self._numbers[2].max(), "area to mass").to("m2 / kg")

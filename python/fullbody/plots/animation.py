@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.atomic import check_suffix, replacing
 from ..base.figures import grid, matplotlib
-from ..base.kinds import choice, whole
+from ..base.kinds import choice, whole_number
 from ..base.limits import POSITIVE, Limits
 from ..base.units import UNITLESS
 from ..errors import FullbodyError, InvalidInput
@@ -98,7 +98,7 @@ def animate(
     kind = path.suffix.lower()
     check_suffix(path, _SUFFIXES)
     UNITLESS.number(seconds, "number", "seconds", POSITIVE)
-    whole(fps, "fps")
+    whole_number(fps, "fps")
     choice(view, "view", ("scene", "sky"))
     size, dpi = _dots(_SIZES[view] if size is None else size, dpi)
     check_samples(run)

@@ -10,7 +10,7 @@ import numpy as np
 from ..base import figures, rotations
 from ..base.figures import full_option_names, line, single
 from ..base.kinds import choice
-from ..base.units import plain
+from ..base.units import without_unit
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
 from ..record import conserved
@@ -105,7 +105,7 @@ def elements(
     values = run.elements(mu, body=body, about=about)
     orbit = "" if len(run.context) == 2 else f", {label_of(run, body)} about {label_of(run, about)}"
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
-        value, style = plain(getattr(values, name)), line(0, full_option_names(kwargs))
+        value, style = without_unit(getattr(values, name)), line(0, full_option_names(kwargs))
         if name in ("a", "e"):
             lines.draw(ax, times(run), value, style)
             label_axes(ax, label(run, symbol, "length") if name == "a" else symbol, text + orbit)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.figures import LINES, check_axes, grid, matplotlib, single, unit_of
 from ..base.kinds import choice
-from ..base.units import plain
+from ..base.units import without_unit
 from ..errors import InvalidInput
 from ..fields.surface import samples
 from ..typing import Floats
@@ -34,8 +34,8 @@ def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, 
     choice(quantity, "quantity", [name for name in _QUANTITIES if hasattr(field, name)])
     value, phrase = in_si(getattr(field, quantity)), quantity.replace("_", " ")
     if quantity.endswith("slope"):
-        return np.degrees(plain(value)), phrase, "deg"
-    return plain(value), phrase, unit_of(value)
+        return np.degrees(without_unit(value)), phrase, "deg"
+    return without_unit(value), phrase, unit_of(value)
 
 
 def _length(value: Any, letter: str) -> str:
@@ -59,7 +59,7 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     """
     values, phrase, unit = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
-    outlines = _outlines(plain(field.cells), np.degrees(plain(field.longitude)))
+    outlines = _outlines(without_unit(field.cells), np.degrees(without_unit(field.longitude)))
     # Cells across the edge of the map are artist on both sides of it.
     rotation = np.array([360.0, 0.0])
     right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
@@ -153,7 +153,7 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     """
     values, phrase, unit = _values(field, quantity)
     ax = _axes_3d(ax)
-    cells = plain(field.cells)
+    cells = without_unit(field.cells)
     # Smoothed edges would show the seams between the faces.
     style = {"array": values, "linewidths": 0.0, "antialiaseds": False}
     artist = ax.add_collection3d(polygons_3d(cells, **{**style, **kwargs}))
@@ -195,7 +195,7 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         values = getattr(flight, "fate_time" if colour == "time" else colour)
         in_degrees = colour == "incidence"
         unit = "deg" if in_degrees else unit_of(values)
-        style["c"] = (np.degrees(plain(values)) if in_degrees else plain(values))[landed]
+        style["c"] = (np.degrees(without_unit(values)) if in_degrees else without_unit(values))[landed]
     longitude, latitude = (np.degrees(flight.arrays[name][landed]) for name in ("longitude", "latitude"))
     artist = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
@@ -225,7 +225,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
         Passed to ``Axes.contour``.
     """
     number, points = pair.system.context.units.number, pair.equilibria()
-    constants = {point.name: float(plain(point.jacobi)) for point in points}
+    constants = {point.name: float(without_unit(point.jacobi)) for point in points}
     requested = constants.values() if levels is None else [number(c, "potential", "one of levels") for c in levels]
     # Curves of nearly equal constants would cover each other.
     distinct_levels: list[float] = []
@@ -234,9 +234,9 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
             distinct_levels.append(level)
     ax = single(ax, (6.4, 5.6))
     *axes, jacobi = pair.plane(extent)
-    x, y, values = map(plain, (*axes, jacobi))
+    x, y, values = map(without_unit, (*axes, jacobi))
     jacobi_si = in_si(jacobi)
-    scale = float(plain(jacobi_si).flat[0] / values.flat[0])
+    scale = float(without_unit(jacobi_si).flat[0] / values.flat[0])
     low, high = (min(constants.values(), default=values.min()), max(constants.values(), default=values.max()))
     span = max(high - low, 0.05 * abs(high))
     ticks = matplotlib("ticker").MaxNLocator(12).tick_values(scale * low, scale * (high + span))
@@ -258,7 +258,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     # A name that lies on a curve interrupts it.
     text["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8}
     for point in points:
-        at = plain(point.position)
+        at = without_unit(point.position)
         face = "black" if point.stable else "white"
         ax.plot(*at[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
         # Names are placed aside of the bodies, to which the points beside them are near.
@@ -299,7 +299,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     all_points = []
     for k, (name, body) in enumerate(zip(pair.system.context.names, pair.system.context.bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
-        points = plain(pair.roche_lobe(name, rows=rows).points)
+        points = without_unit(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))
         style = {"color": colour, "alpha": 0.18, "linewidth": 0.1, "rstride": 1, "cstride": 1, "label": escaped(name)}
         ax.plot_surface(*np.moveaxis(points, -1, 0), **{**style, **kwargs})

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base import figures
 from ..base.figures import full_option_names, legend, line, single
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..observing.light_curve import light_curve as magnitudes
 from ..observing.mutual import mutual_events
 from ..observing.times import in_system
@@ -99,7 +99,7 @@ def _with_gaps(moments: Floats, values: Floats) -> tuple[Floats, Floats]:
 def _times_of_views(views: Any, run: Record, moments: Floats) -> Floats:
     """Return the times of the pictures above a light curve."""
     if np.ndim(views) == 0 and not hasattr(views, "unit"):
-        count = whole(views, "views", 0)
+        count = whole_number(views, "views", 0)
         return moments.min() + (np.arange(count) + 0.5) / max(1, count) * np.ptp(moments)
     return np.sort(np.atleast_1d(in_system(views, run.system, "views")))
 

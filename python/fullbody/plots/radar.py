@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.figures import full_option_names, grid, legend, line, single, unit_of
-from ..base.units import gathered, is_quantity, plain
+from ..base.units import as_quantity, is_quantity, without_unit
 from ..observing.radar_echoes import delay_doppler as image_of
 from ..observing.radar_echoes import radar_spectrum as spectrum_of
 from ..record.record import Record
@@ -50,7 +50,7 @@ def radar_spectrum(
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
     options |= {"transmit_frequency": transmit_frequency, "per_body": True}
     echo = spectrum_of(run, _moment(time), geometry, frequencies, **options)
-    power = plain(echo.power)[0]
+    power = without_unit(echo.power)[0]
     edges, text = _axis(run, frequencies, echo.frequencies, "Doppler frequency", "rate")
     ax, kwargs = single(ax, (6.4, 3.4)), full_option_names(kwargs, "patches.StepPatch")
     curves = [("all bodies", power.sum(axis=0), {"color": "k", "linewidth": 1.2, **kwargs})]
@@ -94,7 +94,7 @@ def delay_doppler(
     run, options = plots.run, {name: kwargs.pop(name) for name in _OF_ECHOES if name in kwargs}
     options["transmit_frequency"] = transmit_frequency
     echo = image_of(run, _moment(time), geometry, delays, frequencies, **options)
-    power = plain(echo.power)[0]
+    power = without_unit(echo.power)[0]
     x, x_label = _axis(run, frequencies, echo.frequencies, "Doppler frequency", "rate")
     y, y_label = _axis(run, delays, echo.delays, "delay", "time")
     ax = single(ax, (5.6, 4.2))
@@ -106,12 +106,12 @@ def delay_doppler(
 
 def _moment(time: Any) -> Any:
     """Return one time as an array of one time."""
-    return time.reshape(1) if hasattr(time, "reshape") else gathered([time], "time", "time")
+    return time.reshape(1) if hasattr(time, "reshape") else as_quantity([time], "time", "time")
 
 
 def _axis(run: Record, argument: Any, edges: Any, text: str, dimension: str) -> tuple[Floats, str]:
     """Return the edges of bins in the unit of the argument that gave them, and the label of their axis."""
-    argument = gathered(argument, text, dimension)
+    argument = as_quantity(argument, text, dimension)
     if is_quantity(argument):
         return np.asarray(argument.value), f"{text} [{unit_of(argument)}]"
-    return plain(edges), label(run, text, dimension)
+    return without_unit(edges), label(run, text, dimension)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base import figures
 from ..base.kinds import instance
-from ..base.units import plain
+from ..base.units import without_unit
 from ..observing.astrometry import Astrometry
 from ..record.record import Record
 from . import _style
@@ -59,18 +59,18 @@ def sky_track(run: Record, data: Astrometry, ax: Any = None, **kwargs: Any) -> A
     kwargs = figures.full_option_names(kwargs)
     ax = figures.single(ax, (5.5, 5.0))
     body, about = run.context.pair(data.body, data.about, " of Astrometry")
-    predicted = plain(data.predict(run))
-    observed = np.stack([plain(data.east), plain(data.north)], axis=1)
+    predicted = without_unit(data.predict(run))
+    observed = np.stack([without_unit(data.east), without_unit(data.north)], axis=1)
     times, revolutions = _times_of_track(run, data, body, about)
     zero = np.zeros(len(times)) if data.unit is None else np.zeros(len(times)) * data.unit
     error = 1.0 if data.unit is None else 1.0 * data.unit
     options = {name: getattr(data, name) for name in ("body", "about", "geometry", "frame", "photocentre")}
-    track = plain(Astrometry(times, zero, zero, error, **options).predict(run))
+    track = without_unit(Astrometry(times, zero, zero, error, **options).predict(run))
     name = "track" if revolutions <= _REVOLUTIONS else "one turn of the track"
     ax.plot(*track.T, **figures.line(0, {"label": name, **kwargs}))
     for pair in zip(observed, predicted, strict=True):
         ax.plot(*np.transpose(pair), color="0.4", linewidth=0.7)
-    errors = plain(data.sigma).T
+    errors = without_unit(data.sigma).T
     dots = {"linestyle": "none", "marker": ".", "markersize": 5.0, "elinewidth": 0.8}
     ax.errorbar(*observed.T, errors[1], errors[0], color="#D55E00", label="observed", **dots)
     ax.plot(0.0, 0.0, marker="+", color="black", linestyle="none", label=_style.label_of(run, about))
@@ -88,8 +88,8 @@ def _times_of_track(run: Record, data: Astrometry, body: int, about: int) -> tup
     """Return times for a track, in the form of those of the observations, and how many revolutions these cover."""
     first, last = data.times[0], data.times[-1]
     span = last - first
-    emitted = plain(data.emission(run.system))
-    a = float(np.median(plain(run.elements(body=body, about=about).a)))
+    emitted = without_unit(data.emission(run.system))
+    a = float(np.median(without_unit(run.elements(body=body, about=about).a)))
     mean_motion = np.sqrt(run.context.mu(body, about) / a**3) if a > 0.0 else 0.0
     revolutions = float(np.ptp(emitted) * mean_motion / (2.0 * np.pi))
     if revolutions <= _REVOLUTIONS:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base import figures
 from ..base.rotations import matrices
-from ..base.units import plain
+from ..base.units import without_unit
 from ..observing.brightness import Epochs
 from ..observing.light_centres import refuse_directions
 from ..observing.light_curve import epochs_of
@@ -97,11 +97,11 @@ class SkyFrames:
     def _offsets(self, epochs: Epochs, k: int, points: Floats) -> Floats:
         """Return positions in the sky (..., 2) of points (..., 3), in mas or radians."""
         line = np.broadcast_to(-epochs.to_observer[k] @ self._axes.T, points.shape)
-        return plain(in_mas(offsets(line, points @ self._axes.T), self._run.system))
+        return without_unit(in_mas(offsets(line, points @ self._axes.T), self._run.system))
 
     def _angle(self, epochs: Epochs, k: int) -> float:
         """Return how large the unit of length appears at the barycentre, in mas or radians."""
-        return float(plain(in_mas(np.array(1.0 / np.linalg.norm(epochs.to_observer[k])), self._run.system)))
+        return float(without_unit(in_mas(np.array(1.0 / np.linalg.norm(epochs.to_observer[k])), self._run.system)))
 
     def prepare(self, ax: Any) -> None:
         """Set the limits, so that all pictures fit in, and draw the directions and a scale."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.limits import Limits
-from ..base.units import Units, gathered
+from ..base.units import Units, as_quantity
 from ..errors import InvalidInput, caution
 
 #: Julian dates of 1858 to 2132, and calendar years.
@@ -38,7 +38,7 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
 
 def _warn_of_date(until: Any, end: float, start: float, units: Units) -> None:
     """Warn of an end that looks like a Julian date, or like a calendar year, which is too far for a run."""
-    unit = str(getattr(gathered(until, "until", "time"), "unit", ""))
+    unit = str(getattr(as_quantity(until, "until", "time"), "unit", ""))
     ranges = {"": _JULIAN, "d": _JULIAN, "yr": _YEARS, "a": _YEARS}
     if unit not in ranges:
         return

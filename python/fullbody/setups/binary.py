@@ -9,10 +9,9 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from ..base.arguments import generator, options_of, refuse_unknown
-from ..base.kinds import choice, whole
-from ..base.tables import number
+from ..base.kinds import choice, instance, whole_number
 from ..base.unit_names import error_of
-from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
+from ..base.units import DEFAULT_UNITS, UNITLESS, Units, as_quantity, is_quantity
 from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
@@ -20,9 +19,6 @@ from ..motion.system import System
 from .component import Component, body_of, has_units
 from .masses import numbers_of, solve
 from .start import Orbit, Start
-
-#: Fields of a component that may have units of length, time and mass.
-_WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "rotation_period")
 
 
 class Binary(tuple[System, State]):
@@ -73,7 +69,7 @@ class Binary(tuple[System, State]):
         """
         source, binaries = generator(rng), []
         with once(), interruptible("draws of a binary"):
-            for _ in range(whole(n, "n")):
+            for _ in range(whole_number(n, "n")):
                 drawn = {name: _drawn(value, name, source) for name, value in self._arguments.items()}
                 if all(drawn[name] is value for name, value in self._arguments.items()):
                     raise InvalidInput("no argument has a standard error; expected one such as '11.92 ± 0.01 h'")
@@ -99,7 +95,7 @@ def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
         longitude, latitude = (UNITLESS.number(part, "angle", what) for part in parts)
         return longitude + (np.pi if np.cos(latitude) < 0.0 else 0.0), float(np.arcsin(np.sin(latitude)))
     if isinstance(value, str) and value[:1] in "+-.(\N{MINUS SIGN}0123456789":
-        value = gathered(value, what, "number")
+        value = as_quantity(value, what, "number")
     if (error := error_of(value)) is None:
         return value
     signed = value.unit.is_equivalent("rad")
@@ -172,7 +168,7 @@ def binary(
         Whether the secondary's spin is the orbit's mean motion, and its x-axis points at the primary at the start as
         nearly as its pole allows. Otherwise its ``rotation_period`` and ``rotation_angle`` hold.
     libration : float or Quantity
-        The angle by which a synchronous secondary is turned away from that about its z-axis.
+        The angle by which a synchronous secondary is rotated from that about its z-axis.
     at_rest : {"barycentre", "primary"}
         Whether the barycentre or the primary starts at rest at the origin.
     mismatch_warning, mismatch_error : float
@@ -216,7 +212,7 @@ def binary(
     that always points at the secondary.
 
     With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
-    acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
+    acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a rotation of a
     primary that is not synchronous). If the period is given, the remaining difference is measured in integrations over
     16 revolutions, up to 64 for a locked body that librates slowly, and removed: the start is made for a period that
     differs a little, ``start_period``. The mean sidereal period (see :func:`fullbody.observables.mutual_period`) of
@@ -267,14 +263,16 @@ def binary(
     start = Start.of(system, components, solution, orbit, numbers["libration"] if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        made, warning = mean_start(system, solution, start, period is not None, numbers["start_period"])
-        start.refuse_overlap(system, made.position[1] - made.position[0])
+        relative, warning = mean_start(system, solution, start, period is not None, numbers["start_period"])
+        start.refuse_overlap(system, relative.position[1] - relative.position[0])
     else:
-        made, warning = osculating_start(system, solution, start, warn_above)
+        relative, warning = osculating_start(system, solution, start, warn_above)
     if warning is not None:
         caution(warning)
-    begin = convert.number(time, "time", "time")
-    state = from_numbers(system.context, made.position, made.velocity, start.attitudes, made.spin, begin)
+    start_time = convert.number(time, "time", "time")
+    state = from_numbers(
+        system.context, relative.position, relative.velocity, start.attitudes, relative.spin, start_time
+    )
     return Binary(system, state, arguments)
 
 
@@ -282,9 +280,8 @@ def _refuse_choices(
     components: tuple[Component, Component], at_rest: str, elements: str | None, options: dict[str, Any]
 ) -> None:
     """Raise an error for invalid components, options and choices."""
-    for component in components:
-        if not isinstance(component, Component):
-            raise InvalidInput(f"{component!r} is not a Component; expected fullbody.Component(...)")
+    for name, component in zip(("primary", "secondary"), components, strict=True):
+        instance(component, name, Component, "fullbody.Component(...)")
     names = options_of(binary)
     refuse_unknown(options, [*names, *(o for o in options_of(System) if o not in (*names, "bodies"))], "binary")
     if "bodies" in options:
@@ -298,11 +295,13 @@ def _units_and_gravity(
 ) -> tuple[Units, float]:
     """Return the units of the system and its gravitational constant in them."""
     if G is None and not units:
-        fields = (getattr(component, name) for component in components for name in _WITH_UNITS)
-        values = (*arguments, *fields)
-        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in values)
-        if named or any(map(has_units, components)):
-            raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
+        fields = (entry for component in components for entry in component._numbers().values())
+        values = (*arguments, *(value for value, dimension in fields if dimension != "angle"))
+        with_units = (isinstance(value, str) or is_quantity(as_quantity(value, "a number")) for value in values)
+        if any(with_units) or any(map(has_units, components)):
+            raise InvalidInput(
+                f"the numbers have units and the system has none; expected units={DEFAULT_UNITS}, or others"
+            )
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
     convert = Units(units)
     return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")
@@ -321,11 +320,11 @@ def _doubts(
     units = system.context.units
     longest = max(system.context.bodies[0].semi_axes)
     if separation > _WIDE * longest:
-        far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
+        distance, size = (units.text(value, "length", 4) for value in (separation, longest))
         yield (
-            f"the semi-major axis, {far}, is {separation / longest:.4g} times the longest semi-axis of the primary "
-            f"{system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of the "
-            "masses and of the period or the semi-major axis"
+            f"the semi-major axis, {distance}, is {separation / longest:.4g} times the longest semi-axis of the "
+            f"primary {system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of "
+            "the masses and of the period or the semi-major axis"
         )
     for k, (name, component) in enumerate(zip(system.names, components, strict=True)):
         called = f"{('primary', 'secondary')[k]} {name!r}"

@@ -11,7 +11,7 @@ import numpy as np
 from .. import frames
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.kinds import Number, kinds_of, of_kind
+from ..base.kinds import Declared, Number, instance, kinds_of, of_kind
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
 from ..base.units import UNITLESS, Units, is_quantity
@@ -23,12 +23,12 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, amounts
 from ..model.stokes import StokesCoefficients
 
-#: The kind of a period, which is infinite for a body that does not turn.
+#: The kind of a period, which is infinite for a body that does not rotate.
 _PERIOD = Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Component(ArrayFields, Tabled):
+class Component(ArrayFields, Declared, Tabled):  # type: ignore[misc]
     """One of the two bodies of :func:`binary`, as published.
 
     Parameters
@@ -82,24 +82,21 @@ class Component(ArrayFields, Tabled):
     GM: Any = field(default=None, metadata=of_kind(Number("mu", POSITIVE)))
 
     def __post_init__(self) -> None:
-        called = self.name if self.name is not None else "a component"
+        called = self._called
         shapes = (self.semi_axes, self.diameters, self.diameter, self.composite)
         count = sum(shape is not None for shape in shapes)
         if count != 1:
             names = "semi_axes, diameters, diameter, composite"
             raise InvalidInput(f"{called} has {count} of {names}; expected one of them")
-        if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
-            expected = "a Composite, a Polyhedron or StokesCoefficients"
-            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
+        kinds, expected = Composite | Polyhedron | StokesCoefficients, "a Composite, a Polyhedron or StokesCoefficients"
+        instance(self.composite, f"composite of {called}", kinds | None, expected)
         if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
-            both = f"is given a density, and has a {type(self.composite).__name__}"
-            raise InvalidInput(f"{called} {both}; expected a mass, or what it follows from")
+            conflict = f"is given a density, and has a {type(self.composite).__name__}"
+            raise InvalidInput(f"{called} {conflict}; expected a mass, or what it follows from")
         ratios = UNITLESS.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        for name, kind in kinds_of(self).items():
-            if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, kind(value, f"{name} of {called}"))
+        self._check_fields()
         if UNITLESS.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
         warn_if_degrees(self.tilt, f"tilt of {called}")
@@ -109,6 +106,14 @@ class Component(ArrayFields, Tabled):
         masses = amounts(mass=self.mass, density=self.density, GM=self.GM)
         if len(masses) > 1:
             raise InvalidInput(f"{called} is given both {' and '.join(masses)}; expected at most one of them")
+
+    def _what(self, name: str, of: str = "") -> str:
+        return f"{name} of {of or self._called}"
+
+    @property
+    def _called(self) -> str:
+        """The name in errors."""
+        return "a component" if self.name is None else self.name
 
     def _tables(self) -> tuple[Table, ...]:
         """Return the given parameters of one body, without defaults."""
@@ -170,13 +175,11 @@ def pointing(component: Component, plane: Any, direction: Any) -> float:
     """Return the angle about its z-axis from the node at which a body's x-axis points in a direction."""
     x, y, z = rotations.matrices(axes(component, plane)).T
     if np.linalg.norm(np.cross(z, direction)) <= 1e-12 * np.linalg.norm(direction):
-        raise InvalidInput("the secondary's pole points at the primary; no turn about it aligns the long axis")
+        raise InvalidInput("the secondary's pole points at the primary; no rotation about it aligns the long axis")
     return float(np.arctan2(y @ direction, x @ direction))
 
 
 def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
-    if component.rotation_period is None:
-        return 0.0
-    period = _PERIOD.unitless(component.rotation_period, f"rotation_period of {called}", units)
-    return float(2 * np.pi / period)
+    period = component._unitless(units, of=called)["rotation_period"]
+    return 0.0 if period is None else float(2 * np.pi / period)

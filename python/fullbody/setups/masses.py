@@ -1,4 +1,4 @@
-"""Masses, period and semi-major axis of a binary from the given values."""
+"""Masses, period and semi-major axis of a binary from published values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.stokes import StokesCoefficients
-from .component import KINDS as OF_COMPONENTS
 from .component import Component
 
 _TOLERANCE = Number(limits=Limits(least=0.0, infinite=True, text="a number, zero or above"))
@@ -90,17 +89,14 @@ def solve(
 def _mass_and_volume(
     component: Component, index: int, equal_density: bool, G: float, convert: Units
 ) -> tuple[float | None, float]:
-    """Return the mass of a component, ``None`` if it is not given, and its volume, NaN where that is not needed."""
+    """Return the mass of a component, ``None`` without one, and its volume, NaN where that is not needed."""
     called = component.name if component.name is not None else f"body {index}"
     if isinstance(component.shape, Composite | StokesCoefficients):
         volume = _volume(component.shape, convert, called) if equal_density else np.nan
     else:
         volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-    mass, density, mu = (
-        None if value is None else OF_COMPONENTS[name].unitless(value, f"{name} of {called}", convert)
-        for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
-    )
-    mass = mass if mu is None else mu / G
+    numbers = component._unitless(convert, of=called)
+    mass, density = numbers["mass"] if component.GM is None else numbers["GM"] / G, numbers["density"]
     return (mass if density is None else density * volume), volume
 
 
@@ -131,9 +127,9 @@ def _split(
         return first, second
     mass = first if first is not None else second
     if mass is not None and ratio is not None:
-        both = (mass, mass * ratio) if second is None else (mass / ratio, mass)
-        _compare("the total mass", sum(both), "a component and the ratio", total, "total_mass", limits)
-        return both
+        pair = (mass, mass * ratio) if second is None else (mass / ratio, mass)
+        _compare("the total mass", sum(pair), "a component and the ratio", total, "total_mass", limits)
+        return pair
     if implied is None:
         raise InvalidInput(
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "
@@ -152,7 +148,7 @@ def _split(
 def _compare(
     what: str, first: float, of_first: str, second: float | None, of_second: str, limits: tuple[float, float]
 ) -> None:
-    """Compare two values of one quantity, of which the first is taken, if there is a second one."""
+    """Warn or raise an error if two values of one quantity, of which the first is used, differ too much."""
     if second is None:
         return
     relative, (warn_above, refuse_above) = abs(first - second) / abs(second), limits

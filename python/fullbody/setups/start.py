@@ -59,7 +59,7 @@ class Start:
     The ``separation`` (3,) is the vector from the primary to the secondary, on the Kepler orbit of the masses; the
     ``attitudes`` are (2, 4). The ``rates`` of rotation about each z-axis are ``None`` for a synchronous secondary,
     whose rate is the orbit's. The ``shares`` (2,) are the bodies' positions and velocities divided by the relative
-    ones. ``primary_rotates`` says whether the primary turns relative to the line that joins the bodies.
+    ones. ``primary_rotates`` says whether the primary rotates relative to the line that joins the bodies.
     """
 
     orbit: Orbit
@@ -101,11 +101,11 @@ class Start:
 
     @property
     def locked(self) -> list[int]:
-        """The indices of the bodies that turn with the orbit."""
-        return [k for k, turns in enumerate((self.primary_rotates, self.rates[1] is not None)) if not turns]
+        """The indices of the bodies that rotate with the orbit."""
+        return [k for k, rotates in enumerate((self.primary_rotates, self.rates[1] is not None)) if not rotates]
 
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
-        """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
+        """Return the state on an orbit of this size and speed; a synchronous secondary rotates once in the period."""
         r, v = self.orbit.cartesian(semi_major_axis, mu)
         spins = [2 * np.pi / period if rate is None else rate for rate in self.rates]
         shares = self.shares[:, None]

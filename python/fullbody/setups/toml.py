@@ -28,7 +28,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     #   [[body.part]]
     #   radius = "110 m"              # as above; a mass or density below zero makes a void
     #   density = "2.4 g/cm3"
-    #   position = ["-105 m", 0, 0]   # or none; angles or attitude turn the part
+    #   position = ["-105 m", 0, 0]   # or none; angles or attitude rotate the part
 
     [[forces]]                        # the arguments of a class of fullbody.forces; may be left out
     kind = "ThirdBody"
@@ -97,7 +97,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..base.arguments import normal, options_of
+from ..base.arguments import normal_form, options_of
 from ..base.atomic import as_path, check_suffix, content, other_reader
 from ..base.units import Units
 from ..base.values import ArrayFields
@@ -109,9 +109,8 @@ from ..motion.system import System
 from ..record import integrators
 from .binary import binary
 from .toml_bodies import body, pair
-from .toml_published import METADATA, replaced, with_unit
 from .toml_state import force, state_of
-from .toml_table import TomlTable
+from .toml_table import METADATA, TomlTable, replaced, text_with_unit
 
 _RUN = ("until", "output", "start", "origin", "file")
 _TOP = ("system", "body", "binary", "forces", "integrator", "run")
@@ -190,7 +189,7 @@ def read_toml(path: Any) -> Configuration:
     top = TomlTable(path, "", {}, Units())
     with top.naming(""):
         content = (toml_content(path) if stream is None else parsed(stream.read(), path)).items()
-        top.content = {key: replaced(item, with_unit) for key, item in content if key not in METADATA}
+        top.content = {key: replaced(item, text_with_unit) for key, item in content if key not in METADATA}
     top.only(*_TOP)
     top.units = _units(top.table("system"))
     run, integrator = top.table("run").only(*_RUN), _integrator(top.table("integrator", required=False))
@@ -237,12 +236,12 @@ def toml_content(path: Path) -> dict[str, Any]:
 
 
 def parsed(written: bytes, path: Path) -> dict[str, Any]:
-    """Return the contents of TOML, of which errors name the file."""
+    """Return the contents of bytes of TOML; errors name the file."""
     import tomllib
 
     try:
         # The byte order mark that some editors write is accepted.
-        return tomllib.loads(normal(written.decode("utf-8-sig")))
+        return tomllib.loads(normal_form(written.decode("utf-8-sig")))
     # Python's limits on the digits of a number and on nested brackets raise these errors too.
     except (ValueError, RecursionError) as error:
         no_text = isinstance(error, UnicodeDecodeError)

@@ -34,7 +34,7 @@ _CHOICES = ("equal_density", "elements", "synchronous", "at_rest")
 
 
 def body(table: TomlTable, G: float) -> Body:
-    """Make a body of its table; G turns a ``GM`` into a mass."""
+    """Make a body of its table; a ``GM`` is divided by G."""
     table.only(*_BODY)
     shape, masses, name = _solid(table, G), _masses(table, G), _name(table)
     with table.naming("part" if "part" in table else next(iter(masses), "")):
@@ -98,7 +98,7 @@ def _name(table: TomlTable) -> str | None:
 
 
 def _masses(table: TomlTable, G: float) -> dict[str, float]:
-    """Return the mass or the density, or both if both are given, which is an error of the body."""
+    """Return the mass and the density as far as the table has them; the body refuses both."""
     arguments = table.numbers(MASSES)
     if "GM" in arguments:
         arguments["mass"] = arguments.pop("GM") / G

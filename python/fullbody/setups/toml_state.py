@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 import numpy as np
 
+from .. import _core
 from ..base import rotations
 from ..base.kinds import Kind, Number, direction, kinds_of
 from ..forces import BinaryYarkovsky, Byorp, Force, ThirdBody, Tide, Yorp
@@ -74,7 +76,7 @@ def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
     orbits = [_orbit(row, names, masses, system.context.G, k) for k, row in enumerate(rows)]
     position, velocity, spins = np.zeros((3, len(rows), 3))
     attitudes = np.zeros((len(rows), 4))
-    for k in _order(rows, orbits, names):
+    for k in _order(rows, orbits):
         if (orbit := orbits[k]) is None:
             if k > 0 and "position" not in rows[k]:
                 raise rows[k].fault("", "has no position and no orbit; expected one of them")
@@ -93,18 +95,14 @@ def state_of(run: TomlTable, system: System, rows: list[TomlTable]) -> State:
         return from_numbers(system.context, position, velocity, attitudes, spins, start)
 
 
-def _order(rows: list[TomlTable], orbits: list[_Orbit | None], names: list[str]) -> list[int]:
+def _order(rows: list[TomlTable], orbits: list[_Orbit | None]) -> list[int]:
     """Return the indices of the bodies so that each comes after those about which it orbits."""
-    order: list[int] = []
-    while len(order) < len(rows):
-        ready = [
-            k for k, orbit in enumerate(orbits) if k not in order and (orbit is None or set(orbit.about) <= set(order))
-        ]
-        if not ready:
-            first = next(k for k in range(len(rows)) if k not in order)
-            raise rows[first].table("orbit").fault("about", "is a body that orbits about this one")
-        order += ready
-    return order
+    try:
+        return list(
+            TopologicalSorter({k: orbit.about if orbit else () for k, orbit in enumerate(orbits)}).static_order()
+        )
+    except CycleError as error:
+        raise rows[min(error.args[1])].table("orbit").fault("about", "is a body that orbits about this one") from error
 
 
 def _orbit(table: TomlTable, names: list[str], masses: Floats, G: float, k: int) -> _Orbit | None:
@@ -130,7 +128,7 @@ def _rotation(table: TomlTable, orbit: _Orbit | None, frame: str | None) -> tupl
     """Return the attitude and the spin of a body.
 
     With ``pole = "orbit"`` the z-axis is the orbit's pole and the x-axis its node. A synchronous body also points its
-    x-axis at what it orbits about, and turns once in the orbit's period.
+    x-axis at what it orbits about, and rotates once in the orbit's period.
     """
     locked = flag(table, "synchronous")
     if not locked and table.content.get("pole") != "orbit":
@@ -159,9 +157,7 @@ def attitude(table: TomlTable, frame: str | None = None) -> Floats:
                 raise table.fault("attitude", "is zero; expected a quaternion [w, x, y, z]")
             return value
         case "angles":
-            zero = np.zeros((1, 3))
-            angles = table.vector("angles", "angle", 3)
-            return np.asarray(State.from_tait_bryan(zero, zero, angles[None]).attitude[0])
+            return _core.quaternion_of_tait_bryan(table.vector("angles", "angle", 3).tolist())
         case "pole":
             angle = table.number("rotation_angle", "angle") if "rotation_angle" in table else 0.0
             longitude, latitude = table.vector("pole", "angle", 2)

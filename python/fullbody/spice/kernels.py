@@ -114,7 +114,7 @@ def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path
     The requirements for the system are those of :meth:`to_spk`. The three files belong together. The CK gives
     frames along the bodies' principal axes, such as ``ALPHA_FIXED`` for Alpha, relative to the axes of the ICRF
     (SPICE's J2000). Segments are of type 5. For a run with ``dense=True`` the nodes are so close that interpolated
-    angles are accurate to 1e-12 rad, or to the angle by which the body turns in the last digit of the run's time.
+    angles are accurate to 1e-12 rad, or to the angle by which the body rotates in the last digit of the run's time.
     Otherwise the nodes are the samples. A body's frame has the body's number with the opposite sign, or a thousand
     times a negative number.
 
@@ -369,7 +369,7 @@ def _sample_nodes(run: Record, conventions: Conventions, curve: Curve) -> tuple[
             f"the run has {len(et)} samples; a kernel needs three or more, at least 2e-7 s apart, or dense=True"
         )
     values, rates = curve(samples)
-    # Seconds past J2000 are rounded to 1e-7 s, in which a fast rotator turns by more than the tolerance.
+    # Seconds past J2000 are rounded to 1e-7 s, in which a fast rotator rotates by more than the tolerance.
     rounding = ((et - conventions.epoch) - samples["time"] * conventions.second)[:, None, None]
     return et, values + rates * rounding, rates + np.gradient(rates, et, axis=0) * rounding
 

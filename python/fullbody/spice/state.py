@@ -88,11 +88,11 @@ def state(
     with loaded(kernels):
         for k, name in enumerate(context.names):
             body = numbers[k]
-            with _telling(f"the position of {name} ({body}) from {observer}", system, time):
+            with _explaining(f"the position of {name} ({body}) from {observer}", system, time):
                 state_vector, _ = spice.spkgeo(body, et, "J2000", observer)
             position[k], velocity[k] = np.reshape(state_vector, (2, 3)) @ conventions.axes / conventions.km
             if name in named or any(context.bodies[k].semi_axes):
-                with _telling(f"the attitude of {name} ({body})", system, time):
+                with _explaining(f"the attitude of {name} ({body})", system, time):
                     frame = named.get(name) or spice.cidfrm(body)[1]
                     transformation = spice.sxform(frame, "J2000", et)
                 matrix = transformation[:3, :3]
@@ -105,8 +105,8 @@ def state(
 
 
 @contextmanager
-def _telling(what: str, system: SystemLike, time: Any) -> Iterator[None]:
-    """Context manager that adds to an error of SPICE what the kernels lack."""
+def _explaining(what: str, system: SystemLike, time: Any) -> Iterator[None]:
+    """Context manager that raises errors of SPICE as errors that name the missing data."""
     errors = spiceypy().utils.exceptions
     try:
         yield

@@ -72,8 +72,8 @@ def __getattr__(name: str) -> Ready:
     """Make the function of a system when it is first used, since each is read from a file."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = made = function(name)
-    return made
+    globals()[name] = ready = function(name)
+    return ready
 
 
 def __dir__() -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import choice, flag
-from ..base.units import USUAL, Units
+from ..base.units import DEFAULT_UNITS, Units
 from ..errors import InvalidInput
 from ..forces import ThirdBody
 from ..forces.ephemeris import GM
@@ -20,8 +20,7 @@ from ..model.state import State, strip, wrap
 from ..motion.system import System, system_of
 from ..orbit.elements import KeplerElements
 from ..setups.toml import build
-from ..setups.toml_published import METADATA, in_usual_units, replaced
-from ..setups.toml_table import TomlTable
+from ..setups.toml_table import METADATA, TomlTable, in_usual_units, replaced
 from ..typing import Floats
 from . import _files
 
@@ -49,19 +48,19 @@ def ready(
     table = content["system"]
     frame, published = _frame(content, frame), table.get("frame")
     options = _with_epoch(options, table.get("epoch"))
-    # Numbers of a file without units are dimensionless: the units are those that the caller says they have.
-    base, units = (USUAL if Units(units).defined else None, units) if "units" in table else (units, False)
+    # Numbers of a file without units are dimensionless, and have the units that the caller names.
+    base, units = (DEFAULT_UNITS if Units(units).defined else None, units) if "units" in table else (units, False)
     if base is None and "G" not in table:
         options["G"] = _G
     described = {key: replaced(item, in_usual_units) for key, item in content.items() if key not in METADATA}
     if "binary" in described and (options.get("gravity", "focal") not in _EXACT or "forces" in options):
-        # The period of the start was found for the exact attraction alone.
+        # The period of the start holds for the exact attraction alone.
         described["binary"].pop("start_period", None)
     planar = frame == "orbit" and "binary" in described
     top = TomlTable(_files.path(name), "", described, Units(base))
     system, state = build(top, {**options, "units": base}, planar)
     system = system.with_options(frame=frame)
-    # The quaternion turns vectors into the axes of the orbit's plane.
+    # The quaternion rotates vectors into the axes of the orbit's plane.
     into = rotations.inverse(rotations.of_plane(*_plane(described))) if frame == "orbit" else None
     if into is not None and not planar:
         state = rotated(state, rotations.matrices(into), into)
@@ -109,14 +108,14 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
 def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     """Convert a system in km, hour, kg and its state to the given units."""
     target = Units(units)
-    if not target.defined or target == Units(USUAL):
+    if not target.defined or target == Units(DEFAULT_UNITS):
         return system, wrap(strip(state, system.context), system.context)
     # The forces take Quantities here, since plain numbers are in km, hour, kg.
-    united = [
+    forces = [
         force if force.name in system.context.calls else rebuilt(described | force._notes(), system.context.units)
         for force, described in zip(system.forces, system.context.core.forces, strict=True)
     ]
-    converted = System(system.bodies, G=system.G, units=target.names, forces=united, **system.options)
+    converted = System(system.bodies, G=system.G, units=target.names, forces=forces, **system.options)
     # The system is rebuilt from its description, so that the bodies are in these units too.
     final = system_of(converted.context.describe(), functions(system))
     return final, wrap(state.in_units(target), final.context)
@@ -126,7 +125,7 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     """Add the Sun's gravity to a system if it is requested.
 
     The table has the heliocentric orbit in the ecliptic of J2000 (au, degrees), and the Julian date of its mean
-    anomaly; the axes of the state are a frame and a quaternion by which vectors turn from there, or ``None``.
+    anomaly; the axes of the state are a frame and a quaternion that rotates vectors from there, or ``None``.
     """
     flag(sun, "sun")
     if not sun:
@@ -144,7 +143,7 @@ def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple
     if quaternion is not None:
         matrix = rotations.matrices(quaternion) @ matrix
     orbit = KeplerElements.from_cartesian(matrix @ r, matrix @ v, _MU)
-    attach = Units(None if system.units is None else USUAL).attach
+    attach = Units(None if system.units is None else DEFAULT_UNITS).attach
     angles = (orbit.i, orbit.Omega, orbit.omega, orbit.M)
     orbit = KeplerElements(attach(orbit.a, "length"), orbit.e, *angles)
     return system.with_force(ThirdBody(mu=attach(_MU, "mu"), orbit=orbit, of="system", name="Sun"))

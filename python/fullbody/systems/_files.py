@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ..errors import InvalidInput
+from ..base.kinds import choice
 from ..setups.toml_bodies import FIGURES, MASSES, SHAPES
 
 
@@ -42,9 +42,7 @@ def changed(content: dict[str, Any], variant: Any, changes: dict[str, dict[str, 
     A change of a body removes the period that was found for the start, which belongs to the body as it was.
     """
     if names := variants(content):
-        if not isinstance(variant, str) or variant not in names:
-            option = content["variants"]["option"]
-            raise InvalidInput(f"{option} is {variant!r}; expected {' or '.join(map(repr, names))}")
+        choice(variant, content["variants"]["option"], names)
         content = _merged(content, content["variants"].get(variant, {}))
     if not changes:
         return content
@@ -61,8 +59,8 @@ def _merged(content: dict[str, Any], overlay: dict[str, Any]) -> dict[str, Any]:
         if key in bodies:
             for group in (SHAPES, MASSES):
                 if not value.keys().isdisjoint(group):
-                    for old in (*group, *(FIGURES if group is SHAPES else ())):
-                        bodies[key].pop(old, None)
+                    for previous in (*group, *(FIGURES if group is SHAPES else ())):
+                        bodies[key].pop(previous, None)
             bodies[key].update(deepcopy(value))
         elif isinstance(value, dict) and key in result:
             result[key].update(deepcopy(value))

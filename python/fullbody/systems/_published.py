@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InvalidInput
-from ..setups.toml_published import is_published
+from ..setups.toml_table import is_published
 from . import _files
 
 #: Nouns for keys of a file that are not their own names with spaces.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.kinds import function, instance, whole
+from ..base.kinds import function, instance, whole_number
 from ..base.units import UNITLESS, is_quantity, need, numbers, strip_to
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State
@@ -88,7 +88,7 @@ class Explorer:
     ) -> None:
         with need("explore", "fullbody.explore"):
             import anywidget
-        whole(samples, "samples", 2, _MAX_SAMPLES)
+        whole_number(samples, "samples", 2, _MAX_SAMPLES)
         function(setup, "setup", "a function of the parameters")
         instance(parameters, "parameters", Mapping, "a dict of ranges by name")
         if isinstance(show, str) or not isinstance(show, Iterable):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.kinds import whole
+from ..base.kinds import whole_number
 from ..plots._style import check_samples, surfaces, unit
 from ..plots.between import dense_times, poses, trails, warn_if_aliased
 from ..plots.sunlight import directions, shadow_ellipsoids
@@ -29,7 +29,7 @@ def pack(values: Any, kind: str) -> str:
 def scene_data(run: Record, *, flight: Flight | None, samples: int, geometry: Geometry | None) -> dict[str, Any]:
     """Return the data that viewer.js loads; the arguments are those of :class:`fullbody.view.View`."""
     check_samples(run)
-    whole(samples, "samples", 2)
+    whole_number(samples, "samples", 2)
     first, last = run.arrays["time"][[0, -1]]
     is_short = len(run) <= samples
     times = dense_times(run, float(last), min(samples, 1000)) if is_short else np.linspace(first, last, samples)

@@ -43,10 +43,7 @@ def test_units_of_other_libraries_are_read(quantity, dimension, expected):
 
 def test_units_that_astropy_does_not_know_are_refused():
     for quantity in (xr.DataArray([1.0], attrs={"units": "furlongs"}), SimpleNamespace(magnitude=1.0, units="furlong")):
-        with pytest.raises(
-            fullbody.errors.InvalidInput, match=r"size has the unit 'furlongs?', which astropy cannot read"
-        ):
-            SYSTEM.strip(quantity, "length", "size")
+        refused(r"size has the unit 'furlongs?', which astropy cannot read", SYSTEM.strip, quantity, "length", "size")
     with pytest.raises(fullbody.errors.InvalidInput, match="size has the unit deg; expected a unit such as km"):
         SYSTEM.strip(xr.DataArray(1.0, attrs={"units": "deg"}), "length", "size")
 

@@ -33,7 +33,7 @@ def test_tables_of_systems_states_and_runs_are_complete(kw4_run):
     assert {"101", "0 h to 50 h", f"{np.abs(kw4_run.energy_drift).max():.2e}"} <= set(run)
 
 
-def test_tables_of_runs_tell_events_and_what_stopped_them(case1_run):
+def test_tables_of_runs_show_events_and_the_stop_reason(case1_run):
     system, state = fullbody.systems.case1()
     # They are at 48.7 and 92.9.
     assert "2 Apoapsis" in cells(system.integrate(state, 100.0, events=[fullbody.events.Apoapsis(0, 1)]))
@@ -52,15 +52,15 @@ def test_tables_have_no_negative_zeros():
 
 def test_tables_of_elements_hold_one_orbit_or_many_with_units(case1_run, kw4_run):
     single = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
-    told = "a, 2, e, 0.5, i [deg], 30, Omega [deg], 0, omega [deg], 0, M [deg], 180"
-    assert cells(single) == told.split(", ")
+    expected = "a, 2, e, 0.5, i [deg], 30, Omega [deg], 0, omega [deg], 0, M [deg], 180"
+    assert cells(single) == expected.split(", ")
     elements = case1_run.elements()
     table = cells(elements)
     assert table[:5] == ["", "first", "last", "least", "greatest"]
     e = elements.e
     assert table[table.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
-    united = kw4_run.elements()
-    assert {"a [km]", "i [deg]", f"{np.rad2deg(united.i.value[-1]):.8g}"} <= set(cells(united))
+    with_units = kw4_run.elements()
+    assert {"a [km]", "i [deg]", f"{np.rad2deg(with_units.i.value[-1]):.8g}"} <= set(cells(with_units))
 
 
 @pytest.mark.parametrize("units", [False, True])
@@ -84,8 +84,10 @@ def test_tables_of_components_have_what_is_given_and_nothing_else():
     assert cells(fullbody.Component(diameter=2.0, axis_ratios=(1.2, 1.1), pole=(0.1, 0.2), name="a<b")) == [
         *("diameter", "2", "axis ratios", "1.2, 1.1", "pole", "0.1, 0.2")
     ]
-    united = fullbody.Component(semi_axes=[3, 2, 1] * u.km, mass="2 kg", rotation_period=float("inf"), tilt=3 * u.deg)
-    assert cells(united) == [
+    with_units = fullbody.Component(
+        semi_axes=[3, 2, 1] * u.km, mass="2 kg", rotation_period=float("inf"), tilt=3 * u.deg
+    )
+    assert cells(with_units) == [
         *("semi axes", "3 km, 2 km, 1 km", "mass", "2 kg", "rotation period", "inf", "tilt", "3 deg")
     ]
     assert "a&lt;b" in fullbody.Component(diameter=2.0, name="a<b")._repr_html_()

@@ -163,7 +163,7 @@ def test_names_are_found_in_another_normal_form():
         _ = run.work["Sun"]
 
 
-def test_the_arguments_of_a_setup_are_found_as_python_writes_them():
+def test_names_of_parameters_have_the_normal_form_of_python():
     system, state = fullbody.systems.case1()
     result = fullbody.sweep(
         lambda μ: (system, state), {"\N{MICRO SIGN}": [1.0, 2.0]}, 0.1, measure=lambda run: {"a": 1.0}

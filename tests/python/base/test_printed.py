@@ -6,7 +6,7 @@ import fullbody
 import pytest
 from astropy import units as u
 from fullbody.base.unit_names import error_of
-from fullbody.base.units import gathered
+from fullbody.base.units import as_quantity
 from fullbody.errors import InvalidInput
 from support import refused
 
@@ -36,7 +36,7 @@ PRINTED = {
 @pytest.mark.parametrize("text", PRINTED)
 def test_a_printed_number_is_read_with_its_error_and_unit(text):
     value, error, unit = PRINTED[text]
-    result = gathered(text, "a number")
+    result = as_quantity(text, "a number")
     assert result.to_value(unit) == pytest.approx(value, rel=1e-14)
     if error is None:
         assert error_of(result) is None
@@ -45,12 +45,12 @@ def test_a_printed_number_is_read_with_its_error_and_unit(text):
 
 
 def test_a_column_of_printed_numbers_keeps_the_error_of_each():
-    result = gathered(["849 ± 15 m", "0.8 ± 0.1 km", "3 km"], "diameters")
+    result = as_quantity(["849 ± 15 m", "0.8 ± 0.1 km", "3 km"], "diameters")
     assert (error_of(result) * result.unit).to_value("m") == pytest.approx([15.0, 100.0, 0.0], rel=1e-14)
 
 
 def test_an_error_is_forgotten_where_it_is_computed_with():
-    assert error_of(2.0 * gathered("849 ± 15 m", "diameter")) is None
+    assert error_of(2.0 * as_quantity("849 ± 15 m", "diameter")) is None
 
 
 REFUSED = {
@@ -64,7 +64,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_a_text_of_another_form_is_refused(text):
-    refused(re.escape(REFUSED[text]), lambda: gathered(text, "mass", "mass"))
+    refused(re.escape(REFUSED[text]), lambda: as_quantity(text, "mass", "mass"))
 
 
 def test_an_unknown_unit_is_named_with_the_unit_that_is_meant(tmp_path):
@@ -82,7 +82,7 @@ def test_an_unknown_unit_is_named_with_the_unit_that_is_meant(tmp_path):
 
 def test_lengths_are_spelt_in_either_english():
     for text in ("250 metre", "250 metres", "250 meter", "0.25 kilometres", "25000 centimetres"):
-        assert gathered(text, "size", "length").to_value(u.m) == pytest.approx(250.0, rel=1e-14)
+        assert as_quantity(text, "size", "length").to_value(u.m) == pytest.approx(250.0, rel=1e-14)
 
 
 def test_the_rate_of_a_spin_without_an_angle_is_refused():

@@ -10,7 +10,7 @@ from support import refused
 
 def test_a_function_gets_what_is_reported():
     seen = []
-    with Progress(lambda *told: seen.append(told)) as report:
+    with Progress(lambda *report_arguments: seen.append(report_arguments)) as report:
         report(1, 3, "one of three")
         over_time(report)(5.0, -1.0, -7.0)
     assert seen == [(1, 3, "one of three"), (6.0, 12.0, "t = -1")]

@@ -144,7 +144,13 @@ CASES = {
 }
 LONG = SYSTEM.integrate(START, 40.0, output=1.0)
 #: Arguments that are one number or many.
-MANY = "integrate output", "integrate outputs", "Dense", "Dense times", *(f"KeplerElements {name}" for name in ORBIT)
+SCALARS_OR_ARRAYS = (
+    "integrate output",
+    "integrate outputs",
+    "Dense",
+    "Dense times",
+    *(f"KeplerElements {name}" for name in ORBIT),
+)
 #: Names of arguments in errors of the core, which sees plain numbers.
 CALLED = {
     "KeplerElements a": "semi-major axis",
@@ -166,7 +172,7 @@ def numbers(result):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_any_unit_of_its_kind_and_text_say_the_same(name):
+def test_any_unit_and_text_give_the_same_result(name):
     case = CASES[name]
     expected = case.call(case.value)
     if case.unit is None:
@@ -190,28 +196,28 @@ def test_any_unit_of_its_kind_and_text_say_the_same(name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_other_units_shapes_and_what_is_no_finite_number_are_refused(name):
+def test_other_units_shapes_and_values_that_are_not_finite_are_refused(name):
     case, value = CASES[name], CASES[name].value
 
-    def told(wrong):
+    def message_for(wrong):
         with pytest.raises(InvalidInput) as caught:
             case.call(wrong)
         return str(caught.value)
 
-    message = told(value.value * u.cd)
+    message = message_for(value.value * u.cd)
     assert case.what in message
     assert " cd" in message
     assert u.Unit(message.split("such as ")[-1]).is_equivalent(value.si.unit)
     for bad in (np.nan,) if name in ENDLESS else (np.nan, np.inf, -np.inf):
         wrong = value.copy()
         wrong[(-1,) * value.ndim] = bad * value.unit
-        message = told(wrong).lower()
+        message = message_for(wrong).lower()
         assert CALLED.get(name, case.what).lower() in message
         assert str(bad) in message
-    if name not in MANY:
-        assert case.what in told(u.Quantity([value, value]) if value.ndim == 0 else value[..., :-1])
+    if name not in SCALARS_OR_ARRAYS:
+        assert case.what in message_for(u.Quantity([value, value]) if value.ndim == 0 else value[..., :-1])
     if not name.endswith("points"):
         for wrong in ("wide", True, 1j, b"1", 10**309, np.ma.masked):
-            message = told(wrong)
+            message = message_for(wrong)
             assert re.search(rf"{re.escape(case.what)}\b.* (is|has) .*; expected ", message, re.DOTALL)
             assert "masked" in message or wrong is not np.ma.masked

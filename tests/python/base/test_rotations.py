@@ -9,20 +9,20 @@ from scipy.spatial.transform import Rotation
 from support import inertia, refused
 
 RNG = np.random.default_rng(4)
-TURNS = Rotation.random(60, RNG)
-QUATERNIONS = TURNS.as_quat(scalar_first=True)
+ROTATIONS = Rotation.random(60, RNG)
+QUATERNIONS = ROTATIONS.as_quat(scalar_first=True)
 
 
 @pytest.mark.parametrize("shape", [(60,), (4, 15), (5, 3, 4)])
 def test_rotation_matrices_are_scipys(shape):
     matrices = rotations.matrices(QUATERNIONS.reshape(*shape, 4))
-    assert np.abs(matrices - TURNS.as_matrix().reshape(*shape, 3, 3)).max() < 1e-15
-    assert np.abs(rotations.matrices(QUATERNIONS[3]) - TURNS[3].as_matrix()).max() < 1e-15
+    assert np.abs(matrices - ROTATIONS.as_matrix().reshape(*shape, 3, 3)).max() < 1e-15
+    assert np.abs(rotations.matrices(QUATERNIONS[3]) - ROTATIONS[3].as_matrix()).max() < 1e-15
     assert rotations.matrices(np.zeros((0, 4))).shape == (0, 3, 3)
 
 
 def test_products_of_rotations_are_scipys():
-    a, b, c = TURNS[:20], TURNS[20:40], TURNS[40:]
+    a, b, c = ROTATIONS[:20], ROTATIONS[20:40], ROTATIONS[40:]
     for k in range(20):
         expected = (a[k] * b[k] * c[k]).as_matrix()
         result = rotations.product(*(rotation.as_quat(scalar_first=True) for rotation in (a[k], b[k], c[k])))

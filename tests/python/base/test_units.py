@@ -60,11 +60,11 @@ def test_mixed_units_are_converted():
 def test_differences_of_dates_are_times():
     start = Time("2026-12-01T00:00:00", scale="tdb")
     system, state = fullbody.systems.kw4(units=True, epoch=start)
-    later = Time("2026-12-01T06:00:00", scale="tdb")
-    run = system.integrate(state, later - system.epoch, output=start + [0, 3, 6] * u.hour - system.epoch)
+    shifted = Time("2026-12-01T06:00:00", scale="tdb")
+    run = system.integrate(state, shifted - system.epoch, output=start + [0, 3, 6] * u.hour - system.epoch)
     assert run.time.to_value(u.hour) == pytest.approx([0.0, 3.0, 6.0], abs=1e-12)
-    refused(r"until is the date 2026-12-01.*such as date - system\.epoch", lambda: system.integrate(state, later))
-    refused("output is the date", lambda: system.integrate(state, 6.0, output=[start, later]))
+    refused(r"until is the date 2026-12-01.*such as date - system\.epoch", lambda: system.integrate(state, shifted))
+    refused("output is the date", lambda: system.integrate(state, 6.0, output=[start, shifted]))
 
 
 def test_quantities_into_a_system_without_units_are_refused():
@@ -84,7 +84,7 @@ def test_quantities_into_a_system_without_units_are_refused():
 def test_errors_for_numbers_without_units_beside_quantities_name_both():
     mixed = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
     unitless = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
-    united = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
+    with_units = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
     mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
     orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
     for call, words in (
@@ -95,8 +95,8 @@ def test_errors_for_numbers_without_units_beside_quantities_name_both():
         (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), "semi-axis c has the unit km ... semi-axis a has none"),
         (lambda: unitless.gravity([2, 0, 0] * u.km).potential, "points has the unit km ... semi-axis a has none"),
         (lambda: mixed.gravity([2, 0, 0] * u.km).field, "points has the unit km ... mass of Alpha has none"),
-        (lambda: united.gravity([2, 0, 0], 1.0).potential, "semi-axis a has the unit km ... points has none"),
-        (lambda: united.gravity([2, 0, 0] * u.km, 1.0).potential, "points has the unit km ... G has none"),
+        (lambda: with_units.gravity([2, 0, 0], 1.0).potential, "semi-axis a has the unit km ... points has none"),
+        (lambda: with_units.gravity([2, 0, 0] * u.km, 1.0).potential, "points has the unit km ... G has none"),
         (lambda: unitless.gravity([2, 0, 0]).potential, "G is not given"),
         (lambda: orbit.to_cartesian(1.0), "a has the unit km ... mu has none"),
         (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), "mu has the unit km3 / s2 ... a has none"),
@@ -108,13 +108,13 @@ def test_errors_for_numbers_without_units_beside_quantities_name_both():
     # Its system knows, and its table leaves out what it cannot tell.
     assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
     assert "density" not in mixed._repr_html_()
-    assert "density" in united._repr_html_()
+    assert "density" in with_units._repr_html_()
 
 
 def test_parts_of_a_state_have_units_all_or_none():
     r, v = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 2, 0]]
     speed = u.km / u.hour
-    united = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
+    with_units = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
     for position, velocity, words in (
         (r * u.km, v, "position has the unit km, but velocity has none"),
         (r, v * speed, "velocity has the unit km / h, but position has none"),
@@ -122,12 +122,14 @@ def test_parts_of_a_state_have_units_all_or_none():
         for make in (
             lambda r, v: fullbody.State(r, v),
             lambda r, v: fullbody.State.from_tait_bryan(r, v, np.zeros((2, 3))),
-            lambda r, v: fullbody.State(united.position, united.velocity).replace(position=r, velocity=v),
+            lambda r, v: fullbody.State(with_units.position, with_units.velocity).replace(position=r, velocity=v),
         ):
             refused(words, lambda make=make, position=position, velocity=velocity: make(position, velocity))
     for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
-        refused(f"position has the unit km, but {name} has none", lambda change={name: value}: united.replace(**change))
-    refused("spin has the unit rad / h, but position has none", lambda: fullbody.State(r, v, spin=united.spin))
+        refused(
+            f"position has the unit km, but {name} has none", lambda change={name: value}: with_units.replace(**change)
+        )
+    refused("spin has the unit rad / h, but position has none", lambda: fullbody.State(r, v, spin=with_units.spin))
     # Zeros are zeros in any unit; attitudes have none.
     motionless = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
     assert motionless.position[1, 0] == 9 * u.km
@@ -143,7 +145,7 @@ def test_bodies_of_a_system_with_units_have_them():
         fullbody.Body(fullbody.PointMass(), mass=7),
     ]
     system = fullbody.System(made, units=KM_H_KG)
-    beta, mixed, united, point = system.bodies
+    beta, mixed, with_units, point = system.bodies
     assert beta.shape == fullbody.Ellipsoid(0.285 * u.km, 0.2315 * u.km, 0.1745 * u.km)
     assert beta.mass == 0.135e12 * u.kg
     assert beta.density.to_value(u.kg / u.m**3) == pytest.approx(2799.3, rel=1e-4)
@@ -151,7 +153,7 @@ def test_bodies_of_a_system_with_units_have_them():
     assert "kg" in beta._repr_html_()
     assert mixed.density.to_value(u.g / u.cm**3) == pytest.approx(2.0, rel=1e-15)
     assert mixed.mass.to_value(u.kg) == pytest.approx(2000 * 4 / 3 * np.pi * 300**3, rel=1e-14)
-    assert united == made[2]
+    assert with_units == made[2]
     assert point.mass == 7 * u.kg
     assert (beta.name, point.name) == ("Beta", None)
     # The bodies that went in are unchanged; a system without units keeps the same objects.
@@ -204,8 +206,8 @@ def test_times_are_read_as_people_write_them():
         **{"30 days": 30 * 86400, "2 weeks": 14 * 86400, "3 hrs": 10800, "5 hours": 18000, "1 hour": 3600},
         **{"1 year": 31557600, "2 years": 63115200, "90 minutes": 5400, "90 mins": 5400, "10 secs": 10},
     }.items():
-        later = state.replace(time=text)
-        assert later.time.to_value(u.s) == pytest.approx(seconds, rel=1e-15)
+        shifted = state.replace(time=text)
+        assert shifted.time.to_value(u.s) == pytest.approx(seconds, rel=1e-15)
     assert system.integrate(state, "3 hrs", output="ends").time[-1].value == pytest.approx(10800, rel=1e-15)
 
 
@@ -224,16 +226,16 @@ def test_texts_that_are_no_times_are_refused():
 
 def test_elements_without_units_take_those_of_the_mu_of_a_system():
     system, _ = fullbody.systems.kw4(units=("km", "day", "kg"))
-    unitless, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
+    unitless, with_units = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
     mu = system.mu()
     for (r, v), (expected_r, expected_v) in (
-        (unitless.to_cartesian(mu), united.to_cartesian(mu)),
-        (unitless.to_cartesian(system.mu("Beta", "Alpha")), united.to_cartesian(mu.to(u.km**3 / u.day**2))),
+        (unitless.to_cartesian(mu), with_units.to_cartesian(mu)),
+        (unitless.to_cartesian(system.mu("Beta", "Alpha")), with_units.to_cartesian(mu.to(u.km**3 / u.day**2))),
     ):
         assert (r.unit, v.unit) == (u.km, u.km / u.day)
         assert (r == expected_r).all()
         assert (v == expected_v).all()
-    assert unitless.period(mu) == united.period(mu)
+    assert unitless.period(mu) == with_units.period(mu)
     assert fullbody.KeplerElements.from_cartesian(r.value, v.value, mu).a.to_value("km") == pytest.approx(2.5)
     # Elements in metres give metres, although mu is in kilometres.
     assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m

@@ -133,7 +133,7 @@ def test_every_truncation_is_refused(written, tmp_path):
         refused("the checksum at its end does not fit", lambda: fullbody.load(path))
 
 
-def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
+def test_a_damaged_file_is_reported_once(written, tmp_path, monkeypatch):
     ignored = []
     monkeypatch.setattr(sys, "unraisablehook", ignored.append)
     path = tmp_path / "run.nc"

@@ -6,6 +6,7 @@ import zipfile
 import fullbody
 import numpy as np
 import pytest
+from support import refused
 
 PARTS = ("time", "position", "transition", "sensitivity", "chaos", "event_time")
 
@@ -37,12 +38,11 @@ def test_numpy_alone_reads_the_arrays(written):
     assert attributes == {name: getattr(value, "item", lambda v=value: v)() for name, value in dataset.attrs.items()}
 
 
-@pytest.mark.parametrize("kept", [3, 40, 0.5, 0.99])
-def test_a_cut_archive_is_refused(written, tmp_path, kept):
+@pytest.mark.parametrize("length", [3, 40, 0.5, 0.99])
+def test_a_truncated_archive_is_refused(written, tmp_path, length):
     data = written[1].read_bytes()
-    (tmp_path / "cut.npz").write_bytes(data[: kept if kept > 1 else int(kept * len(data))])
-    with pytest.raises(fullbody.errors.InvalidInput, match=r"cut\.npz is not a readable run of fullbody"):
-        fullbody.load(tmp_path / "cut.npz")
+    (tmp_path / "short.npz").write_bytes(data[: length if length > 1 else int(length * len(data))])
+    refused(r"short\.npz is not a readable run of fullbody", fullbody.load, tmp_path / "short.npz")
 
 
 def test_a_changed_number_is_noticed(written, tmp_path):
@@ -50,8 +50,7 @@ def test_a_changed_number_is_noticed(written, tmp_path):
     offset = data.find(written[0].position.value.tobytes())
     data[offset + 5] ^= 1
     (tmp_path / "changed.npz").write_bytes(data)
-    with pytest.raises(fullbody.errors.InvalidInput, match="truncated or damaged"):
-        fullbody.load(tmp_path / "changed.npz")
+    refused("truncated or damaged", fullbody.load, tmp_path / "changed.npz")
 
 
 def test_an_archive_of_something_else_is_refused(written, tmp_path):
@@ -59,5 +58,4 @@ def test_an_archive_of_something_else_is_refused(written, tmp_path):
     with zipfile.ZipFile(tmp_path / "text.npz", "w") as archive:
         archive.writestr("a.txt", "no arrays")
     for name in ("other", "text"):
-        with pytest.raises(fullbody.errors.InvalidInput, match="without the description of a run"):
-            fullbody.load(tmp_path / f"{name}.npz")
+        refused("without the description of a run", fullbody.load, tmp_path / f"{name}.npz")

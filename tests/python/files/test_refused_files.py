@@ -39,7 +39,7 @@ def classic(path):
     ],
     ids=["empty", "text", "foreign", "classic", "simulation"],
 )
-def test_what_is_no_run_is_refused(make, words, tmp_path):
+def test_files_without_a_run_are_refused(make, words, tmp_path):
     make(tmp_path / "other.nc")
     refused(rf"other\.nc is not a readable run of fullbody: {words}", lambda: fullbody.load(tmp_path / "other.nc"))
 

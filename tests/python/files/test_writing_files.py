@@ -70,7 +70,7 @@ def test_a_full_disk_is_an_error_and_not_the_end_of_the_session(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [KeyboardInterrupt, ValueError, OSError])
-def test_whatever_ends_the_writing_leaves_the_old_file(kind, tmp_path):
+def test_an_error_while_writing_leaves_the_old_file(kind, tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
 
@@ -139,13 +139,13 @@ def test_a_disk_that_fails_leaves_the_old_file(run, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_disk_that_fails_at_the_folder_is_told(run, tmp_path, monkeypatch):
+def test_a_disk_that_fails_at_the_folder_is_an_error(run, tmp_path, monkeypatch):
     record_calls(monkeypatch, fail="folder")
     with pytest.raises(OSError, match="Input/output error"):
         run.save(tmp_path / "run.nc")
 
 
-def test_systems_that_cannot_flush_a_folder_are_enough(run, tmp_path, monkeypatch):
+def test_files_are_written_where_folders_cannot_be_flushed(run, tmp_path, monkeypatch):
     original = os.fsync
 
     def fsync(descriptor):
@@ -254,7 +254,7 @@ def test_any_name_of_up_to_255_bytes_is_written(name, run, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == [name]
 
 
-def test_a_name_too_long_for_the_system_is_told(run, tmp_path):
+def test_a_name_too_long_for_the_system_is_an_error(run, tmp_path):
     path = tmp_path / ("x" * 253 + ".nc")
     with pytest.raises(OSError, match="File name too long") as caught:
         run.save(path)
@@ -330,8 +330,8 @@ def test_standard_output_is_not_replaced(tmp_path):
     (tmp_path / "link").symlink_to("/dev/stdout")
     with (tmp_path / "printed").open("w") as printed:
         subprocess.run([sys.executable, "-c", textwrap.dedent(script)], stdout=printed, cwd=tmp_path, check=True)
-    told = (tmp_path / "printed").read_text().splitlines()
-    assert [line.partition("]")[2] for line in told] == [
+    lines = (tmp_path / "printed").read_text().splitlines()
+    assert [line.partition("]")[2] for line in lines] == [
         f" Not a regular file, which alone can be replaced: '{name}'" for name in ("/dev/stdout", "link")
     ]
 

@@ -55,18 +55,18 @@ def test_a_number_of_an_array_may_end_at_its_bound():
 
 
 def test_arrays_and_numbers_may_stand_side_by_side_with_units():
-    def united(position, shift):
+    def with_units(position, shift):
         system, state = setup((position + shift).to_value("km"))
         return fullbody.System(system.bodies, units=("km", "hour", "kg")), state
 
     data = observing.Measured("positions", positions_of, TRUE.ravel() * u.km, 1 * u.m, [0.0, 1.0])
     shift = Free(0.1 * u.km, prior=(0.05 * u.km, 2 * u.m))
-    both = fullbody.fit(united, {"position": Free(TRUE * 1e3 * u.m), "shift": shift}, data)
-    assert both.values["position"].unit == u.m
-    np.testing.assert_allclose(both.values["position"].to_value("km"), TRUE - 0.05, atol=1e-9)
-    assert abs(both.values["shift"].to_value("m") - 50) < 1e-6
+    result_with_units = fullbody.fit(with_units, {"position": Free(TRUE * 1e3 * u.m), "shift": shift}, data)
+    assert result_with_units.values["position"].unit == u.m
+    np.testing.assert_allclose(result_with_units.values["position"].to_value("km"), TRUE - 0.05, atol=1e-9)
+    assert abs(result_with_units.values["shift"].to_value("m") - 50) < 1e-6
     # Each number has the error of the data and that of the shift.
-    np.testing.assert_allclose(both.sigma["position"].to_value("m"), np.full((2, 3), 5**0.5), rtol=1e-6)
+    np.testing.assert_allclose(result_with_units.sigma["position"].to_value("m"), np.full((2, 3), 5**0.5), rtol=1e-6)
 
 
 def test_draws_are_arrays_that_sweeps_take(result):

@@ -65,11 +65,11 @@ def radar(truth, hours, count):
         exact.append((bodies, blank.predict(run)))
     while True:
         noise = [(rng.normal(size=count) * 75 * u.m, rng.normal(size=count) * u.cm / u.s) for _ in exact]
-        both = [
+        observations = [
             data(item.range + more[0], item.range_rate + more[1], **bodies)
             for (bodies, item), more in zip(exact, noise, strict=True)
         ]
-        yield fullbody.fit(kw4, truth, both, integrator=LOOSE)
+        yield fullbody.fit(kw4, truth, observations, integrator=LOOSE)
 
 
 def test_radar_of_1999_kw4_gives_masses_figure_and_poles():

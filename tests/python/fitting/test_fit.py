@@ -87,13 +87,13 @@ def test_order_units_and_epoch_of_the_data_change_nothing():
     sigma = (0.075 * u.km, 0.01 * u.m / u.s)
     shuffled = observing.RadarAstrometry(radar.times[order].to(u.day), **columns, sigma=sigma, **options)
 
-    def later(mass, a):
+    def earlier_start(mass, a):
         """The same start, from which half a period earlier the motion is followed."""
         system, state = kw4(mass=mass.to_value(1e12 * u.kg), a=a.to_value(u.km))
         return system, system.integrate(state, 17.0, output="ends")[-1]
 
     start = {"mass": 2.36e9 * u.t, "a": 2545.0 * u.m}
-    other = fullbody.fit(later, start, [shuffled], integrator=QUICK)
+    other = fullbody.fit(earlier_start, start, [shuffled], integrator=QUICK)
     assert other.chi2 == pytest.approx(result.chi2, rel=1e-8)
     assert abs(other.values["mass"].to_value(1e12 * u.kg) - result.values["mass"]) < 1e-4 * result.sigma["mass"]
     assert abs(other.values["a"].to_value(u.km) - result.values["a"]) < 1e-4 * result.sigma["a"]
@@ -134,12 +134,12 @@ def test_a_prior_on_what_the_data_do_not_touch_comes_back(radar):
     # A prior on what they do touch is the weighted mean, for one parameter.
     alone = fullbody.fit(lambda a: pair(a=a), {"a": 2.55}, radar)
     mean, sigma = alone.values["a"] + 2 * alone.sigma["a"], alone.sigma["a"]
-    both = fullbody.fit(lambda a: pair(a=a), {"a": Free(2.55, prior=(mean, sigma))}, radar)
-    assert both.values["a"] == pytest.approx(alone.values["a"] + alone.sigma["a"], abs=1e-2 * sigma)
-    assert both.sigma["a"] == pytest.approx(sigma / np.sqrt(2), rel=1e-2)
+    combined = fullbody.fit(lambda a: pair(a=a), {"a": Free(2.55, prior=(mean, sigma))}, radar)
+    assert combined.values["a"] == pytest.approx(alone.values["a"] + alone.sigma["a"], abs=1e-2 * sigma)
+    assert combined.sigma["a"] == pytest.approx(sigma / np.sqrt(2), rel=1e-2)
     # The mean is one error from each of the two, and a prior counts as one more number of the data.
-    assert both.chi2 == pytest.approx(alone.chi2 + 2.0, abs=0.02)
-    assert both.dof == alone.dof + 1
+    assert combined.chi2 == pytest.approx(alone.chi2 + 2.0, abs=0.02)
+    assert combined.dof == alone.dof + 1
 
 
 def test_an_unconstrained_combination_is_named(radar):
@@ -191,7 +191,7 @@ def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large
     assert far.chi2 == pytest.approx(1e8 * result.chi2, rel=1e-6)
 
 
-def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
+def test_a_fit_that_cannot_reach_its_minimum_causes_a_warning(radar):
     with pytest.warns(InconsistentInput, match=r"errors away from .* refused: ValueError: mass is 2\.36"):
         held = fullbody.fit(limited(2.369, 2.5), {"mass": 2.4, "a": 2.5}, radar)
     assert "errors away" in repr(held)
@@ -257,7 +257,7 @@ def test_a_mixture_is_the_likelihood_of_two_normal_distributions():
     np.testing.assert_allclose(rho, -2 * np.log(density / density[12]), atol=1e-10)
 
 
-def test_jitter_is_found_with_its_error():
+def test_a_fitted_jitter_has_the_expected_value_and_error():
     system, state = kw4()
     times = np.linspace(1.0, 39.0, 60) * u.h
     rng = np.random.default_rng(8)
@@ -312,7 +312,7 @@ def test_draws_have_the_covariance_and_go_through_a_sweep(result):
     np.testing.assert_array_equal(swept.mass, few.columns["mass"])
 
 
-def test_many_starts_find_mirror_images(radar):
+def test_several_starts_lead_to_mirror_images(radar):
     # Range rates alone cannot tell a pole tilted ahead from one tilted back in a square of the angle.
 
     def setup(angle, a):
@@ -332,11 +332,11 @@ def test_many_starts_find_mirror_images(radar):
     refused("no parameter has two bounds or a prior", lambda: fullbody.fit(pair, {"a": 2.5}, radar, starts=3, rng=1))
 
 
-def test_progress_tells_runs_and_chi2(radar, capsys):
+def test_progress_reports_runs_and_chi2(radar, capsys):
     result = fullbody.fit(pair, START, radar, progress="a pair")
     assert f"chi2 {result.chi2:.5f}"[:-3] in capsys.readouterr().err
     seen = []
-    fullbody.fit(pair, {"a": 2.545}, radar, progress=lambda *told: seen.append(told))
+    fullbody.fit(pair, {"a": 2.545}, radar, progress=lambda *report: seen.append(report))
     assert seen[-1][0] > 3
     assert {total for _, total, _ in seen} == {None}
     first, last = (float(seen[k][2].partition("chi2 ")[2]) for k in (0, -1))

@@ -125,7 +125,7 @@ def test_a_row_whose_error_is_missing_is_left_out_with_a_warning(radar):
         (lambda a: pair(a=2.55 + 1e-3 * (a > 2.55)), InvalidInput, "do not change evenly with a near 2.55"),
     ],
 )
-def test_setups_that_make_nothing_are_told(radar, setup, error, message):
+def test_setups_without_a_system_and_a_state_are_refused(radar, setup, error, message):
     with pytest.raises(error, match=message):
         fullbody.fit(setup, {"a": 2.55}, radar)
 

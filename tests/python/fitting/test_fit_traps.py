@@ -55,7 +55,7 @@ def test_a_start_that_is_zero_up_to_rounding_moves(start):
 
 
 @pytest.mark.parametrize("start", [1e-12, 1e-8, 0.1])
-def test_a_jitter_is_found_from_any_start_above_zero(start):
+def test_the_fit_of_a_jitter_converges_from_any_start_above_zero(start):
     data = ranges(orbit(1.0), np.linspace(1, 60, 60), 0.06)
     free = {"mass": 1.0, "M": 1.0, "j": Free(start, min=0.0, max=10.0)}
     fit = fullbody.fit(orbit, free, lambda j: data.with_jitter(j))
@@ -126,9 +126,9 @@ def test_the_run_of_a_fit_is_the_motion_that_was_fitted_before_the_epoch_too():
     times = np.linspace(-60, 60, 30)
     system, state = with_third_body()
     options = {"sigma": 0.01, "body": 1, "about": 0, "geometry": FAR}
-    later, earlier = times[times > 0], times[times < 0]
+    following, previous = times[times > 0], times[times < 0]
     exact = []
-    for part, end in ((earlier, -61.0), (later, 61.0)):
+    for part, end in ((previous, -61.0), (following, 61.0)):
         blank = observing.RadarAstrometry(part, range=0 * part, **options)
         exact.append(blank.predict(system.integrate(state, end, dense=True)).range)
     data = observing.RadarAstrometry(times, range=np.concatenate(exact), **options)

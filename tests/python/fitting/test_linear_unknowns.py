@@ -28,10 +28,10 @@ START = {"a": 2.5503, "libration": 0.05, "tilt": 0.05}
 def angle(run):
     """The rotation angle of Alpha from the bisector of the phase angle to its x-axis, in plain geometry."""
     times = TIMES * u.h
-    ways = [
+    directions = [
         vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (VIEW.to_observer(times), VIEW.to_sun(times))
     ]
-    middle = sum(ways).value
+    middle = sum(directions).value
     axes = np.array([run[k].rotation_matrix[0] for k in range(len(run))])
     along, across = (np.sum(middle * axes[:, :, k], axis=1) for k in (0, 1))
     # Where the bisector stands ahead of the x-axis, the body has still to turn.
@@ -71,15 +71,15 @@ class Explicit:
     """Photometry with given linear unknowns, in a class without exact derivatives."""
 
     def __init__(self, light, zeros, slopes, coefficients):
-        self.plain = observing.Photometry(TIMES * u.h, light, 0.005, geometry=VIEW, zero=0.0)
+        self.data = observing.Photometry(TIMES * u.h, light, 0.005, geometry=VIEW, zero=0.0)
         self.air = (zeros + slopes * AIRMASS[:, None])[range(60), NIGHT]
         self.coefficients = coefficients
 
     def emission(self, system):
-        return self.plain.emission(system)
+        return self.data.emission(system)
 
     def pulls(self, run):
-        return (self.plain.residuals(run) - self.air - series(run, self.coefficients)) / 0.005
+        return (self.data.residuals(run) - self.air - series(run, self.coefficients)) / 0.005
 
 
 @pytest.fixture(scope="module")
@@ -129,8 +129,8 @@ def differences(problem, k, step):
 def spinning(rate=2.273, **parameters):
     """1999 KW4 with a rate of rotation of Alpha in rad/h."""
     system, state = kw4(**parameters)
-    kept = {name: getattr(state, name) for name in ("position", "velocity", "attitude")}
-    return system, fullbody.State(**kept, spin=[[0.0, 0.0, rate], state.spin[1]])
+    motion = {name: getattr(state, name) for name in ("position", "velocity", "attitude")}
+    return system, fullbody.State(**motion, spin=[[0.0, 0.0, rate], state.spin[1]])
 
 
 @pytest.mark.parametrize("loss", ["linear", "soft_l1", "cauchy"])
@@ -142,11 +142,11 @@ def test_projected_pulls_have_exact_derivatives(light, loss):
     system, state = spinning(**start)
     events = observing.mutual_events(system.integrate(state, 40.0, dense=True), VIEW)
     contacts = [getattr(e, name) for e in events for name in ("begin", "end", "total_begin", "total_end")]
-    away = np.abs(TIMES[:, None] - [contact.value for contact in contacts if contact is not None]).min(axis=1) > 0.1
-    assert away.sum() > 40
-    options = OPTIONS | {name: OPTIONS[name][away] for name in ("night", "airmass")}
+    smooth = np.abs(TIMES[:, None] - [contact.value for contact in contacts if contact is not None]).min(axis=1) > 0.1
+    assert smooth.sum() > 40
+    options = OPTIONS | {name: OPTIONS[name][smooth] for name in ("night", "airmass")}
     free = {"drift": "free", "phase_slope": "free"}
-    data = observing.Photometry(TIMES[away] * u.h, wrong[away], 0.005, **free, **options)
+    data = observing.Photometry(TIMES[smooth] * u.h, wrong[smooth], 0.005, **free, **options)
     problem = Problem(spinning, Parameters(start), data, fullbody.Verner98(), loss_of(loss))
     jacobian = problem.jacobian(problem.point(problem.parameters.start))
     for k, step in enumerate((2e-5, 2e-4, 1e-3, 1e-4)):
@@ -218,7 +218,7 @@ def test_log_posterior_has_the_gradient_of_its_determinant():
     assert fit.log_posterior([at], gradient=True)[1][0] == pytest.approx(expected, rel=1e-5)
 
 
-class Own:
+class Custom:
     """Observations of a class that declares linear unknowns and has no derivatives of its own."""
 
     def __init__(self, data):
@@ -229,7 +229,7 @@ class Own:
 
 
 def test_classes_of_users_may_declare_linear_unknowns(data, result):
-    custom = fullbody.fit(kw4, START, Own(data), integrator=QUICK)
+    custom = fullbody.fit(kw4, START, Custom(data), integrator=QUICK)
     np.testing.assert_allclose(custom.numbers, result.numbers, rtol=1e-6, atol=1e-8)
     np.testing.assert_allclose(custom.correlation, result.correlation, atol=1e-6)
 
@@ -322,7 +322,7 @@ FLAT = np.where(NIGHT == 0, 1.3, AIRMASS)
         ({"rotation": observing.RotationSeries(0, order=31)}, r"the 60 data leave .* of Alpha.* undetermined"),
     ],
 )
-def test_what_the_data_cannot_tell_apart_is_named(options, message):
+def test_unknowns_that_the_data_cannot_separate_are_named(options, message):
     data = shortened(slice(None), **options)
     system, state = kw4()
     run = system.integrate(state, 40.0, output=data.emission(system), integrator=QUICK)
@@ -347,19 +347,19 @@ def test_series_are_shared_by_data_sets_and_zero_points_are_not(light, result):
         mask = night == NIGHT
         options = OPTIONS | {"night": np.zeros(30, dtype=int), "airmass": AIRMASS[mask]}
         parts.append(observing.Photometry(TIMES[mask] * u.h, light[mask], 0.005, **options))
-    both = fullbody.fit(kw4, START, parts, integrator=QUICK)
-    assert both.chi2 == pytest.approx(result.chi2, rel=1e-9)
-    assert both.names[3:5] == ("zero point of 0 of observations[0]", "airmass slope of 0 of observations[0]")
-    assert both.names[5:9] == result.names[7:]
+    joint = fullbody.fit(kw4, START, parts, integrator=QUICK)
+    assert joint.chi2 == pytest.approx(result.chi2, rel=1e-9)
+    assert joint.names[3:5] == ("zero point of 0 of observations[0]", "airmass slope of 0 of observations[0]")
+    assert joint.names[5:9] == result.names[7:]
     order = [*range(3), 3, 9, 4, 10, *range(5, 9)]
-    np.testing.assert_allclose(both.numbers[order], result.numbers, rtol=1e-6)
-    np.testing.assert_allclose(both.covariance[np.ix_(order, order)], result.covariance, rtol=1e-3, atol=1e-12)
-    np.testing.assert_allclose(np.concatenate(both.residuals), result.residuals[0], atol=1e-7)
+    np.testing.assert_allclose(joint.numbers[order], result.numbers, rtol=1e-6)
+    np.testing.assert_allclose(joint.covariance[np.ix_(order, order)], result.covariance, rtol=1e-3, atol=1e-12)
+    np.testing.assert_allclose(np.concatenate(joint.residuals), result.residuals[0], atol=1e-7)
     # Each of the data sets predicts with the unknowns of the fit, which are not those at which its own chi2 is least.
-    left = parts[0].residuals(both.run, both.linear[0])
-    np.testing.assert_allclose(left, both.residuals[0], atol=1e-6)
-    assert parts[0].chi2(both.run) < np.sum((left / 0.005) ** 2) - 1e-3
-    refused("linear has no 'zero point of 0'", lambda: parts[0].predict(both.run, {}))
+    left = parts[0].residuals(joint.run, joint.linear[0])
+    np.testing.assert_allclose(left, joint.residuals[0], atol=1e-6)
+    assert parts[0].chi2(joint.run) < np.sum((left / 0.005) ** 2) - 1e-3
+    refused("linear has no 'zero point of 0'", lambda: parts[0].predict(joint.run, {}))
 
 
 def test_a_fit_with_linear_unknowns_is_saved_drawn_and_shown(result, tmp_path):

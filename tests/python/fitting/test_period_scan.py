@@ -50,6 +50,9 @@ def test_minima_are_lower_than_their_neighbours(scan):
     chi2 = np.concatenate([[np.inf], scan.chi2, [np.inf]])
     lowest = sorted(b for a, b, c in zip(chi2, chi2[1:], chi2[2:], strict=False) if b < a and b <= c)
     assert [minimum.chi2 for minimum in scan.minima] == lowest
+    poles = scan.poles_at(scan.periods[scan.chi2.argmin()])
+    assert [minimum.chi2 for minimum in poles] == sorted(scan.by_pole[scan.chi2.argmin()])
+    assert poles[0] == scan.minima[0]
 
 
 def test_light_of_a_known_convex_series_is_fitted_without_residual():
@@ -69,8 +72,8 @@ def test_light_of_a_known_convex_series_is_fitted_without_residual():
     for k, hours in enumerate(DAYS * 24.0 - distance):
         angle = 2.0 * np.pi * hours / 8.4
         quaternion = axes @ [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
-        ways = (view.to_observer(DATA.times[k]).value, view.to_sun(DATA.times[k]).value)
-        mu, mu0 = (np.maximum(normals @ (way @ quaternion) / np.linalg.norm(way), 0.0) for way in ways)
+        vectors = (view.to_observer(DATA.times[k]).value, view.to_sun(DATA.times[k]).value)
+        mu, mu0 = (np.maximum(normals @ (vector @ quaternion) / np.linalg.norm(vector), 0.0) for vector in vectors)
         light.append(np.sum(area * mu * mu0 / np.maximum(mu + mu0, 1e-12)))
     data = fullbody.observing.Photometry(DATA.times, -2.5 * np.log10(light), 1e-3, geometry=view)
     result = period_scan(data, [8.4, 8.4001, 8.4002] * u.h, poles=3, degree=2, smoothness=1e3)

@@ -108,8 +108,8 @@ def test_elements_of_an_unknown_frame_are_not_rotated():
 
 def test_a_frame_of_elements_is_kept_and_compared():
     values = (2.0, 0.1, [0.2, 0.3], 0.3, 0.4, 0.5)
-    later = BarycentricMeanEcliptic(equinox="J2015")
-    made = [fullbody.KeplerElements(*values, frame=frame) for frame in (None, "ecliptic", "equatorial", later)]
+    of_date = BarycentricMeanEcliptic(equinox="J2015")
+    made = [fullbody.KeplerElements(*values, frame=frame) for frame in (None, "ecliptic", "equatorial", of_date)]
     made.append(fullbody.KeplerElements(*values, frame=BarycentricMeanEcliptic()))
     for k, item in enumerate(made):
         assert [item == other for other in made] == [k == n for n in range(len(made))]

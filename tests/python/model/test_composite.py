@@ -86,14 +86,14 @@ def test_a_homothetic_shell_has_no_field_inside():
     close(shell.inertia, inertia(outer.mass, AXES) * (1.0 - 0.6**5), 1e-14)
 
 
-def test_parts_that_nearly_cancel_are_told():
+def test_parts_that_nearly_cancel_cause_a_warning():
     shells = {
         thin: Body(Composite.layers(Sphere(1.0), fractions=(1.0, 1.0 - thin), densities=(3.0, 0.0)), name="shell")
         for thin in (0.3, 1e-9)
     }
     fullbody.System([shells[0.3], PROBE], G=1.0)
-    told = r"parts 0 and 1 of shell, of 12\.5664 and -12\.5664 in mass, nearly cancel: .* by 1e-07 of their size"
-    with pytest.warns(InconsistentInput, match=told):
+    message = r"parts 0 and 1 of shell, of 12\.5664 and -12\.5664 in mass, nearly cancel: .* by 1e-07 of their size"
+    with pytest.warns(InconsistentInput, match=message):
         system = fullbody.System([shells[1e-9], PROBE], G=1.0)
     result = system.interactions(pose(2.5))
     exact = fullbody.System([Body(Sphere(1.0), mass=shells[1e-9].mass, name="shell"), PROBE], G=1.0)
@@ -126,7 +126,7 @@ def test_principal_frames_of_composites_are_numpys_sums():
     assert np.trace(rotated) >= max(np.trace(s @ rotated) for s in remaining if np.linalg.det(s) > 0.0) - 1e-14
 
 
-def test_a_degenerate_principal_frame_is_kept():
+def test_a_degenerate_principal_frame_is_next_to_the_working_frame():
     def attitude(parts):
         return Body(Composite(parts)).working_frame.attitude
 
@@ -165,8 +165,8 @@ def direct(parts, state, gravity):
         body = Body(part.shape, mass=abs(mass), name="part")
         point = into @ np.array(part.position) + frame.position
         part_attitude = quaternion_product(p, quaternion_product(frame.attitude, part.attitude))
-        here = fullbody.State([first + matrix(p) @ point, second], np.zeros((2, 3)), attitude=[part_attitude, q])
-        f = fullbody.System([body, PROBE], G=1.3, gravity=gravity).interactions(here)
+        part_state = fullbody.State([first + matrix(p) @ point, second], np.zeros((2, 3)), attitude=[part_attitude, q])
+        f = fullbody.System([body, PROBE], G=1.3, gravity=gravity).interactions(part_state)
         sign = np.sign(mass)
         total += sign * f.force[0]
         torques[0] += sign * (into @ matrix(part.attitude) @ f.torque[0] + np.cross(point, matrix(p).T @ f.force[0]))
@@ -259,9 +259,11 @@ def test_parts_by_their_gm_are_parts_by_their_mass():
     result, expected = system(GM=3.0), system(mass=1.5)
     assert result.masses.tolist() == expected.masses.tolist() == [3.0, 0.01]
     assert result.bodies[0] == expected.bodies[0]
-    united = Composite([Part(Sphere("0.5 km"), GM="1 km3/h2", position=[x, "0 km", "0 km"]) for x in ("0 km", "1 km")])
+    with_units = Composite(
+        [Part(Sphere("0.5 km"), GM="1 km3/h2", position=[x, "0 km", "0 km"]) for x in ("0 km", "1 km")]
+    )
     G = fullbody.System([moon], units=("km", "h", "kg")).G
-    assert Body(united).mass.to_value("kg") == pytest.approx(2.0 / G.to_value("km3 / (kg h2)"), rel=1e-14)
+    assert Body(with_units).mass.to_value("kg") == pytest.approx(2.0 / G.to_value("km3 / (kg h2)"), rel=1e-14)
     alone = Part(Sphere(0.5), GM=3.0)
     with pytest.raises(InvalidInput, match=r"part 0 of .* follows from its GM and the G of a system"):
         Body(Composite([alone, alone]), name="pair").inertia  # noqa: B018

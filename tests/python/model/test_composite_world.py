@@ -15,23 +15,23 @@ from support.toml_texts import read
 #: Balls on two axes whose centre of mass and principal axes are exactly those of the working frame.
 PLACES = {(3.0, 0.0, 0.0): 1.0, (-1.0, 0.0, 0.0): 3.0, (0.0, 2.0, 0.0): 0.5, (0.0, -2.0, 0.0): 0.5}
 CROSS = [Part(Sphere(0.5), mass=m, position=point) for point, m in PLACES.items()]
-TURN = np.array([0.5, 0.1, -0.7, 0.5])
-AWAY = np.array([0.48, -0.6, 0.64])
+ATTITUDE = np.array([0.5, 0.1, -0.7, 0.5])
+DIRECTION = np.array([0.48, -0.6, 0.64])
 
 
 def load(body, point):
     """The load of a mass point that stays where it is on one body at rest."""
     system = fullbody.System([body], G=1.0, forces=[at_rest(point, 2.0)])
-    return system.loads(fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[TURN]))["Sun"]
+    return system.loads(fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[ATTITUDE]))["Sun"]
 
 
 @pytest.mark.parametrize("distance", [4.0, 30.0, 1e4, 1e8, 1e12])
 def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
-    result = load(Body(Composite(CROSS), name="A"), distance * AWAY)
-    frame = matrix(TURN / np.linalg.norm(TURN))
+    result = load(Body(Composite(CROSS), name="A"), distance * DIRECTION)
+    frame = matrix(ATTITUDE / np.linalg.norm(ATTITUDE))
     with mp.workdps(50):
         exact = np.vectorize(mp.mpf, otypes=[object])
-        point = exact(frame).T @ exact(distance * AWAY)
+        point = exact(frame).T @ exact(distance * DIRECTION)
         lines = {p: point - exact(p) for p in [(0.0, 0.0, 0.0), *PLACES]}
         pulls = {p: 2 * line / mp.sqrt(line @ line) ** 3 for p, line in lines.items()}
         force = sum(m * (pulls[p] - pulls[0.0, 0.0, 0.0]) for p, m in PLACES.items())
@@ -44,15 +44,15 @@ def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
 def test_third_bodies_act_on_split_ellipsoids_as_on_undivided_ones(distance):
     shape = Ellipsoid(1.0, 0.8, 0.5)
     halves = Composite([Part(shape, mass=m, position=(5.0, 6.0, 7.0)) for m in (0.7, 0.3)])
-    result, expected = (load(body, distance * AWAY) for body in (Body(halves, name="A"), Body(shape, mass=1.0)))
+    result, expected = (load(body, distance * DIRECTION) for body in (Body(halves, name="A"), Body(shape, mass=1.0)))
     close(result.torque, expected.torque, 1e-13)
     close(result.force, expected.force, 1e-13)
 
 
-def test_a_third_body_inside_a_part_is_told():
+def test_a_third_body_inside_a_part_is_refused():
     for parts, point in ((CROSS, (0.0, 2.0, 0.0)), ([Part(Ellipsoid(3, 2, 1), mass=1.0)], (2.0, 0.0, 0.0))):
         with pytest.raises((ForceFailed, InvalidInput), match="Sun"):
-            load(Body(Composite(parts), name="A"), matrix(TURN / np.linalg.norm(TURN)) @ np.array(point))
+            load(Body(Composite(parts), name="A"), matrix(ATTITUDE / np.linalg.norm(ATTITUDE)) @ np.array(point))
 
 
 def fly(parts, probe, position, velocity, spin=(0, 0, 0), until=20.0, integrator=None, **options):
@@ -230,7 +230,7 @@ def test_composites_have_units():
 
 def made():
     """A system with a composite in its orbit."""
-    parts = [*CROSS, Part(Ellipsoid(0.5, 0.4, 0.3), density=-0.1, attitude=TURN), Part(PointMass(), mass=0.1)]
+    parts = [*CROSS, Part(Ellipsoid(0.5, 0.4, 0.3), density=-0.1, attitude=ATTITUDE), Part(PointMass(), mass=0.1)]
     bodies = [Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0, name="big"), Body(Composite(parts), name="small")]
     state = fullbody.State([[0, 0, 0], [12, 0, 1]], [[0, 0, 0], [0, 1.0, 0]], spin=[[0, 0, 1.0], [0.1, 0, 1.2]])
     return fullbody.System(bodies, units=("km", "hour", "kg"), G=1.0), state
@@ -303,8 +303,8 @@ def test_a_locked_dumbbell_librates_at_the_rate_of_its_moments():
     parts = dumbbell(0.1, 0.1)
     primary = fullbody.Component(diameter=0.7, rotation_period=3.0, mass=4.7e11, name="A")
     second = fullbody.Component(composite=Composite(parts), mass=1.7e10, name="B")
-    united = {"units": ("km", "hour", "kg")}
-    system, state = fullbody.binary(primary, second, semi_major_axis=3.3, elements="mean", **united)
+    with_units = {"units": ("km", "hour", "kg")}
+    system, state = fullbody.binary(primary, second, semi_major_axis=3.3, elements="mean", **with_units)
     np.testing.assert_allclose(system.masses.to_value("kg"), [4.7e11, 1.7e10], rtol=1e-15)
     assert [part.mass.to_value("kg") for part in system["B"].shape.parts] == pytest.approx([8.5e9, 8.5e9], rel=1e-15)
     run = system.integrate(state.rotated("B", [0, 0, 1], 0.01), "900 hour", output="1 hour")

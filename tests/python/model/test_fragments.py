@@ -43,9 +43,9 @@ def notched():
     """A box with a pyramid cut out of its upper face."""
     base = box(1.0, 0.9, 0.8)
     corners = np.vstack([base.vertices, [[0.05, 0.0, -0.1]]])
-    kept = [face for face in base.faces if not all(corners[v][2] > 0.0 for v in face)]
+    faces = [face for face in base.faces if not all(corners[v][2] > 0.0 for v in face)]
     rim = [4, 5, 7, 6]
-    return Polyhedron(corners, np.array([*kept, *[[rim[k], rim[(k + 1) % 4], 8] for k in range(4)]]))
+    return Polyhedron(corners, np.array([*faces, *[[rim[k], rim[(k + 1) % 4], 8] for k in range(4)]]))
 
 
 SHAPES = {

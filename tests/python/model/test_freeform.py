@@ -6,7 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import ConvexShape, HarmonicShape
-from fullbody.model.geodesic import geodesic_mesh, harmonics
+from fullbody.model.geodesic import geodesic_mesh, mesh_harmonics
 from scipy.integrate import quad
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
@@ -45,13 +45,13 @@ def of_ellipsoid(axes, degree, **options):
     (abc)^2 / |A n|^4."""
     mesh = geodesic_mesh(20)
     inverse = np.prod(axes) ** 2 / np.sum((mesh.points * axes) ** 2, axis=1) ** 2
-    series = np.linalg.lstsq(harmonics(20, degree), np.log(inverse), rcond=None)[0]
+    series = np.linalg.lstsq(mesh_harmonics(20, degree), np.log(inverse), rcond=None)[0]
     return ConvexShape(series, degree=degree, **options)
 
 
 @pytest.mark.parametrize(("degree", "order"), [(0, 0), (1, -1), (1, 0), (1, 1), (2, -2), (3, 2), (5, -3), (8, 8)])
 def test_harmonics_are_those_of_scipy(degree, order):
-    result = harmonics(3, 8)[:, degree * degree + degree + order]
+    result = mesh_harmonics(3, 8)[:, degree * degree + degree + order]
     np.testing.assert_allclose(result, real_harmonic(degree, order, geodesic_mesh(3).points), atol=1e-13)
 
 

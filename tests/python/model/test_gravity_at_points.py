@@ -117,9 +117,9 @@ def test_the_third_law_gives_the_force_on_a_point():
     # A point of mass m in the state feels m g by the mutual forces, which are another code.
     system, state = fullbody.systems.kw4()
     probe = Body(PointMass(), mass=1.0, name="probe")
-    both = fullbody.System([*system.bodies, probe], G=system.G)
+    with_probe = fullbody.System([*system.bodies, probe], G=system.G)
     point = np.array([1.9, -1.2, 0.7])
-    force = both.interactions(resting([*state.position, point], [*state.attitude, [1, 0, 0, 0]])).force[2]
+    force = with_probe.interactions(resting([*state.position, point], [*state.attitude, [1, 0, 0, 0]])).force[2]
     within(system.gravity(state, point).field[None], force[None], 1e-14)
 
 
@@ -182,11 +182,11 @@ digest = hashlib.sha256(b"".join(a.tobytes() for a in (found.potential, found.fi
 def test_threads_and_crowds_change_no_bit():
     environment = os.environ | {"RAYON_NUM_THREADS": "3" if os.cpu_count() == 1 else "1"}
     command = [sys.executable, "-c", HASH + "print(digest)"]
-    told = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
-    here: dict = {}
-    exec(HASH, here)
-    assert told.strip() == here["digest"]
-    system, state, cloud, complete = (here[name] for name in ("system", "state", "cloud", "found"))
+    output = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
+    namespace: dict = {}
+    exec(HASH, namespace)
+    assert output.strip() == namespace["digest"]
+    system, state, cloud, complete = (namespace[name] for name in ("system", "state", "cloud", "found"))
     for some in (slice(0, 1), slice(17, 18), slice(1000, 1700), slice(None, None, -1)):
         part = system.gravity(state, cloud[some])
         for name in ("potential", "field", "gradient"):

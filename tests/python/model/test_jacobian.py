@@ -138,7 +138,7 @@ def test_every_parameter_that_is_named_is_taken():
         assert set(run.sensitivity) == set(system.parameters)
 
 
-TURN = [0.9, 0.1, 0.3, 0.3]
+ATTITUDE = [0.9, 0.1, 0.3, 0.3]
 
 
 def beside(axes, distance, mu=50.0):
@@ -147,7 +147,10 @@ def beside(axes, distance, mu=50.0):
     path = np.tile(distance * np.array([0.6, 0.48, 0.64]), (4, 1))
     sun = fullbody.forces.ThirdBody(mu=mu, times=[-10.0, 0.0, 5.0, 10.0], positions=path, of="body", name="Sun")
     state = fullbody.State(
-        [[0, 0, 0], [4.0, 0, 0]], [[0, 0, 0], [0, 0.55, 0.05]], [[1, 0, 0, 0], TURN], [[0, 0.1, 0.5], [0.1, 0.05, 0.15]]
+        [[0, 0, 0], [4.0, 0, 0]],
+        [[0, 0, 0], [0, 0.55, 0.05]],
+        [[1, 0, 0, 0], ATTITUDE],
+        [[0, 0.1, 0.5], [0.1, 0.05, 0.15]],
     )
     return fullbody.System(bodies, G=1.0, forces=[sun]), state
 
@@ -164,8 +167,8 @@ def test_derivatives_by_semi_axes_beside_a_third_body_are_differences(axes, dist
     system, state = beside(axes, distance)
     for k, axis in enumerate("abc"):
         name, step = f"semi-axis {axis} of B", 2e-3 * axes[k]
-        both = (entry.jacobian(state, [name]).by_parameter[name] for entry in (system, system.with_forces([])))
-        actual = np.subtract(*both)[[[15, 16, 17], [21, 22, 23]]]
+        derivatives = (entry.jacobian(state, [name]).by_parameter[name] for entry in (system, system.with_forces([])))
+        actual = np.subtract(*derivatives)[[[15, 16, 17], [21, 22, 23]]]
         weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
         expected = sum(w * np.subtract(*(sunlit(axes + s * step * np.eye(3)[k]) for s in (m, -m))) for m, w in weights)
         # The force is mostly that on a point, in whose rounding the differences end.
@@ -179,7 +182,7 @@ def test_derivatives_by_semi_axes_beside_a_far_third_body_are_maccullaghs():
     axes, far = np.array([0.5, 0.4, 0.3]), 4e6
     pair, _ = beside(axes, far)
     system = fullbody.System([pair.bodies[1]], G=1.0, forces=pair.forces)
-    state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [TURN])
+    state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [ATTITUDE])
     x = state.rotation_matrix[0].T @ (far * np.array([0.6, 0.48, 0.64]))
     moments = (axes @ axes - axes**2) / 5.0
     for k, axis in enumerate("abc"):

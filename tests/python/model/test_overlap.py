@@ -103,7 +103,7 @@ def test_overlaps_name_the_bodies():
     assert caught.value.bodies == ("Earth", "Moon")
 
 
-def test_bodies_too_thin_to_tell_are_named():
+def test_bodies_too_thin_to_resolve_are_named():
     disc, attitudes = (1.0, 1.0, 1e-13), [(0.8, 0.36, 0.48, 0.0)] * 2
     normal = matrix(np.array(attitudes[0]))[:, 2]
     system, state = pair(disc, disc, 2.001e-13 * normal, attitudes, gravity="point")

@@ -11,7 +11,7 @@ from support import matrix, reference, worst
 from support.meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose, torus
 
 
-def test_a_box_has_its_moments_and_tells_its_working_frame():
+def test_a_box_has_its_moments_and_working_frame():
     rotation = matrix(np.array([0.8, 0.1, -0.3, 0.2]) / np.sqrt(0.78))
     point, sides = np.array([3.0, -2.0, 5.0]), np.array([2.0, 1.4, 0.6])
     body = Body(Polyhedron((CORNERS - 0.5) * sides @ rotation.T + point, CUBE), density=2.0)
@@ -139,7 +139,7 @@ def test_a_series_that_diverges_says_so():
 
 @pytest.mark.parametrize("mesh", [True, False])
 @pytest.mark.parametrize("distance", [4.0, 8.0])
-def test_a_series_tells_what_it_leaves_out(mesh, distance):
+def test_a_series_states_its_truncation_error(mesh, distance):
     shapes = (box(1.0, 0.8, 0.5), octahedron(0.7, 0.5, 0.3)) if mesh else (Ellipsoid(1, 0.8, 0.6), Sphere(0.5))
     lobes = Composite([Part(Ellipsoid(0.5, 0.4, 0.4), mass=2.0), Part(Sphere(0.3), mass=1.0, position=[0.7, 0, 0])])
     for second in (shapes[1], lobes):
@@ -178,9 +178,9 @@ def test_layers_of_a_polyhedron_attract_as_the_difference_of_two():
     size = np.abs(complete.force).max()
     for name in ("force", "torque", "potential_energy"):
         close(getattr(result, name), getattr(complete, name) - getattr(core, name), 1e-13, scale=size)
-    united = Polyhedron(corners * u.km, faces)
-    layers = Composite.layers(united, fractions=(1.0, 0.6), densities=(3.0 * u.kg / u.km**3, 5.0 * u.kg / u.km**3))
-    assert Body(layers).mass.to_value("kg") == pytest.approx((3.0 + 2.0 * 0.6**3) * united.volume.value, rel=1e-13)
+    with_units = Polyhedron(corners * u.km, faces)
+    layers = Composite.layers(with_units, fractions=(1.0, 0.6), densities=(3.0 * u.kg / u.km**3, 5.0 * u.kg / u.km**3))
+    assert Body(layers).mass.to_value("kg") == pytest.approx((3.0 + 2.0 * 0.6**3) * with_units.volume.value, rel=1e-13)
 
 
 def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
@@ -190,7 +190,7 @@ def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
     cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
     sides = [f for k in range(6) for f in ([k, (k + 1) % 6, (k + 1) % 6 + 6], [k, (k + 1) % 6 + 6, k + 6])]
     angle = Polyhedron(corners, np.concatenate([cap[:, ::-1], cap + 6, sides]))
-    with pytest.raises(InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
+    with pytest.raises(InvalidInput, match=r"face \d+ points away from its centre of mass"):
         Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
 
 
@@ -200,14 +200,14 @@ def test_polyhedron_and_ellipsoid_attract_each_other_equally(distance, order):
     axes = (0.9, 0.7, 0.5)
     bodies = [Body(box(1.0, 0.9, 0.7), mass=1.0, name="box"), Body(Ellipsoid(*axes), mass=2.0, name="egg")]
     state = pose(distance * np.array([0.48, -0.6, 0.64]))
-    turns = state.rotation_matrix
+    matrices = state.rotation_matrix
     points, weights = focal_points(*axes)
-    arms = points @ turns[1].T
-    result = bodies[0].gravity((state.position[1] + arms) @ turns[0], G=1.0)
-    field, potential = result.field @ turns[0].T, result.potential
+    arms = points @ matrices[1].T
+    result = bodies[0].gravity((state.position[1] + arms) @ matrices[0], G=1.0)
+    field, potential = result.field @ matrices[0].T, result.potential
     force = 2.0 * weights @ field
-    torque = 2.0 * weights @ np.cross(arms, field) @ turns[1]
-    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ turns[0]
+    torque = 2.0 * weights @ np.cross(arms, field) @ matrices[1]
+    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ matrices[0]
     state = fullbody.State(state.position[order], state.velocity, state.attitude[order])
     result = fullbody.System([bodies[k] for k in order], G=1.0).interactions(state)
     close(result.force[order], [-force, force], 2e-14)
@@ -225,23 +225,23 @@ def test_polyhedra_attract_spheres_points_and_composites_by_their_field(other):
     else:
         probe = Body(other, mass=2.0, name="B")
     result = fullbody.System([body, probe], G=1.0).interactions(state)
-    turns = state.rotation_matrix
-    arms = centres @ turns[1].T
-    pulls = 2.0 / len(arms) * body.gravity((state.position[1] + arms) @ turns[0], G=1.0).field @ turns[0].T
+    matrices = state.rotation_matrix
+    arms = centres @ matrices[1].T
+    pulls = 2.0 / len(arms) * body.gravity((state.position[1] + arms) @ matrices[0], G=1.0).field @ matrices[0].T
     force, torque = pulls.sum(axis=0), np.cross(arms, pulls).sum(axis=0)
     close(result.force, [-force, force], 1e-14)
-    close(result.torque[1], turns[1].T @ torque, 1e-14, scale=np.abs(force).max())
+    close(result.torque[1], matrices[1].T @ torque, 1e-14, scale=np.abs(force).max())
 
 
-def test_parts_of_a_cut_box_are_the_box():
+def test_two_halves_of_a_box_attract_as_the_box():
     complete = Body(box(1.2, 0.8, 0.6), density=2.0, name="A")
     half = Polyhedron((CORNERS - [1.0, 0.5, 0.5]) * [0.6, 0.8, 0.6], CUBE)
     parts = [Part(half, density=2.0), Part(half, density=2.0, position=(0.6, 0.0, 0.0))]
-    cut = Body(Composite(parts), name="A")
-    close(cut.inertia, complete.inertia, 1e-14)
+    halves = Body(Composite(parts), name="A")
+    close(halves.inertia, complete.inertia, 1e-14)
     probe = Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")
     state = pose([1.1, 0.9, -0.8])
-    item, two = (fullbody.System([body, probe], G=1.0).interactions(state) for body in (complete, cut))
+    item, two = (fullbody.System([body, probe], G=1.0).interactions(state) for body in (complete, halves))
     close(two.force, item.force, 2e-14)
     close(two.torque, item.torque, 2e-14, scale=np.abs(item.force).max())
 
@@ -262,8 +262,8 @@ def test_numbering_turning_and_units_change_nothing():
     unitless = Body(solid, mass=3.0)
     G = 6.0e-11
     points = np.array([[1.5, 0.2, 0.1], [20.0, 1.0, 3.0]])
-    united = body.gravity(points * u.km, G=G * u.m**3 / u.kg / u.s**2).field
-    close(united.to_value(u.km / u.s**2), unitless.gravity(points, G=G * 1e-9).field, 1e-14)
+    field = body.gravity(points * u.km, G=G * u.m**3 / u.kg / u.s**2).field
+    close(field.to_value(u.km / u.s**2), unitless.gravity(points, G=G * 1e-9).field, 1e-14)
     close(body.inertia.to_value(u.kg * u.km**2), unitless.inertia, 1e-14)
     close(with_units.volume.to_value(u.km**3), solid.volume, 1e-14)
 
@@ -327,8 +327,8 @@ def test_thin_faces_in_a_plane_change_nothing(thin):
     vertices = np.array([[1.03, 0.11, 0.21], [-0.42, 0.93, 0.14], [-0.51, -0.72, 0.33], [0.12, 0.07, -0.81]])
     faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]
     new = vertices[0] + thin * (vertices[1] + vertices[2] - 2 * vertices[0])
-    cut = [*faces[1:], [0, 1, 4], [1, 2, 4], [2, 0, 4]]
-    shapes = Polyhedron(vertices, faces), Polyhedron([*vertices, new], cut)
+    divided = [*faces[1:], [0, 1, 4], [1, 2, 4], [2, 0, 4]]
+    shapes = Polyhedron(vertices, faces), Polyhedron([*vertices, new], divided)
     points = [[2.0, 0.3, 0.4], [1.2, 0.1, 0.1], [0.5, 0.6, 0.7], [0.0, 0.1, 0.05]]
     expected, result = (Body(shape, mass=1.0).gravity(points, G=1.0) for shape in shapes)
     for k in range(4):

@@ -15,7 +15,7 @@ PARTS = [
 ]
 ROCK, SMALL, EGG = octahedron(1.0, 0.8, 0.6), octahedron(0.5, 0.4, 0.3), Ellipsoid(0.5, 0.4, 0.3)
 COEFFICIENTS = Body(ROCK, mass=2.0).harmonics(6)
-UNITED = {"units": ("km", "hour", "kg"), "G": 1.0}
+UNITS = {"units": ("km", "hour", "kg"), "G": 1.0}
 #: Two bodies, their separation and relative velocity, until when a simulation is saved and its runs go on.
 CASES = {
     "composite": ([Body(Ellipsoid(3.0, 2.0, 1.0), mass=9.0), Body(Composite(PARTS))], [12, 0, 1], [0, 1, 0], 1.0, 4.0),
@@ -31,7 +31,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_a_resumed_run_of_any_shape_equals_the_unbroken_one_bit_for_bit(name, tmp_path):
     bodies, position, velocity, pause, until = CASES[name]
-    system = fullbody.System(bodies, **UNITED)
+    system = fullbody.System(bodies, **UNITS)
     attitude, spin = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5]], [[0.1, 0.2, 0.4], [0.3, 0.1, 0.0]]
     state = fullbody.State([[0] * 3, position], [[0] * 3, velocity], attitude, spin)
     simulation = fullbody.Simulation(system, state)

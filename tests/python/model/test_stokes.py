@@ -216,8 +216,8 @@ def test_units_and_copies_keep_the_body():
     shape = ALPHA.harmonics(6)
     assert pickle.loads(pickle.dumps(shape)) == shape != ALPHA.harmonics(5)
     total = StokesCoefficients(shape.C, shape.S, reference_radius=1.0 * u.km, inertia=shape.inertia * 1e6 * u.m**2)
-    united = fullbody.System([fullbody.Body(total, mass=2e12 * u.kg)], units=("m", "s", "kg"))
-    np.testing.assert_allclose(united[0].inertia.to_value(u.kg * u.km**2), 1e12 * ALPHA.inertia, rtol=1e-12)
+    with_units = fullbody.System([fullbody.Body(total, mass=2e12 * u.kg)], units=("m", "s", "kg"))
+    np.testing.assert_allclose(with_units[0].inertia.to_value(u.kg * u.km**2), 1e12 * ALPHA.inertia, rtol=1e-12)
 
 
 def test_a_toml_file_gives_coefficients(tmp_path):

@@ -1,31 +1,12 @@
 """Numbers, bodies and options that are wrong are refused with the name, the value and what was expected."""
 
 import inspect
-import reprlib
-from dataclasses import is_dataclass
 
 import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import (
-    Body,
-    Component,
-    Ellipsoid,
-    KeplerElements,
-    Part,
-    PointMass,
-    Sphere,
-    State,
-    System,
-    Verner98,
-    events,
-    forces,
-    observing,
-    particles,
-)
-from fullbody.base.kinds import Declared, Number, kinds_of
-from fullbody.errors import InvalidInput
+from fullbody import Body, Component, KeplerElements, PointMass, Sphere, State, System, Verner98
 from support import refused_with
 
 NAN, INF = float("nan"), float("inf")
@@ -35,216 +16,7 @@ BODIES = [Body(Sphere(1.0), mass=1.0, name="Alpha"), Body(Sphere(1.0), mass=1.0,
 SYSTEM = System(BODIES, G=1.0)
 START = State(POSITION, VELOCITY)
 
-# Fields that classes declare. For each range: what errors expect, and numbers that are out of it.
-FINITE = "a finite number", (NAN, INF, -INF)
-NOT_NEGATIVE = "a finite number, zero or above", (NAN, INF, -INF, -1.5)
-POSITIVE = "a finite number above zero", (NAN, INF, -INF, 0.0, -1.5)
-NONZERO = "a finite number that is not zero", (NAN, INF, -INF, 0.0)
-FRACTION = "a number from 0 to 1", (NAN, INF, -0.1, 1.1)
-TOLERANCE = "a number from 0 to below 1", (NAN, INF, -1e-13, 1.0)
-SHARE = "a number above 0 and below 1", (NAN, INF, 0.0, 1.0)
-EXPONENT = "a number from 0 to 1e+06", (NAN, INF, -0.1, 1e20)
-PEAK = "a number from 1e-06 to 1e+06", (NAN, INF, -0.1, 0.0, 1e20)
-CUTOFF = "an angle above zero, at most pi/2", (NAN, INF, -0.1, 0.0, 1.6)
-PERIOD = "a time other than zero", (NAN, 0.0)
 ORBIT = KeplerElements(1, 0, 0, 0, 0, 0)
-PATH = {"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}
-
-
-def of(what, make, names, *arguments):
-    """Fields of one class, with the words that errors add to their names."""
-    return {name: (f"{name}{what}", lambda x, name=name: make(**{name: x}), *arguments) for name in names.split()}
-
-
-def error(call):
-    with pytest.raises(InvalidInput) as caught:
-        call()
-    assert isinstance(caught.value, ValueError)
-    assert isinstance(caught.value, fullbody.FullbodyError)
-    return str(caught.value)
-
-
-def ellipsoid(**options):
-    return Ellipsoid(**({"a": 1.0, "b": 1.0, "c": 1.0} | options))
-
-
-def third_body(**options):
-    path = {} if "orbit" in options else PATH
-    return forces.ThirdBody(**path | ({} if {"mass", "GM"} & set(options) else {"mu": 1.0}) | options, of="body")
-
-
-def occultation(**options):
-    return events.Occultation("A", "B", toward=np.ones((4, 3)), **options)
-
-
-def tide(**options):
-    return forces.Tide(on="A", by="B", **{"k2": 0.1, "lag": 1.0} | options, name="T")
-
-
-def yorp(**options):
-    return forces.Yorp("A", along=1.0, **options, name="Y")
-
-
-def byorp(**options):
-    return forces.Byorp("B", "A", **({} if "coefficient" in options else {"force": 1.0}) | options, name="Y")
-
-
-def heat(**options):
-    return forces.BinaryYarkovsky("B", "A", **{"pressure": 1.0, "lag": 0.3} | options, name="Y")
-
-
-def part(**options):
-    return Part(Sphere(1.0), **({} if {"density", "GM"} & {*options} else {"mass": 1.0}) | options)
-
-
-def component(**options):
-    return Component(**({"diameter": 1.0} if {"tilt", "mass", "density"} & {*options} else {}) | options, name="Moon")
-
-
-#: Name in errors, a call that takes it, a unit, the range, and the shape of an array, by class and field.
-FIELDS = {
-    "model.Ellipsoid": {
-        name: (f"semi-axis {name}", lambda x, name=name: ellipsoid(**{name: x}), u.m, POSITIVE) for name in "abc"
-    },
-    "model.Sphere": of("", Sphere, "radius", u.m, POSITIVE),
-    "model.Part": {
-        **of(" of a part", part, "mass", u.kg, NONZERO),
-        **of(" of a part", part, "GM", u.m**3 / u.s**2, NONZERO),
-        **of(" of a part", part, "density", u.kg / u.m**3, NONZERO),
-        **of(" of a part", part, "position", u.m, FINITE, (3,)),
-        **of(" of a part", part, "attitude", None, FINITE, (4,)),
-    },
-    "events.Separation": of(" of Separation", events.Separation, "value", u.m, POSITIVE),
-    "events.Escape": of(" of Escape", events.Escape, "distance", u.m, POSITIVE),
-    "events.Occultation": {
-        **of(" of Occultation", occultation, "times", u.s, FINITE, (4,)),
-        **of(" of Occultation", occultation, "slowness", None, FINITE),
-    },
-    "record._Adaptive": of("", Verner98, "rtol atol", None, TOLERANCE),
-    "record.LieGroupVariational": of("", fullbody.LieGroupVariational, "step", u.s, POSITIVE),
-    "record.SymplecticSplitting": of("", fullbody.SymplecticSplitting, "step", u.s, POSITIVE),
-    "forces.Yorp": {
-        **of(" of Y", yorp, "obliquity", u.rad, FINITE, (4,)),
-        **of(" of Y", yorp, "pressure", u.Pa, POSITIVE),
-        **of(" of Y", yorp, "radius", u.m, POSITIVE),
-    },
-    "forces.Byorp": {
-        **of(" of Y", byorp, "force", u.N, FINITE, (3,)),
-        **of(" of Y", byorp, "coefficient", None, FINITE, (3,)),
-        **of(" of Y", byorp, "torque", u.N * u.m, FINITE, (3,)),
-        **of(" of Y", byorp, "pressure", u.Pa, POSITIVE),
-        **of(" of Y", byorp, "radius", u.m, POSITIVE),
-    },
-    "forces.BinaryYarkovsky": {
-        **of(" of Y", heat, "pressure", u.Pa, POSITIVE),
-        **of(" of Y", heat, "lag", u.rad, FINITE),
-        **of(" of Y", heat, "albedo emissivity", None, FRACTION),
-        **of(" of Y", heat, "radius primary_radius", u.m, POSITIVE),
-    },
-    "forces.ThirdBody": {
-        **of(" of third body", third_body, "mass", u.kg, POSITIVE),
-        **of(" of third body", third_body, "mu GM", u.m**3 / u.s**2, POSITIVE),
-        **of(" of third body", third_body, "time", u.s, FINITE),
-        **of(" of third body", third_body, "times", u.s, FINITE, (4,)),
-        **of(" of third body", third_body, "positions", u.m, FINITE, (4, 3)),
-    },
-    "forces.Tide": {
-        **of(" of T", tide, "k2", None, FINITE),
-        **of(" of T", tide, "lag", u.s, FINITE),
-        **of(" of T", tide, "radius", u.m, POSITIVE),
-    },
-    "particles.Shadow": of(" of Shadow", particles.Shadow, "visible", None, SHARE),
-    "particles.Bounce": {
-        **of(" of Bounce", lambda **x: particles.Bounce(**x, rest_speed=1.0), "normal", None, FRACTION),
-        **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, rest_speed=1.0, **x), "tangential", None, FRACTION),
-        **of(" of Bounce", lambda **x: particles.Bounce(normal=0.5, **x), "rest_speed", u.m / u.s, POSITIVE),
-    },
-    "particles.EscapeDistance": of(" of EscapeDistance", particles.EscapeDistance, "distance", u.m, POSITIVE),
-    "particles.Radiation": {
-        **of(" of Radiation", particles.Radiation, "strength", u.N, NOT_NEGATIVE),
-        **of(" of Radiation", particles.Radiation, "radius", u.m, POSITIVE),
-    },
-    "observing.LommelSeeligerLambert": of(
-        " of LommelSeeligerLambert", observing.LommelSeeligerLambert, "lambert", None, FINITE
-    ),
-    "observing.Hapke": {
-        **of(" of Hapke", observing.Hapke, "single_scattering_albedo opposition_amplitude", None, FINITE),
-        **of(" of Hapke", observing.Hapke, "opposition_width asymmetry", None, FINITE),
-        **of(" of Hapke", observing.Hapke, "roughness", u.rad, FINITE),
-    },
-    "observing.Cosine": of(" of Cosine", observing.Cosine, "C R", None, EXPONENT),
-    "observing.PeakedLaw": {
-        **of(" of Gaussian", observing.Gaussian, "C", None, PEAK),
-        **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "R", None, EXPONENT),
-        **of(" of Gaussian", lambda **x: observing.Gaussian(1.0, **x), "cutoff", u.rad, CUTOFF),
-    },
-}
-#: Classes that check their numbers one by one, or have those of a base class.
-OTHERS = {
-    "observing.Hagfors": {
-        **of(" of Hagfors", observing.Hagfors, "C", None, PEAK),
-        **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "R", None, EXPONENT),
-        **of(" of Hagfors", lambda **x: observing.Hagfors(1.0, **x), "cutoff", u.rad, CUTOFF),
-    },
-    "model.Body": {
-        **of(" of Alpha", lambda **x: Body(Sphere(1.0), name="Alpha", **x), "mass", u.kg, POSITIVE),
-        **of(" of Alpha", lambda **x: Body(Sphere(1.0), name="Alpha", **x), "density", u.kg / u.m**3, POSITIVE),
-    },
-    "setups.Component": {
-        **of(" of Moon", component, "semi_axes diameters", u.m, POSITIVE, (3,)),
-        **of(" of Moon", component, "diameter", u.m, POSITIVE),
-        **of(" of Moon", component, "mass", u.kg, POSITIVE),
-        **of(" of Moon", component, "density", u.kg / u.m**3, POSITIVE),
-        **of(" of Moon", lambda **x: component(diameter=1.0, **x), "rotation_period", u.s, PERIOD),
-        **of(" of Moon", lambda **x: component(diameter=1.0, **x), "rotation_angle", u.rad, FINITE),
-        **of(" of Moon", component, "tilt", u.rad, FINITE),
-    },
-}
-ALL = {f"{owner}.{name}": field for owner, fields in (FIELDS | OTHERS).items() for name, field in fields.items()}
-
-
-def test_every_declared_number_is_in_the_table():
-    def classes(owner):
-        return {owner}.union(*(classes(heir) for heir in owner.__subclasses__()))
-
-    declared = {
-        f"{owner.__module__.split('.')[1]}.{owner.__name__}.{name}"
-        for owner in classes(Declared)
-        for name, kind in (kinds_of(owner) if is_dataclass(owner) else {}).items()
-        if isinstance(kind, Number)
-        and owner.__module__.startswith("fullbody.")
-        and name in inspect.get_annotations(owner)
-    }
-    assert declared == {f"{owner}.{name}" for owner, fields in FIELDS.items() for name in fields}
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_each_declared_number_refuses_what_it_cannot_be(name):
-    what, make, unit, (expected, outside), *shape = ALL[name]
-    good = np.arange(1.0, 1.0 + np.prod(shape or 1)).reshape(shape[0] if shape else ())
-    expected = expected.replace("a finite number", "finite numbers").replace("is not", "are not") if shape else expected
-
-    def told(value):
-        message = error(lambda: make(value))
-        assert message.startswith(what + " ")
-        return message
-
-    for value in outside:
-        arguments = good.copy()
-        arguments[(-1,) * arguments.ndim] = value
-        assert f"; expected {expected}" in told(arguments if shape else value)
-        assert f"{value:g}" in told(arguments)
-        assert len(told(arguments)) < 400
-    for value in ("wide", True, 1j, b"1", 10**309):
-        assert told(value).startswith(f"{what} is {reprlib.repr(value)}; expected {expected}")
-    assert told(np.ma.masked) == f"{what} is masked; expected numbers throughout"
-    assert "shape (1, 1, 2)" in told([[[1.0, 2.0]]])
-    message = told(good * u.cd)
-    if unit is None:
-        assert message == f"{what} has the unit cd; expected pure numbers"
-    else:
-        assert message.startswith(f"{what} has the unit cd; expected a unit such as ")
-        assert u.Unit(message.partition(" such as ")[2]).is_equivalent(unit)
 
 
 def state(**changes):
@@ -307,10 +79,10 @@ ODD = [
     (lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0]] * 2), "angles ... [2, 2] ... (N, 3)"),
     (lambda: State(np.zeros((0, 3)), np.zeros((0, 3))), "position"),
     (lambda: START.replace(positon=POSITION), "'positon' ... did you mean 'position'? ... velocity, attitude"),
-    (lambda: SYSTEM.interactions(THREE), "bodies ... 3; expected 2"),
-    (lambda: SYSTEM.energy(THREE), "bodies ... 3; expected 2"),
-    (lambda: SYSTEM.momentum(THREE), "bodies ... 3; expected 2"),
-    (lambda: SYSTEM.angular_momentum(THREE), "bodies ... 3; expected 2"),
+    *(
+        (lambda compute=compute: compute(THREE), "bodies ... 3; expected 2")
+        for compute in (SYSTEM.interactions, SYSTEM.energy, SYSTEM.momentum, SYSTEM.angular_momentum)
+    ),
     (integrate(state=THREE), "bodies ... 3; expected 2"),
     (integrate(state="here"), "state is 'here'; expected a State"),
     (lambda: SYSTEM.interactions(3), "state is 3; expected a State"),
@@ -407,7 +179,7 @@ def test_odd_input_is_refused_with_name_value_and_expectation(call, pieces):
     refused_with(pieces, call)
 
 
-def test_what_looks_odd_and_is_right_is_taken():
+def test_unusual_valid_input_is_accepted():
     assert System(BODIES, G=1.0, order=[8, np.int64(16)]).options["order"] == (8, 16)
     assert Verner98(rtol=0.0, atol=0) == Verner98.to_roundoff()
     for period in (INF, -INF, -3.0, "-2 h", 5 * u.min):

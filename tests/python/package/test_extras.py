@@ -50,9 +50,9 @@ def messages(cases, folder, published=True):
     code = SETUP.format(cases=cases, published=published)
     command = [sys.executable, "-u", "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder)
-    told = [part.splitlines() for part in done.stdout.split("case\n")[1:]]
-    assert [len(lines) for lines in told] == [len(calls) for _, calls in cases], done.stdout
-    return told
+    lines = [part.splitlines() for part in done.stdout.split("case\n")[1:]]
+    assert [len(lines) for lines in lines] == [len(calls) for _, calls in cases], done.stdout
+    return lines
 
 
 NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
@@ -107,8 +107,8 @@ def test_what_is_missing_is_named_with_its_extra(tmp_path):
     (tmp_path / "a.toml").write_text(TOML)
     (tmp_path / "a.tab").write_text(INWARD)
     expected = [[extra for extra, calls in case.items() for _ in calls] for case in CASES.values()]
-    told = messages([(missing, [*chain(*case.values())]) for missing, case in CASES.items()], tmp_path)
-    for missing, extras, lines in zip(CASES, expected, told, strict=True):
+    printed = messages([(missing, [*chain(*case.values())]) for missing, case in CASES.items()], tmp_path)
+    for missing, extras, lines in zip(CASES, expected, printed, strict=True):
         for extra, text in zip(extras, lines, strict=True):
             assert f"the package {missing}" in text
             assert f"pip install 'fullbody[{extra}]'" in text
@@ -142,13 +142,13 @@ def test_all_has_every_extra_for_users():
 
 def test_the_page_of_the_installation_names_the_extras():
     installing = (ROOT / "docs" / "install.md").read_text().partition("\n## ")[0]
-    told = dict(re.findall(r"^\| `(\w+)` \| ([\w, ]+) \| ", installing, re.M))
+    lines = dict(re.findall(r"^\| `(\w+)` \| ([\w, ]+) \| ", installing, re.M))
     expected = {
         name: ", ".join(re.split(r"\W", package)[0] for package in packages)
         for name, packages in EXTRAS.items()
         if name not in ("all", "test", "docs", "dev")
     }
-    assert told == expected
+    assert lines == expected
 
 
 def test_the_readmes_snippets_run_with_what_they_say(tmp_path):

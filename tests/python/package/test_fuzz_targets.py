@@ -25,5 +25,5 @@ def test_any_input_to_a_target_gives_a_right_object_or_an_error(name):
     [(target.name, path) for target in TARGETS.values() for path in target.corpus()],
     ids=lambda part: getattr(part, "name", part),
 )
-def test_inputs_that_once_led_to_a_fault_do_no_more(name, path):
+def test_inputs_of_former_faults_cause_none(name, path):
     TARGETS[name].check(path.read_bytes())

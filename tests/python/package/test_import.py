@@ -2,17 +2,13 @@
 
 import json
 import re
-import runpy
 import subprocess
 import sys
-import tomllib
-from importlib.metadata import EntryPoint, version
+from importlib.metadata import version
 from pathlib import Path
 
 import fullbody
 import pytest
-from fullbody.commands import cli
-from packaging.version import Version
 
 ROOT = Path(__file__).parents[3]
 
@@ -54,28 +50,3 @@ def test_version_is_the_packages():
     assert fullbody.__version__ == version("fullbody")
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         fullbody.nonsense  # noqa: B018
-
-
-def locked(folder):
-    """The version of this package in a lock file of Cargo."""
-    packages = tomllib.loads((ROOT / folder / "Cargo.lock").read_text())["package"]
-    return next(package["version"] for package in packages if package["name"] == "fullbody")
-
-
-def test_one_version_is_told_everywhere():
-    told = {"the package": version("fullbody"), "Cargo.lock": locked("."), "fuzz/Cargo.lock": locked("fuzz")}
-    for file, pattern in runpy.run_path(str(ROOT / "packaging" / "release.py"))["STATED"].items():
-        told[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
-    # Cargo writes 0.3.0-dev for Python's 0.3.0.dev0.
-    versions = {name: Version(text) for name, text in told.items()}
-    assert len(set(versions.values())) == 1, told
-    # A release is the newest entry of the changelog; while the next one is made, its changes stand under Unreleased.
-    newest = re.search(r"^## \[(\S+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
-    this = versions["the package"]
-    assert newest == "Unreleased" if this.is_devrelease else Version(newest) == this
-
-
-def test_the_command_that_is_installed_exists():
-    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
-    assert list(scripts) == ["fullbody"]
-    assert EntryPoint("fullbody", scripts["fullbody"], "console_scripts").load() is cli.main

@@ -56,12 +56,12 @@ def test_no_python_files_use_each_other():
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(FILES)
 
 
-#: Private attributes that the package reads from the public classes of bodies, shapes, forces, events, integrators and
-#: laws.
+#: Private attributes that the package reads from the public classes of bodies, components, shapes, forces, events,
+#: integrators and laws.
 INWARD = {"_condition", "_core", "_describe", "_event_spec", "_input_warnings", "_layer", "_minimised", "_notes"}
-INWARD |= {"_numbers", "_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_with"}
+INWARD |= {"_numbers", "_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_unitless", "_with"}
 #: Names of Python's own modules.
-INWARD |= {"_getframe", "_Pointer"}
+INWARD |= {"_getframe", "_Pointer", "_replace"}
 
 
 def test_private_attributes_are_those_of_the_same_file():

@@ -81,7 +81,7 @@ def kernel():
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebooks_run(path, tmp_path, kernel):
     notebook = nbformat.read(path, as_version=4)
-    kept = [kinds(cell) for cell in code(notebook)]
+    stored = [kinds(cell) for cell in code(notebook)]
     for data in path.parent.glob("*.json"):
         shutil.copy(data, tmp_path)
     words = [wording(cell) for cell in code(notebook)]
@@ -96,7 +96,7 @@ def test_notebooks_run(path, tmp_path, kernel):
     for index, cell in enumerate(notebook.cells):
         kernel.execute_cell(cell, index)
     # There are no new warnings and no missing pictures.
-    assert [kinds(cell) for cell in code(notebook)] == [[], *kept]
+    assert [kinds(cell) for cell in code(notebook)] == [[], *stored]
     # The outputs are not older than what the code writes and draws now; reduced computations may have other words.
     cells = itertools.takewhile(lambda cell: not cell.metadata.get("small"), code(notebook)[1:])
     for cell, text in zip(cells, words, strict=False):

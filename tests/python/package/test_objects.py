@@ -9,9 +9,11 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import errors, events, forces, frames, model, observables, record, systems
+from fullbody import errors, events, fitting, forces, frames, model, observables, observing, particles, record, systems
 
-MODULES = (fullbody, errors, events, forces, frames, model, observables, record, systems)
+MODULES = (fullbody, errors, events, fitting, forces, frames, model, observables, particles, record, systems)
+#: The classes of fits, which tests/python/fitting/test_fit_results.py and test_period_scan.py make.
+OF_FITS = {fitting.Fit, fitting.Minimum, fitting.PeriodMinimum, fitting.PeriodScan, fitting.Regularisation}
 TOML = """
 [system]
 units = ["km", "hour", "kg"]
@@ -80,7 +82,14 @@ def made(units=False):
     ]
     composite = fullbody.Body(fullbody.Composite(parts), name="Selam")
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.5]]) * km
-    particles = fullbody.Particles(np.array([[6.0, 0.0, 0.0]]) * km, np.array([[0.0, 0.4, 0.0]]) * km / hour)
+    cloud = fullbody.Particles(np.array([[6.0, 0.0, 0.0]]) * km, np.array([[0.0, 0.4, 0.0]]) * km / hour)
+    watched_of_cloud = (
+        particles.ParticleEvent(),
+        particles.ParticlePeriapsis("Alpha"),
+        particles.Shadow(0.25),
+        particles.ParticleFunction(np.linalg.norm),
+    )
+    flight = run.fly(cloud, 40.0, output=10.0, events=watched_of_cloud[1:2])
     ending = [events.Apoapsis(0, 1, terminal=True)]
     ended = system.integrate(state, 20.0, events=ending, derivatives=["G"])
     wedge = fullbody.Polyhedron(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -111,8 +120,19 @@ def made(units=False):
         system.jacobian(state, ["G"]),
         ended.at_event(),
         ended.derivative_of(lambda run: run.position[-1, 1], start=False),
-        particles,
-        run.fly(particles, 5.0, output=1.0),
+        cloud,
+        flight,
+        flight.events[0],
+        *watched_of_cloud,
+        particles.Bounce(normal=0.5, rest_speed=1.0 * km / hour),
+        particles.EscapeDistance(50.0 * km),
+        particles.Radiation(strength=1.0 * kg * km / hour**2),
+        fitting.Free(0.1 * km, min=0.0 * km),
+        fitting.Free([0.1, 0.2], prior=(0.0, [1.0, 2.0])),
+        fitting.Outliers(0.1, 5.0),
+        fitting.Derived(0.1 * km, 0.2 * km),
+        fitting.pole_grid(3),
+        *(observing.Lambert(), observing.LommelSeeliger(), observing.Cosine(1.0, 2.0), observing.Gaussian(100.0)),
         fullbody.Simulation(system, state, integrator=integrators[0]),
         fullbody.KeplerElements(2.0 * km, 0.3, 0.4, 0.5, 0.6, 0.7),
         fullbody.KeplerElements([1.0, 2.0] * km, 0.3, 0.4, [0.5, 0.6], 0.6, 0.7),
@@ -173,7 +193,11 @@ def classes():
 
 def test_every_public_class_is_among_the_objects(tmp_path):
     kinds = {kind for kind in classes() if not issubclass(kind, BaseException)}
-    assert kinds == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
+    objects = {type(thing) for thing in (*made(), setup_of(tmp_path))}
+    assert {kind for kind in objects if kind.__module__.split(".")[1] != "observing"} == kinds - {
+        fullbody.record.Dense,
+        *OF_FITS,
+    }
 
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
@@ -189,7 +213,7 @@ def test_copies_are_equal(units, duplicate, tmp_path):
 
 
 @pytest.mark.parametrize("units", [False, True])
-def test_things_made_alike_are_equal_and_others_are_not(units):
+def test_objects_of_equal_arguments_are_equal_and_others_are_not(units):
     first, second = made(units), made(units)
     for k, thing in enumerate(first):
         for n, other in enumerate(second):
@@ -235,10 +259,10 @@ def test_plots_and_views_equal_their_copies(duplicate):
 
 
 def test_equal_numbers_of_other_units_are_unequal():
-    for unitless, united in zip(made(False), made(True), strict=True):
+    for unitless, with_units in zip(made(False), made(True), strict=True):
         text = repr(unitless)
-        if repr(united) != text:
-            assert unitless != united
+        if repr(with_units) != text:
+            assert unitless != with_units
 
 
 @pytest.mark.parametrize("units", [False, True])

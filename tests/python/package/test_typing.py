@@ -129,6 +129,6 @@ def test_names_bound_in_the_package_are_public():
             bound.add(node.name)
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             bound.add(node.id)
-    local = {"_typing", "__all__", "__dir__", "__getattr__", "import_module", "version"}
+    local = {"_MODULES", "_typing", "__all__", "__dir__", "__getattr__", "import_module", "version"}
     assert bound - local == set(fullbody.__all__)
     assert not hasattr(fullbody, "_typing")

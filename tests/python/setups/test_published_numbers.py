@@ -20,9 +20,9 @@ def test_a_system_divides_GM_by_its_own_constant():
     system = System([Body(Sphere(0.4), GM=6.0), Body(Sphere(0.1), mass=1.0)], G=2.0)
     assert system.masses.tolist() == [3.0, 1.0]
     arguments = [Body(Sphere("390 m"), GM="36 m3/s2"), Body(Sphere("80 m"), GM="3e-10 km3/s2")]
-    united = System(arguments, units=True, G="6.6e-11 m3/(kg s2)")
-    assert united.masses.to_value(u.kg) == pytest.approx([36.0 / 6.6e-11, 0.3 / 6.6e-11], rel=1e-14)
-    assert united.mu().to_value("m3/s2") == pytest.approx(36.3, rel=1e-14)
+    with_units = System(arguments, units=True, G="6.6e-11 m3/(kg s2)")
+    assert with_units.masses.to_value(u.kg) == pytest.approx([36.0 / 6.6e-11, 0.3 / 6.6e-11], rel=1e-14)
+    assert with_units.mu().to_value("m3/s2") == pytest.approx(36.3, rel=1e-14)
 
 
 def test_a_body_by_itself_takes_the_constant_of_astropy_or_the_given_one():
@@ -48,8 +48,8 @@ def test_a_third_body_takes_GM_for_mu():
 def test_a_binary_takes_GM_of_its_bodies_or_of_both():
     system, _ = binary(Component(diameter=1.0, rotation_period=STILL, GM=6.0), Component(diameter=0.1, GM=1.0), **SMALL)
     assert system.masses.tolist() == [3.0, 0.5]
-    both = {"GM": 6.0, "mass_ratio": 0.2}
-    system, _ = binary(Component(diameter=1.0, rotation_period=STILL), Component(diameter=0.1), **both, **SMALL)
+    masses = {"GM": 6.0, "mass_ratio": 0.2}
+    system, _ = binary(Component(diameter=1.0, rotation_period=STILL), Component(diameter=0.1), **masses, **SMALL)
     assert system.masses == pytest.approx([2.5, 0.5], rel=1e-14)
 
 

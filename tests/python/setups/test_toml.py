@@ -155,8 +155,8 @@ def test_times_that_do_not_fit_name_the_file_too(tmp_path):
 
 
 def test_units_in_a_system_without_any_are_refused(tmp_path):
-    united = PAIR.replace("radius = 1.0", 'radius = "1 km"')
-    refused(r"body\[0\]\.radius: .*the system has no units", read, tmp_path, united)
+    with_units = PAIR.replace("radius = 1.0", 'radius = "1 km"')
+    refused(r"body\[0\]\.radius: .*the system has no units", read, tmp_path, with_units)
     refused(r"system: G is not given", lambda: read(tmp_path, PAIR.replace("G = 1.0", "")))
     with pytest.raises(InvalidInput, match=r"body\[1\]: has no position and no orbit"):
         read(tmp_path, PAIR.replace("position = [3, 0, 0]", ""))
@@ -172,7 +172,7 @@ def test_files_that_are_no_toml_are_refused(tmp_path):
         refused(f"{what}; expected a file of TOML", fullbody.read_toml, tmp_path / name)
 
 
-def test_a_byte_order_mark_is_no_statement(tmp_path):
+def test_a_byte_order_mark_is_accepted(tmp_path):
     unitless = read(tmp_path, PAIR)
     (tmp_path / "system.toml").write_bytes(b"\xef\xbb\xbf" + PAIR.replace("\n", "\r\n").encode())
     setup = fullbody.read_toml(tmp_path / "system.toml")
@@ -199,6 +199,6 @@ def test_files_that_cannot_be_read_are_refused(tmp_path, value):
     refused(r"system\.toml: not valid TOML: ", lambda: read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}")))
 
 
-def test_a_name_that_is_none_is_the_fault(tmp_path):
+def test_an_invalid_name_of_a_body_is_refused(tmp_path):
     text = PAIR.replace("radius = 1.0", "name = 'a\u0085b'\nradius = 1.0")
     refused(r"system\.toml: body\[0\].name: name is .* without control characters", read, tmp_path, text)

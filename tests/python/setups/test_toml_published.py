@@ -179,7 +179,7 @@ def test_a_pole_in_another_frame(tmp_path):
     np.testing.assert_allclose(z, expected, rtol=0, atol=1e-14)
 
 
-NAME, TURN = 'name = "A"', 'pole = "orbit"\nrotation_period = 5.0'
+NAME, ROTATION = 'name = "A"', 'pole = "orbit"\nrotation_period = 5.0'
 TWO, THREE, SIZE = HEAD + BODIES + BINARY + RUN, HEAD + TRIPLE + RUN, "diameter = 2.0"
 
 
@@ -203,7 +203,7 @@ TWO, THREE, SIZE = HEAD + BODIES + BINARY + RUN, HEAD + TRIPLE + RUN, "diameter 
         (THREE, '["A", "B"]', '["A", "D"]', r"body\[1\]\.orbit\.about: is \['A', 'D'\]; expected the name of another"),
         (THREE, '["A", "B"]', "[]", r"body\[1\]\.orbit\.about: is \[\]; expected the name of another body, or"),
         (THREE, 'about = "A"', 'about = "C"', r"orbit\.about: is a body that orbits about this one"),
-        (THREE, TURN, "synchronous = true\nspin = [0, 0, 1]", r"body\[1\]\.spin: is given for a synchronous"),
+        (THREE, ROTATION, "synchronous = true\nspin = [0, 0, 1]", r"body\[1\]\.spin: is given for a synchronous"),
         (THREE, "synchronous = true", "synchronous = 1", r"body\[2\]\.synchronous: is 1; expected true or false"),
         (THREE, NAME, f"{NAME}\nsynchronous = true", r"body\[0\]: has no orbit; expected one for a pole of 'orbit'"),
         (THREE, NAME, f'{NAME}\npole_frame = "ecliptic"', r"body\[0\]\.pole_frame: is given without a pole"),

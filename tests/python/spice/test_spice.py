@@ -162,11 +162,11 @@ def test_runs_back_in_time_and_in_other_units_are_written(start, tmp_path):
     assert np.linalg.norm(result[:3] - apart) < 2e-3 * speed
 
 
-@pytest.mark.parametrize("way", [1, -1])
-def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, way, tmp_path):
+@pytest.mark.parametrize("direction", [1, -1])
+def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, direction, tmp_path):
     # Times are rounded to 1e-7 s, in which Alpha rotates by 4e-11 rad.
-    there = run[0] if way == 1 else run(10.0)
-    close = system.integrate(there, 10.0 if way == 1 else START, output=0.0413)
+    state = run[0] if direction == 1 else run(10.0)
+    close = system.integrate(state, 10.0 if direction == 1 else START, output=0.0413)
     path = close.to_spk(tmp_path / "close.bsp", IDS, CENTRE)
     attitudes = close.to_ck(tmp_path / "close.bc", IDS)
     with kernels_loaded(path, *attitudes):
@@ -182,8 +182,8 @@ def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, way
 
 def test_samples_that_are_too_far_apart_are_refused(system, start, tmp_path):
     wide = system.integrate(start, 40.0, output=2.0)
-    told = r"follows from the others only to within .* km; integrate with dense=True"
-    with pytest.warns(PrecisionWarning, match=told):
+    message = r"follows from the others only to within .* km; integrate with dense=True"
+    with pytest.warns(PrecisionWarning, match=message):
         wide.to_spk(tmp_path / "wide.bsp", IDS, CENTRE)
     with pytest.warns(PrecisionWarning, match="rad; integrate with dense=True"):
         wide.to_ck(tmp_path / "wide.bc", IDS)
@@ -197,7 +197,7 @@ def test_samples_that_are_too_far_apart_are_refused(system, start, tmp_path):
         ({"frame": "orbit"}, "cannot rotate from the frame 'orbit'"),
     ],
 )
-def test_what_the_system_lacks_is_named(system, start, change, message, tmp_path):
+def test_missing_units_epochs_and_frames_are_named(system, start, change, message, tmp_path):
     run = system.with_options(**change).integrate(start, 1.0, dense=True)
     for write in (lambda: run.to_spk(tmp_path / "a.bsp", IDS, CENTRE), lambda: run.to_ck(tmp_path / "a.bc", IDS)):
         refused(message, write)

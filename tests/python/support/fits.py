@@ -6,7 +6,11 @@ import astropy.units as u
 import fullbody
 import numpy as np
 from fullbody import observing
+from fullbody.fitting.free import Parameters
+from fullbody.fitting.problem import Problem
 from scipy.spatial.transform import Rotation
+
+from support.flows import central_of_state
 
 #: An integrator whose error is far below those of the observations.
 QUICK = fullbody.Verner98(rtol=1e-11, atol=1e-11)
@@ -138,3 +142,27 @@ def dimorphos(
         spin=[[0, 0, 2.78], [0, 0, rate]],
     )
     return fullbody.System(pair.bodies, G=G, units=("km", "hour", "kg"), frame="ecliptic", **options), state
+
+
+def central_differences(problem, values, k, step):
+    """Derivatives (R,) of all residuals with respect to parameter k, by fourth-order differences of complete runs."""
+    return central_of_state(lambda change: problem.point(values + change * np.eye(len(values))[k]).rows, step)
+
+
+def relative_errors(setup, start, observations, steps, measure=np.max):
+    """A measure of the errors of the derivatives by some parameters, relative to the largest one, from differences.
+
+    The steps of the differences are given by the names or the indices of the parameters. The light of facets has kinks
+    where one of them reaches the limb, which few of the differences meet, so that the median of their errors is taken.
+    """
+    problem = Problem(setup, Parameters(start), observations, fullbody.Verner98())
+    values = problem.parameters.start
+    jacobian = problem.jacobian(problem.point(values))
+    assert not jacobian.differenced
+    errors = {}
+    for name, step in steps.items():
+        k = name if isinstance(name, int) else problem.parameters.names.index(name)
+        expected = central_differences(problem, values, k, step)
+        assert np.abs(expected).max() > 1e-7 / step
+        errors[name] = float(measure(np.abs(jacobian.rows[:, k] - expected)) / np.abs(expected).max())
+    return errors

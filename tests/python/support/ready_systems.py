@@ -1,4 +1,4 @@
-"""The names of the ready-made systems, and the orbits of their satellites."""
+"""The names of the ready-made systems, and the orbits of satellites."""
 
 import fullbody
 import numpy as np
@@ -12,14 +12,14 @@ WITHOUT_POLE = ["dp107_2000", "vh_1991"]
 TABULATED = [*PUBLISHED, *WITHOUT_POLE, "kw4"]
 
 
-def moving(state):
+def relative(state):
     """Position and velocity of the second body from the first."""
     return state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
 
 
 def orbit(system, state):
-    return fullbody.KeplerElements.from_cartesian(*moving(state), system.mu(0, 1))
+    return fullbody.KeplerElements.from_cartesian(*relative(state), system.mu(0, 1))
 
 
 def orbit_pole(state):
-    return np.degrees(fullbody.frames.pole_angles(np.cross(*moving(state))))
+    return np.degrees(fullbody.frames.pole_angles(np.cross(*relative(state))))

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.usefixtures("memoised_searches")
 
 
 @pytest.mark.parametrize("name", TABULATED)
-def test_each_says_where_its_numbers_are_from(name):
+def test_each_system_has_the_sources_of_its_numbers(name):
     facts = systems.published(name)
     text = getattr(systems, name).__doc__
     assert facts.assumed
@@ -34,7 +34,7 @@ def test_each_says_where_its_numbers_are_from(name):
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, *WITHOUT_POLE])
-def test_each_starts_at_rest_and_runs(name):
+def test_each_system_starts_at_rest_and_runs(name):
     system, state = ready(name)
     masses = system.masses
     scale = np.abs(state.position).max() * masses.min()
@@ -67,7 +67,7 @@ def test_the_published_period_is_kept(name, error):
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_frames_are_turned_as_a_whole(name):
+def test_position_velocity_and_attitude_are_rotated_between_frames(name):
     make = getattr(systems, name)
     system, ecliptic = ready(name, frame="ecliptic")
     _, equatorial = ready(name, frame="equatorial")
@@ -105,13 +105,13 @@ def test_systems_in_other_units_are_the_same(name):
         assert {solid.semi_axes[0].unit for solid in solids} == {u.m}
         np.testing.assert_allclose((body.inertia / other.inertia).to_value(""), 1.0, rtol=1e-14)
     assert state.position.unit == u.m
-    both = ((system, state), (usual, start))
-    ours, theirs = ((t.position, t.velocity, t.spin, s.G, s.energy(t).total) for s, t in both)
+    pairs = ((system, state), (usual, start))
+    ours, theirs = ((t.position, t.velocity, t.spin, s.G, s.energy(t).total) for s, t in pairs)
     for item, other in zip(ours, theirs, strict=True):
         assert item.unit != other.unit
         np.testing.assert_allclose(item.to_value(other.unit), other.value, rtol=1e-11)
     np.testing.assert_array_equal(state.attitude, start.attitude)
-    end, usual_end = (s.integrate(t, "3 hour")[-1].position[1] for s, t in both)
+    end, usual_end = (s.integrate(t, "3 hour")[-1].position[1] for s, t in pairs)
     np.testing.assert_allclose(end.to_value("km"), usual_end.value, rtol=1e-9)
     wrong = ("yes", "'yes'|'y'"), (1, "is 1; expected"), (("km", "kg", "hour"), "has 'kg'; expected a unit")
     for units, what in wrong:
@@ -133,7 +133,7 @@ def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
 
 
 @pytest.mark.parametrize("name", ["kw4_ho2021", "case1", "case2"])
-def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
+def test_frames_that_differ_by_more_than_a_rotation_are_refused(name):
     make = getattr(systems, name)
     assert make(frame=None)[0].frame is None
     for frame in ("equatorial", "ecliptic", "galactic"):

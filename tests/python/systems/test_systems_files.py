@@ -12,7 +12,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import systems
-from fullbody.setups import mean_period
+from fullbody.setups.elements import start_with_period
 from fullbody.systems import _files
 from support import DATA
 from support.ready_systems import PUBLISHED, TABULATED
@@ -78,7 +78,7 @@ def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch)
     result = []
 
     def search(system, period, start, locked):
-        result.append(mean_period.start_with_period(system, period, start, locked))
+        result.append(start_with_period(system, period, start, locked))
         return result[0]
 
     monkeypatch.setattr("fullbody.setups.elements.start_with_period", search)

@@ -6,7 +6,7 @@ import pytest
 from astropy.time import Time
 from fullbody import systems
 from support import ready
-from support.ready_systems import moving, orbit, orbit_pole
+from support.ready_systems import orbit, orbit_pole, relative
 
 pytestmark = pytest.mark.usefixtures("memoised_searches")
 
@@ -36,8 +36,8 @@ def test_kw4_has_the_published_period_densities_and_poles():
     pole = np.degrees(fullbody.frames.pole_angles(sky.rotation_matrix[0][:, 2]))
     np.testing.assert_allclose(pole, facts["pole of Alpha (longitude, latitude) (not used)"], atol=0.3)
     equator = fullbody.frames.rotate_state(sky, "ecliptic", "equatorial")
-    both = orbit_pole(equator), facts["pole (right ascension, declination) (not used)"]
-    first, second = (fullbody.frames.pole_vector(*np.radians(pole)) for pole in both)
+    poles = orbit_pole(equator), facts["pole (right ascension, declination) (not used)"]
+    first, second = (fullbody.frames.pole_vector(*np.radians(pole)) for pole in poles)
     # Each is rounded to a tenth of a degree.
     assert np.degrees(np.arccos(first @ second)) < 0.1
 
@@ -72,7 +72,7 @@ def test_eris_and_dysnomia_have_the_published_density_and_pole():
     assert abs(system.masses.sum() / volume / 1e12 - 2.43) < 0.05
     # The angle between the pole of the orbit and that of the heliocentric one: 78.29 +- 0.65 degrees (their abstract).
     _, state = ready("eris_dysnomia", frame="ecliptic")
-    normal = np.cross(*moving(state))
+    normal = np.cross(*relative(state))
     i, node = np.radians([44.187, 35.8696])
     sun = np.array([np.sin(i) * np.sin(node), -np.sin(i) * np.cos(node), np.cos(i)])
     assert np.degrees(np.arccos(normal @ sun / np.linalg.norm(normal))) == pytest.approx(78.29, abs=0.65)
@@ -136,7 +136,7 @@ def test_systems_have_the_numbers_that_others_publish(name, what, expected, erro
     result = {
         "mass": lambda: system[body].mass if body else system.masses.sum(),
         "density": lambda: system[body].density / 1e12,
-        "separation": lambda: np.linalg.norm(moving(state)[0]),
+        "separation": lambda: np.linalg.norm(relative(state)[0]),
         "period": lambda: facts["orbital period"],
         "semi-major axis": lambda: orbit(system, state).a,
         "pole": lambda: orbit_pole(state),
@@ -158,7 +158,7 @@ def test_pluto_and_charon_have_the_published_longitude_and_face_each_other():
     elements = orbit(system, state)
     # Published at that epoch: the mean longitude 4.50177, from the equinox along the equator and the orbit.
     np.testing.assert_allclose(elements.Omega + elements.omega + elements.M, 4.50177, rtol=1e-9)
-    r = moving(state)[0]
+    r = relative(state)[0]
     np.testing.assert_allclose(state.rotation_matrix[0][:, 0] @ r / np.linalg.norm(r), 1.0, rtol=1e-14)
     _, ecliptic = ready("pluto_charon", frame="ecliptic")
     rotated = fullbody.frames.rotate(state.position, "equatorial", "ecliptic")

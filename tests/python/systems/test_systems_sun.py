@@ -40,10 +40,10 @@ def test_the_orbit_about_the_sun_is_the_published_one(name):
     a, e, *degrees = facts["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"]
     i, node, argument, mean = np.radians(degrees)
     system, _ = getattr(systems, name)(frame="ecliptic", sun=True)
-    late = 0.0 if system.epoch is None else system.epoch.tdb.jd - facts["epoch of the heliocentric orbit"]
+    days = 0.0 if system.epoch is None else system.epoch.tdb.jd - facts["epoch of the heliocentric orbit"]
     sim = rebound.Simulation()
     sim.add(m=0.01720209895**2)
-    sim.add(a=a, e=e, inc=i, Omega=node, omega=argument, M=mean + 0.01720209895 * a**-1.5 * late)
+    sim.add(a=a, e=e, inc=i, Omega=node, omega=argument, M=mean + 0.01720209895 * a**-1.5 * days)
     np.testing.assert_allclose(sun(system), -np.array(sim.particles[1].xyz), atol=3e-6)
 
 
@@ -56,8 +56,8 @@ def test_didymos_at_the_impact_of_dart():
     earth = forces.ThirdBody.from_ephemeris(
         "earth", system.epoch, orbit=orbit, epoch="2022-01-21 TDB", duration=10.0, units=("km", "hour", "kg")
     )
-    both = system.with_forces([*system.forces, earth])
-    assert np.linalg.norm(both.third_body("Earth", 0.0)[0]) == pytest.approx(0.0757 * AU, rel=2e-3)
+    with_earth = system.with_forces([*system.forces, earth])
+    assert np.linalg.norm(with_earth.third_body("Earth", 0.0)[0]) == pytest.approx(0.0757 * AU, rel=2e-3)
 
 
 def test_kw4_takes_its_pole_and_epoch():
@@ -68,8 +68,8 @@ def test_kw4_takes_its_pole_and_epoch():
     node = np.array([-np.sin(lon), np.cos(lon), 0.0])
     x, y, z = sun(system)
     ecliptic = x * node + y * np.cross(pole, node) + z * pole
-    away = get_body_barycentric("earth", system.epoch) - get_body_barycentric("sun", system.epoch)
-    earth = fullbody.frames.rotate(away.xyz.to_value("au"), "equatorial", "ecliptic")
+    separation = get_body_barycentric("earth", system.epoch) - get_body_barycentric("sun", system.epoch)
+    earth = fullbody.frames.rotate(separation.xyz.to_value("au"), "equatorial", "ecliptic")
     # Elements of two years before, to four digits.
     assert np.linalg.norm(earth + ecliptic) == pytest.approx(0.0346, rel=0.02)
     assert np.linalg.norm(sun(systems.kw4(sun=True)[0])) == pytest.approx(0.2006, abs=5e-4)

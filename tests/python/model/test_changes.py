@@ -1,11 +1,11 @@
-"""Kicks and turns of one body: Clohessy and Wiltshire's equations, vis-viva, and rotations worked out by hand."""
+"""Sudden changes of one body, by the equations of Clohessy and Wiltshire, vis-viva and the momentum of a projectile."""
 
 import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
 from fullbody import observables
-from support import matrix, points, ready, refused, rot_x, rot_y, rot_z
+from support import body_list, matrix, points, ready, refused, rot_x, rot_y, rot_z
 
 Q = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
 
@@ -48,13 +48,13 @@ def test_a_kick_starts_the_motion_of_clohessy_and_wiltshire(point):
 @pytest.mark.parametrize("dv", [-0.1, 0.05, 0.3])
 def test_a_kick_along_the_motion_changes_the_semi_major_axis_by_vis_viva(dv):
     system, state = circle()
-    after = state.kick(1, [0.0, dv, 0.0], along="orbit", about=0)
-    r, v = after.position[1] - after.position[0], after.velocity[1] - after.velocity[0]
+    kicked_state = state.kick(1, [0.0, dv, 0.0], along="orbit", about=0)
+    r, v = kicked_state.position[1] - kicked_state.position[0], kicked_state.velocity[1] - kicked_state.velocity[0]
     orbit = fullbody.KeplerElements.from_cartesian(r, v, 1.0)
     a = 1 / (2 - (1 + dv) ** 2)
     np.testing.assert_allclose([orbit.a, orbit.e], [a, abs(1 - 1 / a)], rtol=1e-12)
     np.testing.assert_allclose(orbit.i, 0.7, rtol=1e-12)
-    run = system.integrate(after, 12 * np.pi, output=0.2)
+    run = system.integrate(kicked_state, 12 * np.pi, output=0.2)
     np.testing.assert_allclose(observables.orbit_shape(run).a, a, rtol=1e-9)
 
 
@@ -62,18 +62,18 @@ def test_a_kick_of_dart_changes_the_period_by_its_share():
     # The period of a light body changes by dP/P = 3 dv/v.
     system, previous = fullbody.systems.didymos(units=True, gravity="point")
     dv = -2.70 * u.mm / u.s
-    after = previous.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
-    assert after.velocity.unit == previous.velocity.unit
-    gained = (system.momentum(after) - system.momentum(previous)).to_value(u.kg * u.mm / u.s)
+    kicked_state = previous.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
+    assert kicked_state.velocity.unit == previous.velocity.unit
+    gained = (system.momentum(kicked_state) - system.momentum(previous)).to_value(u.kg * u.mm / u.s)
     mass = system.masses[1].to_value(u.kg)
     np.testing.assert_allclose(np.linalg.norm(gained), mass * 2.70, rtol=1e-9)
-    np.testing.assert_array_equal(after.velocity[0], previous.velocity[0])
+    np.testing.assert_array_equal(kicked_state.velocity[0], previous.velocity[0])
     for name in ("position", "attitude", "spin"):
-        np.testing.assert_array_equal(getattr(after, name), getattr(previous, name))
+        np.testing.assert_array_equal(getattr(kicked_state, name), getattr(previous, name))
     speed = np.linalg.norm(previous.velocity[1] - previous.velocity[0]).to_value(u.mm / u.s)
     periods = [
         observables.mutual_period(system.integrate(state, "20 day", output="0.5 hour")).mean.value
-        for state in (previous, after)
+        for state in (previous, kicked_state)
     ]
     np.testing.assert_allclose(periods[1] / periods[0] - 1, -3 * 2.70 / speed, rtol=0.05)
 
@@ -182,3 +182,85 @@ def test_kicks_have_units():
     _, state = fullbody.systems.kw4(units=("m", "s", "kg"))
     change = state.kick("Beta", [0, 0, 1] * u.km / u.hour).velocity - state.velocity
     np.testing.assert_allclose(change[1].to_value(u.m / u.s), [0, 0, 1 / 3.6])
+
+
+def ellipsoid_beside_ball():
+    bodies = body_list(A=(fullbody.Sphere(1.0), 8.0), B=(fullbody.Ellipsoid(0.5, 0.4, 0.3), 1.0))
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State.from_tait_bryan(
+        [[0, 0, 0], [4, 0.5, 0.2]], [[0, 0, 0], [0.1, 1.5, 0.3]], [[0, 0, 0], [0.3, -0.2, 1.1]],
+        [[0, 0, 0.1], [0.2, 0.1, 0.4]],
+    )  # fmt: skip
+    return system, state
+
+
+@pytest.mark.parametrize(("longitude", "latitude"), [(0.3, 0.2), (-2.0, -1.0), (1.0, np.pi / 2)])
+def test_momentum_and_angular_momentum_are_conserved(longitude, latitude):
+    system, state = ellipsoid_beside_ball()
+    direction = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
+    point = state.rotation_matrix[1] @ (direction / np.sqrt((direction**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
+    velocity = -50.0 * point + [1.0, 2.0, -3.0]
+    struck = state.impact(system, 1, mass=1e-3, velocity=velocity, longitude=longitude, latitude=latitude)
+    # The body keeps its mass: the projectile gives what it has relative to the ground, which goes on.
+    ground = state.velocity[1] + np.cross(state.rotation_matrix[1] @ state.spin[1], point)
+    momentum = 1e-3 * (state.velocity[1] + velocity - ground)
+    np.testing.assert_allclose(system.momentum(struck) - system.momentum(state), momentum, rtol=1e-11, atol=1e-13)
+    rotated = system.angular_momentum(struck) - system.angular_momentum(state)
+    np.testing.assert_allclose(rotated, np.cross(state.position[1] + point, momentum), rtol=1e-10, atol=1e-13)
+    np.testing.assert_array_equal(struck.position, state.position)
+    np.testing.assert_array_equal(struck.velocity[0], state.velocity[0])
+    assert (struck.spin[1] != state.spin[1]).any()
+
+
+def test_ejecta_enhance_the_momentum_along_their_direction():
+    # Head on, the momentum is enhanced by beta; aslant, along the normal or a direction that is given.
+    ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
+    state = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
+    options = {"mass": 1e-3, "longitude": 0.0, "latitude": 0.0}
+    head_on = state.impact(ball, 0, velocity=[-6.0, 0, 0], beta=3.5, **options)
+    np.testing.assert_allclose(head_on.velocity[0], [-3.5 * 6e-3 / 5, 0, 0], rtol=1e-14)
+    assert not head_on.spin.any()
+    aslant = {"velocity": [-6.0, 3.0, 0], "beta": 2.0, **options}
+    np.testing.assert_allclose(5e3 * state.impact(ball, 0, **aslant).velocity[0], [-12.0, 3.0, 0], rtol=1e-13)
+    # Straight back where it came from.
+    back = state.impact(ball, 0, ejecta=[60.0, -30.0, 0], **aslant)
+    np.testing.assert_allclose(5e3 * back.velocity[0], [-12.0, 6.0, 0], rtol=1e-13)
+    # A sphere's moment of inertia is 2/5 m r^2.
+    np.testing.assert_allclose(back.spin[0], [0, 0, 2.0 * 6e-3 / (0.4 * 5 * 4)], rtol=1e-13)
+
+
+def test_the_velocity_of_the_ground_counts():
+    ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
+    turning = fullbody.State([[0, 0, 0]], [[0.3, 0.2, 0.1]], spin=[[0, 0, 0.5]])
+    # It comes down along the normal as the ground has it.
+    struck = turning.impact(ball, 0, mass=1e-3, velocity=[-6.0, 1.0, 0], longitude=0.0, latitude=0.0)
+    np.testing.assert_allclose(struck.spin, turning.spin, rtol=1e-15)
+
+
+def test_impacts_have_units_and_axes_of_the_orbit():
+    system, state = fullbody.systems.didymos(units=True)
+    options = {"mass": 579.4 * u.kg, "longitude": "-90 deg", "latitude": 0.0, "beta": 3.61, "along": "orbit"}
+    struck = state.impact(system, "Dimorphos", velocity=["0 km/s", "-6.14 km/s", "0 km/s"], **options)
+    change = (struck.velocity - state.velocity)[1].to_value("mm/s")
+    expected = 3.61 * 579.4 * 6.14e6 / system.masses[1].to_value("kg")
+    assert np.linalg.norm(change) == pytest.approx(expected, rel=1e-6)
+    assert change @ state.velocity[1].value < 0.0
+    kicked = state.kick("Dimorphos", [0, -expected, 0] * u.mm / u.s, along="orbit")
+    np.testing.assert_allclose(kicked.velocity.value, struck.velocity.value, rtol=0.0, atol=2e-8)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"velocity": [6.0, 0, 0]}, "leaves the surface there at .* along the normal; expected one that comes"),
+        ({"mass": 0.0}, "mass of the projectile is 0.0; expected a finite number above zero"),
+        ({"latitude": 2.0}, "latitude is 2.0; expected angles from"),
+        ({"beta": np.nan}, "beta is nan; expected a finite number"),
+        ({"velocity": [1.0, 2.0]}, r"velocity of the projectile has shape \(2,\); expected \(3,\), finite numbers"),
+        ({"body": "C"}, "body of impact is 'C'"),
+    ],
+)
+def test_what_is_no_impact_is_refused(change, text):
+    system, state = ellipsoid_beside_ball()
+    options = {"body": 0, "mass": 1.0, "velocity": [-6.0, 0, 0], "longitude": 0.0, "latitude": 0.0} | change
+    refused(text, lambda: state.impact(system, **options))
